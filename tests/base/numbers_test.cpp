@@ -1,0 +1,41 @@
+#include "base/numbers.h"
+
+#include <gtest/gtest.h>
+
+namespace tetfusion {
+namespace {
+
+TEST(Numbers, Shares) {
+  EXPECT_DOUBLE_EQ(*parse_share("90%"), 0.9);
+  EXPECT_DOUBLE_EQ(*parse_share("0.9"), 0.9);
+  EXPECT_DOUBLE_EQ(*parse_share("0.5%"), 0.005);
+  for (const char* bad : {"", "%", "9O%", "0.9 ", "nan", "inf", "1e999", "--1"}) {
+    EXPECT_FALSE(parse_share(bad)) << bad;
+  }
+}
+
+TEST(Numbers, Counts) {
+  EXPECT_EQ(*parse_count("1000000"), 1000000u);
+  EXPECT_EQ(*parse_count("1M"), 1000000u);
+  EXPECT_EQ(*parse_count("2.5k"), 2500u);
+  EXPECT_EQ(*parse_count("1G"), 1000000000u);
+  for (const char* bad : {"", "M", "-1", "0.5", "1.0005k2", "1e300", "1T", "nan"}) {
+    EXPECT_FALSE(parse_count(bad)) << bad;
+  }
+}
+
+TEST(Numbers, Formats) {
+  EXPECT_EQ(format_count(0), "0");
+  EXPECT_EQ(format_count(999), "999");
+  EXPECT_EQ(format_count(1499160), "1,499,160");
+  EXPECT_EQ(format_bytes(10), "10 bytes");
+  EXPECT_EQ(format_bytes(1536), "1.5 KiB");
+}
+
+TEST(Numbers, Splits) {
+  EXPECT_EQ(split("a,,b", ','), (std::vector<std::string>{"a", "", "b"}));
+  EXPECT_EQ(split("", ','), (std::vector<std::string>{""}));
+}
+
+}  // namespace
+}  // namespace tetfusion
