@@ -1,0 +1,47 @@
+#include "mesh/data_array.h"
+
+#include <array>
+
+namespace tetfusion {
+
+namespace {
+struct TypeName {
+  ValueType type;
+  std::string_view name;
+  std::size_t size;
+};
+constexpr std::array<TypeName, 11> kTypes{{{ValueType::kInt8, "Int8", 1},
+                                           {ValueType::kUInt8, "UInt8", 1},
+                                           {ValueType::kInt16, "Int16", 2},
+                                           {ValueType::kUInt16, "UInt16", 2},
+                                           {ValueType::kInt32, "Int32", 4},
+                                           {ValueType::kUInt32, "UInt32", 4},
+                                           {ValueType::kInt64, "Int64", 8},
+                                           {ValueType::kUInt64, "UInt64", 8},
+                                           {ValueType::kFloat32, "Float32", 4},
+                                           {ValueType::kFloat64, "Float64", 8},
+                                           {ValueType::kString, "String", 1}}};
+}  // namespace
+
+std::size_t size_of(ValueType type) { return kTypes[static_cast<std::size_t>(type)].size; }
+
+std::string_view vtk_name(ValueType type) { return kTypes[static_cast<std::size_t>(type)].name; }
+
+bool parse_vtk_type(std::string_view name, ValueType* type) {
+  for (const TypeName& t : kTypes) {
+    if (t.name == name) {
+      *type = t.type;
+      return true;
+    }
+  }
+  return false;
+}
+
+std::size_t AttributeSet::find(std::string_view name) const {
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    if (arrays[i].name == name) return i;
+  }
+  return npos;
+}
+
+}  // namespace tetfusion

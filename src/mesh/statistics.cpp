@@ -1,0 +1,73 @@
+#include "mesh/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mesh/blocks.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kBlock = 1 << 16;  // tuples
+
+template <class T>
+void measure_tuple(std::span<const T> tuple, ArrayStatistics* s) {
+  double square = 0;
+  for (std::size_t k = 0; k < tuple.size(); ++k) {
+    const auto x = static_cast<double>(tuple[k]);
+    square += x * x;
+    if (std::isfinite(x)) {
+      s->components[k].add(x);
+    } else {
+      ++s->non_finite;
+    }
+  }
+  // A finite tuple whose square overflows has no length that could be told.
+  if (std::isfinite(square)) s->magnitude.add(std::sqrt(square));
+}
+
+template <class T>
+ArrayStatistics measure(std::span<const T> values, std::size_t width) {
+  ArrayStatistics all;
+  all.components.resize(width);
+  if (width == 0) return all;
+  const std::size_t tuples = values.size() / width;
+  std::vector<ArrayStatistics> blocks(block_count(tuples, kBlock), all);
+  for_each_block(tuples, kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      measure_tuple(values.subspan(i * width, width), &blocks[b]);
+    }
+  });
+  for (const ArrayStatistics& block : blocks) {
+    for (std::size_t k = 0; k < width; ++k) {
+      if (!block.components[k].empty()) all.components[k].add(block.components[k]);
+    }
+    if (!block.magnitude.empty()) all.magnitude.add(block.magnitude);
+    all.non_finite += block.non_finite;
+  }
+  return all;
+}
+
+}  // namespace
+
+bool ArrayStatistics::constant() const {
+  return non_finite == 0 && std::all_of(components.begin(), components.end(),
+                                        [](const Range& r) { return !(r.max > r.min); });
+}
+
+double ArrayStatistics::diagonal() const {
+  double length = 0;
+  for (const Range& r : components) length = std::hypot(length, r.width());
+  return length;
+}
+
+ArrayStatistics measure_array(const DataArray& array) {
+  if (array.info.type == ValueType::kString) return {};
+  return visit_type(array.info.type, [&](auto zero) {
+    using T = decltype(zero);
+    return measure<T>(array.as<T>(), array.info.components);
+  });
+}
+
+}  // namespace tetfusion

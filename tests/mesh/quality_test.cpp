@@ -1,0 +1,107 @@
+#include "mesh/quality.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "base/resources.h"
+#include "support/meshes.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::make_mesh;
+
+Geometry regular() {
+  return make_mesh({{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, {{0, 2, 1, 3}});
+}
+
+TEST(Quality, RegularTet) {
+  const Quality q = measure_quality(regular());
+  EXPECT_NEAR(q.mean_ratio.min, 1, 1e-6);
+  EXPECT_NEAR(q.mean_ratio.mean, 1, 1e-12);
+  EXPECT_NEAR(q.min_dihedral_deg.min, 70.528779, 1e-5);
+  EXPECT_DOUBLE_EQ(q.longest_edge, std::sqrt(8.0));
+  EXPECT_DOUBLE_EQ(q.max_aspect, 1);
+  EXPECT_EQ(q.mean_ratio_bins[17], 1u);
+  EXPECT_EQ(q.dihedral_bins[14], 1u);
+}
+
+TEST(Quality, CornerOfACube) {
+  const Quality q = measure_quality(testing::single_tet());
+  // V = 1/6, squared edges 1, 1, 1, 2, 2, 2.
+  EXPECT_NEAR(q.mean_ratio.mean, 12 * std::pow(0.5, 2.0 / 3) / 9, 1e-12);
+  EXPECT_NEAR(q.min_dihedral_deg.mean, 54.735610, 1e-6);
+  EXPECT_DOUBLE_EQ(q.max_aspect, std::sqrt(2.0));
+  EXPECT_DOUBLE_EQ(q.shortest_edge, 1);
+}
+
+TEST(Quality, ScaleDoesNotMatter) {
+  for (const double scale : {1e-60, 1e60}) {
+    Geometry mesh = regular();
+    for (auto& p : std::get<Vector<Vec3<double>>>(mesh.points))
+      p = {scale * p.x, scale * p.y, scale * p.z};
+    const Quality q = measure_quality(mesh);
+    EXPECT_NEAR(q.mean_ratio.mean, 1, 1e-12);
+    EXPECT_NEAR(q.min_dihedral_deg.mean, 70.528779, 1e-5);
+  }
+}
+
+TEST(Quality, FlatAndPointLikeCells) {
+  const Quality flat =
+      measure_quality(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2, 3}}));
+  EXPECT_EQ(flat.mean_ratio.min, 0);
+  EXPECT_EQ(flat.min_dihedral_deg.min, 0);
+  EXPECT_EQ(flat.mean_ratio_bins[0], 1u);
+  const Quality point =
+      measure_quality(make_mesh({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, {{0, 1, 2, 3}}));
+  EXPECT_EQ(point.mean_ratio.min, 0);
+  EXPECT_TRUE(std::isinf(point.max_aspect));
+}
+
+TEST(Quality, ACellWoundTheOtherWayHasANegativeRatio) {
+  Geometry mesh = regular();
+  testing::flip_winding(&mesh.tets[0]);
+  EXPECT_NEAR(measure_quality(mesh).mean_ratio.min, -1, 1e-6);
+  EXPECT_EQ(measure_quality(mesh).mean_ratio_bins[0], 1u);
+}
+
+TEST(Quality, PercentileAndBins) {
+  Geometry mesh = regular();
+  // 199 regular cells and one that is flat: the second of 200 is at one hundredth.
+  mesh.tets.assign(199, mesh.tets[0]);
+  mesh.tets.push_back({0, 1, 2, 2});
+  Quality q = measure_quality(mesh);
+  EXPECT_EQ(q.mean_ratio.min, 0);
+  EXPECT_NEAR(q.mean_ratio.p1, 1, 1e-6);
+  EXPECT_EQ(q.mean_ratio_bins[0], 1u);
+  EXPECT_EQ(q.mean_ratio_bins[17], 199u);
+  mesh.tets.insert(mesh.tets.end(), 4, {0, 1, 2, 2});
+  q = measure_quality(mesh);
+  EXPECT_EQ(q.mean_ratio.p1, 0);
+}
+
+TEST(Quality, NoCells) {
+  const Quality q = measure_quality(make_mesh({}, {}));
+  EXPECT_EQ(q.mean_ratio.mean, 0);
+  EXPECT_EQ(q.longest_edge, 0);
+}
+
+TEST(Quality, ThreadsChangeNothing) {
+  const Geometry mesh = testing::to_float(testing::five_split_cube(31, 0.2));
+  set_thread_count(1);
+  const Quality one = measure_quality(mesh);
+  set_thread_count(4);
+  const Quality four = measure_quality(mesh);
+  set_thread_count(0);
+  EXPECT_EQ(one.mean_ratio.mean, four.mean_ratio.mean);
+  EXPECT_EQ(one.mean_ratio.p1, four.mean_ratio.p1);
+  EXPECT_EQ(one.min_dihedral_deg.mean, four.min_dihedral_deg.mean);
+  EXPECT_EQ(one.dihedral_bins, four.dihedral_bins);
+  EXPECT_EQ(std::accumulate(one.dihedral_bins.begin(), one.dihedral_bins.end(), std::uint64_t{0}),
+            mesh.tets.size());
+}
+
+}  // namespace
+}  // namespace tetfusion
