@@ -1,0 +1,45 @@
+#include "partition/hilbert.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+
+namespace tetfusion {
+namespace {
+
+struct Cell {
+  int x, y, z;
+};
+
+TEST(Hilbert, VisitsEveryCellOnceAndStepsToAFaceNeighbour) {
+  constexpr int kBits = 4;
+  constexpr int kSide = 1 << kBits;
+  constexpr int kShift = kHilbertBits - kBits;
+  std::map<std::uint64_t, Cell> along;
+  for (int x = 0; x < kSide; ++x) {
+    for (int y = 0; y < kSide; ++y) {
+      for (int z = 0; z < kSide; ++z) {
+        const auto at = [](int i) { return static_cast<std::uint32_t>(i) << kShift; };
+        along[hilbert_key(at(x), at(y), at(z)) >> (3 * kShift)] = {x, y, z};
+      }
+    }
+  }
+  ASSERT_EQ(along.size(), std::size_t{kSide} * kSide * kSide);
+  EXPECT_EQ(along.begin()->first, 0u);
+  EXPECT_EQ(along.rbegin()->first, along.size() - 1);
+  for (auto a = along.begin(), b = std::next(a); b != along.end(); ++a, ++b) {
+    const int step = std::abs(a->second.x - b->second.x) + std::abs(a->second.y - b->second.y) +
+                     std::abs(a->second.z - b->second.z);
+    ASSERT_EQ(step, 1) << "after key " << a->first;
+  }
+}
+
+TEST(Hilbert, UsesAllBits) {
+  constexpr std::uint32_t kLast = (1u << kHilbertBits) - 1;
+  EXPECT_NE(hilbert_key(0, 0, 0), hilbert_key(0, 0, 1));
+  EXPECT_LT(hilbert_key(kLast, kLast, kLast), std::uint64_t{1} << 63);
+}
+
+}  // namespace
+}  // namespace tetfusion
