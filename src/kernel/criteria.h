@@ -1,0 +1,107 @@
+// The criteria of TetFusion (Chopra & Meyer 2002, sections 3.2-3.5), one function each. All are pure; each
+// says true when the fusion must be refused.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "kernel/work_mesh.h"
+#include "mesh/predicates.h"
+
+namespace tetfusion {
+
+// Why a tetrahedron did not become prey in a pass. Each candidate is counted under the first that applies.
+enum class Reject : std::uint8_t {
+  kBoundary,  // the boundary rule
+  kLocked,    // a vertex that must stay for another reason
+  kScalar,    // a steering field would deviate too far
+  kFlip,      // an affected tetrahedron would turn over, or it cannot be told that it would not
+  kStretch,   // an affected tetrahedron's base normal would grow too long
+  kAspect,    // an affected tetrahedron's edge lengths would become too unequal
+  kQuota,     // the pass has removed what the goal allows up to here
+};
+inline constexpr std::size_t kRejectReasons = 7;
+inline constexpr std::array<std::string_view, kRejectReasons> kRejectNames{
+    "boundary", "locked", "scalar", "flip", "stretch", "aspect", "quota"};
+
+// Corner c of a tetrahedron and the three others, in an order that keeps the sign of its volume.
+inline constexpr std::array<std::array<std::uint8_t, 4>, 4> kCornerFirst{
+    {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}}};
+
+// Flipping: does the tetrahedron with corners x, b, c, d fail to have certainly positive volume?
+template <class Real>
+inline bool flips(const Vec3<Real>& x, const Vec3<Real>& b, const Vec3<Real>& c,
+                  const Vec3<Real>& d) {
+  const Determinant det = determinant(x, b, c, d);
+  return !(det.value > det.error);
+}
+
+// Scalar: is a steering value at one of the prey's vertices further than its tolerance from the mean of the
+// four? `values` are the four vertices' tuples, `mean` their mean; distances of vectors are Euclidean.
+inline bool deviates(std::span<const SteeringField> fields, double scalar_tolerance,
+                     const std::array<const double*, 4>& values, const double* mean) {
+  for (const SteeringField& f : fields) {
+    const double limit = f.tolerance.value_or(scalar_tolerance) * f.range;
+    for (const double* v : values) {
+      double square = 0;
+      for (std::uint32_t k = f.first; k < f.first + f.count; ++k) {
+        square += (v[k] - mean[k]) * (v[k] - mean[k]);
+      }
+      if (!(std::sqrt(square) < limit)) return true;
+    }
+  }
+  return false;
+}
+
+// Squared length, times 16, of the base normal of corner c: from the centre of the base triangle to the
+// barycenter of the tetrahedron, which is a quarter of the way to the corner.
+template <class Real>
+inline double base_normal_squared(const std::array<Vec3<Real>, 4>& p, int c) {
+  const auto& order = kCornerFirst[static_cast<std::size_t>(c)];
+  const Vec3<Real>&a = p[order[0]], &u = p[order[1]], &v = p[order[2]], &w = p[order[3]];
+  const double x = a.x - (double{u.x} + v.x + w.x) / 3;
+  const double y = a.y - (double{u.y} + v.y + w.y) / 3;
+  const double z = a.z - (double{u.z} + v.z + w.z) / 3;
+  return x * x + y * y + z * z;
+}
+
+// Stretch: is the normal stretch ratio S_N of corner c, after over before, not below the factor? `before` are
+// the tetrahedron's corners in the last macroLoD.
+template <class Real>
+inline bool stretches(const std::array<Vec3<Real>, 4>& before, const std::array<Vec3<Real>, 4>& after,
+                      int c, double stretch_factor) {
+  return !(base_normal_squared(after, c) <
+           stretch_factor * stretch_factor * base_normal_squared(before, c));
+}
+
+// Longest over shortest edge, squared.
+template <class Real>
+inline double edge_ratio_squared(const std::array<Vec3<Real>, 4>& p) {
+  double longest = 0;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = i + 1; j < 4; ++j) {
+      const double x = double{p[j].x} - p[i].x;
+      const double y = double{p[j].y} - p[i].y;
+      const double z = double{p[j].z} - p[i].z;
+      const double square = x * x + y * y + z * z;
+      longest = std::max(longest, square);
+      shortest = std::min(shortest, square);
+    }
+  }
+  return longest / shortest;
+}
+
+// Aspect ratio: does the tetrahedron exceed the limit and get worse?
+template <class Real>
+inline bool distorts(const std::array<Vec3<Real>, 4>& before, const std::array<Vec3<Real>, 4>& after,
+                     double aspect_ratio) {
+  const double ratio = edge_ratio_squared(after);
+  return ratio > aspect_ratio * aspect_ratio && !(ratio <= edge_ratio_squared(before));
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,59 @@
+#include "kernel/criteria.h"
+
+#include <gtest/gtest.h>
+
+namespace tetfusion {
+namespace {
+
+using P = Vec3<double>;
+constexpr std::array<P, 4> kUnit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+TEST(Criteria, CornerFirstKeepsTheSign) {
+  const double positive = determinant(kUnit[0], kUnit[1], kUnit[2], kUnit[3]).value;
+  for (const auto& order : kCornerFirst) {
+    EXPECT_EQ(determinant(kUnit[order[0]], kUnit[order[1]], kUnit[order[2]], kUnit[order[3]]).value,
+              positive);
+  }
+}
+
+TEST(Criteria, FlipsBeyondThePlaneAndOnIt) {
+  EXPECT_FALSE(flips(P{0, 0, 0}, kUnit[1], kUnit[2], kUnit[3]));
+  EXPECT_TRUE(flips(P{1, 1, 1}, kUnit[1], kUnit[2], kUnit[3]));
+  EXPECT_TRUE(flips(P{0.5, 0.5, 0}, kUnit[1], kUnit[2], kUnit[3]));
+  // One rounding error away from the plane is not certain enough.
+  EXPECT_TRUE(flips(P{0.5, 0.5 - 1e-16, 0}, kUnit[1], kUnit[2], kUnit[3]));
+  EXPECT_TRUE(flips(P{std::nan(""), 0, 0}, kUnit[1], kUnit[2], kUnit[3]));
+}
+
+TEST(Criteria, StretchIsTheRatioOfBaseNormals) {
+  // The corner at the origin moves away from its base triangle, whose centre is (1/3, 1/3, 1/3).
+  std::array<P, 4> after = kUnit;
+  after[0] = {-1.0 / 3, -1.0 / 3, -1.0 / 3};  // twice as far
+  EXPECT_FALSE(stretches(kUnit, after, 0, 2.001));
+  EXPECT_TRUE(stretches(kUnit, after, 0, 1.999));
+  EXPECT_NEAR(base_normal_squared(kUnit, 0), 1.0 / 3, 1e-15);
+}
+
+TEST(Criteria, AspectCountsOnlyWhenItGetsWorse) {
+  std::array<P, 4> after = kUnit;
+  after[3] = {0, 0, 4};
+  EXPECT_NEAR(edge_ratio_squared(kUnit), 2, 1e-15);
+  EXPECT_NEAR(edge_ratio_squared(after), 17, 1e-15);
+  EXPECT_TRUE(distorts(kUnit, after, 3.0));
+  EXPECT_FALSE(distorts(kUnit, after, 5.0));
+  EXPECT_FALSE(distorts(after, after, 3.0));
+}
+
+TEST(Criteria, DeviationOfAVectorIsEuclidean) {
+  const std::array<double, 8> values{0, 0, 3, 4, 0, 0, 3, 4};  // two components a vertex
+  const std::array<const double*, 4> tuples{&values[0], &values[2], &values[4], &values[6]};
+  const std::array<double, 2> mean{1.5, 2};
+  const SteeringField field{0, 2, 10.0, {}};
+  EXPECT_TRUE(deviates({&field, 1}, 0.25, tuples, mean.data()));  // 2.5 is not below 0.25 * 10
+  EXPECT_FALSE(deviates({&field, 1}, 0.2501, tuples, mean.data()));
+  const SteeringField own{0, 2, 10.0, 0.1};
+  EXPECT_TRUE(deviates({&own, 1}, 0.5, tuples, mean.data()));
+}
+
+}  // namespace
+}  // namespace tetfusion
