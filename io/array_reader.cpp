@@ -1,0 +1,279 @@
+#include "io/array_reader.h"
+
+#include <algorithm>
+#include <cstring>
+#include <iterator>
+#include <utility>
+
+namespace tetfusion {
+
+namespace {
+
+// Of an array that is not compressed: small enough for a core's cache, a multiple of every value
+// size.
+constexpr std::uint64_t kChunkBytes = std::uint64_t{256} << 10;
+
+std::string_view as_text(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+}  // namespace
+
+std::uint64_t max_values(const Payload& payload, const BinaryLayout& layout, ValueType type) {
+  const std::uint64_t length = payload.end - payload.begin;
+  if (payload.coding == Coding::kAscii) return length / 2 + 1;  // a digit and a blank each
+  const std::uint64_t bytes = payload.coding == Coding::kRaw ? length : length / 4 * 3;
+  return max_decompressed_bytes(layout.compressor, bytes) / size_of(type);
+}
+
+// ---- ByteStream: bytes in the file, raw or base64 ----
+
+std::uint64_t ByteStream::max_bytes() const {
+  const std::uint64_t bytes = coding_ == Coding::kRaw ? encoded_.size() : encoded_.size() / 4 * 3;
+  return bytes > first_ ? bytes - first_ : 0;
+}
+
+const std::byte* ByteStream::view(std::uint64_t offset, std::uint64_t count,
+                                  Vector<std::byte>* scratch) const {
+  const std::uint64_t limit = max_bytes();
+  if (offset > limit || count > limit - offset) return nullptr;
+  if (coding_ == Coding::kRaw) return encoded_.data() + first_ + offset;
+  const std::uint64_t begin = first_ + offset;
+  const std::uint64_t first_group = begin / 3;
+  const std::uint64_t groups = (begin + count + 2) / 3 - first_group;
+  scratch->resize(3 * groups);
+  const std::size_t made =
+      decode_base64(as_text(encoded_.subspan(4 * first_group, 4 * groups)), scratch->data());
+  const std::uint64_t skipped = begin - 3 * first_group;
+  if (made == kBadBase64 || made < skipped + count) return nullptr;
+  return scratch->data() + skipped;
+}
+
+ByteStream ByteStream::after(std::uint64_t bytes, bool own_groups) const {
+  if (coding_ == Coding::kRaw || !own_groups) return {encoded_, coding_, first_ + bytes};
+  return {encoded_.subspan(std::min<std::uint64_t>((bytes + 2) / 3 * 4, encoded_.size())), coding_};
+}
+
+bool ByteStream::padded_within(std::uint64_t bytes) const {
+  if (coding_ == Coding::kRaw) return false;
+  const std::uint64_t last = (bytes + 2) / 3 * 4 - 1;
+  return last < encoded_.size() && encoded_[last] == std::byte{'='};
+}
+
+// ---- Opening: headers ----
+
+ArrayReader::ArrayReader(ArraySource source)
+    : source_(std::move(source)), value_bytes_(size_of(source_.type)) {
+  const Payload& payload = source_.payload;
+  if (payload.begin > payload.end || payload.end > source_.file->size()) {
+    fail("the array lies outside of the file");
+  }
+  // Some writers leave even the header of an empty array out.
+  if (payload.begin == payload.end && source_.values == ArraySource::kUnknown) source_.values = 0;
+  if (source_.values == 0) return;
+  if (payload.coding == Coding::kAscii) {
+    open_ascii();
+    return;
+  }
+  std::span<const std::byte> encoded = bytes(payload.begin, payload.end);
+  if (payload.coding == Coding::kBase64 && !payload.appended) encoded = without_blanks(encoded);
+  const ByteStream stream(encoded, payload.coding);
+  if (source_.layout.compressor == Compressor::kNone) {
+    open_plain(stream);
+  } else {
+    open_compressed(stream);
+  }
+}
+
+std::span<const std::byte> ArrayReader::without_blanks(std::span<const std::byte> encoded) {
+  const auto is_blank = [](std::byte b) { return b <= std::byte{' '}; };
+  if (std::none_of(encoded.begin(), encoded.end(), is_blank)) return encoded;
+  stripped_.reserve(encoded.size());
+  std::copy_if(encoded.begin(), encoded.end(), std::back_inserter(stripped_),
+               [&](std::byte b) { return !is_blank(b); });
+  return stripped_;
+}
+
+// `bytes` is what the array's own header says.
+void ArrayReader::expect_bytes(std::uint64_t bytes) {
+  if (bytes % value_bytes_ != 0) {
+    fail("its header says " + std::to_string(bytes) + " bytes, which is not a whole number of " +
+         std::string(vtk_name(source_.type)) + " values");
+  }
+  const std::uint64_t values = bytes / value_bytes_;
+  if (source_.values != ArraySource::kUnknown && source_.values != values) {
+    fail("expected " + std::to_string(source_.values) + " values of type " +
+         std::string(vtk_name(source_.type)) + ", its header says " + std::to_string(bytes) +
+         " bytes" + " (byte " + std::to_string(source_.payload.begin) + ")");
+  }
+  source_.values = values;
+}
+
+void ArrayReader::open_plain(ByteStream stream) {
+  const std::size_t header_bytes = source_.layout.header_bytes;
+  Vector<std::byte> scratch;
+  const std::byte* header = stream.view(0, header_bytes, &scratch);
+  if (header == nullptr) fail("the file ends in its header, or it is not base64");
+  const std::uint64_t bytes = load_unsigned(header, header_bytes, source_.layout.swap);
+  expect_bytes(bytes);
+  data_ = stream.after(header_bytes, stream.padded_within(header_bytes));
+  if (bytes > data_.max_bytes()) {
+    fail("its header says " + std::to_string(bytes) + " bytes, but only " +
+         std::to_string(data_.max_bytes()) + " are left: the file is cut off or damaged");
+  }
+  chunks_ = block_count(bytes, kChunkBytes);
+}
+
+void ArrayReader::open_compressed(ByteStream stream) {
+  const std::size_t word = source_.layout.header_bytes;
+  const bool swap = source_.layout.swap;
+  const std::string cut_off = "the file ends in its header, or it is not base64";
+  Vector<std::byte> scratch;
+  const std::byte* header = stream.view(0, 3 * word, &scratch);
+  if (header == nullptr) fail(cut_off);
+  const std::uint64_t blocks = load_unsigned(header, word, swap);
+  block_bytes_ = load_unsigned(header + word, word, swap);
+  const std::uint64_t partial = load_unsigned(header + 2 * word, word, swap);
+  if (blocks > stream.max_bytes() / word) {
+    fail("its header says " + std::to_string(blocks) +
+         " compressed blocks, more than the file holds");
+  }
+  const std::uint64_t full_blocks = blocks > 0 && partial > 0 ? blocks - 1 : blocks;
+  std::uint64_t bytes = 0;
+  if (__builtin_mul_overflow(full_blocks, block_bytes_, &bytes) ||
+      (blocks > 0 && __builtin_add_overflow(bytes, partial, &bytes)) || partial > block_bytes_) {
+    fail("the block sizes in its header make no sense");
+  }
+  expect_bytes(bytes);
+  if (bytes == 0) return;
+  const std::uint64_t header_bytes = (3 + blocks) * word;
+  header = stream.view(0, header_bytes, &scratch);
+  if (header == nullptr) fail(cut_off);
+  data_ = stream.after(header_bytes, true);
+  const std::uint64_t limit = data_.max_bytes();
+  block_begin_.resize(blocks + 1);
+  block_begin_[0] = 0;
+  for (std::uint64_t b = 0; b < blocks; ++b) {
+    const std::uint64_t size = load_unsigned(header + (3 + b) * word, word, swap);
+    if (size > limit - block_begin_[b]) {
+      fail("compressed block " + std::to_string(b) + " of " + std::to_string(blocks) +
+           " goes past the end of the data: the file is cut off or damaged");
+    }
+    const std::uint64_t full = b < full_blocks ? block_bytes_ : partial;
+    if (full > max_decompressed_bytes(source_.layout.compressor, size)) {
+      fail("compressed block " + std::to_string(b) + " cannot hold the " + std::to_string(full) +
+           " bytes that its header says");
+    }
+    block_begin_[b + 1] = block_begin_[b] + size;
+  }
+  // A value that spans two blocks makes the array one chunk.
+  if (block_bytes_ % value_bytes_ != 0) blocks_per_chunk_ = std::max<std::uint64_t>(blocks, 1);
+  chunks_ = block_count(blocks, blocks_per_chunk_);
+}
+
+void ArrayReader::open_ascii() {
+  const std::uint64_t begin = source_.payload.begin;
+  const std::string_view text = as_text(bytes(begin, source_.payload.end));
+  text_begin_.push_back(begin);
+  for (std::size_t at = 0; at < text.size();) {
+    at = std::min<std::size_t>(at + kChunkBytes, text.size());
+    while (at < text.size() && static_cast<unsigned char>(text[at]) > ' ') ++at;
+    text_begin_.push_back(begin + at);
+  }
+  chunks_ = text_begin_.size() - 1;
+  first_word_.resize(chunks_ + 1);
+  for_each_block(chunks_, 1, [&](std::size_t c, std::size_t, std::size_t) {
+    first_word_[c + 1] = count_words(as_text(bytes(text_begin_[c], text_begin_[c + 1])));
+  });
+  first_word_[0] = 0;
+  for (std::size_t c = 0; c < chunks_; ++c) first_word_[c + 1] += first_word_[c];
+  const std::uint64_t words = first_word_[chunks_];
+  if (source_.values != ArraySource::kUnknown && source_.values != words) {
+    fail("expected " + std::to_string(source_.values) + " values, found " + std::to_string(words));
+  }
+  source_.values = words;
+}
+
+// ---- Reading ----
+
+Chunk ArrayReader::chunk(std::size_t index, DecodeScratch* scratch) const {
+  if (source_.payload.coding == Coding::kAscii) return ascii_chunk(index, scratch);
+  if (source_.layout.compressor != Compressor::kNone) return compressed_chunk(index, scratch);
+  return plain_chunk(index, scratch);
+}
+
+Chunk ArrayReader::plain_chunk(std::size_t index, DecodeScratch* scratch) const {
+  const std::uint64_t begin = index * kChunkBytes;
+  const std::uint64_t count = std::min(kChunkBytes, values() * value_bytes_ - begin);
+  const std::byte* data = data_.view(begin, count, &scratch->encoded);
+  if (data == nullptr) fail("its data is not base64, or ends too early");
+  if (source_.payload.coding == Coding::kRaw) {
+    // One call for the whole chunk costs less than a page fault for every few pages.
+    source_.file->populate(static_cast<std::uint64_t>(data - source_.file->bytes().data()), count);
+  }
+  if (source_.layout.swap && value_bytes_ > 1) {
+    scratch->values.assign(data, data + count);
+    swap_bytes(scratch->values, value_bytes_);
+    data = scratch->values.data();
+  }
+  return {begin / value_bytes_, count / value_bytes_, data};
+}
+
+Chunk ArrayReader::compressed_chunk(std::size_t index, DecodeScratch* scratch) const {
+  const std::size_t blocks = block_begin_.size() - 1;
+  const std::size_t first_block = index * blocks_per_chunk_;
+  const std::size_t last_block = std::min(first_block + blocks_per_chunk_, blocks);
+  const std::uint64_t begin = first_block * block_bytes_;
+  const std::uint64_t end = std::min(last_block * block_bytes_, values() * value_bytes_);
+  scratch->values.resize(end - begin);
+  const std::span<std::byte> out(scratch->values);
+  for (std::size_t b = first_block; b < last_block; ++b) {
+    const std::uint64_t size = block_begin_[b + 1] - block_begin_[b];
+    const std::byte* block = data_.view(block_begin_[b], size, &scratch->encoded);
+    const std::uint64_t at = b * block_bytes_ - begin;
+    const std::uint64_t full = std::min<std::uint64_t>(block_bytes_, out.size() - at);
+    if (block == nullptr ||
+        !decompress(source_.layout.compressor, {block, size}, out.subspan(at, full), scratch)) {
+      fail("compressed block " + std::to_string(b) + " of " + std::to_string(blocks) +
+           " is damaged");
+    }
+  }
+  if (source_.layout.swap) swap_bytes(out, value_bytes_);
+  return {begin / value_bytes_, out.size() / value_bytes_, out.data()};
+}
+
+Chunk ArrayReader::ascii_chunk(std::size_t index, DecodeScratch* scratch) const {
+  const std::uint64_t count = first_word_[index + 1] - first_word_[index];
+  scratch->values.resize(count * value_bytes_);
+  const std::string_view text = as_text(bytes(text_begin_[index], text_begin_[index + 1]));
+  const std::string_view bad = parse_words(text, source_.type, scratch->values.data());
+  if (!bad.empty()) {
+    constexpr std::size_t kShown = 40;
+    const std::string_view file = as_text(source_.file->bytes());
+    fail("\"" + std::string(bad.substr(0, kShown)) + "\" is not a number of type " +
+         std::string(vtk_name(source_.type)) + " (byte " +
+         std::to_string(bad.data() - file.data()) + ")");
+  }
+  return {first_word_[index], count, scratch->values.data()};
+}
+
+void ArrayReader::read_all(std::byte* out) const {
+  for_each_chunk([&](const Chunk& c) {
+    std::memcpy(out + c.first * value_bytes_, c.data, c.count * value_bytes_);
+  });
+}
+
+void ArrayReader::fail(const std::string& what) const {
+  throw Error(ErrorCode::kBadInput, source_.file->path() + ": " + source_.label + ": " + what);
+}
+
+std::string ArrayReader::where(std::uint64_t value) const {
+  if (source_.payload.coding != Coding::kRaw || source_.layout.compressor != Compressor::kNone) {
+    return "";
+  }
+  const std::uint64_t at =
+      source_.payload.begin + source_.layout.header_bytes + value * value_bytes_;
+  return " (byte " + std::to_string(at) + ")";
+}
+
+}  // namespace tetfusion

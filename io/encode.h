@@ -1,0 +1,63 @@
+// How the values of a .vtu array become bytes: base64, text, compressed blocks. Each works on many
+// values at once, in parallel, and gives the same bytes for any number of threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/vector.h"
+#include "mesh/data_array.h"
+
+namespace tetfusion {
+
+// Characters that base64 needs for that many bytes, padding included.
+constexpr std::uint64_t base64_size(std::uint64_t bytes) { return (bytes + 2) / 3 * 4; }
+
+// Replaces *out by the base64 text (RFC 4648, padded) of the bytes. Texts of parts whose sizes are
+// multiples of three may be joined.
+void base64_encode(std::span<const std::byte> bytes, Vector<char>* out);
+
+// Where in an array a run of values lies: line breaks follow from it.
+struct TextPosition {
+  std::uint64_t first_value;  // index in the array of the run's first value
+  std::uint32_t components;
+};
+
+// Replaces *out by the values as text: shortest form that reads back to the same bits, "nan", "inf"
+// and
+// "-inf"; whole tuples a line, about 12 values. `values` holds native values of `type`; kString
+// counts as Int8, as VTK writes it.
+void text_encode(ValueType type, std::span<const std::byte> values, TextPosition position,
+                 Vector<char>* out);
+
+enum class Compression { kZlib, kLz4 };
+
+// Keeps its buffers from one call to the next. Not thread-safe; parallel inside.
+class BlockCompressor {
+ public:
+  BlockCompressor(Compression compression, std::size_t block_bytes);
+
+  // Compresses each run of `block_bytes` of the input on its own (the last one may be shorter), as
+  // vtkZLibDataCompressor and vtkLZ4DataCompressor do, and hands the results to `sink` in order.
+  // Throws Error(kMemory) when a compressor cannot be set up.
+  void compress(std::span<const std::byte> bytes,
+                const std::function<void(std::span<const std::byte> block)>& sink);
+
+ private:
+  Compression compression_;
+  std::size_t block_bytes_;
+  std::size_t bound_;  // no block's result is larger
+  Vector<std::byte> results_;
+  Vector<std::size_t> sizes_;
+};
+
+// Text as the value of an XML attribute. What XML 1.0 cannot hold (control characters, broken
+// UTF-8) becomes a question mark.
+std::string xml_escape(std::string_view text);
+
+}  // namespace tetfusion

@@ -1,0 +1,53 @@
+// A whole file, mapped for reading: the one place where this room's readers make system calls.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace tetfusion {
+
+// Holds the file open and mapped from open() to destruction. Safe to read from several threads. A
+// file that another program shortens meanwhile must not be touched past its new end (the kernel
+// sends SIGBUS).
+class MappedFile {
+ public:
+  // Maps a regular file; anything that can only be read once (a pipe, a terminal) is spooled first.
+  // Throws Error(kIo) when there is no such file, it may not be read or is a folder, and
+  // Error(kBadInput) when it is empty.
+  static MappedFile open(const std::string& path);
+
+  // Copies all that can be read from `fd` to an unlinked temporary file in $TMPDIR or /tmp and maps
+  // that. `name` is what messages call it. Does not close `fd`.
+  static MappedFile spool(int fd, const std::string& name);
+
+  MappedFile(MappedFile&& other) noexcept;
+  MappedFile& operator=(MappedFile&& other) noexcept;
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+  ~MappedFile();
+
+  const std::string& path() const { return path_; }
+  std::uint64_t size() const { return size_; }
+  int fd() const { return fd_; }
+  std::span<const std::byte> bytes() const { return {data_, size_}; }
+
+  // Hints, rounded outwards to whole pages; they change nothing but speed and resident memory.
+  void will_need(std::uint64_t offset, std::uint64_t count) const;  // start reading ahead
+  void populate(std::uint64_t offset, std::uint64_t count) const;  // map the pages now, in one call
+  void dont_need(std::uint64_t offset,
+                 std::uint64_t count) const;  // take the pages out of this process
+
+ private:
+  MappedFile(std::string path, int fd, std::uint64_t size);  // takes `fd`
+  void advise(std::uint64_t offset, std::uint64_t count, int advice) const;
+  void release() noexcept;
+
+  std::string path_;
+  int fd_ = -1;
+  std::size_t size_ = 0;
+  const std::byte* data_ = nullptr;
+};
+
+}  // namespace tetfusion

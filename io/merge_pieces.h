@@ -1,0 +1,32 @@
+// One mesh out of several pieces: which points are copies of one another, and new numbers for the
+// rest.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/vector.h"
+#include "mesh/geometry.h"
+
+namespace tetfusion {
+
+struct PiecePoints {
+  const Points* points = nullptr;              // all pieces, one after another
+  std::span<const std::uint64_t> piece_begin;  // first point of each piece; one entry more
+  std::span<const std::int64_t> global_ids;    // one a point, or empty: compare coordinates
+};
+
+// For each used point the lowest point that it is a copy of (often itself). Points of different
+// pieces are copies when their global ids, or without these all three coordinates, are equal (0
+// equals -0). Points of one piece never are: where a piece has several equal points (the two sides
+// of a crack), its first matches the first of the other pieces, its second the second. Unused
+// points stand for themselves.
+Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8_t>& used);
+
+// Drops unused points and copies from mesh->points, in order, and fills point_source, unused_points
+// and merged_points. `copy_of` is empty when no point is a copy. Returns the new number of each old
+// point (kNoVertex for unused ones), or nothing when all stay as they are.
+Vector<VertexId> compact_points(const Vector<std::uint8_t>& used, const Vector<VertexId>& copy_of,
+                                Geometry* mesh);
+
+}  // namespace tetfusion

@@ -1,0 +1,52 @@
+// Where a mesh comes from: a file of any format, opened and described but not yet read.
+//
+// The order of use: open_mesh() reads and checks the head; description() says what is there;
+// read_geometry() and read_array() bring the parts, each when it is wanted, so that no more than one
+// carried array needs to be in memory at a time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "mesh/data_array.h"
+#include "mesh/geometry.h"
+
+namespace tetfusion {
+
+struct MeshDescription {
+  std::string path;             // as the user gave it; "-" for standard input
+  std::string format;           // "VTK XML unstructured grid, appended raw, zlib, UInt64 headers"
+  std::uint64_t pieces = 1;
+  std::uint64_t points = 0;     // all pieces, before merging
+  std::uint64_t cells = 0;      // all pieces, ghosts too
+  ValueType point_type = ValueType::kFloat32;
+  std::uint64_t file_bytes = 0;
+  AttributeSet point_data;
+  AttributeSet cell_data;
+  AttributeSet field_data;
+};
+
+struct OpenOptions {
+  bool tetrahedralize = false;  // split hexahedra, voxels, wedges, pyramids by smallest vertex id
+  bool linearize = false;       // drop the mid-edge nodes of ten-node tetrahedra
+};
+
+class MeshSource {
+ public:
+  virtual ~MeshSource() = default;
+  virtual const MeshDescription& description() const = 0;
+
+  // Throws Error(kBadInput) for a cell that is neither a tetrahedron nor of lower dimension, an index out
+  // of range, a coordinate that is not finite, no tetrahedra at all; Error(kIo) when reading fails.
+  virtual Geometry read_geometry() = 0;
+
+  // All tuples of the array at `index` of that association's AttributeSet, pieces one after another, in the
+  // order of the file. Geometry's *_source arrays index its rows.
+  virtual DataArray read_array(Association association, std::size_t index) = 0;
+};
+
+// Opens a mesh of any format that this build reads. Throws Error.
+std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options = {});
+
+}  // namespace tetfusion

@@ -1,0 +1,291 @@
+#include "io/output_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+
+#include "base/error.h"
+#include "base/numbers.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr int kMaxLinks = 40;           // as many as Linux follows
+constexpr int kMaxTemporaries = 10000;  // left by killed runs under the same process number
+
+struct Target {
+  std::string path;        // where links lead
+  std::string folder;      // what holds it; "." for a bare name
+  bool exists = false;     // a regular file of that name is there
+  bool is_stream = false;  // standard output, a device or a pipe: written in place
+  mode_t mode = 0;         // of the file that is there
+};
+
+[[noreturn]] void refuse(const std::string& path, const std::string& why) {
+  throw Error(ErrorCode::kIo, fmt::format("cannot write {}: {}", path, why));
+}
+
+std::string follow_links(const std::string& path) {
+  std::filesystem::path current = path;
+  for (int i = 0; i < kMaxLinks; ++i) {
+    std::error_code error;
+    if (!std::filesystem::is_symlink(current, error)) return current.string();
+    const auto next = std::filesystem::read_symlink(current, error);
+    if (error) refuse(path, error.message());
+    current = next.is_absolute() ? next : current.parent_path() / next;
+  }
+  refuse(path, "its symbolic links lead round in a circle");
+}
+
+void check_folder(const std::string& path, const std::string& folder) {
+  struct stat status {};
+  if (::stat(folder.c_str(), &status) != 0) {
+    if (errno == ENOENT) {
+      refuse(path, fmt::format("the folder {} does not exist; create it first", folder));
+    }
+    refuse(path, fmt::format("{}: {}", folder, std::strerror(errno)));
+  }
+  if (!S_ISDIR(status.st_mode)) refuse(path, fmt::format("{} is not a folder", folder));
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) {
+    refuse(path, fmt::format("nothing can be created in the folder {}: {}", folder,
+                             std::strerror(errno)));
+  }
+}
+
+// All that can be known about a target without creating anything. Throws what check_output_path()
+// promises.
+Target resolve(const std::string& path) {
+  Target target;
+  if (path.empty()) refuse("the output", "its name is empty");
+  if (path == "-") {
+    target.is_stream = true;
+    return target;
+  }
+  target.path = follow_links(path);
+  struct stat status {};
+  if (::stat(target.path.c_str(), &status) == 0) {
+    if (S_ISDIR(status.st_mode)) refuse(path, "it is a folder; give a file name");
+    if (::access(target.path.c_str(), W_OK) != 0) refuse(path, std::strerror(errno));
+    target.is_stream = !S_ISREG(status.st_mode);
+    target.exists = !target.is_stream;
+    target.mode = status.st_mode & 0777;
+    if (target.is_stream) return target;
+  } else if (errno != ENOENT) {
+    refuse(path, std::strerror(errno));
+  }
+  const std::filesystem::path parts = target.path;
+  if (parts.filename().empty()) {
+    refuse(path, fmt::format("the folder {} does not exist; create it first", target.path));
+  }
+  target.folder = parts.has_parent_path() ? parts.parent_path().string() : ".";
+  check_folder(path, target.folder);
+  return target;
+}
+
+// write() until all is written. Returns 0 or errno.
+int write_all(int fd, const std::byte* data, std::size_t bytes) {
+  while (bytes > 0) {
+    const ssize_t n = ::write(fd, data, bytes);
+    if (n < 0) {
+      if (errno == EINTR) continue;
+      return errno;
+    }
+    data += n;
+    bytes -= static_cast<std::size_t>(n);
+  }
+  return 0;
+}
+
+int pwrite_all(int fd, const std::byte* data, std::size_t bytes, std::uint64_t offset) {
+  while (bytes > 0) {
+    const ssize_t n = ::pwrite(fd, data, bytes, static_cast<off_t>(offset));
+    if (n < 0) {
+      if (errno == EINTR) continue;
+      return errno;
+    }
+    data += n;
+    offset += static_cast<std::uint64_t>(n);
+    bytes -= static_cast<std::size_t>(n);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void check_output_path(const std::string& path) { resolve(path); }
+
+OutputFile::OutputFile(const std::string& path, Access access)
+    : path_(path), buffer_(std::make_unique_for_overwrite<std::byte[]>(kBufferBytes)) {
+  const Target target = resolve(path);
+  if (!target.is_stream) {
+    target_ = target.path;
+    open_temporary();
+    // A file that is replaced keeps its permissions; failing to is no reason to lose the result.
+    if (target.exists) static_cast<void>(::fchmod(fd_, target.mode));
+    return;
+  }
+  const int fd = path == "-" ? ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0)
+                             : ::open(target.path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (fd < 0) fail("opening", errno);
+  if (access == Access::kAppend) {
+    fd_ = fd;
+  } else {
+    stream_ = fd;
+    open_spool();
+  }
+}
+
+OutputFile::~OutputFile() {
+  if (fd_ >= 0) ::close(fd_);
+  if (stream_ >= 0) ::close(stream_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+// A short name of its own: the target's name may be as long as the file system allows.
+void OutputFile::open_temporary() {
+  const std::filesystem::path folder = std::filesystem::path(target_).parent_path();
+  for (int i = 0; i < kMaxTemporaries; ++i) {
+    const std::string name =
+        (folder / fmt::format(".tetfusion-{}-{}.part", ::getpid(), i)).string();
+    fd_ = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd_ >= 0) {
+      temporary_ = name;
+      return;
+    }
+    if (errno != EEXIST) fail("creating a temporary file beside", errno);
+  }
+  fail("creating a temporary file beside", EEXIST);
+}
+
+void OutputFile::open_spool() {
+  std::error_code error;
+  const auto folder = std::filesystem::temp_directory_path(error);
+  std::string name = ((error ? "/tmp" : folder) / "tetfusion-XXXXXX").string();
+  fd_ = ::mkostemp(name.data(), O_CLOEXEC);
+  if (fd_ < 0) {
+    const int reason = errno;
+    ::close(stream_);
+    stream_ = -1;
+    fail("creating a temporary file for", reason);
+  }
+  ::unlink(name.c_str());
+  spooled_ = true;
+}
+
+void OutputFile::expect(std::uint64_t bytes) {
+  expected_ = bytes;
+  if ((target_.empty() && !spooled_) || bytes == 0) return;
+  if (::fallocate(fd_, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
+  // Other errors mean that this file system sets nothing aside.
+  if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG) fail("setting space aside for", errno);
+}
+
+void OutputFile::append(const void* data, std::size_t bytes) {
+  size_ += bytes;
+  if (buffered_ + bytes < kBufferBytes) {
+    std::memcpy(buffer_.get() + buffered_, data, bytes);
+    buffered_ += bytes;
+    return;
+  }
+  flush();
+  if (bytes >= kBufferBytes / 2) {
+    write_out(data, bytes);
+    return;
+  }
+  std::memcpy(buffer_.get(), data, bytes);
+  buffered_ = bytes;
+}
+
+void OutputFile::overwrite(std::uint64_t offset, const void* data, std::size_t bytes) {
+  if (offset > size_ || bytes > size_ - offset) {
+    throw std::logic_error("OutputFile::overwrite() past the end");
+  }
+  if (target_.empty() && !spooled_) throw std::logic_error("a stream cannot be patched");
+  if (offset + bytes > written_) flush();
+  const int error = pwrite_all(fd_, static_cast<const std::byte*>(data), bytes, offset);
+  if (error != 0) fail("writing", error);
+}
+
+void OutputFile::flush() {
+  write_out(buffer_.get(), buffered_);
+  buffered_ = 0;
+}
+
+void OutputFile::write_out(const void* data, std::size_t bytes) {
+  const int error = write_all(fd_, static_cast<const std::byte*>(data), bytes);
+  if (error != 0) fail("writing", error);
+  written_ += bytes;
+}
+
+void OutputFile::commit() {
+  flush();
+  if (target_.empty()) {
+    if (spooled_) copy_spool();
+    // A device may refuse to sync, but close() can still report a lost write (a network pipe, a
+    // quota).
+    int& last = spooled_ ? stream_ : fd_;
+    const int result = ::close(last);
+    last = -1;
+    if (result != 0) fail("closing", errno);
+    return;
+  }
+  // Space set aside beyond the end would stay with the file.
+  if (expected_ > written_ && ::ftruncate(fd_, static_cast<off_t>(written_)) != 0) {
+    fail("writing", errno);
+  }
+  if (::fsync(fd_) != 0) fail("syncing", errno);
+  const int closed = ::close(fd_);
+  fd_ = -1;
+  if (closed != 0) fail("closing", errno);
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0)
+    fail("renaming a temporary file to", errno);
+  temporary_.clear();
+  // The file is whole and has its name. A folder that cannot be synced (some network file systems)
+  // only means that a power cut in the next seconds could bring the old file back.
+  const auto folder = std::filesystem::path(target_).parent_path();
+  const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  static_cast<void>(::fsync(fd));
+  ::close(fd);
+}
+
+void OutputFile::copy_spool() {
+  std::uint64_t offset = 0;
+  while (offset < written_) {
+    const auto want =
+        static_cast<std::size_t>(std::min<std::uint64_t>(kBufferBytes, written_ - offset));
+    const ssize_t n = ::pread(fd_, buffer_.get(), want, static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail("reading the temporary file of", n < 0 ? errno : EIO);
+    const int error = write_all(stream_, buffer_.get(), static_cast<std::size_t>(n));
+    if (error != 0) fail("writing", error);
+    offset += static_cast<std::uint64_t>(n);
+  }
+}
+
+void OutputFile::fail(const char* what, int error) const {
+  const std::string name = path_ == "-" ? "standard output" : path_;
+  std::string message =
+      fmt::format("{} {} failed at byte {}: {}", what, name, written_, std::strerror(error));
+  if (error == ENOSPC || error == EDQUOT) {
+    const std::uint64_t needed = std::max(expected_, size_);
+    message = fmt::format(
+        "no space left on the device for {}: needed {}about {} ({} bytes), {} were written; free "
+        "some or use another folder",
+        spooled_ ? "the temporary copy of " + name + " (TMPDIR names its folder)" : name,
+        expected_ > size_ ? "" : "at least ", format_bytes(needed), needed, format_bytes(written_));
+  } else if (error == EPIPE) {
+    message = fmt::format("writing {} failed: its reader has gone", name);
+  }
+  throw Error(ErrorCode::kIo, message);
+}
+
+}  // namespace tetfusion

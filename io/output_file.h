@@ -1,0 +1,68 @@
+// A file that appears under its name only when it is whole.
+//
+// A regular file is written under a temporary name in the folder of its target, synced and renamed
+// by commit(); without commit() the temporary is removed and the target is what it was. Standard
+// output ("-"), devices and pipes cannot be replaced: bytes go straight to them, or, where the
+// writer has to go back and patch, by way of a nameless temporary file that commit() copies.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace tetfusion {
+
+// Throws Error(kIo) if an OutputFile of that name could not be made: its folder is missing or not
+// writable, the target is a folder or read-only. Creates nothing; meant to be called before hours
+// of work.
+void check_output_path(const std::string& path);
+
+// Not thread-safe. Every function throws Error(kIo) when writing fails; the file can then only be
+// destroyed.
+class OutputFile {
+ public:
+  enum class Access {
+    kAppend,  // append() only
+    kPatch    // overwrite() too
+  };
+  static constexpr std::size_t kBufferBytes = std::size_t{2} << 20;
+
+  explicit OutputFile(const std::string& path, Access access = Access::kAppend);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  // Says how long the file will be, or at least be: space is set aside for it where the file system
+  // can, so that a disk too small fails here. Call before the first append().
+  void expect(std::uint64_t bytes);
+  void append(const void* data, std::size_t bytes);
+  // Replaces bytes that were appended before. Needs Access::kPatch.
+  void overwrite(std::uint64_t offset, const void* data, std::size_t bytes);
+  std::uint64_t size() const { return size_; }  // bytes appended so far
+
+  // Makes the file durable and gives it its name. Call once, last.
+  void commit();
+
+ private:
+  void open_temporary();
+  void open_spool();
+  void flush();
+  void write_out(const void* data, std::size_t bytes);
+  void copy_spool();
+  [[noreturn]] void fail(const char* what, int error) const;
+
+  std::string path_;       // as the user gave it, for messages
+  std::string target_;     // links followed; empty when there is nothing to rename
+  std::string temporary_;  // empty when nothing has to be unlinked
+  bool spooled_ = false;   // the bytes lie in a nameless file until commit()
+  int fd_ = -1;
+  int stream_ = -1;  // where a spool is copied to
+  std::unique_ptr<std::byte[]> buffer_;
+  std::size_t buffered_ = 0;
+  std::uint64_t size_ = 0;
+  std::uint64_t written_ = 0;   // size_ without what is buffered
+  std::uint64_t expected_ = 0;  // 0: not known
+};
+
+}  // namespace tetfusion

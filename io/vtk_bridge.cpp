@@ -1,0 +1,153 @@
+#include "io/vtk_bridge.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "io/mapped_file.h"
+#include "io/vtk_plugin.h"
+
+namespace tetfusion {
+namespace {
+
+void throw_if_failed(PluginStatus status) {
+  if (status.failed) throw Error(status.code, status.message);
+}
+
+class VtkSource : public MeshSource {
+ public:
+  explicit VtkSource(std::unique_ptr<PluginMesh> mesh) : mesh_(std::move(mesh)) {}
+
+  const MeshDescription& description() const override { return mesh_->description(); }
+
+  Geometry read_geometry() override {
+    Geometry geometry;
+    throw_if_failed(mesh_->read_geometry(&geometry));
+    return geometry;
+  }
+
+  DataArray read_array(Association association, std::size_t index) override {
+    DataArray array;
+    throw_if_failed(mesh_->read_array(association, index, &array));
+    return array;
+  }
+
+ private:
+  std::unique_ptr<PluginMesh> mesh_;
+};
+
+std::vector<std::filesystem::path> plugin_folders() {
+  std::vector<std::filesystem::path> folders;
+  const char* wanted = std::getenv("TETFUSION_PLUGIN_PATH");
+  if (wanted != nullptr && *wanted != '\0') folders.emplace_back(wanted);
+  std::error_code failed;
+  const auto executable = std::filesystem::read_symlink("/proc/self/exe", failed);
+  if (!failed) {
+    folders.push_back(executable.parent_path());
+    folders.push_back(executable.parent_path().parent_path() / "lib" / "tetfusion");
+  }
+  return folders;
+}
+
+[[noreturn]] void throw_missing(const std::string& file,
+                                const std::vector<std::filesystem::path>& folders) {
+  std::string looked;
+  for (const auto& folder : folders) looked += (looked.empty() ? "" : ", ") + folder.string();
+  throw Error(
+      ErrorCode::kBadInput,
+      file + ". Only .vtu files are read without VTK, and the VTK reader plugin (" +
+          kVtkPluginFile + ") is not installed (looked in " + looked +
+          "). Build TetFusion with VTK 9.1 or newer (Debian: apt install libvtk9-dev; cmake "
+          "-DTETFUSION_VTK=ON), or convert the file to .vtu");
+}
+
+// The module, which stays loaded until the process ends: VTK does not like to be unloaded. `file`
+// says what it is needed for.
+const VtkPlugin& load_plugin(const std::string& file) {
+  const auto folders = plugin_folders();
+  std::filesystem::path path;
+  std::error_code ignored;
+  for (const auto& folder : folders) {
+    if (std::filesystem::exists(folder / kVtkPluginFile, ignored)) {
+      path = folder / kVtkPluginFile;
+      break;
+    }
+  }
+  if (path.empty()) throw_missing(file, folders);
+
+  const std::string needed = file + ". It is read with VTK, but the plugin " + path.string();
+  void* module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (module == nullptr) {
+    const char* why = ::dlerror();
+    throw Error(ErrorCode::kBadInput,
+                needed + " cannot be loaded: " + (why != nullptr ? why : "unknown reason") +
+                    ". Is VTK's run-time library installed?");
+  }
+  const auto entry = reinterpret_cast<VtkPluginEntry>(::dlsym(module, kVtkPluginEntry));
+  if (entry == nullptr) {
+    throw Error(ErrorCode::kBadInput, needed + " is not a plugin of TetFusion");
+  }
+  const VtkPlugin* plugin = entry();
+  if (plugin->interface_version != kVtkPluginInterface ||
+      std::strcmp(plugin->program_version, TETFUSION_VERSION) != 0) {
+    throw Error(ErrorCode::kBadInput, needed +
+                                          " belongs to another version of TetFusion: build or "
+                                          "install both together");
+  }
+  return *plugin;
+}
+
+// The value of `name="..."` in the first tag that begins with `tag`; empty if there is none.
+std::string_view attribute_of(std::string_view text, std::string_view tag, std::string_view name) {
+  const std::size_t begin = text.find(tag);
+  if (begin == std::string_view::npos) return {};
+  text = text.substr(begin, text.find('>', begin) - begin);
+  std::size_t at = text.find(name);
+  if (at == std::string_view::npos) return {};
+  at = text.find_first_of("\"'", at);
+  if (at == std::string_view::npos) return {};
+  const std::size_t end = text.find(text[at], at + 1);
+  return end == std::string_view::npos ? std::string_view{} : text.substr(at + 1, end - at - 1);
+}
+
+}  // namespace
+
+FormatGuess guess_format(std::span<const std::byte> head) {
+  constexpr std::size_t kEnough = 4096;
+  const std::string_view text(reinterpret_cast<const char*>(head.data()),
+                              std::min(head.size(), kEnough));
+  if (text.starts_with("# vtk DataFile")) return {ForeignFormat::kLegacyVtk, "a legacy VTK file"};
+  if (text.find("<VTKFile") != std::string_view::npos) {
+    const std::string_view type = attribute_of(text, "<VTKFile", "type");
+    return {ForeignFormat::kXmlVtk,
+            "a VTK XML file" + (type.empty() ? "" : " of type " + std::string(type))};
+  }
+  if (text.starts_with("CDF\001") || text.starts_with("CDF\002") || text.starts_with("CDF\005")) {
+    return {ForeignFormat::kNetCdf, "a NetCDF file, as Exodus uses it"};
+  }
+  if (text.starts_with("\x89HDF\r\n")) {
+    return {ForeignFormat::kHdf5, "an HDF5 file, as NetCDF-4 and Exodus use it"};
+  }
+  return {};
+}
+
+std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOptions& options) {
+  FormatGuess guess;
+  {
+    const MappedFile file = MappedFile::open(path);
+    guess = guess_format(file.bytes());
+  }
+  const VtkPlugin& plugin = load_plugin(path + ": this is " + guess.words);
+  std::unique_ptr<PluginMesh> mesh;
+  throw_if_failed(plugin.open(path, options, &mesh));
+  return std::make_unique<VtkSource>(std::move(mesh));
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,42 @@
+// The cells of a .vtu file: from connectivity, offsets and types to tetrahedra and cells of lower
+// dimension.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "base/vector.h"
+#include "io/mesh_source.h"
+#include "io/vtu_input.h"
+#include "mesh/geometry.h"
+
+namespace tetfusion {
+
+// The cells as the file has them, pieces one after another, ghost cells marked. Vertex ids count
+// through all pieces. Either tetrahedra alone, or cells of all kinds.
+struct VtuCells {
+  static constexpr std::uint8_t kGhost = 255;  // in place of a type
+
+  Vector<std::uint8_t> types;
+  std::uint64_t ghosts = 0;
+
+  bool tets_only = false;
+  Vector<Tet> tets;  // with tets_only: one a cell, ghosts too
+
+  Vector<std::uint64_t> offsets;  // otherwise: one entry more than cells
+  Vector<VertexId> connectivity;
+};
+
+// Reads and checks all cells, and sets a byte in `used` for each point that a cell which is not a
+// ghost uses (the vertices that are left of it with `options`). Throws Error(kBadInput) naming the
+// first cell that is not right.
+VtuCells read_cells(const VtuInput& input, const OpenOptions& options, Vector<std::uint8_t>* used);
+
+// Moves the cells into `mesh` under the points' new numbers (empty: as they are), splits what is to
+// be split, and fills tets, lower, tet_source, lower_source and ghost_cells. `path` is for
+// messages. Throws Error(kBadInput) when no tetrahedron is left, Error(kMemory) when there are too
+// many.
+void take_cells(const std::string& path, VtuCells cells, const Vector<VertexId>& new_ids,
+                Geometry* mesh);
+
+}  // namespace tetfusion

@@ -1,0 +1,48 @@
+// The head of a .vtu file: which arrays it has and where their values lie.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/array_reader.h"
+#include "mesh/data_array.h"
+
+namespace tetfusion {
+
+struct VtuArray {
+  ArrayInfo info;       // tuples: of this piece; 0 when `counted` is false
+  bool counted = true;  // false: only the values themselves tell how many there are
+  Payload payload;
+  bool present = false;  // false for what a piece without points or cells may lack
+};
+
+struct VtuPiece {
+  std::uint64_t points = 0;
+  std::uint64_t cells = 0;
+  std::vector<VtuArray> point_data;  // in the order of VtuHead::point_data, empty without points
+  std::vector<VtuArray> cell_data;   // in the order of VtuHead::cell_data, empty without cells
+  VtuArray coordinates;
+  VtuArray connectivity;
+  VtuArray offsets;
+  VtuArray types;
+};
+
+struct VtuHead {
+  std::string
+      format;  // for people: "VTK XML unstructured grid, appended raw, zlib, UInt64 headers"
+  BinaryLayout layout;
+  std::vector<VtuPiece> pieces;
+  std::vector<VtuArray> field_data;
+  AttributeSet point_data;  // tuples: all pieces together
+  AttributeSet cell_data;
+};
+
+// Parses the head. All pieces have the same arrays of the same type, and no array claims more
+// values than the file has room for. Throws Error(kBadInput).
+VtuHead parse_vtu_head(std::span<const std::byte> file, const std::string& path);
+
+}  // namespace tetfusion

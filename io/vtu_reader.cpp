@@ -1,0 +1,266 @@
+#include "io/vtu_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "base/error.h"
+#include "io/merge_pieces.h"
+#include "io/vtu_cells.h"
+#include "io/vtu_input.h"
+
+namespace tetfusion {
+
+namespace {
+
+class VtuSource final : public MeshSource {
+ public:
+  VtuSource(MappedFile file, const OpenOptions& options)
+      : input_{std::move(file), {}}, options_(options) {
+    with_memory_errors([this] {
+      input_.head = parse_vtu_head(input_.file.bytes(), input_.file.path());
+      describe();
+    });
+  }
+
+  const MeshDescription& description() const override { return description_; }
+
+  Geometry read_geometry() override {
+    Geometry mesh;
+    with_memory_errors([&] { read_geometry_into(&mesh); });
+    return mesh;
+  }
+
+  DataArray read_array(Association association, std::size_t index) override {
+    DataArray array;
+    with_memory_errors([&] {
+      array = association == Association::kField ? read_field(index)
+                                                 : read_attribute(association, index);
+    });
+    return array;
+  }
+
+ private:
+  // No size in the file makes an allocation fail before it was compared with the file's length;
+  // what remains is a mesh that is too large for this machine.
+  template <class F>
+  void with_memory_errors(F f) const {
+    try {
+      f();
+    } catch (const std::bad_alloc&) {
+      fail(ErrorCode::kMemory, "there is not enough memory to read the mesh");
+    } catch (const std::length_error&) {
+      fail(ErrorCode::kMemory, "there is not enough memory to read the mesh");
+    }
+  }
+
+  [[noreturn]] void fail(ErrorCode code, const std::string& what) const {
+    throw Error(code, input_.file.path() + ": " + what);
+  }
+
+  void describe() {
+    MeshDescription& d = description_;
+    const VtuHead& head = input_.head;
+    d.path = input_.file.path();
+    d.format = head.format;
+    d.pieces = head.pieces.size();
+    d.file_bytes = input_.file.size();
+    piece_begin_.push_back(0);
+    bool found_points = false;
+    for (const VtuPiece& piece : head.pieces) {
+      d.points += piece.points;
+      d.cells += piece.cells;
+      piece_begin_.push_back(d.points);
+      if (!piece.coordinates.present || found_points) continue;
+      found_points = true;
+      // Integers fit into Float64 (those that a mesh can have as coordinates).
+      d.point_type = piece.coordinates.info.type == ValueType::kFloat32 ? ValueType::kFloat32
+                                                                        : ValueType::kFloat64;
+    }
+    d.point_data = head.point_data;
+    d.cell_data = head.cell_data;
+    for (std::size_t i = 0; i < head.field_data.size(); ++i) {
+      d.field_data.arrays.push_back(head.field_data[i].info);
+      if (!head.field_data[i].counted) count_field(i);
+    }
+    if (d.cells == 0) fail(ErrorCode::kBadInput, "the mesh has no cells");
+  }
+
+  // ---- arrays ----
+
+  ArrayReader open_field(std::size_t index) const {
+    const VtuArray& array = input_.head.field_data[index];
+    return input_.open(array, "field array \"" + array.info.name + "\"");
+  }
+
+  // The number of tuples of a field array whose head does not tell it.
+  void count_field(std::size_t index) {
+    ArrayInfo& info = description_.field_data.arrays[index];
+    std::uint64_t values = 0;
+    if (info.type == ValueType::kString) {
+      const DataArray array = read_field(index);
+      values = static_cast<std::uint64_t>(
+          std::count(array.bytes.begin(), array.bytes.end(), std::byte{0}));
+    } else {
+      values = open_field(index).values();
+    }
+    if (values % info.components != 0) {
+      fail(ErrorCode::kBadInput, "field array \"" + info.name + "\": " + std::to_string(values) +
+                                     " values are no whole number of tuples of " +
+                                     std::to_string(info.components));
+    }
+    info.tuples = values / info.components;
+  }
+
+  DataArray read_field(std::size_t index) const {
+    const ArrayReader reader = open_field(index);
+    DataArray array;
+    array.info = description_.field_data.arrays.at(index);
+    array.bytes.resize(reader.values() * size_of(reader.type()));
+    reader.read_all(array.bytes.data());
+    const bool text = array.info.type == ValueType::kString;
+    if (text && !array.bytes.empty() && array.bytes.back() != std::byte{0}) {
+      array.bytes.push_back(std::byte{0});
+    }
+    return array;
+  }
+
+  DataArray read_attribute(Association association, std::size_t index) const {
+    const bool of_points = association == Association::kPoint;
+    const AttributeSet& set = of_points ? description_.point_data : description_.cell_data;
+    DataArray array;
+    array.info = set.arrays.at(index);
+    const std::size_t value_bytes = size_of(array.info.type);
+    array.bytes.resize(array.info.values() * value_bytes);
+    const std::string label =
+        std::string(of_points ? "point" : "cell") + " array \"" + array.info.name + "\"";
+    std::uint64_t at = 0;
+    for (std::size_t p = 0; p < input_.head.pieces.size(); ++p) {
+      const VtuPiece& piece = input_.head.pieces[p];
+      const std::vector<VtuArray>& arrays = of_points ? piece.point_data : piece.cell_data;
+      if (arrays.empty()) continue;
+      const ArrayReader reader = input_.open(arrays[index], label + input_.of_piece(p));
+      reader.read_all(array.bytes.data() + at);
+      at += reader.values() * value_bytes;
+    }
+    forget_duplicates(&array);
+    return array;
+  }
+
+  // Ghost cells are gone and copies of points are merged: nothing is a duplicate any more.
+  static void forget_duplicates(DataArray* array) {
+    if (array->info.name == "vtkGhostLevels") {
+      std::fill(array->bytes.begin(), array->bytes.end(), std::byte{0});
+    } else if (array->info.name == "vtkGhostType" && array->info.type == ValueType::kUInt8) {
+      constexpr std::uint8_t kDuplicate = 1;
+      for (std::uint8_t& flags : array->as<std::uint8_t>()) {
+        flags = static_cast<std::uint8_t>(flags & ~kDuplicate);
+      }
+    }
+  }
+
+  // ---- geometry ----
+
+  void read_geometry_into(Geometry* mesh) const {
+    const std::uint64_t points = description_.points;
+    if (points > kMaxPoints) {
+      fail(ErrorCode::kMemory, std::to_string(points) +
+                                   " points are more than can be held in memory at once (" +
+                                   std::to_string(kMaxPoints) + ")");
+    }
+    if (description_.point_type == ValueType::kFloat32) {
+      mesh->points = read_points<float>();
+    } else {
+      mesh->points = read_points<double>();
+    }
+    Vector<std::uint8_t> used;
+    used.assign(points, 0);
+    VtuCells cells = read_cells(input_, options_, &used);
+    Vector<VertexId> new_ids;
+    if (input_.head.pieces.size() > 1) {
+      const Vector<std::int64_t> ids = read_global_ids();
+      new_ids = compact_points(used, match_points({&mesh->points, piece_begin_, ids}, used), mesh);
+    } else if (std::find(used.begin(), used.end(), 0) != used.end()) {
+      new_ids = compact_points(used, {}, mesh);
+    }
+    take_cells(input_.file.path(), std::move(cells), new_ids, mesh);
+  }
+
+  template <class Real>
+  Vector<Vec3<Real>> read_points() const {
+    Vector<Vec3<Real>> points(description_.points);
+    for (std::size_t p = 0; p < input_.head.pieces.size(); ++p) {
+      const VtuPiece& piece = input_.head.pieces[p];
+      if (piece.points == 0) continue;
+      const ArrayReader reader = input_.open(piece.coordinates, "coordinates" + input_.of_piece(p));
+      Real* const out = &points[piece_begin_[p]].x;
+      visit_type(reader.type(), [&](auto zero) {
+        reader.for_each_chunk(
+            [&](const Chunk& chunk) { copy_coordinates<decltype(zero)>(reader, chunk, out); });
+      });
+    }
+    return points;
+  }
+
+  template <class From, class Real>
+  static void copy_coordinates(const ArrayReader& reader, const Chunk& chunk, Real* out) {
+    std::uint32_t bad = 0;
+    for (std::uint64_t i = 0; i < chunk.count; ++i) {
+      From value;
+      std::memcpy(&value, chunk.data + i * sizeof(From), sizeof(From));
+      const Real x = static_cast<Real>(value);
+      out[chunk.first + i] = x;
+      bad |= x - x != 0 ? 1u : 0u;  // x - x is zero, but for infinities and NaN
+    }
+    if (bad == 0) return;
+    std::uint64_t i = chunk.first;
+    while (std::isfinite(out[i])) ++i;
+    constexpr std::string_view kAxes = "xyz";
+    reader.fail("point " + std::to_string(i / 3) + " has the " + kAxes[i % 3] + " coordinate " +
+                std::to_string(out[i]) + reader.where(i));
+  }
+
+  // Empty when the points have no such ids.
+  Vector<std::int64_t> read_global_ids() const {
+    const AttributeSet& data = description_.point_data;
+    const auto marked = data.active.find("GlobalIds");
+    const std::string_view marked_name = marked == data.active.end() ? "" : marked->second;
+    for (const std::string_view name :
+         {marked_name, std::string_view("GlobalNodeIds"), std::string_view("GlobalNodeId"),
+          std::string_view("GlobalPointIds")}) {
+      const std::size_t index = data.find(name);
+      if (name.empty() || index == AttributeSet::npos) continue;
+      const ArrayInfo& info = data.arrays[index];
+      if (is_float(info.type) || info.components != 1) continue;
+      const DataArray array = read_attribute(Association::kPoint, index);
+      Vector<std::int64_t> ids(info.tuples);
+      visit_type(info.type, [&](auto zero) {
+        const auto values = array.as<decltype(zero)>();
+        for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(values[i]);
+      });
+      return ids;
+    }
+    return {};
+  }
+
+  VtuInput input_;
+  OpenOptions options_;
+  MeshDescription description_;
+  std::vector<std::uint64_t> piece_begin_;  // first point of each piece; one entry more
+};
+
+}  // namespace
+
+std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options) {
+  return std::make_unique<VtuSource>(std::move(file), options);
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,26 @@
+// VTK XML unstructured grids (.vtu), read from a mapped file without VTK.
+//
+// All encodings: appended raw or base64, inline base64, ascii; zlib, LZ4 and LZMA blocks; headers
+// of 32 and 64 bits; either byte order; several pieces. Points of different pieces are merged
+// (merge_pieces.h), by the global ids if there are any: the point array marked GlobalIds, or called
+// GlobalNodeIds, GlobalNodeId or GlobalPointIds.
+//
+// Ghost cells (vtkGhostType with its duplicate bit, or vtkGhostLevels above 0) are dropped. As
+// there is only one piece afterwards, read_array returns vtkGhostType without the duplicate bit and
+// vtkGhostLevels as zeros.
+//
+// Two arrays of one name, and arrays that not all pieces have, are errors.
+#pragma once
+
+#include <memory>
+
+#include "io/mapped_file.h"
+#include "io/mesh_source.h"
+
+namespace tetfusion {
+
+// Reads the head. Throws Error(kBadInput). read_geometry and read_array of the result may be called
+// in any order and again; each keeps nothing.
+std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options = {});
+
+}  // namespace tetfusion
