@@ -1,0 +1,106 @@
+#include "driver/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/numbers.h"
+
+namespace tetfusion {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json_object(const MeshSummary& m) {
+  return {{"path", m.path},
+          {"points", m.points},
+          {"tets", m.tets},
+          {"boundary_triangles", m.boundary_triangles},
+          {"volume", m.volume}};
+}
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+Json to_json_object(const LodSummary& lod) {
+  Json rejected;
+  for (std::size_t r = 0; r < kRejectReasons; ++r) rejected[kRejectNames[r]] = lod.pass.rejected[r];
+  return {{"tets", lod.pass.tets_after},
+          {"fused", lod.pass.fused},
+          {"labelled", lod.pass.labelled},
+          {"rejected", rejected},
+          {"scalar_tolerance", number_or_null(lod.scalar_tolerance)},
+          {"stretch_factor", number_or_null(lod.stretch_factor)},
+          {"seconds", lod.seconds}};
+}
+
+std::string_view reason_in_words(Reject reason) {
+  switch (reason) {
+    case Reject::kBoundary: return "a vertex of theirs lies on the boundary, which stays";
+    case Reject::kLocked: return "a vertex of theirs is locked";
+    case Reject::kScalar: return "the field would change by more than the scalar tolerance";
+    case Reject::kFlip: return "a tetrahedron round them would turn over";
+    case Reject::kStretch: return "a tetrahedron would stretch by more than the stretch factor";
+    case Reject::kAspect: return "a tetrahedron would exceed the aspect ratio";
+    case Reject::kQuota: return "the goal leaves no room";
+  }
+  return "";
+}
+
+}  // namespace
+
+double SimplifyReport::reduction() const {
+  if (input.tets == 0) return 0;
+  return 1 - static_cast<double>(output.tets) / static_cast<double>(input.tets);
+}
+
+std::string SimplifyReport::stop_sentence() const {
+  if (stop_reason == StopReason::kGoal) return "The goal was reached.";
+  const std::string start = has_goal ? "The goal was not reached: no" : "No";
+  if (lods.empty()) return start + " tetrahedron may be fused.";
+  const PassStatistics& last = lods.back().pass;
+  const auto most = std::max_element(last.rejected.begin(), last.rejected.end());
+  const auto reason = static_cast<Reject>(most - last.rejected.begin());
+  return fmt::format("{} tetrahedron may be fused any more; for {} of {} this is because {}.", start,
+                     format_count(*most), format_count(last.tets_before), reason_in_words(reason));
+}
+
+std::string to_json(const SimplifyReport& r) {
+  Json lods = Json::array();
+  for (const LodSummary& lod : r.lods) lods.push_back(to_json_object(lod));
+  Json seconds(r.seconds);
+  seconds["total"] = r.total_seconds;
+  const Json json = {
+      {"version", version()},
+      {"input", to_json_object(r.input)},
+      {"output", to_json_object(r.output)},
+      {"outputs", r.outputs},
+      {"reduction", r.reduction()},
+      {"stop_reason", r.stop_reason == StopReason::kGoal ? "goal" : "saturated"},
+      {"stop_sentence", r.stop_sentence()},
+      {"steering", r.steering},
+      {"regions", r.regions},
+      {"odd",
+       {{"rewound", r.oddities.rewound},
+        {"degenerate", r.oddities.degenerate},
+        {"inverted", r.oddities.inverted},
+        {"duplicate_tets", r.oddities.duplicate_tets},
+        {"nonconforming_faces", r.oddities.nonconforming_faces},
+        {"unused_points", r.oddities.unused_points},
+        {"merged_points", r.oddities.merged_points},
+        {"ghost_cells", r.oddities.ghost_cells},
+        {"locked_vertices", r.oddities.locked_vertices}}},
+      {"lods", lods},
+      {"seconds", seconds},
+      {"cpu_seconds", r.cpu_seconds},
+      {"peak_rss_bytes", r.peak_rss_bytes},
+      {"threads", r.threads},
+      {"chunks", r.chunks}};
+  return json.dump(2) + "\n";
+}
+
+std::string version() { return TETFUSION_VERSION; }
+
+}  // namespace tetfusion

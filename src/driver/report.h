@@ -1,0 +1,71 @@
+// What a simplification did, for people and as JSON.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "kernel/greedy_pass.h"
+
+namespace tetfusion {
+
+struct MeshSummary {
+  std::string path;
+  std::uint64_t points = 0;
+  std::uint64_t tets = 0;
+  std::uint64_t boundary_triangles = 0;
+  double volume = 0;
+};
+
+struct LodSummary {
+  PassStatistics pass;
+  double scalar_tolerance = 0;
+  double stretch_factor = 0;
+  double seconds = 0;
+};
+
+// What is odd about the input and was therefore left alone or out.
+struct Oddities {
+  std::uint64_t rewound = 0;
+  std::uint64_t degenerate = 0;
+  std::uint64_t inverted = 0;
+  std::uint64_t duplicate_tets = 0;
+  std::uint64_t nonconforming_faces = 0;
+  std::uint64_t unused_points = 0;
+  std::uint64_t merged_points = 0;
+  std::uint64_t ghost_cells = 0;
+  std::uint64_t locked_vertices = 0;  // for another reason than the boundary
+};
+
+enum class StopReason : std::uint8_t {
+  kGoal,       // the goal was reached, within one fusion
+  kSaturated,  // no fusion is allowed any more
+};
+
+struct SimplifyReport {
+  MeshSummary input;
+  MeshSummary output;
+  std::vector<std::string> outputs;  // every file written
+  std::vector<std::string> steering;
+  std::vector<std::string> regions;
+  Oddities oddities;
+  StopReason stop_reason = StopReason::kSaturated;
+  bool has_goal = false;
+  std::vector<LodSummary> lods;
+  std::map<std::string, double> seconds;  // by phase
+  double total_seconds = 0;
+  double cpu_seconds = 0;
+  std::uint64_t peak_rss_bytes = 0;
+  int threads = 1;
+  std::uint64_t chunks = 1;
+
+  double reduction() const;  // share of the tetrahedra that went
+  // Which limit ended the run, in plain words.
+  std::string stop_sentence() const;
+};
+
+std::string to_json(const SimplifyReport& report);
+std::string version();  // "0.1.0"
+
+}  // namespace tetfusion

@@ -1,0 +1,390 @@
+#include "driver/simplify.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+
+#include "base/error.h"
+#include "base/resources.h"
+#include "driver/prepare.h"
+#include "io/mesh_sink.h"
+#include "io/mesh_source.h"
+#include "mesh/inspect.h"
+#include "mesh/predicates.h"
+#include "support/meshes.h"
+#include "support/temp_dir.h"
+
+namespace tetfusion {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::five_split_cube;
+using testing::TempDir;
+
+using P = Vec3<double>;
+
+// A mesh file in the making: a geometry and its arrays.
+struct MeshFile {
+  Geometry geometry;
+  std::vector<DataArray> point_arrays, cell_arrays, field_arrays;
+  std::map<std::string, std::string> point_markers;
+
+  std::size_t cells() const { return geometry.tets.size() + geometry.lower.size(); }
+
+  void write(const std::string& path) const {
+    OutputMesh mesh;
+    mesh.points = &geometry.points;
+    mesh.tets = &geometry.tets;
+    mesh.lower = &geometry.lower;
+    for (const DataArray& a : point_arrays) mesh.point_data.arrays.push_back(a.info);
+    for (const DataArray& a : cell_arrays) mesh.cell_data.arrays.push_back(a.info);
+    for (const DataArray& a : field_arrays) mesh.field_data.arrays.push_back(a.info);
+    mesh.point_data.active = point_markers;
+    mesh.read_array = [&](Association association, std::size_t i) {
+      switch (association) {
+        case Association::kPoint: return point_arrays[i];
+        case Association::kCell: return cell_arrays[i];
+        case Association::kField: break;
+      }
+      return field_arrays[i];
+    };
+    write_mesh(mesh, path);
+  }
+};
+
+template <class T, class F>
+DataArray make_array(const std::string& name, std::size_t tuples, std::uint32_t components, F&& value) {
+  DataArray array;
+  array.info = {name, value_type_of<T>(), components, {}, tuples};
+  array.bytes.resize(tuples * components * sizeof(T));
+  for (std::size_t i = 0; i < tuples * components; ++i) {
+    array.as<T>()[i] = static_cast<T>(value(i / components, i % components));
+  }
+  return array;
+}
+
+// An array over the points, from their coordinates.
+template <class T, class F>
+DataArray point_array(const MeshFile& file, const std::string& name, F&& f) {
+  return make_array<T>(name, point_count(file.geometry.points), 1, [&](std::size_t i, std::size_t) {
+    return f(testing::point(file.geometry, static_cast<VertexId>(i)));
+  });
+}
+
+MeshFile box(std::uint32_t n, double jitter = 0.15) {
+  MeshFile file;
+  file.geometry = five_split_cube(n, jitter, 4);
+  return file;
+}
+
+const DataArray read_point_array(MeshSource* source, const std::string& name) {
+  const std::size_t i = source->description().point_data.find(name);
+  if (i == AttributeSet::npos) throw std::runtime_error("no point array " + name);
+  return source->read_array(Association::kPoint, i);
+}
+
+const DataArray read_cell_array(MeshSource* source, const std::string& name) {
+  const std::size_t i = source->description().cell_data.find(name);
+  if (i == AttributeSet::npos) throw std::runtime_error("no cell array " + name);
+  return source->read_array(Association::kCell, i);
+}
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class Simplify : public ::testing::Test {
+ protected:
+  SimplifyReport run(const MeshFile& file) {
+    file.write(request.input);
+    RunContext context;
+    context.notice = [this](std::string_view s) { notices.emplace_back(s); };
+    return simplify(request, context);
+  }
+  TempDir folder;
+  SimplifyRequest request = [this] {
+    SimplifyRequest r;
+    r.input = folder.file("in.vtu");
+    r.output = folder.file("out.vtu");
+    r.behaviour.scalar_tolerance = {std::numeric_limits<double>::infinity()};
+    return r;
+  }();
+  std::vector<std::string> notices;
+};
+
+TEST_F(Simplify, EveryArrayComesOutUnderItsNameAndType) {
+  MeshFile file = box(8);
+  const std::size_t points = point_count(file.geometry.points);
+  const auto linear = [](const P& p) { return 3 * p.x - p.y + 2 * p.z; };
+  file.point_arrays.push_back(point_array<double>(file, "linear", linear));
+  file.point_arrays.push_back(make_array<float>("vector", points, 3, [&](std::size_t i, std::size_t k) {
+    const P p = testing::point(file.geometry, static_cast<VertexId>(i));
+    return k == 0 ? p.x : (k == 1 ? p.y : p.z);
+  }));
+  file.point_arrays.push_back(make_array<std::int64_t>("GlobalNodeIds", points, 1, [](auto i, auto) { return 1000 + i; }));
+  file.point_arrays.push_back(make_array<std::uint8_t>("byte", points, 2, [](auto i, auto k) { return (i + k) % 256; }));
+  file.point_arrays[1].info.component_names = {"X", "Y", "Z"};
+  file.point_markers = {{"Scalars", "linear"}, {"Vectors", "vector"}, {"GlobalIds", "GlobalNodeIds"}};
+  const auto first = make_array<std::int32_t>("first", file.cells(), 1, [](auto i, auto) { return i; });
+  file.cell_arrays.push_back(first);
+  file.cell_arrays.push_back(make_array<float>("stress", file.cells(), 6, [](auto i, auto k) { return i * 6 + k; }));
+  file.field_arrays.push_back(make_array<double>("TimeValue", 1, 1, [](auto, auto) { return 2.5; }));
+
+  const SimplifyReport report = run(file);
+  EXPECT_LT(report.output.tets, report.input.tets);
+  EXPECT_THAT(report.steering, ElementsAre("linear"));
+
+  const auto source = open_mesh(request.output);
+  const MeshDescription& out = source->description();
+  ASSERT_EQ(out.point_data.arrays.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(out.point_data.arrays[i].name, file.point_arrays[i].info.name);
+    EXPECT_EQ(out.point_data.arrays[i].type, file.point_arrays[i].info.type);
+    EXPECT_EQ(out.point_data.arrays[i].components, file.point_arrays[i].info.components);
+    EXPECT_EQ(out.point_data.arrays[i].component_names, file.point_arrays[i].info.component_names);
+  }
+  EXPECT_EQ(out.point_data.active, file.point_markers);
+  ASSERT_EQ(out.field_data.arrays.size(), 1u);
+  EXPECT_EQ(source->read_array(Association::kField, 0).as<double>()[0], 2.5);
+
+  const Geometry g = source->read_geometry();
+  const DataArray values = read_point_array(source.get(), "linear");
+  const DataArray vectors = read_point_array(source.get(), "vector");
+  const DataArray ids = read_point_array(source.get(), "GlobalNodeIds");
+  std::set<std::int64_t> seen;
+  for (VertexId v = 0; v < point_count(g.points); ++v) {
+    const P p = testing::point(g, v);
+    EXPECT_NEAR(values.as<double>()[v], linear(p), 1e-12);
+    EXPECT_NEAR(vectors.as<float>()[3 * v], p.x, 1e-6);
+    EXPECT_NEAR(vectors.as<float>()[3 * v + 2], p.z, 1e-6);
+    EXPECT_TRUE(seen.insert(ids.as<std::int64_t>()[v]).second) << "an id twice";
+  }
+  // A surviving tetrahedron keeps its values.
+  const DataArray survivors = read_cell_array(source.get(), "first");
+  const DataArray stress = read_cell_array(source.get(), "stress");
+  for (std::size_t t = 0; t < g.tets.size(); ++t) {
+    EXPECT_EQ(stress.as<float>()[6 * t + 5], static_cast<float>(survivors.as<std::int32_t>()[t] * 6 + 5));
+  }
+}
+
+TEST_F(Simplify, FloatCoordinatesKeepVolumeBoundaryAndLinearFields) {
+  MeshFile file = box(10);
+  file.geometry = testing::to_float(file.geometry);
+  file.point_arrays.push_back(point_array<float>(file, "linear", [](const P& p) { return p.x + 2 * p.y - p.z; }));
+  const SimplifyReport report = run(file);
+  EXPECT_LT(report.output.tets, report.input.tets * 8 / 10);
+  EXPECT_NEAR(report.output.volume / report.input.volume, 1, 1e-12);
+  EXPECT_EQ(report.output.boundary_triangles, report.input.boundary_triangles);
+  const auto source = open_mesh(request.output);
+  Geometry g = source->read_geometry();
+  EXPECT_EQ(point_type(g.points), ValueType::kFloat32);
+  const DataArray values = read_point_array(source.get(), "linear");
+  for (VertexId v = 0; v < point_count(g.points); ++v) {
+    const P p = testing::point(g, v);
+    EXPECT_NEAR(values.as<float>()[v], p.x + 2 * p.y - p.z, 2e-5);
+  }
+  const Inspection inspection = inspect(g);
+  EXPECT_EQ(inspection.degenerate + inspection.inverted + inspection.foldover_faces, 0u);
+}
+
+TEST_F(Simplify, TheScalarToleranceHoldsFieldsBack) {
+  MeshFile file = box(8);
+  file.point_arrays.push_back(point_array<double>(file, "x", [](const P& p) { return p.x; }));
+  const SimplifyReport off = run(file);
+  request.behaviour.scalar_tolerance = {0.05};
+  const SimplifyReport tight = run(file);
+  EXPECT_GT(tight.output.tets, off.output.tets);
+  // An array's own tolerance goes before the common one.
+  request.behaviour.arrays = {"x:99%"};
+  EXPECT_EQ(run(file).output.tets, off.output.tets);
+}
+
+TEST_F(Simplify, CellArraysMaySteer) {
+  MeshFile file = box(8);
+  file.cell_arrays.push_back(make_array<float>("load", file.cells(), 1, [](auto i, auto) { return i % 97; }));
+  request.behaviour.arrays = {"cell:load"};
+  request.behaviour.scalar_tolerance = {0.01};
+  const SimplifyReport tight = run(file);
+  EXPECT_THAT(tight.steering, ElementsAre("cell:load"));
+  request.behaviour.scalar_tolerance = {10};
+  EXPECT_LT(run(file).output.tets, tight.output.tets);
+}
+
+TEST_F(Simplify, AConstantArrayDoesNotSteer) {
+  MeshFile file = box(5);
+  file.point_arrays.push_back(point_array<double>(file, "same", [](const P&) { return 7.0; }));
+  request.behaviour.scalar_tolerance = {0.01};
+  const SimplifyReport report = run(file);
+  EXPECT_TRUE(report.steering.empty());
+  EXPECT_LT(report.output.tets, report.input.tets);
+  EXPECT_THAT(notices, ::testing::Contains(HasSubstr("same")));
+}
+
+TEST_F(Simplify, VerticesWithoutAValueStay) {
+  MeshFile file = box(7);
+  file.point_arrays.push_back(point_array<double>(
+      file, "holes", [](const P& p) { return p.x > 3 && p.x < 5 ? std::nan("") : p.x; }));
+  const SimplifyReport report = run(file);
+  EXPECT_GT(report.oddities.locked_vertices, 0u);
+  const auto source = open_mesh(request.output);
+  const auto count_nan = [](const DataArray& a) {
+    const auto v = a.as<double>();
+    return std::count_if(v.begin(), v.end(), [](double x) { return std::isnan(x); });
+  };
+  EXPECT_EQ(count_nan(read_point_array(source.get(), "holes")), count_nan(file.point_arrays[0]));
+}
+
+TEST_F(Simplify, CarriedCellsKeepTheirPointsAndValues) {
+  MeshFile file = box(6, 0.1);
+  // A fault of two triangles and a sensor in the middle of the box; vertex ids run fastest in x.
+  const auto at = [](VertexId x, VertexId y, VertexId z) { return (z * 7 + y) * 7 + x; };
+  LowerCells& lower = file.geometry.lower;
+  lower.types = {5, 5, 1, 3};
+  lower.offsets = {0, 3, 6, 7, 9};
+  lower.connectivity = {at(2, 2, 3), at(3, 2, 3), at(3, 3, 3), at(2, 2, 3), at(3, 3, 3),
+                        at(2, 3, 3), at(4, 4, 4), at(2, 2, 2), at(3, 2, 2)};
+  file.cell_arrays.push_back(make_array<std::int32_t>("tag", file.cells(), 1, [](auto i, auto) { return i; }));
+  const auto positions = [](const Geometry& g) {
+    std::vector<std::array<double, 3>> out;
+    for (const VertexId v : g.lower.connectivity) {
+      const P p = testing::point(g, v);
+      out.push_back({p.x, p.y, p.z});
+    }
+    return out;
+  };
+  const SimplifyReport report = run(file);
+  EXPECT_LT(report.output.tets, report.input.tets);
+  const auto source = open_mesh(request.output);
+  const Geometry g = source->read_geometry();
+  EXPECT_EQ(g.lower.types, lower.types);
+  EXPECT_EQ(g.lower.offsets, lower.offsets);
+  EXPECT_EQ(positions(g), positions(file.geometry));
+  const DataArray tags = read_cell_array(source.get(), "tag");
+  for (std::size_t c = 0; c < 4; ++c) {
+    EXPECT_EQ(tags.as<std::int32_t>()[g.tets.size() + c],
+              static_cast<std::int32_t>(file.geometry.tets.size() + c));
+  }
+}
+
+TEST_F(Simplify, MaterialInterfacesStay) {
+  MeshFile file = box(8, 0.1);
+  const auto material = [&](std::size_t t) {
+    double x = 0;
+    for (const VertexId v : file.geometry.tets[t]) x += testing::point(file.geometry, v).x / 4;
+    return x < 4.1 ? 1 : 2;
+  };
+  file.cell_arrays.push_back(
+      make_array<std::int32_t>("Material_Id", file.cells(), 1, [&](auto i, auto) { return material(i); }));
+  const SimplifyReport kept = run(file);
+  EXPECT_THAT(kept.regions, ElementsAre("Material_Id"));
+  const auto source = open_mesh(request.output);
+  const Geometry g = source->read_geometry();
+  const DataArray ids = read_cell_array(source.get(), "Material_Id");
+  double volume = 0;
+  double expected = 0;
+  for (std::size_t t = 0; t < g.tets.size(); ++t) {
+    if (ids.as<std::int32_t>()[t] == 1) volume += determinant(std::get<Vector<P>>(g.points), g.tets[t]).value / 6;
+  }
+  for (std::size_t t = 0; t < file.geometry.tets.size(); ++t) {
+    if (material(t) != 1) continue;
+    expected += determinant(std::get<Vector<P>>(file.geometry.points), file.geometry.tets[t]).value / 6;
+  }
+  EXPECT_NEAR(volume, expected, 1e-10);
+  request.behaviour.regions.emplace();
+  EXPECT_LT(run(file).output.tets, kept.output.tets);
+}
+
+TEST(ChooseRegions, GoesByNameAndType) {
+  MeshDescription mesh;
+  const auto add = [&](const std::string& name, ValueType type, std::uint32_t components = 1) {
+    mesh.cell_data.arrays.push_back({name, type, components, {}, 0});
+  };
+  add("MaterialIds", ValueType::kInt32);
+  add("partition", ValueType::kInt32);
+  add("gmsh:physical", ValueType::kInt64);
+  add("zone", ValueType::kFloat32);
+  add("ProcessId", ValueType::kInt32);
+  add("part", ValueType::kUInt8);
+  add("labels", ValueType::kInt32, 3);
+  EXPECT_THAT(choose_regions(mesh, std::nullopt), ElementsAre(0u, 2u, 5u));
+}
+
+TEST_F(Simplify, TheBytesDoNotDependOnThreads) {
+  MeshFile file = box(12);
+  file.geometry = testing::to_float(file.geometry);
+  file.point_arrays.push_back(point_array<float>(file, "f", [](const P& p) { return std::sin(p.x) * p.y; }));
+  request.behaviour.scalar_tolerance = {0.05};
+  request.encoding = Encoding::kZlib;
+  std::set<std::string> outputs;
+  for (const int threads : {1, 2, 5}) {
+    request.performance.threads = threads;
+    run(file);
+    outputs.insert(bytes_of(request.output));
+  }
+  set_thread_count(0);
+  EXPECT_EQ(outputs.size(), 1u);
+}
+
+TEST_F(Simplify, TheGoalIsMetFromAbove) {
+  const MeshFile file = box(16);
+  const auto tets = static_cast<double>(file.geometry.tets.size());
+  for (const double reduction : {0.0, 0.01, 0.1, 0.25, 0.4}) {
+    request.behaviour.reduction = reduction;
+    const SimplifyReport report = run(file);
+    EXPECT_EQ(report.stop_reason, StopReason::kGoal) << reduction;
+    EXPECT_GE(static_cast<double>(report.output.tets), tets * (1 - reduction) - 1e-6);
+    EXPECT_LT(static_cast<double>(report.output.tets), tets * (1 - reduction) + 60);
+  }
+  request.behaviour.reduction = 0.99;
+  const SimplifyReport report = run(file);
+  EXPECT_EQ(report.stop_reason, StopReason::kSaturated);
+  EXPECT_THAT(report.stop_sentence(), HasSubstr("The goal was not reached"));
+}
+
+TEST_F(Simplify, AnInterruptedRunLeavesTheOldFile) {
+  MeshFile file = box(6);
+  file.write(request.input);
+  std::ofstream(request.output) << "old";
+  std::atomic<bool> cancelled{false};
+  RunContext context;
+  context.cancelled = &cancelled;
+  context.progress = [&](std::string_view phase, double) {
+    if (phase == "writing") cancelled = true;
+  };
+  try {
+    simplify(request, context);
+    FAIL() << "was not interrupted";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::kInterrupted);
+  }
+  EXPECT_EQ(bytes_of(request.output), "old");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
+}
+
+TEST_F(Simplify, ProgressOnlyGrows) {
+  MeshFile file = box(10);
+  file.write(request.input);
+  RunContext context;
+  double last = 0;
+  context.progress = [&](std::string_view, double share) {
+    EXPECT_GE(share, last);
+    EXPECT_LE(share, 1);
+    last = share;
+  };
+  simplify(request, context);
+  EXPECT_EQ(last, 1);
+}
+
+}  // namespace
+}  // namespace tetfusion
