@@ -1,0 +1,245 @@
+#include "vtk_arrays.h"
+
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkDataSetAttributes.h>
+#include <vtkPointData.h>
+#include <vtkStringArray.h>
+
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "base/error.h"
+
+namespace tetfusion {
+namespace {
+
+template <std::size_t kBytes, bool kSigned>
+constexpr ValueType integer_type() {
+  static_assert(kBytes == 1 || kBytes == 2 || kBytes == 4 || kBytes == 8);
+  if constexpr (kBytes == 1) return kSigned ? ValueType::kInt8 : ValueType::kUInt8;
+  if constexpr (kBytes == 2) return kSigned ? ValueType::kInt16 : ValueType::kUInt16;
+  if constexpr (kBytes == 4) return kSigned ? ValueType::kInt32 : ValueType::kUInt32;
+  return kSigned ? ValueType::kInt64 : ValueType::kUInt64;
+}
+
+std::optional<ValueType> value_type(const vtkAbstractArray* array) {
+  switch (array->GetDataType()) {
+    case VTK_FLOAT:
+      return ValueType::kFloat32;
+    case VTK_DOUBLE:
+      return ValueType::kFloat64;
+    case VTK_BIT:
+      return ValueType::kUInt8;  // a byte each
+    case VTK_CHAR:
+    case VTK_SIGNED_CHAR:
+      return ValueType::kInt8;
+    case VTK_UNSIGNED_CHAR:
+      return ValueType::kUInt8;
+    case VTK_SHORT:
+      return integer_type<sizeof(short), true>();
+    case VTK_UNSIGNED_SHORT:
+      return integer_type<sizeof(short), false>();
+    case VTK_INT:
+      return integer_type<sizeof(int), true>();
+    case VTK_UNSIGNED_INT:
+      return integer_type<sizeof(int), false>();
+    case VTK_LONG:
+      return integer_type<sizeof(long), true>();
+    case VTK_UNSIGNED_LONG:
+      return integer_type<sizeof(long), false>();
+    case VTK_LONG_LONG:
+      return integer_type<sizeof(long long), true>();
+    case VTK_UNSIGNED_LONG_LONG:
+      return integer_type<sizeof(long long), false>();
+    case VTK_ID_TYPE:
+      return integer_type<sizeof(vtkIdType), true>();
+    case VTK_STRING:
+      return ValueType::kString;
+    default:
+      return std::nullopt;
+  }
+}
+
+bool is_ghost_array(const std::string& name) {
+  return name == vtkDataSetAttributes::GhostArrayName();
+}
+
+std::string name_of(vtkAbstractArray* array, int index) {
+  const char* name = array->GetName();
+  return name != nullptr && *name != '\0' ? name : "array_" + std::to_string(index);
+}
+
+vtkDataSetAttributes* attributes_of(const Piece& piece, Association association) {
+  if (association == Association::kPoint) return piece.data->GetPointData();
+  return piece.data->GetCellData();
+}
+
+// So many pieces, from the first on, have rows of their own.
+std::size_t pieces_with_rows(const PieceList& list, Association association) {
+  return association == Association::kPoint ? list.point_pieces : list.pieces.size();
+}
+
+std::uint64_t rows_of(const Piece& piece, Association association) {
+  return association == Association::kPoint ? piece.points() : piece.cells();
+}
+
+ArrayInfo describe(vtkAbstractArray* array, const std::string& name, ValueType type) {
+  ArrayInfo info;
+  info.name = name;
+  info.type = type;
+  info.components = static_cast<std::uint32_t>(array->GetNumberOfComponents());
+  info.tuples = static_cast<std::uint64_t>(array->GetNumberOfTuples());
+  if (array->HasAComponentName()) {
+    for (int c = 0; c < array->GetNumberOfComponents(); ++c) {
+      const char* component = array->GetComponentName(c);
+      info.component_names.emplace_back(component != nullptr ? component : "");
+    }
+  }
+  return info;
+}
+
+void check_part(const std::string& path, const std::string& what, vtkAbstractArray* part,
+                std::uint64_t rows, const ArrayInfo& whole) {
+  if (static_cast<std::uint64_t>(part->GetNumberOfTuples()) != rows) {
+    throw Error(ErrorCode::kBadInput, path + ": " + what + " has " +
+                                          std::to_string(part->GetNumberOfTuples()) +
+                                          " tuples for " + std::to_string(rows) + " rows");
+  }
+  if (value_type(part) != whole.type ||
+      static_cast<std::uint32_t>(part->GetNumberOfComponents()) != whole.components) {
+    throw Error(ErrorCode::kBadInput,
+                path + ": " + what + " is of another type or width in another piece");
+  }
+}
+
+void collect_active(vtkDataSetAttributes* attributes, AttributeSet* set) {
+  for (int kind = 0; kind < vtkDataSetAttributes::NUM_ATTRIBUTES; ++kind) {
+    vtkAbstractArray* array = attributes->GetAbstractAttribute(kind);
+    if (array == nullptr || array->GetName() == nullptr) continue;
+    if (set->find(array->GetName()) == AttributeSet::npos) continue;
+    set->active.emplace(vtkDataSetAttributes::GetAttributeTypeAsString(kind), array->GetName());
+  }
+}
+
+std::string leaves_out(const char* kind, const std::string& name, vtkAbstractArray* array) {
+  return std::string(kind) + " array '" + name + "' (" + array->GetDataTypeAsString() + ")";
+}
+
+void append_strings(vtkStringArray* strings, Vector<std::byte>* out) {
+  for (vtkIdType i = 0; i < strings->GetNumberOfValues(); ++i) {
+    const std::string value = strings->GetValue(i);
+    const auto* from = reinterpret_cast<const std::byte*>(value.c_str());
+    out->insert(out->end(), from, from + std::strlen(value.c_str()) + 1);
+  }
+}
+
+// Copies a part's values to `to`, which has room for them.
+void copy_values(vtkDataArray* part, ValueType type, std::byte* to) {
+  const auto values = static_cast<std::uint64_t>(part->GetNumberOfValues());
+  if (values == 0) return;
+  if (part->GetDataType() != VTK_BIT && part->HasStandardMemoryLayout()) {
+    std::memcpy(to, part->GetVoidPointer(0), values * size_of(type));
+    return;
+  }
+  const int width = part->GetNumberOfComponents();
+  visit_type(type, [&](auto zero) {
+    auto* out = reinterpret_cast<decltype(zero)*>(to);
+    for (vtkIdType i = 0; i < part->GetNumberOfTuples(); ++i) {
+      for (int c = 0; c < width; ++c)
+        *out++ = static_cast<decltype(zero)>(part->GetComponent(i, c));
+    }
+  });
+}
+
+void fill_missing(ValueType type, std::byte* to, std::uint64_t values) {
+  visit_type(type, [&](auto zero) {
+    using T = decltype(zero);
+    // The quiet NaN of an integer type is 0.
+    std::fill_n(reinterpret_cast<T*>(to), values, std::numeric_limits<T>::quiet_NaN());
+  });
+}
+
+}  // namespace
+
+ArrayTable collect_arrays(const std::string& path, const PieceList& list, Association association) {
+  const bool points = association == Association::kPoint;
+  const char* kind = points ? "point" : "cell";
+  ArrayTable table;
+  for (std::size_t k = 0; k < pieces_with_rows(list, association); ++k) {
+    const Piece& piece = list.pieces[k];
+    vtkDataSetAttributes* attributes = attributes_of(piece, association);
+    for (int i = 0; i < attributes->GetNumberOfArrays(); ++i) {
+      vtkAbstractArray* array = attributes->GetAbstractArray(i);
+      const std::string name = name_of(array, i);
+      if (is_ghost_array(name)) continue;
+      const auto type = value_type(array);
+      if (!type || *type == ValueType::kString || array->GetNumberOfComponents() < 1) {
+        table.left_out.push_back(leaves_out(kind, name, array));
+        continue;
+      }
+      std::size_t at = table.set.find(name);
+      if (at == AttributeSet::npos) {
+        at = table.set.arrays.size();
+        table.set.arrays.push_back(describe(array, name, *type));
+        table.set.arrays.back().tuples = points ? list.points : list.cells;
+        table.parts.emplace_back(pieces_with_rows(list, association), nullptr);
+      }
+      check_part(path, std::string(kind) + " array '" + name + "'", array,
+                 rows_of(piece, association), table.set.arrays[at]);
+      table.parts[at][k] = array;
+    }
+    collect_active(attributes, &table.set);
+  }
+  return table;
+}
+
+ArrayTable collect_field_data(const std::vector<vtkSmartPointer<vtkFieldData>>& fields) {
+  ArrayTable table;
+  for (const auto& field : fields) {
+    if (field == nullptr) continue;
+    for (int i = 0; i < field->GetNumberOfArrays(); ++i) {
+      vtkAbstractArray* array = field->GetAbstractArray(i);
+      const std::string name = name_of(array, i);
+      if (is_ghost_array(name) || table.set.find(name) != AttributeSet::npos) continue;
+      const auto type = value_type(array);
+      if (!type || array->GetNumberOfComponents() < 1) {
+        table.left_out.push_back(leaves_out("field", name, array));
+        continue;
+      }
+      table.set.arrays.push_back(describe(array, name, *type));
+      table.parts.push_back({array});
+    }
+  }
+  return table;
+}
+
+DataArray read_values(const PieceList& list, const ArrayTable& table, Association association,
+                      std::size_t index) {
+  DataArray out;
+  out.info = table.set.arrays.at(index);
+  const auto& parts = table.parts[index];
+  if (out.info.type == ValueType::kString) {
+    append_strings(vtkStringArray::SafeDownCast(parts[0]), &out.bytes);
+    return out;
+  }
+  out.bytes.resize(out.info.values() * size_of(out.info.type));
+  if (association == Association::kField) {
+    copy_values(vtkDataArray::SafeDownCast(parts[0]), out.info.type, out.bytes.data());
+    return out;
+  }
+  std::byte* to = out.bytes.data();
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const std::uint64_t values = rows_of(list.pieces[k], association) * out.info.components;
+    if (vtkAbstractArray* part = parts[k]) {
+      copy_values(vtkDataArray::SafeDownCast(part), out.info.type, to);
+    } else {
+      fill_missing(out.info.type, to, values);
+    }
+    to += values * size_of(out.info.type);
+  }
+  return out;
+}
+
+}  // namespace tetfusion

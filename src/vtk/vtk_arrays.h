@@ -1,0 +1,38 @@
+// The arrays of all pieces of a file as one table, and their values.
+#pragma once
+
+#include <vtkAbstractArray.h>
+#include <vtkFieldData.h>
+#include <vtkSmartPointer.h>
+
+#include <string>
+#include <vector>
+
+#include "mesh/data_array.h"
+#include "vtk_pieces.h"
+
+namespace tetfusion {
+
+struct ArrayTable {
+  AttributeSet set;
+  // For each array of the set its part in each piece that brings rows; null where the piece lacks
+  // it. For field data the one array.
+  std::vector<std::vector<vtkAbstractArray*>> parts;
+  // What MeshSource cannot hold: "point array 'label' (String)".
+  std::vector<std::string> left_out;
+};
+
+// The point or cell arrays. vtkGhostType is not among them. Throws
+// Error(kBadInput) if an array does not have a row for each point or cell, or differs in type
+// between pieces.
+ArrayTable collect_arrays(const std::string& path, const PieceList& list, Association association);
+
+// Field data: of arrays with one name the first one.
+ArrayTable collect_field_data(const std::vector<vtkSmartPointer<vtkFieldData>>& fields);
+
+// The values of array `index`. Where a piece lacks the array, floating-point values are NaN,
+// integers 0.
+DataArray read_values(const PieceList& list, const ArrayTable& table, Association association,
+                      std::size_t index);
+
+}  // namespace tetfusion

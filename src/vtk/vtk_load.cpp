@@ -1,0 +1,215 @@
+#include "vtk_load.h"
+
+#include <vtkCompositeDataIterator.h>
+#include <vtkCompositeDataSet.h>
+#include <vtkGenericDataObjectReader.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLGenericDataObjectReader.h>
+#include <vtkXMLPUnstructuredGridReader.h>
+#ifdef TETFUSION_HAS_EXODUS
+#include <vtkExodusIIReader.h>
+#endif
+
+#include <string_view>
+
+#include "base/error.h"
+#include "io/mapped_file.h"
+#include "io/vtk_bridge.h"
+
+namespace tetfusion {
+namespace {
+
+// Keeps VTK's first error message instead of printing it.
+class MessageTrap : public vtkOutputWindow {
+ public:
+  static MessageTrap* New();
+
+  void DisplayText(const char*) override {}
+  void DisplayWarningText(const char*) override {}
+  void DisplayGenericWarningText(const char*) override {}
+  void DisplayDebugText(const char*) override {}
+  void DisplayErrorText(const char* text) override {
+    if (error_.empty() && text != nullptr) error_ = tidy(text);
+  }
+  const std::string& error() const { return error_; }
+
+ private:
+  // "ERROR: In vtkFoo.cxx, line 1\nvtkFoo (0x55d0): What is wrong\n\n" is "What is wrong".
+  static std::string tidy(std::string_view text) {
+    const std::size_t object = text.find("): ");
+    if (object != std::string_view::npos) text.remove_prefix(object + 3);
+    std::string words;
+    for (const char c : text) {
+      const bool blank = c == '\n' || c == '\r' || c == '\t' || c == ' ';
+      if (!blank) {
+        words += c;
+      } else if (!words.empty() && words.back() != ' ') {
+        words += ' ';
+      }
+    }
+    while (!words.empty() && words.back() == ' ') words.pop_back();
+    return words.empty() ? "an error without a message" : words;
+  }
+
+  std::string error_;
+};
+vtkStandardNewMacro(MessageTrap);
+
+// Puts a trap in the place of VTK's message window for its life time.
+class TrapScope {
+ public:
+  TrapScope() : before_(vtkOutputWindow::GetInstance()) {
+    trap_->SetDisplayMode(vtkOutputWindow::NEVER);
+    vtkOutputWindow::SetInstance(trap_);
+  }
+  ~TrapScope() { vtkOutputWindow::SetInstance(before_); }
+  TrapScope(const TrapScope&) = delete;
+  TrapScope& operator=(const TrapScope&) = delete;
+
+  void check(const std::string& path) const {
+    if (trap_->error().empty()) return;
+    throw Error(ErrorCode::kBadInput, path + ": VTK cannot read it: " + trap_->error());
+  }
+
+ private:
+  vtkSmartPointer<vtkOutputWindow> before_;
+  vtkNew<MessageTrap> trap_;
+};
+
+void collect(vtkDataObject* data, const std::string& path, LoadedFile* out) {
+  if (data == nullptr) throw Error(ErrorCode::kBadInput, path + ": VTK read nothing from it");
+  if (auto* composite = vtkCompositeDataSet::SafeDownCast(data)) {
+    out->field_data.emplace_back(composite->GetFieldData());
+    auto at = vtk::TakeSmartPointer(composite->NewIterator());
+    at->SkipEmptyNodesOn();
+    for (at->InitTraversal(); !at->IsDoneWithTraversal(); at->GoToNextItem()) {
+      collect(at->GetCurrentDataObject(), path, out);
+    }
+    return;
+  }
+  auto* set = vtkDataSet::SafeDownCast(data);
+  if (set == nullptr) {
+    throw Error(ErrorCode::kBadInput,
+                path + ": holds a " + data->GetClassName() + ", which has no tetrahedra");
+  }
+  out->field_data.emplace_back(set->GetFieldData());
+  out->pieces.emplace_back(set);
+}
+
+void load_legacy(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+  vtkNew<vtkGenericDataObjectReader> reader;
+  reader->SetFileName(path.c_str());
+  // The reader's own choice is the first array of each kind.
+  reader->ReadAllScalarsOn();
+  reader->ReadAllVectorsOn();
+  reader->ReadAllNormalsOn();
+  reader->ReadAllTensorsOn();
+  reader->ReadAllColorScalarsOn();
+  reader->ReadAllTCoordsOn();
+  reader->ReadAllFieldsOn();
+  reader->Update();
+  trap.check(path);
+  collect(reader->GetOutput(), path, out);
+}
+
+// Piece by piece: VTK's reader would append them and forget which point came from where.
+void load_parallel_grid(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+  vtkNew<vtkXMLPUnstructuredGridReader> reader;
+  reader->SetFileName(path.c_str());
+  reader->UpdateInformation();
+  trap.check(path);
+  const int pieces = reader->GetNumberOfPieces();
+  for (int i = 0; i < pieces; ++i) {
+    reader->UpdatePiece(i, pieces, 0);
+    trap.check(path);
+    vtkNew<vtkUnstructuredGrid> copy;
+    copy->ShallowCopy(reader->GetOutput());
+    collect(copy, path, out);
+  }
+}
+
+void load_xml(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+  vtkNew<vtkXMLGenericDataObjectReader> reader;
+  bool parallel = false;
+  const int type = reader->ReadOutputType(path.c_str(), parallel);
+  if (parallel && type == VTK_UNSTRUCTURED_GRID) {
+    load_parallel_grid(path, trap, out);
+    return;
+  }
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  trap.check(path);
+  collect(reader->GetOutput(), path, out);
+}
+
+#ifdef TETFUSION_HAS_EXODUS
+constexpr double kCacheMebibytes = 1 << 20;  // a limit that is never met
+
+void load_exodus(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+  vtkNew<vtkExodusIIReader> reader;
+  if (!reader->CanReadFile(path.c_str())) {
+    throw Error(ErrorCode::kBadInput, path + ": is not an Exodus II file");
+  }
+  reader->SetFileName(path.c_str());
+  reader->SetApplyDisplacements(false);  // the coordinates that the file holds
+  // Squeezed points would be Float32 whatever the file has. So all blocks get all points of the
+  // file, and the cache lets them share one copy.
+  reader->SetSqueezePoints(false);
+  reader->SetCacheSize(kCacheMebibytes);
+  reader->UpdateInformation();
+  trap.check(path);
+  for (const int kind : {vtkExodusIIReader::NODAL, vtkExodusIIReader::ELEM_BLOCK}) {
+    for (int i = 0; i < reader->GetNumberOfObjectArrays(kind); ++i) {
+      reader->SetObjectArrayStatus(kind, i, 1);
+    }
+  }
+  for (int i = 0; i < reader->GetNumberOfObjects(vtkExodusIIReader::ELEM_BLOCK); ++i) {
+    reader->SetObjectStatus(vtkExodusIIReader::ELEM_BLOCK, i, 1);
+  }
+  reader->Update();
+  trap.check(path);
+  collect(reader->GetOutput(), path, out);
+  out->shared_points = true;
+}
+#else
+void load_exodus(const std::string& path, const TrapScope&, LoadedFile*) {
+  throw Error(ErrorCode::kBadInput, path + ": this build's VTK has no Exodus reader (IOExodus)");
+}
+#endif
+
+}  // namespace
+
+LoadedFile load_with_vtk(const std::string& path) {
+  FormatGuess guess;
+  {
+    const MappedFile file = MappedFile::open(path);
+    guess = guess_format(file.bytes());
+  }
+  LoadedFile out;
+  out.format = guess.words.substr(guess.words.find(' ') + 1) + ", read with VTK";
+  const TrapScope trap;
+  switch (guess.format) {
+    case ForeignFormat::kLegacyVtk:
+      load_legacy(path, trap, &out);
+      break;
+    case ForeignFormat::kXmlVtk:
+      load_xml(path, trap, &out);
+      break;
+    case ForeignFormat::kNetCdf:
+    case ForeignFormat::kHdf5:
+      load_exodus(path, trap, &out);
+      break;
+    case ForeignFormat::kUnknown:
+      throw Error(ErrorCode::kBadInput,
+                  path +
+                      ": not a mesh file that VTK reads: it begins neither like VTK's legacy or "
+                      "XML formats nor like NetCDF or HDF5 (Exodus)");
+  }
+  return out;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,24 @@
+// A file as VTK reads it: the data sets that it holds, one after another.
+#pragma once
+
+#include <vtkDataSet.h>
+#include <vtkFieldData.h>
+#include <vtkSmartPointer.h>
+
+#include <string>
+#include <vector>
+
+namespace tetfusion {
+
+struct LoadedFile {
+  std::string format;  // for MeshDescription
+  std::vector<vtkSmartPointer<vtkDataSet>> pieces;
+  bool shared_points = false;  // every piece has the same points, those of the file
+  std::vector<vtkSmartPointer<vtkFieldData>> field_data;  // of the file as a whole
+};
+
+// Throws Error(kBadInput) with VTK's own words if a reader complains, Error(kMemory) if memory runs
+// out. Nothing is printed. Not to be called from two threads at once.
+LoadedFile load_with_vtk(const std::string& path);
+
+}  // namespace tetfusion

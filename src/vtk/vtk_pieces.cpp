@@ -1,0 +1,154 @@
+#include "vtk_pieces.h"
+
+#include <vtkCellArray.h>
+#include <vtkDataArray.h>
+#include <vtkPointData.h>
+#include <vtkPointSet.h>
+#include <vtkPoints.h>
+#include <vtkRectilinearGrid.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <cstring>
+#include <span>
+
+#include "base/error.h"
+
+namespace tetfusion {
+namespace {
+
+ValueType float_type(vtkDataArray* array) {
+  return array != nullptr && array->GetDataType() == VTK_FLOAT ? ValueType::kFloat32
+                                                               : ValueType::kFloat64;
+}
+
+ValueType point_type_of(vtkDataSet* data) {
+  if (auto* set = vtkPointSet::SafeDownCast(data)) {
+    return float_type(set->GetPoints() != nullptr ? set->GetPoints()->GetData() : nullptr);
+  }
+  if (auto* grid = vtkRectilinearGrid::SafeDownCast(data)) {
+    for (vtkDataArray* axis :
+         {grid->GetXCoordinates(), grid->GetYCoordinates(), grid->GetZCoordinates()}) {
+      if (float_type(axis) == ValueType::kFloat64) return ValueType::kFloat64;
+    }
+    return ValueType::kFloat32;
+  }
+  return ValueType::kFloat64;  // an image's origin and spacing are doubles
+}
+
+void check_cells(const std::string& path, std::size_t piece, vtkDataSet* data) {
+  auto* grid = vtkUnstructuredGrid::SafeDownCast(data);
+  if (grid == nullptr || grid->GetNumberOfCells() == 0) return;
+  vtkUnsignedCharArray* types = grid->GetCellTypesArray();
+  vtkCellArray* cells = grid->GetCells();
+  if (types == nullptr || types->GetNumberOfTuples() != cells->GetNumberOfCells()) {
+    throw Error(ErrorCode::kBadInput, path + ": piece " + std::to_string(piece) +
+                                          ": there are not as many cell types as cells");
+  }
+  if (!cells->IsValid()) {
+    throw Error(ErrorCode::kBadInput, path + ": piece " + std::to_string(piece) +
+                                          ": the offsets of the cells do not ascend from 0 to the "
+                                          "length of the connectivity");
+  }
+}
+
+vtkPoints* points_of(const Piece& piece) {
+  auto* set = vtkPointSet::SafeDownCast(piece.data);
+  return set != nullptr ? set->GetPoints() : nullptr;
+}
+
+std::span<const Piece> point_pieces(const PieceList& list) {
+  return std::span(list.pieces).first(list.point_pieces);
+}
+
+template <class Real>
+Vector<Vec3<Real>> copy_points(const PieceList& list) {
+  Vector<Vec3<Real>> out(list.points);
+  for (const Piece& piece : point_pieces(list)) {
+    if (piece.points() == 0) continue;
+    Vec3<Real>* to = out.data() + piece.first_point;
+    vtkPoints* points = points_of(piece);
+    constexpr int kType = sizeof(Real) == sizeof(float) ? VTK_FLOAT : VTK_DOUBLE;
+    if (points != nullptr && points->GetDataType() == kType &&
+        points->GetData()->HasStandardMemoryLayout()) {
+      std::memcpy(to, points->GetVoidPointer(0), piece.points() * sizeof(Vec3<Real>));
+      continue;
+    }
+    for (std::uint64_t i = 0; i < piece.points(); ++i) {
+      double p[3];
+      piece.data->GetPoint(static_cast<vtkIdType>(i), p);
+      to[i] = {static_cast<Real>(p[0]), static_cast<Real>(p[1]), static_cast<Real>(p[2])};
+    }
+  }
+  return out;
+}
+
+// Marked as global ids, or called so: the names that
+// io/vtu_reader.h takes, too.
+vtkDataArray* global_id_array(vtkDataSet* data) {
+  vtkPointData* arrays = data->GetPointData();
+  for (vtkDataArray* array :
+       {arrays->GetGlobalIds(), arrays->GetArray("GlobalNodeIds"), arrays->GetArray("GlobalNodeId"),
+        arrays->GetArray("GlobalPointIds")}) {
+    if (array == nullptr || array->GetNumberOfComponents() != 1) continue;
+    if (array->GetDataType() != VTK_FLOAT && array->GetDataType() != VTK_DOUBLE) return array;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+PieceList number_pieces(const std::string& path, const LoadedFile& file) {
+  PieceList list;
+  for (const auto& data : file.pieces) {
+    check_cells(path, list.pieces.size(), data);
+    Piece piece;
+    piece.data = data;
+    piece.first_cell = list.cells;
+    list.cells += piece.cells();
+    if (!file.shared_points || list.pieces.empty()) {
+      piece.first_point = list.points;
+      list.points += piece.points();
+      ++list.point_pieces;
+      if (piece.points() > 0 && point_type_of(data) == ValueType::kFloat64) {
+        list.point_type = ValueType::kFloat64;
+      }
+    } else if (piece.points() != list.points) {
+      throw Error(ErrorCode::kBadInput, path + ": VTK read blocks with different points from it");
+    }
+    list.pieces.push_back(piece);
+  }
+  if (list.points > kMaxPoints) {
+    throw Error(ErrorCode::kBadInput, path + ": has " + std::to_string(list.points) +
+                                          " points; at most " + std::to_string(kMaxPoints) +
+                                          " are possible");
+  }
+  return list;
+}
+
+Points all_points(const PieceList& list) {
+  if (list.point_type == ValueType::kFloat32) return copy_points<float>(list);
+  return copy_points<double>(list);
+}
+
+std::vector<std::uint64_t> point_begins(const PieceList& list) {
+  std::vector<std::uint64_t> begins;
+  for (const Piece& piece : point_pieces(list)) begins.push_back(piece.first_point);
+  begins.push_back(list.points);
+  return begins;
+}
+
+std::vector<std::int64_t> global_point_ids(const PieceList& list) {
+  std::vector<std::int64_t> ids;
+  for (const Piece& piece : point_pieces(list)) {
+    vtkDataArray* array = global_id_array(piece.data);
+    if (array == nullptr) return {};
+    for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
+      // Whatever the array's type: ids beyond 2^53 do not occur.
+      ids.push_back(static_cast<std::int64_t>(array->GetComponent(i, 0)));
+    }
+  }
+  return ids;
+}
+
+}  // namespace tetfusion

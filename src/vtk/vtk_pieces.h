@@ -1,0 +1,48 @@
+// The data sets of one file as pieces of one mesh, their points and cells counted through.
+#pragma once
+
+#include <vtkDataSet.h>
+#include <vtkSmartPointer.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mesh/data_array.h"
+#include "mesh/geometry.h"
+#include "vtk_load.h"
+
+namespace tetfusion {
+
+struct Piece {
+  vtkSmartPointer<vtkDataSet> data;
+  std::uint64_t first_point = 0;
+  std::uint64_t first_cell = 0;
+
+  std::uint64_t points() const { return static_cast<std::uint64_t>(data->GetNumberOfPoints()); }
+  std::uint64_t cells() const { return static_cast<std::uint64_t>(data->GetNumberOfCells()); }
+};
+
+struct PieceList {
+  std::vector<Piece> pieces;
+  std::size_t point_pieces = 0;  // so many of them, from the first on, bring points
+  std::uint64_t points = 0;
+  std::uint64_t cells = 0;
+  ValueType point_type =
+      ValueType::kFloat32;  // Float64 if any piece has it, or numbers that are no floats
+};
+
+// Counts the points and cells of the data sets and checks the lists of cells that VTK took from the
+// file on trust. Throws Error(kBadInput).
+PieceList number_pieces(const std::string& path, const LoadedFile& file);
+
+Points all_points(const PieceList& list);
+
+// First point of each piece that brings points, and the end.
+std::vector<std::uint64_t> point_begins(const PieceList& list);
+
+// Numbers that tell which points of different pieces are the same one; empty unless all pieces have
+// them.
+std::vector<std::int64_t> global_point_ids(const PieceList& list);
+
+}  // namespace tetfusion

@@ -1,0 +1,123 @@
+// The module's entry: a mesh that VTK has read, behind the interface of io/vtk_plugin.h.
+
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <string>
+
+#include "base/error.h"
+#include "io/vtk_plugin.h"
+#include "vtk_arrays.h"
+#include "vtk_cells.h"
+#include "vtk_load.h"
+#include "vtk_pieces.h"
+
+namespace tetfusion {
+namespace {
+
+PluginStatus failure(ErrorCode code, const std::string& message) noexcept {
+  PluginStatus status;
+  status.failed = true;
+  status.code = code;
+  status.message = message;
+  return status;
+}
+
+// Runs `work`; what it throws becomes a status, because no exception may leave the module.
+template <class Work>
+PluginStatus guarded(const std::string& path, Work&& work) noexcept {
+  try {
+    work();
+    return {};
+  } catch (const Error& error) {
+    return failure(error.code(), error.what());
+  } catch (const std::bad_alloc&) {
+    return failure(ErrorCode::kMemory,
+                   path +
+                       ": there is not enough memory to read it with VTK, which holds all of it "
+                       "at once, or a count in it is wrong");
+  } catch (const std::exception& error) {
+    return failure(ErrorCode::kBadInput, path + ": VTK cannot read it: " + error.what());
+  } catch (...) {
+    return failure(ErrorCode::kBadInput, path + ": VTK cannot read it");
+  }
+}
+
+class VtkMesh : public PluginMesh {
+ public:
+  VtkMesh(const std::string& path, const OpenOptions& options)
+      : options_(options), file_(load_with_vtk(path)), pieces_(number_pieces(path, file_)) {
+    points_ = collect_arrays(path, pieces_, Association::kPoint);
+    cells_ = collect_arrays(path, pieces_, Association::kCell);
+    fields_ = collect_field_data(file_.field_data);
+    describe(path);
+  }
+
+  const MeshDescription& description() const noexcept override { return description_; }
+
+  PluginStatus read_geometry(Geometry* out) noexcept override {
+    return guarded(description_.path,
+                   [&] { *out = convert_cells(description_.path, pieces_, options_); });
+  }
+
+  PluginStatus read_array(Association association, std::size_t index,
+                          DataArray* out) noexcept override {
+    return guarded(description_.path,
+                   [&] { *out = read_values(pieces_, table(association), association, index); });
+  }
+
+ private:
+  void describe(const std::string& path) {
+    description_.path = path;
+    description_.format = file_.format;
+    std::string left_out;
+    for (const ArrayTable* t : {&points_, &cells_, &fields_}) {
+      for (const std::string& array : t->left_out)
+        left_out += (left_out.empty() ? "" : ", ") + array;
+    }
+    if (!left_out.empty()) description_.format += "; left out: " + left_out;
+    description_.pieces = pieces_.pieces.size();
+    description_.points = pieces_.points;
+    description_.cells = pieces_.cells;
+    description_.point_type = pieces_.point_type;
+    std::error_code ignored;
+    description_.file_bytes = std::filesystem::file_size(path, ignored);
+    description_.point_data = points_.set;
+    description_.cell_data = cells_.set;
+    description_.field_data = fields_.set;
+  }
+
+  const ArrayTable& table(Association association) const {
+    switch (association) {
+      case Association::kPoint:
+        return points_;
+      case Association::kCell:
+        return cells_;
+      case Association::kField:
+        break;
+    }
+    return fields_;
+  }
+
+  OpenOptions options_;
+  LoadedFile file_;
+  PieceList pieces_;
+  ArrayTable points_, cells_, fields_;
+  MeshDescription description_;
+};
+
+PluginStatus open_mesh_with_vtk(const std::string& path, const OpenOptions& options,
+                                std::unique_ptr<PluginMesh>* out) noexcept {
+  return guarded(path, [&] { *out = std::make_unique<VtkMesh>(path, options); });
+}
+
+constexpr VtkPlugin kPlugin = {kVtkPluginInterface, TETFUSION_VERSION, open_mesh_with_vtk};
+
+}  // namespace
+}  // namespace tetfusion
+
+extern "C" __attribute__((visibility("default"))) const tetfusion::VtkPlugin*
+tetfusion_vtk_plugin() {
+  return &tetfusion::kPlugin;
+}
