@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""The paper's Table 1 (Chopra & Meyer 2002) beside ours: rows 1, 4, 5, 6, 8, 11.
+
+Usage: table1.py TETFUSION DATA_FOLDER WORK_FOLDER
+TETFUSION is the command, DATA_FOLDER holds spx.vtu and bluntfin.vtu, WORK_FOLDER takes the split meshes and the results.
+Each mesh is simplified with --method tetfuse until nothing fuses, under both boundary rules, with the tolerances of the
+paper's row, and checked with `tetfusion check`. Prints a Markdown table; seconds are the passes alone, on one thread, and
+the whole command.
+"""
+import json
+import pathlib
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import raw_vtu
+
+# row, mesh, times split in eight, scalar tolerance, stretch factor, the paper's reduction and seconds, a prototype's
+# reductions with the rules vertices and tets
+ROWS = [(1, "spx", 0, "0.025", 5.0, 41.14, 0.51, 38.6, 8.6), (4, "spx", 1, "off", 5.5, 78.48, 7.26, 70.6, 41.5),
+        (5, "spx", 1, "0.025", 5.5, 62.69, 5.85, 59.6, 35.7), (6, "bluntfin", 0, "0.025", 5.0, 49.39, 15.48, 42.0, 34.8),
+        (8, "spx", 2, "0.05", 5.5, 83.44, 58.41, 76.8, 62.2),
+        (11, "bluntfin", 1, "0.5", 5.0, 63.79, 187.23, 77.1, 71.0)]
+
+
+def make_mesh(data, work, name, splits):
+    if splits == 0:
+        return data / f"{name}.vtu"
+    path = work / f"{name}_x{8 ** splits}.vtu"
+    if not path.exists():
+        raw_vtu.write(path, raw_vtu.split_in_eight(raw_vtu.read(make_mesh(data, work, name, splits - 1))))
+    return path
+
+
+def run(command, mesh, out, rule, tolerance, stretch):
+    report = out.with_suffix(".json")
+    subprocess.run([command, "simplify", mesh, "-o", out, "--method", "tetfuse", "--boundary-rule", rule,
+                    "--scalar-tolerance", tolerance, "--stretch-factor", str(stretch), "--threads", "1", "--quiet",
+                    "--report", report], check=True)
+    valid = subprocess.run([command, "check", out, "--quiet"]).returncode == 0
+    return json.loads(report.read_text()), valid
+
+
+def main():
+    command, data, work = (pathlib.Path(a) for a in sys.argv[1:4])
+    command = command.resolve()
+    work.mkdir(parents=True, exist_ok=True)
+    print("| row | mesh | tets | tolerance | stretch | paper % | paper s | rule | prototype % | ours % | passes | pass s "
+          "| total s | first pass Mtet/s | passes Mtet/s | last pass rejects | volume change | valid |")
+    print("|" + " --- |" * 18)
+    faults = 0
+    for row, name, splits, tolerance, stretch, paper, paper_s, vertices, tets in ROWS:
+        mesh = make_mesh(data, work, name, splits)
+        for rule, prototype in (("vertices", vertices), ("tets", tets)):
+            report, valid = run(command, mesh, work / f"row{row}_{rule}.vtu", rule, tolerance, stretch)
+            seconds, lods = report["seconds"], report["lods"]
+            reduction = 100 * report["reduction"]
+            count = report["input"]["tets"]
+            rejects = ", ".join(f"{k} {v}" for k, v in lods[-1]["rejected"].items() if v)
+            change = report["output"]["volume"] / report["input"]["volume"] - 1
+            same = report["output"]["boundary_triangles"] == report["input"]["boundary_triangles"]
+            label = name if splits == 0 else f"{name} x{8 ** splits}"
+            print(f"| {row} | {label} | {count} | {tolerance} | {stretch} | {paper} | {paper_s} | {rule} | {prototype} "
+                  f"| {reduction:.2f} | {len(lods)} | {seconds['passes']:.3f} | {seconds['total']:.3f} "
+                  f"| {count / lods[0]['seconds'] / 1e6:.1f} | {count / seconds['passes'] / 1e6:.2f} | {rejects} "
+                  f"| {change:.1e} | {'yes' if valid and same else 'NO'} |")
+            if not valid or not same or abs(change) > 1e-12 or reduction < prototype - 2:
+                faults += 1
+    if faults:
+        print(f"\n{faults} results are invalid or more than two points below the prototype", file=sys.stderr)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <memory>
+
+#include "base/error.h"
+#include "base/numbers.h"
+#include "base/resources.h"
+#include "cli/commands.h"
+#include "cli/console.h"
+#include "cli/findings.h"
+#include "io/mesh_source.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr int kInvalid = 1;
+
+struct Arguments {
+  std::string input, report;
+  OpenOptions open;
+  bool strict = false;
+  int threads = 0;
+  ConsoleOptions console;
+};
+
+struct Verdict {
+  std::uint64_t failures = 0;  // kinds
+  std::uint64_t warnings = 0;
+
+  bool valid(bool strict) const { return failures == 0 && (!strict || warnings == 0); }
+};
+
+Verdict judge(const std::vector<Finding>& findings) {
+  Verdict verdict;
+  for (const Finding& f : findings) {
+    if (f.count == 0) continue;
+    if (f.severity == Severity::kFailure) ++verdict.failures;
+    if (f.severity == Severity::kWarning) ++verdict.warnings;
+  }
+  return verdict;
+}
+
+std::string verdict_sentence(const Verdict& verdict, bool strict) {
+  if (verdict.failures > 0) return "INVALID\n";
+  if (verdict.warnings == 0) return "Valid\n";
+  return strict ? "INVALID: with --strict, warnings count\n" : "Valid, with warnings\n";
+}
+
+// The shape of the histogram in one line of 18 digits: tenths of the fullest bin, '.' for an empty
+// one.
+std::string sparkline(const std::array<std::uint64_t, kQualityBins>& bins) {
+  const std::uint64_t most =
+      std::max<std::uint64_t>(1, *std::max_element(bins.begin(), bins.end()));
+  std::string line;
+  for (const std::uint64_t n : bins) {
+    line += n == 0 ? '.' : static_cast<char>('0' + std::min<std::uint64_t>(9, n / (most / 10 + 1)));
+  }
+  return line;
+}
+
+std::string table(const Arguments& a, const Geometry& geometry, const Inspection& i,
+                  const Quality& q, const std::vector<Finding>& findings) {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "{}: {} points, {} tetrahedra, {} boundary triangles\n", a.input,
+                 format_count(point_count(geometry.points)), format_count(geometry.tets.size()),
+                 format_count(i.boundary_faces));
+  for (const Finding& f : findings) {
+    if (f.severity == Severity::kNote && f.count == 0) continue;
+    const std::string_view mark = f.count == 0                       ? ""
+                                  : f.severity == Severity::kFailure ? "  FAIL"
+                                  : f.severity == Severity::kWarning ? "  warning"
+                                                                     : "  note";
+    const std::string samples = describe_samples(f);
+    fmt::format_to(out, "  {:<34}{:>14}{}{}{}\n", f.label, format_count(f.count), mark,
+                   samples.empty() ? "" : ": ", samples);
+  }
+  fmt::format_to(out, "  {:<34}{:>14}\n", "parts connected by faces", format_count(i.components));
+  fmt::format_to(out, "  {:<34}{:>14}\n", "boundary surfaces", format_count(i.surface_components));
+  fmt::format_to(out, "  {:<34}{:>14}\n", "Euler number of the boundary", i.surface_euler());
+  fmt::format_to(out, "  {:<34}{:>14.9g}\n", "volume", i.volume);
+  const auto add_quality = [&](std::string_view label, const Distribution& d,
+                               std::string_view shape) {
+    fmt::format_to(out, "  {:<34}{:>14.3g}{:>10.3g}{:>10.3g}  {}\n", label, d.min, d.p1, d.mean,
+                   shape);
+  };
+  fmt::format_to(out, "  {:<34}{:>14}{:>10}{:>10}\n", "", "least", "1 % below", "mean");
+  add_quality("mean ratio, 0 to 1", q.mean_ratio, sparkline(q.mean_ratio_bins));
+  add_quality("smallest dihedral angle, 0 to 90", q.min_dihedral_deg, sparkline(q.dihedral_bins));
+  fmt::format_to(out, "  {:<34}{:>14.3g} to {:.3g}, up to {:.3g} : 1 in a cell\n", "edge lengths",
+                 q.shortest_edge, q.longest_edge, q.max_aspect);
+  const std::string winding = describe_winding(geometry, i);
+  if (!winding.empty()) fmt::format_to(out, "{}\n", winding);
+  return text;
+}
+
+struct Answer {
+  bool valid;
+  Json json;
+  std::string text;
+};
+
+Answer judge_geometry(const Arguments& a, Geometry* geometry, const RunContext& context) {
+  context.report("inspecting", 0.4);
+  const Inspection inspection = inspect(*geometry);
+  context.check();
+  context.report("measuring", 0.8);
+  const Quality quality = measure_quality(*geometry);
+  context.check();
+  const std::vector<Finding> findings = list_findings(*geometry, inspection);
+  const Verdict verdict = judge(findings);
+
+  Answer answer{verdict.valid(a.strict), {}, table(a, *geometry, inspection, quality, findings)};
+  answer.text += verdict_sentence(verdict, a.strict);
+  answer.json.update(counts_json(*geometry, inspection));
+  answer.json.update(findings_json(findings));
+  answer.json["nonconforming_faces"] = inspection.foldover_faces + inspection.overfull_faces;
+  answer.json.update(quality_json(quality));
+  return answer;
+}
+
+Answer check(const Arguments& a) {
+  Console console(a.console);
+  const RunContext context = console.context();
+  context.report("reading", 0);
+  Geometry geometry;
+  try {
+    geometry = open_mesh(a.input, a.open)->read_geometry();
+  } catch (const InvalidMesh& e) {
+    return {false, {{"error", e.what()}}, fmt::format("{}\nINVALID\n", e.what())};
+  }
+  context.check();
+  return judge_geometry(a, &geometry, context);
+}
+
+void run(const Arguments& a) {
+  const double start = wall_seconds();
+  set_thread_count(a.threads);
+  const Answer answer = check(a);
+  if (!a.report.empty()) {
+    Json json{{"version", TETFUSION_VERSION}, {"path", a.input}, {"valid", answer.valid}};
+    json.update(answer.json);
+    json["seconds"] = {{"total", wall_seconds() - start}};
+    json["cpu_seconds"] = cpu_seconds();
+    json["peak_rss_bytes"] = peak_rss_bytes();
+    json["threads"] = thread_count();
+    write_text(a.report, dump(json));
+  }
+  if (a.report != "-" && !a.console.quiet) write_text("-", answer.text);
+  if (!answer.valid) throw ExitStatus{kInvalid};
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& app) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("check", "Find out whether a mesh is valid, and how good");
+  command->footer(
+      "Fails (exit code 1) on inverted or duplicate cells, faces that do not conform, vertex ids "
+      "out of range\n"
+      "and coordinates that are not finite. Degenerate cells and a boundary that is no manifold "
+      "are warnings.");
+  command->add_option("IN", a->input, "The mesh, or - for standard input")->required();
+  command->add_flag("--strict", a->strict, "Fail on warnings, too");
+  command->add_option("--report", a->report,
+                      "Write a JSON report to this file; - for standard output");
+  command->add_flag("--tetrahedralize", a->open.tetrahedralize,
+                    "Split hexahedra, voxels, wedges and pyramids into tetrahedra");
+  command->add_flag("--linearize", a->open.linearize,
+                    "Take ten-node tetrahedra as straight-edged ones");
+  add_thread_option(*command, &a->threads);
+  add_console_options(*command, &a->console);
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace tetfusion

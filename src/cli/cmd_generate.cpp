@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "base/error.h"
+#include "base/numbers.h"
+#include "base/resources.h"
+#include "cli/commands.h"
+#include "cli/console.h"
+#include "generate/generate.h"
+
+namespace tetfusion {
+
+namespace {
+
+struct Arguments {
+  std::string tets = "1M";
+  std::string output;
+  GenerateOptions generate;
+  WriteOptions write;
+  int threads = 0;
+  ConsoleOptions console;
+};
+
+void run(Arguments* a) {
+  Console console(a->console);
+  const RunContext context = console.context();
+  set_thread_count(a->threads);
+  const auto tets = parse_count(a->tets);
+  if (!tets) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--tets: '{}' is not a count; write 1000000, 2.5M or 1G", a->tets));
+  }
+  a->generate.tets = *tets;
+  a->write.progress = [&](double share) {
+    context.check();
+    context.report("writing", share);
+  };
+  const GeneratedSize size = generate_mesh(a->generate, a->output, a->write);
+  console.detail(
+      fmt::format("{} points, {} tetrahedra", format_count(size.points), format_count(size.tets)));
+}
+
+void add_shape_options(CLI::App& command, GenerateOptions* options) {
+  static const std::map<std::string, LatticeKind> kKinds{
+      {"five", LatticeKind::kFive}, {"kuhn", LatticeKind::kKuhn}, {"bcc", LatticeKind::kBcc}};
+  command
+      .add_option(
+          "KIND", options->kind,
+          "five: cubes cut in five; kuhn: in six round a diagonal; bcc: body-centred lattice, "
+          "the best shapes")
+      ->required()
+      ->transform(CLI::CheckedTransformer(kKinds, CLI::ignore_case).description(""));
+  command
+      .add_option("--jitter", options->jitter,
+                  "Move inner points by up to this share of what cannot invert a tetrahedron, 0 to "
+                  "below 1")
+      ->capture_default_str();
+  command
+      .add_option("--grading", options->grading,
+                  "Largest cube over smallest one along each axis, 1 to 10000")
+      ->capture_default_str();
+  command.add_flag("--shuffle", options->shuffle, "Points and tetrahedra in pseudo-random order");
+  command.add_option("--seed", options->seed, "Seed of jitter and order, a whole number")
+      ->capture_default_str();
+  command
+      .add_option(
+          "--time", options->time,
+          "Where the array 'front' stands: a sphere of radius 0.2 + 0.1 time, in the unit box")
+      ->capture_default_str();
+  command.add_flag("--double", options->double_precision, "Float64 points instead of Float32");
+}
+
+}  // namespace
+
+void add_generate_command(CLI::App& app) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("generate", "Write a test mesh of any size, in constant memory");
+  add_shape_options(*command, &a->generate);
+  command
+      ->add_option("--tets", a->tets,
+                   "About how many tetrahedra, as 1000000, 2.5M, 1G; at most 2^40")
+      ->capture_default_str();
+  command->add_option("-o,--output", a->output, "The .vtu to write, or - for standard output")
+      ->required();
+  add_encoding_option(*command, &a->write.encoding);
+  add_thread_option(*command, &a->threads);
+  add_console_options(*command, &a->console);
+  command->callback([a] { run(a.get()); });
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,224 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <memory>
+
+#include "base/numbers.h"
+#include "base/resources.h"
+#include "cli/commands.h"
+#include "cli/console.h"
+#include "cli/findings.h"
+#include "io/mesh_source.h"
+#include "mesh/statistics.h"
+
+namespace tetfusion {
+
+namespace {
+
+struct Arguments {
+  std::string input, report;
+  OpenOptions open;
+  int threads = 0;
+  ConsoleOptions console;
+};
+
+struct ArrayLine {
+  std::string_view association;
+  ArrayInfo info;
+  std::vector<std::string> active;  // "Scalars", "GlobalIds", ...
+  ArrayStatistics statistics;
+};
+
+std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& context) {
+  const MeshDescription& mesh = source->description();
+  const std::array<std::pair<Association, const AttributeSet*>, 3> sets{
+      {{Association::kPoint, &mesh.point_data},
+       {Association::kCell, &mesh.cell_data},
+       {Association::kField, &mesh.field_data}}};
+  constexpr std::array<std::string_view, 3> kNames{"point", "cell", "field"};
+  std::vector<ArrayLine> lines;
+  for (std::size_t s = 0; s < sets.size(); ++s) {
+    const auto& [association, set] = sets[s];
+    for (std::size_t i = 0; i < set->arrays.size(); ++i) {
+      context.check();
+      ArrayLine line{kNames[s], set->arrays[i], {}, {}};
+      for (const auto& [attribute, name] : set->active) {
+        if (name == line.info.name) line.active.push_back(attribute);
+      }
+      line.statistics = measure_array(source->read_array(association, i));
+      lines.push_back(std::move(line));
+    }
+  }
+  return lines;
+}
+
+std::string describe_range(const ArrayLine& line) {
+  const ArrayStatistics& s = line.statistics;
+  if (s.components.empty()) return "";
+  const bool scalar = s.components.size() == 1;
+  const Range& range = scalar ? s.components[0] : s.magnitude;
+  std::string text;
+  if (range.empty()) {
+    text = "no finite values";
+  } else if (s.constant() && scalar) {
+    text = fmt::format("{:.6g} everywhere", range.min);
+  } else {
+    text = fmt::format("{}{:.6g} .. {:.6g}", scalar ? "" : "length ", range.min, range.max);
+    if (s.constant()) text += ", constant";
+  }
+  if (s.non_finite > 0) text += fmt::format(", {} values not finite", format_count(s.non_finite));
+  return text;
+}
+
+void add_arrays(const std::vector<ArrayLine>& lines, std::string* text) {
+  if (lines.empty()) {
+    *text += "arrays        none\n";
+    return;
+  }
+  *text += "arrays\n";
+  std::size_t width = 0;
+  for (const ArrayLine& line : lines) width = std::max(width, line.info.name.size());
+  for (const ArrayLine& line : lines) {
+    const std::string components =
+        line.info.components == 1 ? "" : fmt::format(" x {}", line.info.components);
+    fmt::format_to(std::back_inserter(*text), "  {:<6}{:<{}}  {:<12}{}", line.association,
+                   line.info.name, width, std::string(vtk_name(line.info.type)) + components,
+                   describe_range(line));
+    if (!line.active.empty()) {
+      fmt::format_to(std::back_inserter(*text), "  [active {}]", fmt::join(line.active, ", "));
+    }
+    *text += '\n';
+  }
+}
+
+void add_oddities(const Geometry& geometry, const Inspection& inspection,
+                  const std::vector<Finding>& findings, std::string* text) {
+  std::string odd;
+  for (const Finding& f : findings) {
+    if (f.count == 0) continue;
+    const std::string samples = describe_samples(f);
+    fmt::format_to(std::back_inserter(odd), "  {} {}{}{}\n", format_count(f.count), f.label,
+                   samples.empty() ? "" : ": ", samples);
+  }
+  const std::string winding = describe_winding(geometry, inspection);
+  if (!winding.empty()) odd += "  " + winding + "\n";
+  *text += odd.empty() ? "odd           nothing\n" : "odd\n" + odd;
+}
+
+std::string describe_lower(const LowerCells& lower) {
+  std::string text;
+  constexpr std::array<std::pair<std::uint8_t, std::string_view>, 3> kTypes{
+      {{1, "vertices"}, {3, "lines"}, {5, "triangles"}}};
+  for (const auto& [type, name] : kTypes) {
+    const auto count = std::count(lower.types.begin(), lower.types.end(), type);
+    if (count > 0) {
+      text += fmt::format(", {} {}", format_count(static_cast<std::uint64_t>(count)), name);
+    }
+  }
+  return text;
+}
+
+std::string table(const MeshDescription& mesh, const Geometry& geometry, const Inspection& i,
+                  const std::vector<ArrayLine>& arrays, const std::vector<Finding>& findings) {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  const auto points = static_cast<double>(std::max<std::uint64_t>(1, point_count(geometry.points)));
+  fmt::format_to(out, "file          {} ({})\n", mesh.path, format_bytes(mesh.file_bytes));
+  fmt::format_to(out, "format        {}\n", mesh.format);
+  if (mesh.pieces != 1) fmt::format_to(out, "pieces        {}\n", format_count(mesh.pieces));
+  fmt::format_to(out, "points        {} ({})\n", format_count(point_count(geometry.points)),
+                 vtk_name(mesh.point_type));
+  fmt::format_to(out, "cells         {} tetrahedra{}\n", format_count(geometry.tets.size()),
+                 describe_lower(geometry.lower));
+  fmt::format_to(out, "parts         {}, connected by faces\n", format_count(i.components));
+  fmt::format_to(out, "bounding box  x {:.6g} .. {:.6g}, y {:.6g} .. {:.6g}, z {:.6g} .. {:.6g}\n",
+                 i.lower[0], i.upper[0], i.lower[1], i.upper[1], i.lower[2], i.upper[2]);
+  fmt::format_to(out, "volume        {:.9g}\n", i.volume);
+  fmt::format_to(
+      out,
+      "boundary      {} triangles, {} points ({:.1f} % of all), {} surface{}, Euler number {}\n",
+      format_count(i.boundary_faces), format_count(i.boundary_vertices),
+      100 * static_cast<double>(i.boundary_vertices) / points, format_count(i.surface_components),
+      i.surface_components == 1 ? "" : "s", i.surface_euler());
+  add_arrays(arrays, &text);
+  add_oddities(geometry, i, findings, &text);
+  return text;
+}
+
+Json range_json(const Range& range) { return range.empty() ? Json() : Json{range.min, range.max}; }
+
+Json arrays_json(const std::vector<ArrayLine>& lines) {
+  Json arrays = Json::array();
+  for (const ArrayLine& line : lines) {
+    Json components = Json::array();
+    for (const Range& range : line.statistics.components) components.push_back(range_json(range));
+    arrays.push_back({{"association", line.association},
+                      {"name", line.info.name},
+                      {"type", vtk_name(line.info.type)},
+                      {"components", line.info.components},
+                      {"component_names", line.info.component_names},
+                      {"tuples", line.info.tuples},
+                      {"active", line.active},
+                      {"ranges", components},
+                      {"magnitude", range_json(line.statistics.magnitude)},
+                      {"non_finite", line.statistics.non_finite},
+                      {"constant", line.statistics.constant()}});
+  }
+  return arrays;
+}
+
+struct Answer {
+  Json json;
+  std::string text;
+};
+
+Answer describe(const Arguments& a) {
+  Console console(a.console);
+  const RunContext context = console.context();
+  context.report("reading", 0);
+  const auto source = open_mesh(a.input, a.open);
+  const MeshDescription& mesh = source->description();
+  Geometry geometry = source->read_geometry();
+  context.check();
+  context.report("inspecting", 0.4);
+  const Inspection inspection = inspect(geometry);
+  context.report("arrays", 0.7);
+  const std::vector<ArrayLine> arrays = measure_arrays(source.get(), context);
+  const std::vector<Finding> findings = list_findings(geometry, inspection);
+
+  Json json{{"version", TETFUSION_VERSION}, {"path", mesh.path},
+            {"format", mesh.format},        {"file_bytes", mesh.file_bytes},
+            {"pieces", mesh.pieces},        {"point_type", vtk_name(mesh.point_type)}};
+  json.update(counts_json(geometry, inspection));
+  json["arrays"] = arrays_json(arrays);
+  json.update(findings_json(findings));
+  return {json, table(mesh, geometry, inspection, arrays, findings)};
+}
+
+void run(const Arguments& a) {
+  set_thread_count(a.threads);
+  const Answer answer = describe(a);
+  if (!a.report.empty()) write_text(a.report, dump(answer.json));
+  if (a.report != "-" && !a.console.quiet) write_text("-", answer.text);
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "info", "Say what is in a mesh: counts, arrays, boundary, what is odd about it");
+  command->add_option("IN", a->input, "The mesh, or - for standard input")->required();
+  command->add_option("--report", a->report,
+                      "Write a JSON report to this file; - for standard output");
+  command->add_flag("--tetrahedralize", a->open.tetrahedralize,
+                    "Split hexahedra, voxels, wedges and pyramids into tetrahedra");
+  command->add_flag("--linearize", a->open.linearize,
+                    "Take ten-node tetrahedra as straight-edged ones");
+  add_thread_option(*command, &a->threads);
+  add_console_options(*command, &a->console);
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,212 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "base/error.h"
+#include "base/numbers.h"
+#include "cli/commands.h"
+#include "cli/console.h"
+#include "driver/simplify.h"
+#include "io/output_file.h"
+
+namespace tetfusion {
+
+namespace {
+
+// The options as they are typed.
+struct Arguments {
+  SimplifyRequest request;
+  ConsoleOptions console;
+  std::string method;
+  std::string boundary = "exact";
+  std::string reduction, tets, lods, report;
+  std::string scalar_tolerance = "0.025";
+  std::string stretch_factor = "5";
+  std::string aspect_ratio = "off";
+  std::vector<std::string> regions;
+  bool strict = false;
+};
+
+[[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::kUsage, message); }
+
+// "0.025,0.05" or "off".
+std::vector<double> parse_schedule(const std::string& option, const std::string& text, bool shares) {
+  if (text == "off") return {std::numeric_limits<double>::infinity()};
+  std::vector<double> values;
+  for (const std::string& part : split(text, ',')) {
+    const auto value = shares ? parse_share(part) : parse_number(part);
+    if (!value) refuse(fmt::format("{} {}: \"{}\" is no number", option, text, part));
+    values.push_back(*value);
+  }
+  return values;
+}
+
+std::uint64_t parse_tets(const std::string& text) {
+  const auto count = parse_count(text);
+  if (!count) refuse(fmt::format("--tets {}: give a whole number, as in 100000, 100k or 2M", text));
+  return *count;
+}
+
+void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
+  if (a.lods.empty()) return;
+  const auto count = parse_count(a.lods);
+  const bool is_count = count && *count >= 1 && a.lods.find('.') == std::string::npos;
+  if (!is_count) {
+    for (const std::string& part : split(a.lods, ',')) {
+      const auto share = parse_share(part);
+      if (!share) refuse(fmt::format("--lods {}: \"{}\" is no share, as in 50%", a.lods, part));
+      behaviour->lods.push_back(*share);
+    }
+    return;
+  }
+  if (!behaviour->reduction) {
+    refuse("--lods N spaces its levels from the input to a goal: give --reduction as well, or the levels "
+           "themselves, as in --lods 50%,80%");
+  }
+  if (*count > 1000) refuse("--lods: at most 1000 levels");
+  // Geometrically: each level has the same share of the tetrahedra of the one before.
+  const double left = 1 - *behaviour->reduction;
+  for (std::uint64_t i = 1; i <= *count; ++i) {
+    behaviour->lods.push_back(
+        i == *count ? *behaviour->reduction
+                    : 1 - std::pow(left, static_cast<double>(i) / static_cast<double>(*count)));
+  }
+}
+
+void parse_arguments(Arguments* a) {
+  BehaviourOptions& b = a->request.behaviour;
+  if (a->method != "tetfuse") refuse("--method " + a->method + ": this version has the method tetfuse only");
+  if (a->boundary != "exact") {
+    refuse("--boundary " + a->boundary + ": this version keeps the boundary exact only");
+  }
+  if (!a->reduction.empty()) {
+    b.reduction = parse_share(a->reduction);
+    if (!b.reduction) refuse(fmt::format("--reduction {}: give a share, as in 90% or 0.9", a->reduction));
+  }
+  if (!a->tets.empty()) b.tets = parse_tets(a->tets);
+  b.scalar_tolerance = parse_schedule("--scalar-tolerance", a->scalar_tolerance, true);
+  b.stretch_factor = parse_schedule("--stretch-factor", a->stretch_factor, false);
+  const auto aspect = parse_schedule("--aspect-ratio", a->aspect_ratio, false);
+  if (aspect.size() != 1) refuse("--aspect-ratio takes one value");
+  b.aspect_ratio = aspect[0];
+  if (!a->regions.empty()) {
+    const bool none = a->regions.size() == 1 && a->regions[0] == "none";
+    b.regions = none ? std::vector<std::string>{} : a->regions;
+  }
+  parse_lods(*a, &b);
+  if (a->report == "-" && a->request.output == "-") {
+    refuse("the mesh and the report cannot both go to standard output");
+  }
+}
+
+void summarize(const SimplifyReport& r, Console* console) {
+  for (std::size_t i = 0; i < r.lods.size(); ++i) {
+    const PassStatistics& p = r.lods[i].pass;
+    std::string rejected;
+    for (std::size_t k = 0; k < kRejectReasons; ++k) {
+      if (p.rejected[k] > 0) rejected += fmt::format(", {} {}", kRejectNames[k], p.rejected[k]);
+    }
+    console->detail(fmt::format("macroLoD {}: {} tetrahedra, {} fused; rejected{}", i + 1,
+                                format_count(p.tets_after), p.fused,
+                                rejected.empty() ? " none" : rejected.substr(1)));
+  }
+  const double change = r.input.volume != 0 ? r.output.volume / r.input.volume - 1 : 0;
+  console->say(fmt::format("{}: {} tetrahedra -> {}: {} ({:.2f} % less) in {:.2f} s", r.input.path,
+                           format_count(r.input.tets), r.output.path, format_count(r.output.tets),
+                           100 * r.reduction(), r.total_seconds));
+  console->say(fmt::format("boundary triangles {} -> {}; volume {:.6g}, changed by {:.1e}",
+                           format_count(r.input.boundary_triangles),
+                           format_count(r.output.boundary_triangles), r.input.volume, change));
+  console->say(r.stop_sentence());
+}
+
+void run(Arguments* a) {
+  parse_arguments(a);
+  if (!a->report.empty()) check_output_path(a->report);
+  SimplifyReport report;
+  {
+    Console console(a->console);
+    report = simplify(a->request, console.context());
+    summarize(report, &console);
+  }
+  if (!a->report.empty()) write_text(a->report, to_json(report));
+  if (a->strict && report.has_goal && report.stop_reason != StopReason::kGoal) throw ExitStatus{6};
+}
+
+void add_goal_options(CLI::App& command, Arguments* a) {
+  command.add_option("--reduction", a->reduction,
+                     "Goal: the share of the tetrahedra that is to go, as in 90% or 0.9");
+  command.add_option("--tets", a->tets, "Goal: how many tetrahedra are to be left, as in 100000 or 2M");
+  command.add_option("--lods", a->lods,
+                     "Write levels on the way to OUT, whose name holds {lod}: a number of levels, spaced "
+                     "geometrically from the input to the goal, or reductions, as in 50%,80%");
+  command.add_flag("--strict", a->strict, "Exit with code 6 when the goal is not reached");
+}
+
+void add_criteria_options(CLI::App& command, Arguments* a) {
+  static const std::map<std::string, BoundaryRule> kRules{{"tets", BoundaryRule::kTets},
+                                                          {"vertices", BoundaryRule::kVertices}};
+  command
+      .add_option("--method", a->method,
+                  "tetfuse: the paper's operation, four vertices of a tetrahedron become one. Without a goal "
+                  "it goes on until nothing fuses")
+      ->default_val("tetfuse");
+  command
+      .add_option("--boundary-rule", a->request.behaviour.boundary_rule,
+                  "What stays for the boundary's sake: vertices (no boundary vertex is fused) or tets (the "
+                  "paper's text: nor is a tetrahedron with a vertex on the boundary touched)")
+      ->transform(CLI::CheckedTransformer(kRules, CLI::ignore_case).description(""))
+      ->default_str("vertices");
+  command.add_option("--boundary", a->boundary, "exact: every boundary triangle stays")
+      ->capture_default_str();
+  command
+      .add_option("--scalar-tolerance", a->scalar_tolerance,
+                  "A prey's values may differ from their mean by this share of the field's range (0.025 or "
+                  "2.5%), or off; a list has one value a macroLoD, the last one repeated")
+      ->capture_default_str();
+  command
+      .add_option("--stretch-factor", a->stretch_factor,
+                  "A tetrahedron's height may grow by this factor in a macroLoD, at least 1, or off; a list "
+                  "has one value a macroLoD")
+      ->capture_default_str();
+  command
+      .add_option("--aspect-ratio", a->aspect_ratio,
+                  "Longest over shortest edge may not exceed this, at least 1, unless it was worse; or off")
+      ->capture_default_str();
+  command
+      .add_option("--array", a->request.behaviour.arrays,
+                  "An array that steers: NAME, NAME:0.5% (with a tolerance of its own), cell:NAME; may be "
+                  "given again. Default: the active scalars, else the first floating-point point array. All "
+                  "arrays are carried along")
+      ->allow_extra_args(false);
+  command
+      .add_option("--regions", a->regions,
+                  "An integer cell array whose interfaces stay, or none; may be given again. Default: those "
+                  "named like material, region, physical, tissue, block, zone, part, label")
+      ->allow_extra_args(false);
+}
+
+}  // namespace
+
+void add_simplify_command(CLI::App& app) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("simplify", "Simplify a mesh");
+  command->add_option("IN", a->request.input, "The mesh: a .vtu file, or - for standard input")->required();
+  command->add_option("-o,--output", a->request.output, "The result: a .vtu file, or - for standard output")
+      ->required();
+  add_goal_options(*command, a.get());
+  add_criteria_options(*command, a.get());
+  command->add_flag("--tetrahedralize", a->request.behaviour.tetrahedralize,
+                    "Split hexahedra, voxels, wedges and pyramids into tetrahedra first");
+  command->add_flag("--linearize", a->request.behaviour.linearize,
+                    "Take ten-node tetrahedra as straight-edged ones");
+  add_encoding_option(*command, &a->request.encoding);
+  add_thread_option(*command, &a->request.performance.threads);
+  command->add_option("--report", a->report, "Write a JSON report to this file; - for standard output");
+  add_console_options(*command, &a->console);
+  command->callback([a] { run(a.get()); });
+}
+
+}  // namespace tetfusion

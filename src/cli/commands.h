@@ -1,0 +1,19 @@
+// The command's subcommands, one file each.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace tetfusion {
+
+// Thrown by a subcommand that has done its work and ends with another exit code than 0.
+struct ExitStatus {
+  int code;
+};
+
+void add_simplify_command(CLI::App& app);
+void add_info_command(CLI::App& app);
+void add_check_command(CLI::App& app);
+void add_convert_command(CLI::App& app);
+void add_generate_command(CLI::App& app);
+
+}  // namespace tetfusion

@@ -1,0 +1,46 @@
+// What is odd about a mesh, in words and as JSON: for `check` and `info`.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mesh/geometry.h"
+#include "mesh/inspect.h"
+#include "mesh/quality.h"
+
+namespace tetfusion {
+
+using Json = nlohmann::ordered_json;
+
+enum class Severity : std::uint8_t { kNote, kWarning, kFailure };
+
+struct Finding {
+  std::string_view key;    // in JSON
+  std::string_view label;  // for people
+  Severity severity;
+  std::uint64_t count;
+  std::string_view sample_kind;        // "cells" or "points"
+  std::vector<std::uint64_t> samples;  // the first few, as the file counts them
+};
+
+// All kinds, those that were not found too, the gravest first.
+std::vector<Finding> list_findings(const Geometry& geometry, const Inspection& inspection);
+
+// "cells 3, 17, 18, ..."; empty without samples.
+std::string describe_samples(const Finding& finding);
+
+// "All cells are wound ..." or "12 cells are ..."; empty if none is.
+std::string describe_winding(const Geometry& geometry, const Inspection& inspection);
+
+Json counts_json(const Geometry& geometry,
+                 const Inspection& inspection);            // sizes, boundary, volume, box
+Json findings_json(const std::vector<Finding>& findings);  // key: count, and "samples"
+Json quality_json(const Quality& quality);
+
+// The text of a report; bytes that are no UTF-8 are replaced, numbers that are not finite are null.
+std::string dump(const Json& json);
+
+}  // namespace tetfusion

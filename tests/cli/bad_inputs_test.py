@@ -1,0 +1,255 @@
+#!/usr/bin/env python3
+"""What the command does with bad input: each case gives its exit code and a message that names the file or option, says
+what was expected, and leaves nothing behind. Usage: bad_inputs_test.py TETFUSION"""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from tiny_vtu import TinyVtu
+
+COMMAND = None
+USAGE, BAD, IO = 2, 3, 4
+CASES = []  # (name, bytes of the input or a function that makes it, arguments, exit code, words in the message)
+
+
+def file_case(name, data, code, *words, arguments=()):
+    CASES.append((name, data, list(arguments), code, words))
+
+
+def option_case(name, arguments, code, *words):
+    CASES.append((name, TinyVtu().bytes(), arguments, code, words))
+
+
+def changed(change, *arguments, **keywords):
+    mesh = TinyVtu(*arguments, **keywords)
+    change(mesh)
+    return mesh.bytes()
+
+
+def set_value(name, index, value):
+    def change(mesh):
+        mesh.array(name)[4][index] = value
+    return change
+
+
+def set_attribute(name, key, value):
+    return lambda mesh: mesh.attributes.update({(name, key): value})
+
+
+def set_count(key, value):
+    return lambda mesh: mesh.counts.update({key: value})
+
+
+def set_member(name, value):
+    return lambda mesh: setattr(mesh, name, value)
+
+
+def cut_after(marker, extra=0):
+    data = TinyVtu().bytes()
+    return data[:data.index(marker) + len(marker) + extra]
+
+
+def cut_in_array(name, extra):
+    """The file ends `extra` bytes into the array, counted from its size word."""
+    mesh = TinyVtu()
+    data = mesh.bytes()
+    at = data.index(b'encoding="raw">\n_') + len(b'encoding="raw">\n_')
+    for array in mesh.arrays:
+        if array[1] == name:
+            return data[:at + extra]
+        at += len(mesh.payload(array))
+    raise KeyError(name)
+
+
+def only_cells_of(kind, size):
+    def change(mesh):
+        mesh.array("connectivity")[4] = list(range(size)) * len(mesh.tets)
+        mesh.array("offsets")[4] = [size * (i + 1) for i in range(len(mesh.tets))]
+        mesh.array("types")[4] = [kind] * len(mesh.tets)
+    return change
+
+
+def no_cells(mesh):
+    mesh.counts["NumberOfCells"] = "0"
+    for name in ("id", "connectivity", "offsets", "types"):
+        mesh.array(name)[4] = []
+
+
+def no_points(mesh):
+    no_cells(mesh)
+    mesh.counts["NumberOfPoints"] = "0"
+    for name in ("temperature", "Points"):
+        mesh.array(name)[4] = []
+
+
+# Files that are not there, or no meshes.
+file_case("missing file", None, IO, "[Nn]o such file")
+file_case("directory", "directory", IO, "folder")
+file_case("empty file", b"", BAD, "empty")
+file_case("garbage", bytes(range(256)) * 10, BAD)
+file_case("text", b"solid cube\nendsolid\n", BAD)
+file_case("other XML", b'<?xml version="1.0"?><svg></svg>', BAD)
+file_case("other VTK type", changed(set_member("file_type", "PolyData")), BAD, "PolyData|UnstructuredGrid")
+# Truncated at every structural point.
+file_case("cut in the XML head", cut_after(b"<Piece "), BAD)
+file_case("cut in an attribute", cut_after(b'NumberOfPoints="'), BAD)
+file_case("cut before the appended data", cut_after(b"</UnstructuredGrid>"), BAD)
+file_case("cut at the underscore", cut_after(b'encoding="raw">\n'), BAD)
+file_case("no appended bytes", cut_after(b'encoding="raw">\n_'), BAD)
+for array_name in ("temperature", "id", "Points", "connectivity", "offsets", "types"):
+    file_case(f"cut in the size word of {array_name}", cut_in_array(array_name, 5), BAD, "cut off|ends")
+    file_case(f"cut in {array_name}", cut_in_array(array_name, 40), BAD, "cut off|ends")
+# Counts and sizes.
+file_case("2^60 points", changed(set_count("NumberOfPoints", str(2**60))), BAD)
+file_case("2^60 cells", changed(set_count("NumberOfCells", str(2**60))), BAD)
+file_case("2^64 points", changed(set_count("NumberOfPoints", str(2**64))), BAD, "NumberOfPoints")
+file_case("negative points", changed(set_count("NumberOfPoints", "-5")), BAD, "NumberOfPoints")
+file_case("points that are no number", changed(set_count("NumberOfPoints", "many")), BAD, "NumberOfPoints")
+file_case("no count of cells", changed(set_count("NumberOfCells", None)), BAD, "NumberOfCells")
+file_case("a point too many", changed(set_count("NumberOfPoints", "126")), BAD)
+file_case("a cell too few", changed(set_count("NumberOfCells", "383")), BAD)
+file_case("size word too large", changed(lambda m: m.size_words.update(Points=2**62)), BAD, "coordinates")
+file_case("size word too small", changed(lambda m: m.size_words.update(Points=12)), BAD, "coordinates")
+file_case("size word overflows", changed(lambda m: m.size_words.update(connectivity=2**64 - 8)), BAD, "connectivity")
+file_case("offset beyond the file", changed(set_attribute("Points", "offset", "99999999")), BAD, "Points")
+file_case("negative offset", changed(set_attribute("Points", "offset", "-8")), BAD, "Points")
+file_case("no offset", changed(set_attribute("Points", "offset", None)), BAD, "Points")
+file_case("two components", changed(set_attribute("Points", "NumberOfComponents", "2")), BAD, "coordinates", "2")
+file_case("no components", changed(set_attribute("temperature", "NumberOfComponents", "0")), BAD, "temperature")
+file_case("2^62 components", changed(set_attribute("temperature", "NumberOfComponents", str(2**62))), BAD, "temperature")
+file_case("short point array", changed(lambda m: m.array("temperature")[4].pop()), BAD, "temperature")
+file_case("short cell array", changed(lambda m: m.array("id")[4].pop()), BAD, "id")
+# Cells and coordinates.
+file_case("index one too high", changed(set_value("connectivity", 7, 125)), BAD, "125")
+file_case("negative index", changed(set_value("connectivity", 7, -1)), BAD, "-1")
+file_case("huge index", changed(set_value("connectivity", 7, 2**40)), BAD, str(2**40))
+file_case("offset not a multiple of four", changed(set_value("offsets", 3, 17)), BAD)
+file_case("offsets that fall", changed(set_value("offsets", 3, 4)), BAD)
+file_case("offset past the connectivity", changed(set_value("offsets", 383, 10**9)), BAD)
+file_case("NaN coordinate", changed(set_value("Points", 10, float("nan"))), BAD, "point 3")
+file_case("infinite coordinate", changed(set_value("Points", 10, float("inf"))), BAD, "point 3")
+file_case("hexahedra", changed(only_cells_of(12, 8)), BAD, "hexahedron", "--tetrahedralize")
+file_case("one wedge among tetrahedra", changed(set_value("types", 5, 13)), BAD)
+file_case("quadratic tetrahedra", changed(only_cells_of(24, 10)), BAD, "--linearize")
+file_case("triangles alone", changed(only_cells_of(5, 3)), BAD, "tetrahedr")
+file_case("unknown cell type", changed(set_value("types", 5, 200)), BAD, "200")
+file_case("no cells", changed(no_cells), BAD, "no tetrahedr|no cells")
+file_case("no points", changed(no_points), BAD)
+# Arrays and encodings.
+file_case("no Points", changed(lambda m: m.remove("Points")), BAD, "coordinates")
+file_case("no connectivity", changed(lambda m: m.remove("connectivity")), BAD, "connectivity")
+file_case("no offsets", changed(lambda m: m.remove("offsets")), BAD, "offsets")
+file_case("no types", changed(lambda m: m.remove("types")), BAD, "types")
+file_case("unknown type", changed(set_attribute("temperature", "type", "Float16")), BAD, "Float16")
+file_case("unknown format", changed(set_attribute("temperature", "format", "carved")), BAD, "carved")
+file_case("float connectivity", changed(set_attribute("connectivity", "type", "Float64")), BAD, "connectivity")
+file_case("unknown compressor", changed(set_member("compressor", "vtkZipDataCompressor")), BAD, "vtkZipDataCompressor")
+file_case("unknown byte order", changed(set_member("byte_order", "PDPEndian")), BAD, "PDPEndian")
+file_case("unknown header type", changed(set_member("header_type", "UInt16")), BAD, "UInt16")
+file_case("corrupt zlib block", changed(lambda m: m.array_bytes.update(Points=b"\x78\x9c" + b"\xff" * 50),
+                                        compressor="vtkZLibDataCompressor"), BAD, "coordinates")
+file_case("bad base64", changed(set_attribute("Points", "body", "!!!!" * 100), encoding="inline"), BAD, "Points")
+file_case("short base64", changed(set_attribute("Points", "body", "AAAA"), encoding="inline"), BAD, "Points")
+file_case("a word among ascii numbers", changed(set_attribute("Points", "body", "0 1 2 x"), encoding="ascii"), BAD,
+          "Points")
+file_case("too few ascii numbers", changed(set_attribute("Points", "body", "0 1 2"), encoding="ascii"), BAD, "Points")
+file_case("an ascii number that does not fit", changed(set_attribute("types", "body", "10 " * 383 + "300"),
+                                                       encoding="ascii"), BAD, "types")
+# Output.
+option_case("output folder missing", ["-o", "{out}/no/such/folder/a.vtu"], IO, "no/such/folder")
+option_case("output is a folder", ["-o", "{out}"], IO)
+option_case("read-only file system", ["-o", "/proc/a.vtu"], IO, "/proc")
+option_case("full disk", ["-o", "{full}"], IO, "[Ss]pace")
+option_case("unknown suffix", ["-o", "{out}/a.stl"], USAGE, "stl|vtu")
+option_case("report folder missing", ["-o", "{out}/a.vtu", "--report", "{out}/no/such/r.json"], IO, "no/such")
+# Options.
+option_case("unknown array", ["--array", "pressure"], USAGE, "pressure", "temperature")
+option_case("unknown cell array", ["--array", "cell:pressure"], USAGE, "pressure")
+option_case("unknown region array", ["--regions", "pressure"], USAGE, "pressure")
+option_case("two goals", ["--reduction", "50%", "--tets", "100"], USAGE, "--reduction", "--tets")
+option_case("reduction of more than all", ["--reduction", "150%"], USAGE, "--reduction")
+option_case("reduction that is no number", ["--reduction", "much"], USAGE, "much")
+option_case("negative reduction", ["--reduction=-10%"], USAGE, "--reduction")
+option_case("no tetrahedra left", ["--tets", "0"], USAGE, "--tets")
+option_case("tets that are no number", ["--tets", "1x"], USAGE, "1x")
+option_case("tolerance of nothing", ["--scalar-tolerance", "0"], USAGE, "--scalar-tolerance")
+option_case("stretch below one", ["--stretch-factor", "0.5"], USAGE, "--stretch-factor")
+option_case("aspect below one", ["--aspect-ratio", "0.5"], USAGE, "--aspect-ratio")
+option_case("unknown method", ["--method", "quadric"], USAGE, "quadric")
+option_case("unknown boundary rule", ["--boundary-rule", "edges"], USAGE, "edges")
+option_case("a boundary that moves", ["--boundary", "1%"], USAGE, "--boundary")
+option_case("unknown encoding", ["--encoding", "brotli"], USAGE, "brotli")
+option_case("negative threads", ["--threads=-1"], USAGE, "threads")
+option_case("levels without a place for them", ["--lods", "50%,80%"], USAGE, "{lod}")
+option_case("levels that fall", ["--lods", "80%,50%", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
+option_case("levels without a goal", ["--lods", "3", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
+option_case("a place without levels", ["-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
+option_case("mesh and report to standard output", ["-o", "-", "--report", "-"], USAGE, "standard output")
+for option in (["--memory", "2G"], ["--resume"], ["--max-error", "1%"], ["--max-rms", "1%"], ["--dry-run"],
+               ["--scratch", "/tmp"], ["--map", "m"], ["--original-ids"], ["--chunk-tets", "5"], ["--no-such-option"]):
+    option_case(f"not available: {option[0]}", option, USAGE, option[0])
+
+
+class BadInputs(unittest.TestCase):
+    def run_case(self, data, arguments, code, words):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            mesh, out = folder / "mesh.vtu", folder / "out"
+            out.mkdir()
+            full = folder / "full.vtu"
+            full.symlink_to("/dev/full")
+            if data == "directory":
+                mesh.mkdir()
+            elif data is not None:
+                mesh.write_bytes(data)
+            fill = lambda text: text.replace("{out}", str(out)).replace("{full}", str(full))
+            arguments = [fill(a) for a in arguments]
+            if "-o" not in arguments:
+                arguments += ["-o", str(out / "small.vtu")]
+            result = subprocess.run([COMMAND, "simplify", str(mesh), *arguments], capture_output=True, timeout=60)
+            message = result.stderr.decode()
+            self.assertEqual(result.returncode, code, message)
+            self.assertIn("tetfusion: error: ", message)
+            self.assertEqual(result.stdout, b"")
+            if code in (BAD, IO) and "-o" not in arguments[:-2] and data != TinyVtu().bytes():
+                self.assertIn("mesh.vtu", message)
+            for word in words:
+                self.assertRegex(message, word.replace("{lod}", r"\{lod\}"))
+            self.assertGreater(len(message.split()), 5, message)
+            self.assertEqual(list(out.iterdir()), [], "something was left behind")
+            self.assertEqual(sorted(os.listdir(folder))[:1], ["full.vtu"])
+
+    def test_the_unchanged_mesh_is_good(self):
+        for encoding, compressor in (("raw", None), ("raw", "vtkZLibDataCompressor"), ("inline", None), ("ascii", None)):
+            with tempfile.TemporaryDirectory() as folder:
+                mesh = pathlib.Path(folder) / "mesh.vtu"
+                mesh.write_bytes(TinyVtu(encoding=encoding, compressor=compressor).bytes())
+                out = pathlib.Path(folder) / "small.vtu"
+                subprocess.run([COMMAND, "simplify", mesh, "-o", out, "--quiet", "--scalar-tolerance", "off"], check=True)
+                self.assertTrue(out.exists())
+
+    def test_wrong_usage_of_the_command(self):
+        for arguments in ([], ["frobnicate"], ["simplify"], ["simplify", "a.vtu"], ["check"], ["info"],
+                          ["convert", "a.vtu"], ["generate", "six", "-o", "a.vtu"]):
+            result = subprocess.run([COMMAND, *arguments], capture_output=True, timeout=60)
+            self.assertEqual(result.returncode, USAGE, arguments)
+            self.assertIn(b"tetfusion: error: ", result.stderr)
+            self.assertIn(b"--help", result.stderr)
+
+
+def add_case(number, case):
+    name, data, arguments, code, words = case
+    slug = "".join(c if c.isalnum() else "_" for c in name)
+    setattr(BadInputs, f"test_{number:03}_{slug}", lambda self: self.run_case(data, arguments, code, words))
+
+
+for case_number, bad_case in enumerate(CASES):
+    add_case(case_number, bad_case)
+
+if __name__ == "__main__":
+    COMMAND = sys.argv.pop(1)
+    unittest.main()

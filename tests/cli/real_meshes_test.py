@@ -1,0 +1,165 @@
+#!/usr/bin/env python3
+"""The main job on real meshes, from file to file. Every result is judged by independent_check.py, which shares no code with
+the project, and by `tetfusion check`. Usage: real_meshes_test.py TETFUSION DATA_FOLDER
+Without the data folder the tests are skipped."""
+import hashlib
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+COMMAND = DATA = None
+CHECKER = pathlib.Path(__file__).parent.parent / "support" / "independent_check.py"
+# name, least reduction in percent with the rules vertices and tets, stretch 5, tolerance off
+MESHES = {"spx": (25, 5), "bluntfin": (40, 30), "quake_sf10": (20, 5), "disk_out_ref": (25, 10), "can": (1, 0),
+          "polyfem_cubes": (5, 0), "pylith_crustal": (10, 0)}
+
+
+def run(*arguments, code=0):
+    result = subprocess.run([COMMAND, *map(str, arguments)], capture_output=True, timeout=300)
+    if result.returncode != code:
+        raise AssertionError(f"{arguments}: exit code {result.returncode}\n{result.stderr.decode()}")
+    return result.stdout
+
+
+def digest(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+class RealMeshes(unittest.TestCase):
+    def setUp(self):
+        if not DATA.is_dir():
+            self.skipTest(f"{DATA} is not there")
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def check_result(self, mesh, out):
+        judged = subprocess.run([sys.executable, CHECKER, mesh, out], capture_output=True)
+        self.assertEqual(judged.returncode, 0, judged.stdout.decode() + judged.stderr.decode())
+
+    def simplify(self, mesh, *options):
+        out, report = self.folder / f"{mesh.stem}_small.vtu", self.folder / "report.json"
+        run("simplify", mesh, "-o", out, "--method", "tetfuse", "--quiet", "--report", report, *options)
+        return out, json.loads(report.read_text())
+
+    def test_every_mesh_under_both_rules(self):
+        for name, least in MESHES.items():
+            mesh = DATA / f"{name}.vtu"
+            before = json.loads(run("check", mesh, "--quiet", "--report", "-", code=1 if name == "can" else 0))
+            for rule, reduction in zip(("vertices", "tets"), least):
+                with self.subTest(mesh=name, rule=rule):
+                    out, report = self.simplify(mesh, "--boundary-rule", rule, "--scalar-tolerance", "off")
+                    self.assertGreaterEqual(100 * report["reduction"], reduction)
+                    self.check_result(mesh, out)
+                    after = json.loads(run("check", out, "--quiet", "--report", "-", code=1 if name == "can" else 0))
+                    self.assertEqual(after["boundary_triangles"], before["boundary_triangles"])
+                    self.assertLessEqual(abs(after["volume"] / before["volume"] - 1), 1e-12)
+                    for count in ("inverted", "degenerate", "duplicate_tets", "nonconforming_faces", "nonmanifold_edges"):
+                        self.assertLessEqual(after[count], before[count], count)
+                    self.assertEqual(report["output"]["tets"], after["tets"])
+                    self.assertEqual(report["output"]["boundary_triangles"], after["boundary_triangles"])
+
+    def test_known_facts(self):
+        can = json.loads(run("check", DATA / "can.vtu", "--quiet", "--report", "-", code=1))
+        self.assertEqual((can["inverted"], can["foldover_faces"]), (77, 161))
+        fin = json.loads(run("check", DATA / "bluntfin.vtu", "--quiet", "--report", "-"))
+        self.assertEqual((fin["degenerate"], fin["tets"], fin["points"]), (77, 187395, 40960))
+        run("check", DATA / "bluntfin.vtu", "--quiet", "--strict", code=1)
+
+    def test_a_goal_is_met_from_above(self):
+        out, report = self.simplify(DATA / "bluntfin.vtu", "--reduction", "30%", "--scalar-tolerance", "off")
+        goal = 187395 * 0.7
+        self.assertEqual(report["stop_reason"], "goal")
+        self.assertTrue(goal <= report["output"]["tets"] < goal + 60, report["output"]["tets"])
+        self.check_result(DATA / "bluntfin.vtu", out)
+        out, report = self.simplify(DATA / "bluntfin.vtu", "--tets", "150k")
+        self.assertTrue(150000 <= report["output"]["tets"] < 150060)
+
+    def test_a_goal_out_of_reach(self):
+        mesh, out = DATA / "spx.vtu", self.folder / "out.vtu"
+        run("simplify", mesh, "-o", out, "--reduction", "95%", "--quiet")
+        self.assertTrue(out.exists())
+        out.unlink()
+        run("simplify", mesh, "-o", out, "--reduction", "95%", "--quiet", "--strict", code=6)
+        self.assertTrue(out.exists())
+
+    def test_levels(self):
+        pattern, report = self.folder / "lod_{lod}.vtu", self.folder / "report.json"
+        run("simplify", DATA / "bluntfin.vtu", "-o", pattern, "--lods", "10%,20%,30%", "--quiet", "--report", report,
+            "--scalar-tolerance", "off")
+        outputs = json.loads(report.read_text())["outputs"]
+        self.assertEqual([pathlib.Path(o).name for o in outputs], ["lod_1.vtu", "lod_2.vtu", "lod_3.vtu"])
+        for level, output in enumerate(outputs, 1):
+            self.check_result(DATA / "bluntfin.vtu", pathlib.Path(output))
+            tets = json.loads(run("check", output, "--quiet", "--report", "-"))["tets"]
+            goal = 187395 * (1 - 0.1 * level)
+            self.assertTrue(goal - 1 <= tets < goal + 60, (level, tets))
+
+    def test_the_bytes_do_not_depend_on_threads(self):
+        for name in ("bluntfin", "disk_out_ref"):
+            digests = set()
+            for threads in (1, 2, 3):
+                out, _ = self.simplify(DATA / f"{name}.vtu", "--threads", threads)
+                digests.add(digest(out))
+            self.assertEqual(len(digests), 1)
+
+    def test_every_encoding_holds_the_same_mesh(self):
+        mesh = DATA / "disk_out_ref.vtu"
+        expected, _ = self.simplify(mesh)
+        expected = digest(expected)
+        for encoding in ("raw", "zlib", "lz4", "inline", "ascii"):
+            converted = self.folder / f"{encoding}.vtu"
+            run("convert", mesh, converted, "--encoding", encoding, "--quiet")
+            out, _ = self.simplify(converted)
+            self.assertEqual(digest(out), expected, encoding)
+
+    def test_pipes(self):
+        mesh = (DATA / "spx.vtu").read_bytes()
+        piped = subprocess.run([COMMAND, "simplify", "-", "-o", "-", "--quiet"], input=mesh, capture_output=True, check=True)
+        out, _ = self.simplify(DATA / "spx.vtu")
+        self.assertEqual(hashlib.sha256(piped.stdout).hexdigest(), digest(out))
+        self.assertEqual(piped.stderr, b"")
+
+    def test_the_input_may_be_the_output(self):
+        mesh = self.folder / "mesh.vtu"
+        mesh.write_bytes((DATA / "spx.vtu").read_bytes())
+        run("simplify", mesh, "-o", mesh, "--quiet")
+        self.check_result(DATA / "spx.vtu", mesh)
+        self.assertLess(mesh.stat().st_size, (DATA / "spx.vtu").stat().st_size)
+
+    def test_the_schedule_of_the_paper(self):
+        mesh = DATA / "bluntfin.vtu"
+        _, tight = self.simplify(mesh, "--scalar-tolerance", "0.01")
+        _, schedule = self.simplify(mesh, "--scalar-tolerance", "1%,2%,5%", "--stretch-factor", "3,4,5")
+        used = [(l["scalar_tolerance"], l["stretch_factor"]) for l in schedule["lods"][:4]]
+        self.assertEqual(used, [(0.01, 3), (0.02, 4), (0.05, 5), (0.05, 5)])
+        self.assertGreater(schedule["reduction"], tight["reduction"])
+
+    def test_materials_keep_their_volume(self):
+        sys.path.insert(0, str(CHECKER.parent.parent.parent / "bench"))
+        import numpy as np
+        import raw_vtu
+
+        def volumes(path):
+            mesh = raw_vtu.read(path)
+            p = mesh.points[mesh.tets].astype("f8")
+            volume = abs(np.einsum("ij,ij->i", np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), p[:, 3] - p[:, 0])) / 6
+            region = mesh.cell_data["physical"]
+            return {int(r): volume[region == r].sum() for r in np.unique(region)}
+
+        for name in ("polyfem_cubes", "pylith_crustal"):
+            out, report = self.simplify(DATA / f"{name}.vtu")
+            self.assertEqual(report["regions"], ["physical"])
+            before, after = volumes(DATA / f"{name}.vtu"), volumes(out)
+            self.assertEqual(before.keys(), after.keys())
+            for region, volume in before.items():
+                self.assertAlmostEqual(after[region] / volume, 1, delta=1e-12)
+
+
+if __name__ == "__main__":
+    COMMAND = sys.argv.pop(1)
+    DATA = pathlib.Path(sys.argv.pop(1))
+    unittest.main()

@@ -1,0 +1,31 @@
+#!/bin/sh
+# Installs what a build needs on Debian 12. Usage: install_packages.sh [build|test]
+#   build: compiler and libraries of the command itself (default)
+#   test:  the same, and what the tests use besides: GoogleTest, Python with numpy, VTK (about 500 MB)
+# Does nothing where all of it is there already. Needs root, or sudo.
+set -eu
+
+packages="g++ cmake ninja-build pkg-config libcli11-dev libfmt-dev nlohmann-json3-dev libpugixml-dev zlib1g-dev
+  libdeflate-dev liblz4-dev liblzma-dev"
+if [ "${1:-build}" = test ]; then
+  packages="$packages libgtest-dev libgmock-dev python3 python3-numpy libvtk9-dev python3-vtk9"
+fi
+
+missing=""
+for package in $packages; do
+  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q "ok installed" || missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+as_root=""
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || {
+    echo "these packages are missing, and installing them needs root or sudo:$missing" >&2
+    exit 1
+  }
+  as_root=sudo
+fi
+echo "installing:$missing"
+export DEBIAN_FRONTEND=noninteractive
+$as_root apt-get -qq update
+$as_root apt-get -qq install -y --no-install-recommends $missing >/dev/null
