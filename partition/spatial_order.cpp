@@ -65,6 +65,27 @@ Vector<KeyedId> curve_keys(const Vector<Vec3<Real>>& points) {
   return keys;
 }
 
+// values[new] becomes values[new2old[new]].
+template <class T, class Id>
+void permute(const Vector<Id>& new2old, Vector<T>* values) {
+  Vector<T> old(new2old.size());
+  old.swap(*values);
+  const auto n = static_cast<std::int64_t>(new2old.size());
+#pragma omp parallel for schedule(static)
+  for (std::int64_t i = 0; i < n; ++i) {
+    (*values)[static_cast<std::size_t>(i)] = old[new2old[static_cast<std::size_t>(i)]];
+  }
+}
+
+template <class Id>
+void permute_sources(const Vector<Id>& new2old, Vector<std::uint64_t>* source) {
+  if (source->empty()) {
+    source->assign(new2old.begin(), new2old.end());
+  } else {
+    permute(new2old, source);
+  }
+}
+
 }  // namespace
 
 Vector<VertexId> points_along_curve(const Points& points) {
@@ -86,6 +107,24 @@ Vector<TetId> tets_by_first_vertex(std::span<const Tet> tets, std::size_t vertic
     new2old[start[first_vertex(tets[t])]++] = static_cast<TetId>(t);
   }
   return new2old;
+}
+
+void order_along_curve(Geometry* geometry) {
+  {
+    const Vector<VertexId> new2old = points_along_curve(geometry->points);
+    Vector<VertexId> old2new(new2old.size());
+    for (std::size_t v = 0; v < new2old.size(); ++v) old2new[new2old[v]] = static_cast<VertexId>(v);
+    std::visit([&](auto& points) { permute(new2old, &points); }, geometry->points);
+    permute_sources(new2old, &geometry->point_source);
+    for (Tet& t : geometry->tets) {
+      for (VertexId& v : t) v = old2new[v];
+    }
+    for (VertexId& v : geometry->lower.connectivity) v = old2new[v];
+  }
+  const Vector<TetId> new2old =
+      tets_by_first_vertex(geometry->tets, point_count(geometry->points));
+  permute(new2old, &geometry->tets);
+  permute_sources(new2old, &geometry->tet_source);
 }
 
 }  // namespace tetfusion

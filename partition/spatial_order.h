@@ -16,4 +16,8 @@ Vector<VertexId> points_along_curve(const Points& points);
 // tetrahedra follow it too.
 Vector<TetId> tets_by_first_vertex(std::span<const Tet> tets, std::size_t vertices);
 
+// Puts a whole geometry in that order: points, then tetrahedra. Cells of lower dimension keep their places and name
+// the points by their new ids; the *_source arrays are filled, so that they still lead to the input's rows.
+void order_along_curve(Geometry* geometry);
+
 }  // namespace tetfusion

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <numeric>
 #include <string_view>
 
 #include "base/error.h"
-#include "partition/spatial_order.h"
 
 namespace tetfusion {
 
@@ -51,24 +51,28 @@ void mark_interfaces(const DataArray& array, const Geometry& geometry,
   });
 }
 
-template <class Real>
-void mark_vertices(const Inspection& inspection, const Steering& steering,
-                   std::span<const std::uint8_t> interfaces, const Vector<VertexId>& new2old,
-                   WorkMesh<Real>* work) {
-  work->marks.resize(new2old.size());
-  for (std::size_t v = 0; v < new2old.size(); ++v) {
-    const VertexId old = new2old[v];
-    const std::uint8_t flags = inspection.vertex_flags[old];
-    const bool locked = (flags & (kBrokenVertex | kCarriedVertex)) != 0 ||
-                        steering.not_finite[old] != 0 || (!interfaces.empty() && interfaces[old] != 0);
-    work->marks[v] = static_cast<std::uint8_t>(((flags & kBoundaryVertex) != 0 ? kOnBoundary : 0) |
-                                               (locked ? kLocked : 0));
+Vector<std::uint8_t> mark_vertices(const Inspection& inspection, const Steering& steering,
+                                   std::span<const std::uint8_t> interfaces, const Vector<Tet>& tets) {
+  Vector<std::uint8_t> marks(inspection.vertex_flags.size());
+  for (std::size_t v = 0; v < marks.size(); ++v) {
+    const std::uint8_t flags = inspection.vertex_flags[v];
+    const bool locked = (flags & (kBrokenVertex | kCarriedVertex)) != 0 || steering.not_finite[v] != 0 ||
+                        (!interfaces.empty() && interfaces[v] != 0);
+    marks[v] = static_cast<std::uint8_t>(((flags & kBoundaryVertex) != 0 ? kOnBoundary : 0) |
+                                         (locked ? kLocked : 0));
   }
-  for (const Tet& t : work->tets) {
-    const int any = work->marks[t[0]] | work->marks[t[1]] | work->marks[t[2]] | work->marks[t[3]];
-    if ((any & kOnBoundary) == 0) continue;
-    for (const VertexId v : t) work->marks[v] |= kNearBoundary;
+  for (const Tet& t : tets) {
+    if (((marks[t[0]] | marks[t[1]] | marks[t[2]] | marks[t[3]]) & kOnBoundary) == 0) continue;
+    for (const VertexId v : t) marks[v] |= kNearBoundary;
   }
+  return marks;
+}
+
+template <class Id>
+Vector<Id> identity(std::size_t size) {
+  Vector<Id> ids(size);
+  std::iota(ids.begin(), ids.end(), Id{0});
+  return ids;
 }
 
 }  // namespace
@@ -108,41 +112,20 @@ Vector<std::uint8_t> find_interfaces(const std::vector<std::size_t>& regions, co
 }
 
 template <class Real>
-WorkMesh<Real> make_work_mesh(const Inspection& inspection, const Steering& steering,
-                              std::span<const std::uint8_t> interfaces, Geometry* geometry) {
+WorkMesh<Real> make_work_mesh(const Inspection& inspection, std::span<const std::uint8_t> interfaces,
+                              Steering* steering, Geometry* geometry) {
   WorkMesh<Real> work;
-  const Vector<VertexId> new2old = points_along_curve(geometry->points);
-  const std::size_t points = new2old.size();
-  const auto& positions = std::get<Vector<Vec3<Real>>>(geometry->points);
-  Vector<VertexId> old2new(points);
-  work.positions.resize(points);
-  work.steering_width = steering.width;
-  work.steering.resize(points * steering.width);
-  for (std::size_t v = 0; v < points; ++v) {
-    const VertexId old = new2old[v];
-    old2new[old] = static_cast<VertexId>(v);
-    work.positions[v] = positions[old];
-    std::copy_n(steering.values.begin() + old * steering.width, steering.width,
-                work.steering.begin() + v * steering.width);
-  }
-  geometry->points = Vector<Vec3<Real>>();
-
-  for (Tet& t : geometry->tets) {
-    for (VertexId& v : t) v = old2new[v];
-  }
-  work.tet_ids = tets_by_first_vertex(geometry->tets, points);
-  work.tets.resize(geometry->tets.size());
-  for (std::size_t t = 0; t < work.tets.size(); ++t) work.tets[t] = geometry->tets[work.tet_ids[t]];
-  geometry->tets = Vector<Tet>();
-
-  mark_vertices(inspection, steering, interfaces, new2old, &work);
-  work.point_ids = new2old;
+  work.marks = mark_vertices(inspection, *steering, interfaces, geometry->tets);
+  work.positions = std::move(std::get<Vector<Vec3<Real>>>(geometry->points));
+  work.tets = std::move(geometry->tets);
+  work.steering_width = steering->width;
+  work.steering = std::move(steering->values);
+  work.point_ids = identity<VertexId>(work.positions.size());
+  work.tet_ids = identity<TetId>(work.tets.size());
   return work;
 }
 
-template WorkMesh<float> make_work_mesh(const Inspection&, const Steering&,
-                                        std::span<const std::uint8_t>, Geometry*);
-template WorkMesh<double> make_work_mesh(const Inspection&, const Steering&,
-                                         std::span<const std::uint8_t>, Geometry*);
+template WorkMesh<float> make_work_mesh(const Inspection&, std::span<const std::uint8_t>, Steering*, Geometry*);
+template WorkMesh<double> make_work_mesh(const Inspection&, std::span<const std::uint8_t>, Steering*, Geometry*);
 
 }  // namespace tetfusion

@@ -1,4 +1,4 @@
-// From the mesh as it was read to the mesh as a pass wants it: judged, marked, and in curve order.
+// From the mesh as it was read and judged to the mesh as a pass wants it: with marks that say what must stay.
 #pragma once
 
 #include <span>
@@ -23,11 +23,11 @@ std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
 Vector<std::uint8_t> find_interfaces(const std::vector<std::size_t>& regions, const Geometry& geometry,
                                      MeshSource* source);
 
-// Builds the work mesh of the geometry's points and tetrahedra, both along the curve, and releases them. A vertex
-// is locked where `inspection` found it broken or carried, where a steering value is no number, and where
-// `interfaces` (may be empty) says so.
+// Moves the geometry's points and tetrahedra into a work mesh whose ids are the geometry's. A vertex is locked where
+// `inspection` found it broken or carried, where a steering value is no number, and where `interfaces` (may be empty)
+// says so. `steering` gives up its values.
 template <class Real>
-WorkMesh<Real> make_work_mesh(const Inspection& inspection, const Steering& steering,
-                              std::span<const std::uint8_t> interfaces, Geometry* geometry);
+WorkMesh<Real> make_work_mesh(const Inspection& inspection, std::span<const std::uint8_t> interfaces,
+                              Steering* steering, Geometry* geometry);
 
 }  // namespace tetfusion

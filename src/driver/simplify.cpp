@@ -15,6 +15,7 @@
 #include "io/mesh_source.h"
 #include "io/output_file.h"
 #include "mesh/inspect.h"
+#include "partition/spatial_order.h"
 
 namespace tetfusion {
 
@@ -140,6 +141,11 @@ SimplifyReport Job::run() {
   geometry_ = source_->read_geometry();
   context_.check();
 
+  clock_.begin("order");
+  context_.report("ordering", 0.05);
+  order_along_curve(&geometry_);
+  context_.check();
+
   clock_.begin("inspect");
   context_.report("inspecting", 0.1);
   const Inspection inspection = inspect(geometry_);
@@ -157,9 +163,9 @@ SimplifyReport Job::run() {
   stages_ = plan_stages(request_, geometry_.tets.size());
   report_.has_goal = stages_.back().tets.has_value();
   if (point_type(geometry_.points) == ValueType::kFloat32) {
-    run_stages(make_work_mesh<float>(inspection, steering_, interfaces, &geometry_));
+    run_stages(make_work_mesh<float>(inspection, interfaces, &steering_, &geometry_));
   } else {
-    run_stages(make_work_mesh<double>(inspection, steering_, interfaces, &geometry_));
+    run_stages(make_work_mesh<double>(inspection, interfaces, &steering_, &geometry_));
   }
   clock_.end();
   report_.seconds = clock_.seconds();

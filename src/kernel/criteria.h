@@ -57,15 +57,16 @@ inline bool deviates(std::span<const SteeringField> fields, double scalar_tolera
   return false;
 }
 
-// Squared length, times 16, of the base normal of corner c: from the centre of the base triangle to the
-// barycenter of the tetrahedron, which is a quarter of the way to the corner.
+// Squared length, times 144, of the base normal of corner c: from the centre of the base triangle to the barycenter of
+// the tetrahedron, which is a quarter of the way to the corner. Three times the corner minus the sum of the base's is
+// twelve times that vector; ratios need no division.
 template <class Real>
 inline double base_normal_squared(const std::array<Vec3<Real>, 4>& p, int c) {
   const auto& order = kCornerFirst[static_cast<std::size_t>(c)];
   const Vec3<Real>&a = p[order[0]], &u = p[order[1]], &v = p[order[2]], &w = p[order[3]];
-  const double x = a.x - (double{u.x} + v.x + w.x) / 3;
-  const double y = a.y - (double{u.y} + v.y + w.y) / 3;
-  const double z = a.z - (double{u.z} + v.z + w.z) / 3;
+  const double x = 3 * double{a.x} - (double{u.x} + v.x + w.x);
+  const double y = 3 * double{a.y} - (double{u.y} + v.y + w.y);
+  const double z = 3 * double{a.z} - (double{u.z} + v.z + w.z);
   return x * x + y * y + z * z;
 }
 

@@ -277,27 +277,19 @@ bool GreedyPass<Real>::swallows_locked(const Tet& prey) const {
   return false;
 }
 
-// Stretch and aspect ratio of the affected tetrahedra. S_N is against the last macroLoD, so a vertex of the
-// tetrahedron that this pass has fused earlier is looked at again (its base triangle has just moved).
+// Stretch and aspect ratio of the affected tetrahedra.
 template <class Real>
 bool GreedyPass<Real>::shape_allows(Reject* reason) const {
   const bool check_stretch = !start_tets_.empty();
   const bool check_aspect = limits_->aspect_ratio < std::numeric_limits<double>::infinity();
   if (!check_stretch && !check_aspect) return true;
   for (const std::uint32_t entry : affected()) {
-    const Tet& tet = mesh_->tets[entry >> 2];
-    const auto now = corners(mesh_->positions, tet);
+    const auto now = corners(mesh_->positions, mesh_->tets[entry >> 2]);
     auto after = now;
     after[entry & 3u] = position_;
-    if (check_stretch) {
-      const auto before = corners(start_positions_, start_tets_[entry >> 2]);
-      for (std::size_t c = 0; c < 4; ++c) {
-        const bool moved = c == (entry & 3u) || (state_[tet[c]] & kFusedNow) != 0;
-        if (moved && stretches(before, after, static_cast<int>(c), limits_->stretch_factor)) {
-          *reason = Reject::kStretch;
-          return false;
-        }
-      }
+    if (check_stretch && stretches_too_far(entry, now, after)) {
+      *reason = Reject::kStretch;
+      return false;
     }
     if (check_aspect && distorts(now, after, limits_->aspect_ratio)) {
       *reason = Reject::kAspect;
@@ -305,6 +297,24 @@ bool GreedyPass<Real>::shape_allows(Reject* reason) const {
     }
   }
   return true;
+}
+
+// S_N is against the last macroLoD. A tetrahedron that this pass has affected before has other corners now than it had
+// there, and its base triangle moves under the vertex that was fused then, so that one is looked at again.
+template <class Real>
+bool GreedyPass<Real>::stretches_too_far(std::uint32_t entry, const std::array<Vec3<Real>, 4>& now,
+                                         const std::array<Vec3<Real>, 4>& after) const {
+  const double factor = limits_->stretch_factor;
+  const auto corner = static_cast<int>(entry & 3u);
+  const Tet& tet = mesh_->tets[entry >> 2];
+  const std::uint32_t any = state_[tet[0]] | state_[tet[1]] | state_[tet[2]] | state_[tet[3]];
+  if ((any & kFusedNow) == 0) return stretches(now, after, corner, factor);
+  const auto before = corners(start_positions_, start_tets_[entry >> 2]);
+  for (int c = 0; c < 4; ++c) {
+    const bool moved = c == corner || (state_[tet[static_cast<std::size_t>(c)]] & kFusedNow) != 0;
+    if (moved && stretches(before, after, c, factor)) return true;
+  }
+  return false;
 }
 
 template <class Real>

@@ -65,6 +65,8 @@ class GreedyPass {
   std::span<const std::uint32_t> affected() const { return {affected_.data(), affected_count_}; }
   bool swallows_locked(const Tet& prey) const;
   bool shape_allows(Reject* reason) const;
+  bool stretches_too_far(std::uint32_t entry, const std::array<Vec3<Real>, 4>& now,
+                         const std::array<Vec3<Real>, 4>& after) const;
   void apply(const Tet& prey);
   void log_fusion(const Tet& prey, VertexId kept);
   void touch(VertexId v);

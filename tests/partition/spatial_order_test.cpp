@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
 #include "base/resources.h"
+#include "support/meshes.h"
 
 namespace tetfusion {
 namespace {
@@ -67,6 +69,38 @@ TEST(TetsByFirstVertex, SortsStably) {
   const Vector<Tet> tets{{5, 6, 7, 2}, {9, 8, 0, 4}, {2, 3, 4, 5}, {1, 9, 8, 7}};
   const Vector<TetId> order = tets_by_first_vertex(tets, 10);
   EXPECT_EQ(order, (Vector<TetId>{1, 3, 0, 2}));
+}
+
+TEST(OrderAlongCurve, KeepsTheMeshAndKnowsWhereItCameFrom) {
+  Geometry before = testing::five_split_cube(4, 0.1);
+  before.lower.types = {1, 3};
+  before.lower.offsets = {0, 1, 3};
+  before.lower.connectivity = {7, 3, 100};
+  before.tet_source.assign(before.tets.size(), 0);
+  for (std::size_t t = 0; t < before.tets.size(); ++t) before.tet_source[t] = 1000 + t;
+  Geometry after = before;
+  order_along_curve(&after);
+
+  ASSERT_EQ(after.tets.size(), before.tets.size());
+  ASSERT_EQ(point_count(after.points), point_count(before.points));
+  const auto at = [](const Geometry& g, VertexId v) {
+    const auto p = testing::point(g, v);
+    return std::array<double, 3>{p.x, p.y, p.z};
+  };
+  for (VertexId v = 0; v < point_count(after.points); ++v) {
+    EXPECT_EQ(at(after, v), at(before, static_cast<VertexId>(after.point_source[v])));
+  }
+  VertexId last = 0;
+  for (std::size_t t = 0; t < after.tets.size(); ++t) {
+    const Tet& old = before.tets[after.tet_source[t] - 1000];
+    for (std::size_t c = 0; c < 4; ++c) EXPECT_EQ(at(after, after.tets[t][c]), at(before, old[c]));
+    const VertexId first = *std::min_element(after.tets[t].begin(), after.tets[t].end());
+    EXPECT_GE(first, last);
+    last = first;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(at(after, after.lower.connectivity[i]), at(before, before.lower.connectivity[i]));
+  }
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+#!/usr/bin/env python3
+"""Reading a raw .vtu: ours and VTK's vtkXMLUnstructuredGridReader in turn, each in a fresh process, both with all arrays.
+
+Usage: read_vs_vtk.py TETFUSION BENCH_READ WORK_FOLDER [TETS [ROUNDS]]     (default 10M, 9 rounds)
+Run with the Python that has vtkmodules. The mesh is made on the first run; the page cache is warm.
+"""
+import pathlib
+import statistics
+import subprocess
+import sys
+
+VTK = """
+import sys, time
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+reader = vtkXMLUnstructuredGridReader()
+reader.SetFileName(sys.argv[1])
+start = time.perf_counter()
+reader.Update()
+print(time.perf_counter() - start)
+assert reader.GetOutput().GetNumberOfCells() > 0
+"""
+
+
+def last_number(*command):
+    return float(subprocess.run(command, capture_output=True, check=True, text=True).stdout.split()[-1])
+
+
+def main():
+    tetfusion, bench_read, work = sys.argv[1:4]
+    tets = sys.argv[4] if len(sys.argv) > 4 else "10M"
+    rounds = int(sys.argv[5]) if len(sys.argv) > 5 else 9
+    mesh = pathlib.Path(work) / f"read_{tets}.vtu"
+    mesh.parent.mkdir(parents=True, exist_ok=True)
+    if not mesh.exists():
+        subprocess.run([tetfusion, "generate", "five", "--tets", tets, "-o", mesh, "--quiet"], check=True)
+    readers = {"ours, 2 threads": (bench_read, mesh, "1", "2"), "ours, 1 thread": (bench_read, mesh, "1", "1"),
+               "VTK": (sys.executable, "-c", VTK, mesh)}
+    seconds = {name: [] for name in readers}
+    for command in readers.values():
+        last_number(*command)
+    for _ in range(rounds):
+        for name, command in readers.items():
+            seconds[name].append(last_number(*command))
+    print(f"{mesh.name}, {mesh.stat().st_size / 1e6:.0f} MB, {rounds} rounds\n\n| reader | best s | median s | VTK / it |")
+    print("| --- | --- | --- | --- |")
+    for name, times in seconds.items():
+        ratio = statistics.median(v / t for v, t in zip(seconds["VTK"], times))
+        print(f"| {name} | {min(times):.3f} | {statistics.median(times):.3f} | {ratio:.2f} |")
+
+
+if __name__ == "__main__":
+    main()
