@@ -21,7 +21,7 @@ std::string_view as_text(std::span<const std::byte> bytes) {
 
 std::uint64_t max_values(const Payload& payload, const BinaryLayout& layout, ValueType type) {
   const std::uint64_t length = payload.end - payload.begin;
-  if (payload.coding == Coding::kAscii) return length / 2 + 1;  // a digit and a blank each
+  if (payload.coding == Coding::kAscii) return length;
   const std::uint64_t bytes = payload.coding == Coding::kRaw ? length : length / 4 * 3;
   return max_decompressed_bytes(layout.compressor, bytes) / size_of(type);
 }

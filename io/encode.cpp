@@ -106,8 +106,7 @@ void text_encode(ValueType type, std::span<const std::byte> values, TextPosition
   std::vector<Vector<char>> texts(static_cast<std::size_t>(blocks));
   // Reserved outside the parallel loop, where nothing may throw.
   for (auto& text : texts) text.reserve(std::min(count, kValuesPerTextBlock) * kLongestValue);
-  const ValueType as = type == ValueType::kString ? ValueType::kInt8 : type;
-  visit_type(as, [&](auto zero) {
+  visit_type(type, [&](auto zero) {
     using T = decltype(zero);
 #pragma omp parallel for schedule(static)
     for (std::int64_t b = 0; b < blocks; ++b) {
@@ -123,8 +122,8 @@ void text_encode(ValueType type, std::span<const std::byte> values, TextPosition
 
 namespace {
 
-// Of libdeflate's 1 to 12. On real and generated meshes levels 4 to 6 save nothing over 3 and take up to
-// twice as long; level 1 takes half as long and leaves 2 to 5 % more.
+// Of libdeflate's 1 to 12. On real and generated meshes levels 4 to 6 save nothing over 3 and take
+// up to twice as long; level 1 takes half as long and leaves 2 to 5 % more.
 constexpr int kZlibLevel = 3;
 
 struct FreeDeflate {

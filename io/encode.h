@@ -28,10 +28,9 @@ struct TextPosition {
   std::uint32_t components;
 };
 
-// Replaces *out by the values as text: shortest form that reads back to the same bits, "nan", "inf"
-// and
-// "-inf"; whole tuples a line, about 12 values. `values` holds native values of `type`; kString
-// counts as Int8, as VTK writes it.
+// Replaces *out by the values as text: the shortest form that reads back to the same bits, and
+// "nan", "inf", "-inf"; whole tuples a line, about 12 values. `values` holds native values of
+// `type`; kString counts as UInt8.
 void text_encode(ValueType type, std::span<const std::byte> values, TextPosition position,
                  Vector<char>* out);
 

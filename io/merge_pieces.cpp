@@ -4,8 +4,11 @@
 #include <array>
 #include <bit>
 #include <cstddef>
+#include <numeric>
 #include <variant>
 #include <vector>
+
+#include "mesh/blocks.h"
 
 namespace tetfusion {
 
@@ -66,42 +69,68 @@ void match_run(std::span<const Record> run, std::span<const std::uint64_t> piece
   }
 }
 
+// Matches the points of one bucket, which holds all points of its hashes.
+void match_bucket(const PiecePoints& pieces, std::span<Record> records, Vector<VertexId>* copy_of) {
+  std::sort(records.begin(), records.end(), [](const Record& a, const Record& b) {
+    return a.hash != b.hash ? a.hash < b.hash : a.point < b.point;
+  });
+  const KeyOf key_of{pieces};
+  const auto less_key = [&](const Record& a, const Record& b) {
+    return key_of(a.point) < key_of(b.point);
+  };
+  std::vector<VertexId> firsts;
+  for (std::size_t begin = 0; begin < records.size();) {
+    std::size_t end = begin + 1;
+    while (end < records.size() && records[end].hash == records[begin].hash) ++end;
+    const std::span<Record> group = records.subspan(begin, end - begin);
+    begin = end;
+    if (group.size() == 1) continue;
+    // Different keys of one hash are as good as impossible, but not impossible.
+    std::stable_sort(group.begin(), group.end(), less_key);
+    for (std::size_t first = 0; first < group.size();) {
+      std::size_t last = first + 1;
+      while (last < group.size() && !less_key(group[first], group[last])) ++last;
+      match_run(group.subspan(first, last - first), pieces.piece_begin, &firsts, copy_of);
+      first = last;
+    }
+  }
+}
+
+// Small enough to be sorted in a core's cache for meshes of some millions of points.
+constexpr std::size_t kBuckets = 1024;
+constexpr std::size_t kPointsPerBlock = 65536;
+
+std::size_t bucket_of(std::uint64_t hash) { return hash >> 54; }
+static_assert(kBuckets == std::size_t{1} << (64 - 54));
+
 }  // namespace
 
 Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8_t>& used) {
   const KeyOf key_of{pieces};
   Vector<VertexId> copy_of(used.size());
-  std::vector<Record> records;
+  Vector<std::uint64_t> hashes(used.size());
+  for_each_block(used.size(), kPointsPerBlock,
+                 [&](std::size_t, std::size_t begin, std::size_t end) {
+                   for (std::size_t v = begin; v < end; ++v) {
+                     copy_of[v] = static_cast<VertexId>(v);
+                     hashes[v] = mix(key_of(static_cast<VertexId>(v)));
+                   }
+                 });
+  std::vector<std::size_t> bucket_end(kBuckets + 1, 0);
   for (std::size_t v = 0; v < used.size(); ++v) {
-    const VertexId point = static_cast<VertexId>(v);
-    copy_of[v] = point;
-    if (used[v] != 0) records.push_back({mix(key_of(point)), point});
+    if (used[v] != 0) ++bucket_end[bucket_of(hashes[v]) + 1];
   }
-  std::sort(records.begin(), records.end(), [](const Record& a, const Record& b) {
-    return a.hash != b.hash ? a.hash < b.hash : a.point < b.point;
+  std::partial_sum(bucket_end.begin(), bucket_end.end(), bucket_end.begin());
+  Vector<Record> records(bucket_end[kBuckets]);
+  // bucket_end[b] starts as the begin of bucket b and ends as its end.
+  for (std::size_t v = 0; v < used.size(); ++v) {
+    if (used[v] == 0) continue;
+    records[bucket_end[bucket_of(hashes[v])]++] = {hashes[v], static_cast<VertexId>(v)};
+  }
+  for_each_block(kBuckets, 1, [&](std::size_t b, std::size_t, std::size_t) {
+    const std::size_t begin = b == 0 ? 0 : bucket_end[b - 1];
+    match_bucket(pieces, std::span(records).subspan(begin, bucket_end[b] - begin), &copy_of);
   });
-  std::vector<VertexId> firsts;
-  for (std::size_t begin = 0; begin < records.size();) {
-    std::size_t end = begin + 1;
-    while (end < records.size() && records[end].hash == records[begin].hash) ++end;
-    if (end - begin > 1) {
-      // Different keys of one hash are as good as impossible, but not impossible.
-      const auto less_key = [&](const Record& a, const Record& b) {
-        return key_of(a.point) < key_of(b.point);
-      };
-      const auto group = records.begin();
-      std::stable_sort(group + static_cast<std::ptrdiff_t>(begin),
-                       group + static_cast<std::ptrdiff_t>(end), less_key);
-      for (std::size_t first = begin; first < end;) {
-        std::size_t last = first + 1;
-        while (last < end && !less_key(records[first], records[last])) ++last;
-        match_run(std::span(records).subspan(first, last - first), pieces.piece_begin, &firsts,
-                  &copy_of);
-        first = last;
-      }
-    }
-    begin = end;
-  }
   return copy_of;
 }
 

@@ -278,10 +278,11 @@ void OutputFile::fail(const char* what, int error) const {
   if (error == ENOSPC || error == EDQUOT) {
     const std::uint64_t needed = std::max(expected_, size_);
     message = fmt::format(
-        "no space left on the device for {}: needed {}about {} ({} bytes), {} were written; free "
-        "some or use another folder",
+        "no space left on the device for {}: needed {} {} ({} bytes), {} were written; free some "
+        "or use another folder",
         spooled_ ? "the temporary copy of " + name + " (TMPDIR names its folder)" : name,
-        expected_ > size_ ? "" : "at least ", format_bytes(needed), needed, format_bytes(written_));
+        expected_ > size_ ? "about" : "at least", format_bytes(needed), needed,
+        format_bytes(written_));
   } else if (error == EPIPE) {
     message = fmt::format("writing {} failed: its reader has gone", name);
   }

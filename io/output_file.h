@@ -19,7 +19,7 @@ namespace tetfusion {
 void check_output_path(const std::string& path);
 
 // Not thread-safe. Every function throws Error(kIo) when writing fails; the file can then only be
-// destroyed.
+// destroyed. A caller that breaks these rules gets std::logic_error.
 class OutputFile {
  public:
   enum class Access {

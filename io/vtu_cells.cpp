@@ -82,7 +82,7 @@ class CellReader {
     cells_.tets_only = all_tets();
     read_ghosts();
     if (cells_.tets_only) {
-      if (cells > kMaxTets) too_many(cells);
+      if (cells > kMaxTets) fail_too_many_tets(input_.file.path(), cells);
       cells_.tets.resize(cells);
       for_each_piece([&](const VtuPiece& piece) { read_tets(piece); });
       if (cells_.ghosts > 0) mark_tets();
@@ -97,13 +97,6 @@ class CellReader {
  private:
   [[noreturn]] void fail(const std::string& what) const {
     throw Error(ErrorCode::kBadInput, input_.file.path() + ": " + what);
-  }
-
-  [[noreturn]] void too_many(std::uint64_t tets) const {
-    throw Error(ErrorCode::kMemory,
-                input_.file.path() + ": " + std::to_string(tets) +
-                    " tetrahedra are more than can be held in memory at once (" +
-                    std::to_string(kMaxTets) + ")");
   }
 
   template <class F>

@@ -39,4 +39,7 @@ VtuCells read_cells(const VtuInput& input, const OpenOptions& options, Vector<st
 void take_cells(const std::string& path, VtuCells cells, const Vector<VertexId>& new_ids,
                 Geometry* mesh);
 
+// Throws Error(kMemory): more than kMaxTets.
+[[noreturn]] void fail_too_many_tets(const std::string& path, std::uint64_t tets);
+
 }  // namespace tetfusion

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <limits>
+#include <optional>
 #include <pugixml.hpp>
 #include <string_view>
 #include <utility>
@@ -36,6 +37,9 @@ class HeadParser {
     xml_ = scan_xml_head({reinterpret_cast<const char*>(file_.data()), file_.size()}, path_);
     const pugi::xml_parse_result result = document_.load_buffer_inplace(
         xml_.text.data(), xml_.text.size(), pugi::parse_default, pugi::encoding_utf8);
+    if (result.status == pugi::status_no_document_element) {
+      fail("no <VTKFile> element: this is not a VTK XML file");
+    }
     if (!result) {
       fail(std::string("the XML head is damaged or cut off: ") + result.description());
     }
@@ -46,7 +50,7 @@ class HeadParser {
     if (!grid) fail("no <UnstructuredGrid> element");
     for (const pugi::xml_node node : grid.child("FieldData").children()) {
       if (is_array(node)) {
-        head_.field_data.push_back(parse_array(node, "field array", "", kOwnTuples));
+        head_.field_data.push_back(parse_array(node, "field array", "", {}));
       }
     }
     check_names(head_.field_data, "FieldData");
@@ -59,8 +63,6 @@ class HeadParser {
   }
 
  private:
-  static constexpr std::uint64_t kOwnTuples = std::numeric_limits<std::uint64_t>::max();
-
   [[noreturn]] void fail(const std::string& what) const {
     throw Error(ErrorCode::kBadInput, path_ + ": " + what);
   }
@@ -120,9 +122,9 @@ class HeadParser {
 
   // ---- arrays ----
 
-  // `tuples` is what the piece says, or kOwnTuples where the array itself must say it.
+  // `tuples` is what the piece says, or nothing where the array itself must say it.
   VtuArray parse_array(pugi::xml_node node, const std::string& kind, std::string_view fallback_name,
-                       std::uint64_t tuples) {
+                       std::optional<std::uint64_t> tuples) {
     VtuArray array;
     array.present = true;
     array.info.name = node.attribute("Name").as_string(std::string(fallback_name).c_str());
@@ -131,11 +133,11 @@ class HeadParser {
     if (!parse_vtk_type(type, &array.info.type)) {
       fail(label + ": unknown type \"" + std::string(type) + "\"");
     }
-    if (array.info.type == ValueType::kString && tuples != kOwnTuples) {
+    if (array.info.type == ValueType::kString && tuples) {
       fail(label + ": strings are read in field data only");
     }
     parse_components(node, label, &array.info);
-    if (tuples == kOwnTuples) {
+    if (!tuples) {
       const pugi::xml_attribute own = node.attribute("NumberOfTuples");
       // The number of strings does not tell the number of bytes.
       array.counted = own && array.info.type != ValueType::kString;
@@ -143,7 +145,7 @@ class HeadParser {
         fail(label + ": NumberOfTuples is not a number");
       }
     } else {
-      array.info.tuples = tuples;
+      array.info.tuples = *tuples;
     }
     parse_payload(node, label, &array.payload);
     if (array.counted) check_room(array, label);

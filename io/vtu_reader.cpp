@@ -232,10 +232,10 @@ class VtuSource final : public MeshSource {
   Vector<std::int64_t> read_global_ids() const {
     const AttributeSet& data = description_.point_data;
     const auto marked = data.active.find("GlobalIds");
-    const std::string_view marked_name = marked == data.active.end() ? "" : marked->second;
+    const std::string marked_name = marked == data.active.end() ? "" : marked->second;
     for (const std::string_view name :
-         {marked_name, std::string_view("GlobalNodeIds"), std::string_view("GlobalNodeId"),
-          std::string_view("GlobalPointIds")}) {
+         {std::string_view(marked_name), std::string_view("GlobalNodeIds"),
+          std::string_view("GlobalNodeId"), std::string_view("GlobalPointIds")}) {
       const std::size_t index = data.find(name);
       if (name.empty() || index == AttributeSet::npos) continue;
       const ArrayInfo& info = data.arrays[index];

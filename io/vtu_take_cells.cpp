@@ -15,12 +15,6 @@ namespace {
 
 constexpr std::size_t kCellsPerBlock = 65536;
 
-[[noreturn]] void too_many(const std::string& path, std::uint64_t tets) {
-  throw Error(ErrorCode::kMemory, path + ": " + std::to_string(tets) +
-                                      " tetrahedra are more than can be held in memory at once (" +
-                                      std::to_string(kMaxTets) + ")");
-}
-
 void renumber(const Vector<VertexId>& new_ids, Vector<Tet>* tets) {
   if (new_ids.empty()) return;
   for_each_block(tets->size(), kCellsPerBlock,
@@ -148,7 +142,7 @@ void take_mixed(const std::string& path, const VtuCells& cells, const Vector<Ver
                  });
   std::uint64_t tets = 0;
   for (const Taken& block : blocks) tets += block.tets.size();
-  if (tets > kMaxTets) too_many(path, tets);
+  if (tets > kMaxTets) fail_too_many_tets(path, tets);
   mesh->tets.reserve(tets);
   mesh->tet_source.reserve(tets);
   for (Taken& block : blocks) {
@@ -170,6 +164,12 @@ void take_mixed(const std::string& path, const VtuCells& cells, const Vector<Ver
 }
 
 }  // namespace
+
+void fail_too_many_tets(const std::string& path, std::uint64_t tets) {
+  throw Error(ErrorCode::kMemory, path + ": " + std::to_string(tets) +
+                                      " tetrahedra are more than can be held in memory at once (" +
+                                      std::to_string(kMaxTets) + ")");
+}
 
 void take_cells(const std::string& path, VtuCells cells, const Vector<VertexId>& new_ids,
                 Geometry* mesh) {

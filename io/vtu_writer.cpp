@@ -1,7 +1,6 @@
 // The file, in its two forms:
 //
-//   <VTKFile ...><UnstructuredGrid>            head; the arrays are declared here, and in the
-//   inline
+//   <VTKFile ...><UnstructuredGrid>            head: the arrays are declared here; in the inline
 //     <FieldData>  <DataArray .../> ...        encodings their values lie between the tags
 //     <Piece ...>
 //       <PointData> <CellData> <Points> <Cells>
@@ -11,8 +10,7 @@
 //     blocks, block size, last size, sizes...  compressed: UInt64s, then the blocks
 //   </AppendedData></VTKFile>
 //
-// Where compression makes the offsets known late, the head holds blanks that are patched
-// afterwards.
+// Where compression makes the offsets known late, the head holds blanks, patched afterwards.
 #include "io/vtu_writer.h"
 
 #include <fmt/format.h>
@@ -27,8 +25,8 @@ namespace tetfusion {
 
 namespace {
 
-// Each block is decompressed on its own: small enough for a core's cache. Blocks of 1 MiB came out at most
-// 0.5 % smaller, of 32 KiB up to 3 % larger and slower to read.
+// Each block is decompressed on its own: small enough for a core's cache. Blocks of 1 MiB came out
+// at most 0.5 % smaller, of 32 KiB up to 3 % larger and slower to read.
 constexpr std::size_t kBlockBytes = std::size_t{256} << 10;
 // Values encoded at a time: a multiple of three for base64, of kBlockBytes for compression.
 constexpr std::size_t kStageBytes = 48 * kBlockBytes;

@@ -16,6 +16,7 @@ namespace tetfusion {
 namespace {
 
 struct Arguments {
+  std::string kind;
   std::string tets = "1M";
   std::string output;
   GenerateOptions generate;
@@ -23,6 +24,12 @@ struct Arguments {
   int threads = 0;
   ConsoleOptions console;
 };
+
+const std::map<std::string, LatticeKind>& kinds() {
+  static const std::map<std::string, LatticeKind> kinds{
+      {"five", LatticeKind::kFive}, {"kuhn", LatticeKind::kKuhn}, {"bcc", LatticeKind::kBcc}};
+  return kinds;
+}
 
 void run(Arguments* a) {
   Console console(a->console);
@@ -33,6 +40,7 @@ void run(Arguments* a) {
     throw Error(ErrorCode::kUsage,
                 fmt::format("--tets: '{}' is not a count; write 1000000, 2.5M or 1G", a->tets));
   }
+  a->generate.kind = kinds().at(a->kind);
   a->generate.tets = *tets;
   a->write.progress = [&](double share) {
     context.check();
@@ -44,15 +52,6 @@ void run(Arguments* a) {
 }
 
 void add_shape_options(CLI::App& command, GenerateOptions* options) {
-  static const std::map<std::string, LatticeKind> kKinds{
-      {"five", LatticeKind::kFive}, {"kuhn", LatticeKind::kKuhn}, {"bcc", LatticeKind::kBcc}};
-  command
-      .add_option(
-          "KIND", options->kind,
-          "five: cubes cut in five; kuhn: in six round a diagonal; bcc: body-centred lattice, "
-          "the best shapes")
-      ->required()
-      ->transform(CLI::CheckedTransformer(kKinds, CLI::ignore_case).description(""));
   command
       .add_option("--jitter", options->jitter,
                   "Move inner points by up to this share of what cannot invert a tetrahedron, 0 to "
@@ -79,6 +78,12 @@ void add_generate_command(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("generate", "Write a test mesh of any size, in constant memory");
+  command
+      ->add_option("KIND", a->kind,
+                   "five: cubes cut in five; kuhn: in six round a diagonal; bcc: body-centred "
+                   "lattice, the best shapes")
+      ->required()
+      ->check(CLI::IsMember(kinds()));
   add_shape_options(*command, &a->generate);
   command
       ->add_option("--tets", a->tets,

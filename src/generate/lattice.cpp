@@ -96,7 +96,7 @@ Index3 choose_cubes(LatticeKind kind, std::uint64_t tets) {
   const std::uint64_t per_cube = tets_per_cube(kind);
   const std::uint64_t side =
       rounded_cube_root(static_cast<double>(tets) / static_cast<double>(per_cube));
-  const std::uint64_t spread = std::clamp<std::uint64_t>(side / 8, 1, 32);
+  const std::uint64_t spread = std::clamp<std::uint64_t>(side / 5, 1, 32);
   const std::uint64_t low = side > spread ? side - spread : 1;
   const std::uint64_t high = side + spread;
   Index3 best{side, side, side};

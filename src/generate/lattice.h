@@ -1,9 +1,10 @@
 // The unit box, cut into cubes and those into tetrahedra, each computed from its number alone.
 //
 //   five   each cube in five: a regular one in the middle, four at the corners; neighbours are
-//   mirrored kuhn   each cube in six round its main diagonal bcc    a point in the middle of each
-//   cube; the two middles on either side of a face and each of its
-//          edges make a tetrahedron. On the surface, the pyramid over the face is split in two.
+//          mirrored
+//   kuhn   each cube in six round its main diagonal
+//   bcc    a point in the middle of each cube; the two middles on either side of a face and each of
+//          its edges make a tetrahedron. On the surface, the pyramid over the face is split in two.
 //          Twelve a cube.
 //
 // Why no tetrahedron is inverted, whatever the jitter and the grading. Let w be a tetrahedron's

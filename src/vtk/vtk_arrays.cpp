@@ -1,4 +1,4 @@
-#include "vtk_arrays.h"
+#include "vtk/vtk_arrays.h"
 
 #include <vtkCellData.h>
 #include <vtkDataArray.h>

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "mesh/data_array.h"
-#include "vtk_pieces.h"
+#include "vtk/vtk_pieces.h"
 
 namespace tetfusion {
 

@@ -1,4 +1,4 @@
-#include "vtk_cells.h"
+#include "vtk/vtk_cells.h"
 
 #include <vtkDataSetAttributes.h>
 #include <vtkIdList.h>

@@ -5,7 +5,7 @@
 
 #include "io/mesh_source.h"
 #include "mesh/geometry.h"
-#include "vtk_pieces.h"
+#include "vtk/vtk_pieces.h"
 
 namespace tetfusion {
 

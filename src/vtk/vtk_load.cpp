@@ -1,8 +1,11 @@
-#include "vtk_load.h"
+#include "vtk/vtk_load.h"
 
+#include <fcntl.h>
+#include <unistd.h>
 #include <vtkCompositeDataIterator.h>
 #include <vtkCompositeDataSet.h>
 #include <vtkGenericDataObjectReader.h>
+#include <vtkLogger.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
@@ -12,13 +15,16 @@
 #include <vtkXMLPUnstructuredGridReader.h>
 #ifdef TETFUSION_HAS_EXODUS
 #include <vtkExodusIIReader.h>
+#include <vtk_exodusII.h>
 #endif
 
+#include <cstdio>
 #include <string_view>
 
 #include "base/error.h"
 #include "io/mapped_file.h"
 #include "io/vtk_bridge.h"
+#include "vtk/vtk_trial.h"
 
 namespace tetfusion {
 namespace {
@@ -59,14 +65,21 @@ class MessageTrap : public vtkOutputWindow {
 };
 vtkStandardNewMacro(MessageTrap);
 
-// Puts a trap in the place of VTK's message window for its life time.
+// Puts a trap in the place of VTK's message window for its life time, and keeps VTK's log quiet,
+// which would print the same messages.
 class TrapScope {
  public:
-  TrapScope() : before_(vtkOutputWindow::GetInstance()) {
+  TrapScope()
+      : before_(vtkOutputWindow::GetInstance()),
+        verbosity_before_(vtkLogger::GetCurrentVerbosityCutoff()) {
     trap_->SetDisplayMode(vtkOutputWindow::NEVER);
     vtkOutputWindow::SetInstance(trap_);
+    vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
   }
-  ~TrapScope() { vtkOutputWindow::SetInstance(before_); }
+  ~TrapScope() {
+    vtkOutputWindow::SetInstance(before_);
+    vtkLogger::SetStderrVerbosity(verbosity_before_);
+  }
   TrapScope(const TrapScope&) = delete;
   TrapScope& operator=(const TrapScope&) = delete;
 
@@ -77,6 +90,7 @@ class TrapScope {
 
  private:
   vtkSmartPointer<vtkOutputWindow> before_;
+  vtkLogger::Verbosity verbosity_before_;
   vtkNew<MessageTrap> trap_;
 };
 
@@ -147,13 +161,32 @@ void load_xml(const std::string& path, const TrapScope& trap, LoadedFile* out) {
 }
 
 #ifdef TETFUSION_HAS_EXODUS
+// The library insists on printing why it cannot open a file, so that standard error is closed to
+// it.
+bool is_exodus(const std::string& path) {
+  vtkNew<vtkExodusIIReader> reader;
+  std::fflush(stderr);
+  const int terminal = ::dup(STDERR_FILENO);
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (terminal >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+  const bool readable = reader->CanReadFile(path.c_str()) != 0;
+  std::fflush(stderr);
+  if (terminal >= 0) {
+    ::dup2(terminal, STDERR_FILENO);
+    ::close(terminal);
+  }
+  if (nowhere >= 0) ::close(nowhere);
+  return readable;
+}
+
 constexpr double kCacheMebibytes = 1 << 20;  // a limit that is never met
 
 void load_exodus(const std::string& path, const TrapScope& trap, LoadedFile* out) {
-  vtkNew<vtkExodusIIReader> reader;
-  if (!reader->CanReadFile(path.c_str())) {
-    throw Error(ErrorCode::kBadInput, path + ": is not an Exodus II file");
+  if (!is_exodus(path)) {
+    throw Error(ErrorCode::kBadInput, path + ": is not an Exodus II file, or is damaged");
   }
+  ex_opts(0);  // print nothing from here on
+  vtkNew<vtkExodusIIReader> reader;
   reader->SetFileName(path.c_str());
   reader->SetApplyDisplacements(false);  // the coordinates that the file holds
   // Squeezed points would be Float32 whatever the file has. So all blocks get all points of the
@@ -181,18 +214,10 @@ void load_exodus(const std::string& path, const TrapScope&, LoadedFile*) {
 }
 #endif
 
-}  // namespace
-
-LoadedFile load_with_vtk(const std::string& path) {
-  FormatGuess guess;
-  {
-    const MappedFile file = MappedFile::open(path);
-    guess = guess_format(file.bytes());
-  }
+LoadedFile load(const std::string& path, ForeignFormat format) {
   LoadedFile out;
-  out.format = guess.words.substr(guess.words.find(' ') + 1) + ", read with VTK";
   const TrapScope trap;
-  switch (guess.format) {
+  switch (format) {
     case ForeignFormat::kLegacyVtk:
       load_legacy(path, trap, &out);
       break;
@@ -204,11 +229,28 @@ LoadedFile load_with_vtk(const std::string& path) {
       load_exodus(path, trap, &out);
       break;
     case ForeignFormat::kUnknown:
-      throw Error(ErrorCode::kBadInput,
-                  path +
-                      ": not a mesh file that VTK reads: it begins neither like VTK's legacy or "
-                      "XML formats nor like NetCDF or HDF5 (Exodus)");
+      break;
   }
+  return out;
+}
+
+}  // namespace
+
+LoadedFile load_with_vtk(const std::string& path) {
+  FormatGuess guess;
+  {
+    const MappedFile file = MappedFile::open(path);
+    guess = guess_format(file.bytes());
+  }
+  if (guess.format == ForeignFormat::kUnknown) {
+    throw Error(ErrorCode::kBadInput,
+                path +
+                    ": not a mesh file that VTK reads: it begins neither like VTK's legacy or "
+                    "XML formats nor like NetCDF or HDF5 (Exodus)");
+  }
+  try_in_child(path, [&] { load(path, guess.format); });
+  LoadedFile out = load(path, guess.format);
+  out.format = guess.words.substr(guess.words.find(' ') + 1) + ", read with VTK";
   return out;
 }
 

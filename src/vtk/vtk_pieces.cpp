@@ -1,4 +1,4 @@
-#include "vtk_pieces.h"
+#include "vtk/vtk_pieces.h"
 
 #include <vtkCellArray.h>
 #include <vtkDataArray.h>

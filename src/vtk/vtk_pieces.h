@@ -10,7 +10,7 @@
 
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
-#include "vtk_load.h"
+#include "vtk/vtk_load.h"
 
 namespace tetfusion {
 

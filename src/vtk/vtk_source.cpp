@@ -8,10 +8,10 @@
 
 #include "base/error.h"
 #include "io/vtk_plugin.h"
-#include "vtk_arrays.h"
-#include "vtk_cells.h"
-#include "vtk_load.h"
-#include "vtk_pieces.h"
+#include "vtk/vtk_arrays.h"
+#include "vtk/vtk_cells.h"
+#include "vtk/vtk_load.h"
+#include "vtk/vtk_pieces.h"
 
 namespace tetfusion {
 namespace {

@@ -214,7 +214,7 @@ TEST_P(Kinds, ComesCloseToTheNumberAskedFor) {
     const Index3 cubes = choose_cubes(GetParam(), tets);
     const double got =
         static_cast<double>(cubes[0] * cubes[1] * cubes[2] * tets_per_cube(GetParam()));
-    EXPECT_NEAR(got / static_cast<double>(tets), 1, tets > 100'000 ? 1e-3 : 2e-2);
+    EXPECT_NEAR(got / static_cast<double>(tets), 1, tets > 100'000 ? 1e-3 : 4e-2);
     const auto [low, high] = std::minmax_element(cubes.begin(), cubes.end());
     EXPECT_LE(static_cast<double>(*high), 1.6 * static_cast<double>(*low));
   }
@@ -225,11 +225,14 @@ TEST_P(Kinds, BillionsFitFloat32) {
   EXPECT_TRUE(lattice.survives_rounding(0x1p-24));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, Kinds, ::testing::Values(LatticeKind::kFive, LatticeKind::kKuhn, LatticeKind::kBcc),
-    [](const auto& info) {
-      return std::array{"Five", "Kuhn", "Bcc"}[static_cast<std::size_t>(info.param)];
-    });
+std::string kind_name(const ::testing::TestParamInfo<LatticeKind>& test) {
+  constexpr std::array kNames{"Five", "Kuhn", "Bcc"};
+  return kNames[static_cast<std::size_t>(test.param)];
+}
+INSTANTIATE_TEST_SUITE_P(All, Kinds,
+                         ::testing::Values(LatticeKind::kFive, LatticeKind::kKuhn,
+                                           LatticeKind::kBcc),
+                         kind_name);
 
 TEST(Generate, GradingIsTheRatioOfCubes) {
   const Lattice lattice({LatticeKind::kFive, {200, 1, 1}, 0, 8, 0});

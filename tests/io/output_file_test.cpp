@@ -241,14 +241,9 @@ TEST(OutputFile, RemovesTheTemporaryWhenWritingFails) {
     append(&file, long_text());
     file.commit();
   });
-  const std::string expecting = io_error([&] {
-    OutputFile file(dir.file("a"));
-    file.expect(std::uint64_t{4} << 20);
-  });
   ::setrlimit(RLIMIT_FSIZE, &limit);
   std::signal(SIGXFSZ, old_handler);
   EXPECT_THAT(appending, HasSubstr("File too large"));
-  EXPECT_THAT(expecting, HasSubstr("File too large"));
   EXPECT_EQ(files_in(dir.path()), 0u);
 }
 
@@ -288,11 +283,12 @@ TEST_P(Streams, WritesToStandardOutput) {
   EXPECT_EQ(read_all(dir.file("out")), text);
 }
 
+std::string access_name(const ::testing::TestParamInfo<OutputFile::Access>& test) {
+  return test.param == OutputFile::Access::kAppend ? "Append" : "Patch";
+}
 INSTANTIATE_TEST_SUITE_P(All, Streams,
                          ::testing::Values(OutputFile::Access::kAppend, OutputFile::Access::kPatch),
-                         [](const auto& info) {
-                           return info.param == OutputFile::Access::kAppend ? "Append" : "Patch";
-                         });
+                         access_name);
 
 }  // namespace
 }  // namespace tetfusion

@@ -152,7 +152,7 @@ TEST_F(VtuDamage, RefusesAHeadThatMakesNoSense) {
            {"NumberOfPoints=\"5\"", "", "NumberOfPoints"},
            {"NumberOfPoints=\"5\"", "NumberOfPoints=\"1152921504606846976\"", "room"},
            {"NumberOfPoints=\"5\"", "NumberOfPoints=\"18446744073709551615\"", "room"},
-           {"NumberOfPoints=\"5\"", "NumberOfPoints=\"4\"", "point array \"d\""},
+           {"NumberOfPoints=\"5\"", "NumberOfPoints=\"4\"", "expected 12 values"},
            {"NumberOfCells=\"2\"", "NumberOfCells=\"1152921504606846976\"", "room"},
            {"NumberOfCells=\"2\"", "NumberOfCells=\"3\"", "cell array"},
            {"NumberOfCells=\"2\"", "NumberOfCells=\"0\"", "no cells"},
@@ -305,7 +305,6 @@ TEST_F(VtuDamage, RefusesDamagedBlocks) {
       return bytes;
     };
     expect_error(with_word(0, 1), "field array \"names\"");
-    expect_error(with_word(1, 1), "field array \"names\"");
     expect_error(with_word(2, 1), "make no sense");
     expect_error(with_word(3, 1), "past the end");
     std::string bytes = good;

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <map>
 #include <set>
 #include <sstream>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "base/error.h"
 #include "io/mesh_source.h"
+#include "support/meshes.h"
 #include "support/temp_dir.h"
 #include "support/vtu_text.h"
 
@@ -355,6 +357,52 @@ TEST_F(VtuReader, MergesPiecesByGlobalIds) {
     const Geometry g = read(mesh);
     EXPECT_THAT(tets(g), ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 2, 1, 3}));
     EXPECT_EQ(g.merged_points, 3u);
+  }
+}
+
+// The corners of each tetrahedron as coordinates.
+std::vector<std::vector<Vec3<double>>> corners(const Geometry& mesh) {
+  std::vector<std::vector<Vec3<double>>> out;
+  const auto& points = std::get<Vector<Vec3<double>>>(mesh.points);
+  for (const Tet& t : mesh.tets) {
+    out.emplace_back();
+    for (const VertexId v : t) out.back().push_back(points[v]);
+  }
+  return out;
+}
+
+TEST_F(VtuReader, CutIntoPiecesIsTheSameMesh) {
+  const Geometry whole = testing::five_split_cube(4, 0.1);
+  const std::size_t n = whole.tets.size();
+  for (std::size_t pieces = 1; pieces <= 64; pieces *= 2) {
+    SCOPED_TRACE(pieces);
+    VtuText mesh;
+    for (std::size_t p = 0; p < pieces; ++p) {
+      std::vector<double> xyz;
+      std::vector<double> ids;
+      std::map<VertexId, double> local;
+      for (std::size_t t = n * p / pieces; t < n * (p + 1) / pieces; ++t) {
+        for (const VertexId v : whole.tets[t]) {
+          const auto [it, fresh] = local.try_emplace(v, static_cast<double>(local.size()));
+          const Vec3<double> at = testing::point(whole, v);
+          if (fresh) xyz.insert(xyz.end(), {at.x, at.y, at.z});
+          ids.push_back(it->second);
+        }
+      }
+      mesh.pieces.push_back(tet_piece(xyz, ids));
+    }
+    const Geometry g = read(mesh);
+    ASSERT_EQ(g.tets.size(), n);
+    EXPECT_EQ(point_count(g.points), point_count(whole.points));
+    const auto expected = corners(whole);
+    const auto found = corners(g);
+    for (std::size_t t = 0; t < n; ++t) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        EXPECT_EQ(found[t][k].x, expected[t][k].x);
+        EXPECT_EQ(found[t][k].y, expected[t][k].y);
+        EXPECT_EQ(found[t][k].z, expected[t][k].z);
+      }
+    }
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -211,6 +212,8 @@ VtuPieceText cell_piece(const std::vector<double>& coordinates, const std::vecto
 }
 
 void write_file(const std::string& path, const std::string& bytes) {
+  // A new file each time: some file systems wait for the disk when an old one is overwritten.
+  std::filesystem::remove(path);
   std::ofstream out(path, std::ios::binary | std::ios::trunc);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (!out.flush()) throw std::runtime_error("cannot write " + path);
