@@ -6,10 +6,9 @@ namespace tetfusion {
 
 namespace {
 
-// The curve through a cube visits its eight octants along a Gray code, rotated and mirrored so that it enters
-// at corner `entry` and leaves along axis `direction` (Hamilton & Rau-Chaplin 2008, "Compact Hilbert
-// indices", sections 2.1-2.4). There are 8 x 3 such states; the table holds, for state and octant, the
-// octant's place on the curve and the state inside it.
+// The curve through a cube visits its eight octants along a Gray code, rotated and mirrored so that
+// it enters at corner `entry` and leaves along axis `direction` (Hamilton & Rau-Chaplin 2008,
+// "Compact Hilbert indices", sections 2.1-2.4). There are 8 x 3 such states.
 constexpr unsigned kAxes = 3;
 
 constexpr unsigned rotate_left(unsigned bits, unsigned by) {
@@ -33,22 +32,33 @@ constexpr unsigned direction_of(unsigned place) {
 }
 
 struct Step {
-  std::uint8_t place;
-  std::uint8_t next;  // entry * 3 + direction
+  std::uint8_t place;  // on the curve
+  std::uint8_t next;   // the state inside: entry * 3 + direction
 };
-using Table = std::array<std::array<Step, 8>, 24>;
+constexpr unsigned kStates = 24;
+
+constexpr Step step_into(unsigned state, unsigned octant) {
+  const unsigned entry = state / kAxes;
+  const unsigned direction = state % kAxes;
+  const unsigned place = gray_inverse(rotate_right(octant ^ entry, direction + 1));
+  const unsigned next_entry = entry ^ rotate_left(entry_of(place), direction + 1);
+  const unsigned next_direction = (direction + direction_of(place) + 1) % kAxes;
+  return {static_cast<std::uint8_t>(place),
+          static_cast<std::uint8_t>(next_entry * kAxes + next_direction)};
+}
+
+// Two levels at a time: an octant and one inside it.
+using Table = std::array<std::array<Step, 64>, kStates>;
 
 constexpr Table make_table() {
   Table table{};
-  for (unsigned entry = 0; entry < 8; ++entry) {
-    for (unsigned direction = 0; direction < kAxes; ++direction) {
-      for (unsigned octant = 0; octant < 8; ++octant) {
-        const unsigned place = gray_inverse(rotate_right(octant ^ entry, direction + 1));
-        const unsigned next_entry = entry ^ rotate_left(entry_of(place), direction + 1);
-        const unsigned next_direction = (direction + direction_of(place) + 1) % kAxes;
-        table[entry * kAxes + direction][octant] = {
-            static_cast<std::uint8_t>(place),
-            static_cast<std::uint8_t>(next_entry * kAxes + next_direction)};
+  for (unsigned state = 0; state < kStates; ++state) {
+    for (unsigned outer = 0; outer < 8; ++outer) {
+      const Step first = step_into(state, outer);
+      for (unsigned inner = 0; inner < 8; ++inner) {
+        const Step second = step_into(first.next, inner);
+        table[state][outer << 3 | inner] = {
+            static_cast<std::uint8_t>(first.place << 3 | second.place), second.next};
       }
     }
   }
@@ -56,15 +66,20 @@ constexpr Table make_table() {
 }
 constexpr Table kTable = make_table();
 
+constexpr unsigned octant_at(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bit) {
+  return ((x >> bit) & 1u) | ((y >> bit) & 1u) << 1 | ((z >> bit) & 1u) << 2;
+}
+
 }  // namespace
 
 std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
   std::uint64_t key = 0;
   unsigned state = 0;
-  for (int bit = kHilbertBits - 1; bit >= 0; --bit) {
-    const unsigned octant = ((x >> bit) & 1u) | ((y >> bit) & 1u) << 1 | ((z >> bit) & 1u) << 2;
-    const Step step = kTable[state][octant];
-    key = key << 3 | step.place;
+  static_assert(kHilbertBits % 2 == 0);
+  for (int bit = kHilbertBits - 1; bit > 0; bit -= 2) {
+    const unsigned octants = octant_at(x, y, z, bit) << 3 | octant_at(x, y, z, bit - 1);
+    const Step step = kTable[state][octants];
+    key = key << 6 | step.place;
     state = step.next;
   }
   return key;

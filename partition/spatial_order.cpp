@@ -15,8 +15,8 @@ struct KeyedId {
   VertexId id;
 };
 
-// Least-significant-digit radix sort: stable, and linear where a comparison sort is not. Digits that are the
-// same in all keys are skipped.
+// Least-significant-digit radix sort: stable, and linear where a comparison sort is not. Digits
+// that are the same in all keys are skipped.
 void sort_by_key(Vector<KeyedId>* items) {
   constexpr int kDigitBits = 11;
   constexpr std::size_t kBuckets = std::size_t{1} << kDigitBits;
@@ -121,8 +121,7 @@ void order_along_curve(Geometry* geometry) {
     }
     for (VertexId& v : geometry->lower.connectivity) v = old2new[v];
   }
-  const Vector<TetId> new2old =
-      tets_by_first_vertex(geometry->tets, point_count(geometry->points));
+  const Vector<TetId> new2old = tets_by_first_vertex(geometry->tets, point_count(geometry->points));
   permute(new2old, &geometry->tets);
   permute_sources(new2old, &geometry->tet_source);
 }

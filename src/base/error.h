@@ -25,8 +25,8 @@ class Error : public std::runtime_error {
   ErrorCode code_;
 };
 
-// The file can be read, but what it describes is no mesh: a vertex id out of range, a coordinate that is not
-// finite. For most jobs bad input like any other; for `check` it is the answer.
+// The file can be read, but what it describes is no mesh: a vertex id out of range, a coordinate
+// that is not finite. For most jobs bad input like any other; for `check` it is the answer.
 class InvalidMesh : public Error {
  public:
   explicit InvalidMesh(const std::string& message) : Error(ErrorCode::kBadInput, message) {}

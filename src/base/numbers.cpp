@@ -29,12 +29,19 @@ std::optional<std::uint64_t> parse_count(std::string_view text) {
   if (!text.empty()) {
     switch (text.back()) {
       case 'k':
-      case 'K': scale = 1e3; break;
+      case 'K':
+        scale = 1e3;
+        break;
       case 'm':
-      case 'M': scale = 1e6; break;
+      case 'M':
+        scale = 1e6;
+        break;
       case 'g':
-      case 'G': scale = 1e9; break;
-      default: break;
+      case 'G':
+        scale = 1e9;
+        break;
+      default:
+        break;
     }
   }
   if (scale > 1) text.remove_suffix(1);

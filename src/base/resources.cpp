@@ -2,7 +2,9 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
+#include <thread>
 #ifdef _OPENMP
 #include <omp.h>
 #endif
@@ -32,15 +34,21 @@ double cpu_seconds() {
 
 std::uint64_t peak_rss_bytes() { return static_cast<std::uint64_t>(usage().ru_maxrss) * 1024; }
 
-#ifdef _OPENMP
-void set_thread_count(int threads) {
-  omp_set_num_threads(threads > 0 ? threads : omp_get_num_procs());
+namespace {
+int chosen_threads = 0;  // 0: one a processor
 }
-int thread_count() { return omp_get_max_threads(); }
-#else
-void set_thread_count(int) {}
-int thread_count() { return 1; }
+
+void set_thread_count(int threads) {
+  chosen_threads = threads;
+#ifdef _OPENMP
+  omp_set_num_threads(thread_count());
 #endif
+}
+
+int thread_count() {
+  if (chosen_threads > 0) return chosen_threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
 
 void PhaseClock::begin(const std::string& phase) {
   end();

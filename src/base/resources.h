@@ -7,11 +7,12 @@
 
 namespace tetfusion {
 
-double wall_seconds();  // monotonic, from an arbitrary start
-double cpu_seconds();   // user and system time of the process, all threads
+double wall_seconds();           // monotonic, from an arbitrary start
+double cpu_seconds();            // user and system time of the process, all threads
 std::uint64_t peak_rss_bytes();  // VmHWM: the largest resident set so far, mapped pages counted
 
-// Threads that data-parallel loops use from now on. 0 means one a processor. Results never depend on it.
+// Threads that loops and tasks use from now on. 0 means one a processor. Results never depend on
+// it. Not to be called while any run.
 void set_thread_count(int threads);
 int thread_count();
 

@@ -10,7 +10,8 @@
 namespace tetfusion {
 
 struct RunContext {
-  // Called from the thread that runs the job: the phase's name and how much of the whole run is done, 0..1.
+  // Called from the thread that runs the job: the phase's name and how much of the whole run is
+  // done, 0..1.
   std::function<void(std::string_view phase, double share)> progress;
   // Called with sentences that the user should read: what was locked, what was left out.
   std::function<void(std::string_view message)> notice;

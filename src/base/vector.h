@@ -1,6 +1,6 @@
-// std::vector without the zero fill: growing a large array does not touch it, so that the thread that
-// writes a page first also owns it, and large arrays ask for huge pages (a walk over a mesh misses the
-// TLB at every second step otherwise).
+// std::vector without the zero fill: growing a large array does not touch it, so that the thread
+// that writes a page first also owns it, and large arrays ask for huge pages (a walk over a mesh
+// misses the TLB at every second step otherwise).
 #pragma once
 
 #include <cstddef>

@@ -16,27 +16,32 @@ namespace tetfusion {
 struct BehaviourOptions {
   BoundaryRule boundary_rule = BoundaryRule::kVertices;
 
-  // The goal, at most one of the two: the share of the tetrahedra that is to go, in [0, 1), or how many are to
-  // be left, at least 1. Without a goal passes go on until nothing fuses.
+  // The goal, at most one of the two: the share of the tetrahedra that is to go, in [0, 1), or how
+  // many are to be left, at least 1. Without a goal passes go on until nothing fuses.
   std::optional<double> reduction;
   std::optional<std::uint64_t> tets;
 
-  // The paper's criteria: one value a macroLoD, the last one repeated. Infinity is off. Tolerances are shares of
-  // the field's range over the whole original mesh, > 0; the stretch factor and aspect ratio are >= 1. The
-  // defaults are the values that the paper's Table 1 uses most.
+  // The paper's criteria: one value a macroLoD, the last one repeated. Infinity is off. Tolerances
+  // are shares of the field's range over the whole original mesh, > 0; the stretch factor and
+  // aspect ratio are >= 1. The defaults are the values that the paper's Table 1 uses most.
   std::vector<double> scalar_tolerance{0.025};
   std::vector<double> stretch_factor{5.0};
   double aspect_ratio = std::numeric_limits<double>::infinity();
 
-  // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". Empty: the active scalars, else
-  // the first floating-point point array.
+  // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". Empty: the active
+  // scalars, else the first floating-point point array.
   std::vector<std::string> arrays;
 
   // Integer cell arrays whose interfaces stay. Absent: those named like materials. Empty: none.
   std::optional<std::vector<std::string>> regions;
 
-  // Levels to write on the way: reductions in [0, 1), ascending. The output's name then holds "{lod}".
+  // Levels to write on the way: reductions in [0, 1), ascending. The output's name then holds
+  // "{lod}".
   std::vector<double> lods;
+
+  // Tetrahedra a chunk, at least 1. Small enough for a core's cache, large enough that few vertices
+  // lie on interfaces. The result depends on it, so it is never derived from threads or memory.
+  std::uint64_t chunk_tets = 200'000;
 
   bool tetrahedralize = false;
   bool linearize = false;

@@ -26,7 +26,9 @@ bool is_named_like_material(std::string_view name) {
   std::string lower(name);
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto contains = [&](std::string_view word) { return lower.find(word) != std::string::npos; };
+  const auto contains = [&](std::string_view word) {
+    return lower.find(word) != std::string::npos;
+  };
   return std::any_of(kWords.begin(), kWords.end(), contains) &&
          std::none_of(kPartitions.begin(), kPartitions.end(), contains);
 }
@@ -52,12 +54,13 @@ void mark_interfaces(const DataArray& array, const Geometry& geometry,
 }
 
 Vector<std::uint8_t> mark_vertices(const Inspection& inspection, const Steering& steering,
-                                   std::span<const std::uint8_t> interfaces, const Vector<Tet>& tets) {
+                                   std::span<const std::uint8_t> interfaces,
+                                   const Vector<Tet>& tets) {
   Vector<std::uint8_t> marks(inspection.vertex_flags.size());
   for (std::size_t v = 0; v < marks.size(); ++v) {
     const std::uint8_t flags = inspection.vertex_flags[v];
-    const bool locked = (flags & (kBrokenVertex | kCarriedVertex)) != 0 || steering.not_finite[v] != 0 ||
-                        (!interfaces.empty() && interfaces[v] != 0);
+    const bool locked = (flags & (kBrokenVertex | kCarriedVertex)) != 0 ||
+                        steering.not_finite[v] != 0 || (!interfaces.empty() && interfaces[v] != 0);
     marks[v] = static_cast<std::uint8_t>(((flags & kBoundaryVertex) != 0 ? kOnBoundary : 0) |
                                          (locked ? kLocked : 0));
   }
@@ -90,18 +93,19 @@ std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
   for (const std::string& name : *names) {
     const std::size_t i = mesh.cell_data.find(name);
     if (i == AttributeSet::npos || !can_be_region(mesh.cell_data.arrays[i])) {
-      throw Error(ErrorCode::kUsage,
-                  fmt::format("{}: --regions {}: there is no integer cell array of one component with that "
-                              "name; see 'tetfusion info {}'",
-                              mesh.path, name, mesh.path));
+      throw Error(
+          ErrorCode::kUsage,
+          fmt::format("{}: --regions {}: there is no integer cell array of one component with that "
+                      "name; see 'tetfusion info {}'",
+                      mesh.path, name, mesh.path));
     }
     regions.push_back(i);
   }
   return regions;
 }
 
-Vector<std::uint8_t> find_interfaces(const std::vector<std::size_t>& regions, const Geometry& geometry,
-                                     MeshSource* source) {
+Vector<std::uint8_t> find_interfaces(const std::vector<std::size_t>& regions,
+                                     const Geometry& geometry, MeshSource* source) {
   Vector<std::uint8_t> interfaces;
   if (regions.empty()) return interfaces;
   interfaces.assign(point_count(geometry.points), 0);
@@ -112,8 +116,9 @@ Vector<std::uint8_t> find_interfaces(const std::vector<std::size_t>& regions, co
 }
 
 template <class Real>
-WorkMesh<Real> make_work_mesh(const Inspection& inspection, std::span<const std::uint8_t> interfaces,
-                              Steering* steering, Geometry* geometry) {
+WorkMesh<Real> make_work_mesh(const Inspection& inspection,
+                              std::span<const std::uint8_t> interfaces, Steering* steering,
+                              Geometry* geometry) {
   WorkMesh<Real> work;
   work.marks = mark_vertices(inspection, *steering, interfaces, geometry->tets);
   work.positions = std::move(std::get<Vector<Vec3<Real>>>(geometry->points));
@@ -122,10 +127,15 @@ WorkMesh<Real> make_work_mesh(const Inspection& inspection, std::span<const std:
   work.steering = std::move(steering->values);
   work.point_ids = identity<VertexId>(work.positions.size());
   work.tet_ids = identity<TetId>(work.tets.size());
+  count_incidence(&work);
+  work.changed.assign(work.positions.size(), 0);
+  work.flipped.assign(work.tets.size(), 0);
   return work;
 }
 
-template WorkMesh<float> make_work_mesh(const Inspection&, std::span<const std::uint8_t>, Steering*, Geometry*);
-template WorkMesh<double> make_work_mesh(const Inspection&, std::span<const std::uint8_t>, Steering*, Geometry*);
+template WorkMesh<float> make_work_mesh(const Inspection&, std::span<const std::uint8_t>, Steering*,
+                                        Geometry*);
+template WorkMesh<double> make_work_mesh(const Inspection&, std::span<const std::uint8_t>,
+                                         Steering*, Geometry*);
 
 }  // namespace tetfusion

@@ -33,18 +33,28 @@ Json to_json_object(const LodSummary& lod) {
           {"rejected", rejected},
           {"scalar_tolerance", number_or_null(lod.scalar_tolerance)},
           {"stretch_factor", number_or_null(lod.stretch_factor)},
+          {"chunks", lod.chunks},
           {"seconds", lod.seconds}};
 }
 
 std::string_view reason_in_words(Reject reason) {
   switch (reason) {
-    case Reject::kBoundary: return "a vertex of theirs lies on the boundary, which stays";
-    case Reject::kLocked: return "a vertex of theirs is locked";
-    case Reject::kScalar: return "the field would change by more than the scalar tolerance";
-    case Reject::kFlip: return "a tetrahedron round them would turn over";
-    case Reject::kStretch: return "a tetrahedron would stretch by more than the stretch factor";
-    case Reject::kAspect: return "a tetrahedron would exceed the aspect ratio";
-    case Reject::kQuota: return "the goal leaves no room";
+    case Reject::kBoundary:
+      return "a vertex of theirs lies on the boundary, which stays";
+    case Reject::kLocked:
+      return "a vertex of theirs is locked";
+    case Reject::kScalar:
+      return "the field would change by more than the scalar tolerance";
+    case Reject::kFlip:
+      return "a tetrahedron round them would turn over";
+    case Reject::kStretch:
+      return "a tetrahedron would stretch by more than the stretch factor";
+    case Reject::kAspect:
+      return "a tetrahedron would exceed the aspect ratio";
+    case Reject::kInterface:
+      return "a vertex of theirs lies between two chunks";
+    case Reject::kQuota:
+      return "the goal leaves no room";
   }
   return "";
 }
@@ -63,8 +73,9 @@ std::string SimplifyReport::stop_sentence() const {
   const PassStatistics& last = lods.back().pass;
   const auto most = std::max_element(last.rejected.begin(), last.rejected.end());
   const auto reason = static_cast<Reject>(most - last.rejected.begin());
-  return fmt::format("{} tetrahedron may be fused any more; for {} of {} this is because {}.", start,
-                     format_count(*most), format_count(last.tets_before), reason_in_words(reason));
+  return fmt::format("{} tetrahedron may be fused any more; for {} of {} this is because {}.",
+                     start, format_count(*most), format_count(last.tets_before),
+                     reason_in_words(reason));
 }
 
 std::string to_json(const SimplifyReport& r) {
@@ -72,33 +83,33 @@ std::string to_json(const SimplifyReport& r) {
   for (const LodSummary& lod : r.lods) lods.push_back(to_json_object(lod));
   Json seconds(r.seconds);
   seconds["total"] = r.total_seconds;
-  const Json json = {
-      {"version", version()},
-      {"input", to_json_object(r.input)},
-      {"output", to_json_object(r.output)},
-      {"outputs", r.outputs},
-      {"reduction", r.reduction()},
-      {"stop_reason", r.stop_reason == StopReason::kGoal ? "goal" : "saturated"},
-      {"stop_sentence", r.stop_sentence()},
-      {"steering", r.steering},
-      {"regions", r.regions},
-      {"odd",
-       {{"rewound", r.oddities.rewound},
-        {"degenerate", r.oddities.degenerate},
-        {"inverted", r.oddities.inverted},
-        {"duplicate_tets", r.oddities.duplicate_tets},
-        {"nonconforming_faces", r.oddities.nonconforming_faces},
-        {"unused_points", r.oddities.unused_points},
-        {"merged_points", r.oddities.merged_points},
-        {"ghost_cells", r.oddities.ghost_cells},
-        {"locked_vertices", r.oddities.locked_vertices}}},
-      {"lods", lods},
-      {"seconds", seconds},
-      {"cpu_seconds", r.cpu_seconds},
-      {"peak_rss_bytes", r.peak_rss_bytes},
-      {"threads", r.threads},
-      {"chunks", r.chunks}};
-  return json.dump(2) + "\n";
+  const Json json = {{"version", version()},
+                     {"input", to_json_object(r.input)},
+                     {"output", to_json_object(r.output)},
+                     {"outputs", r.outputs},
+                     {"reduction", r.reduction()},
+                     {"stop_reason", r.stop_reason == StopReason::kGoal ? "goal" : "saturated"},
+                     {"stop_sentence", r.stop_sentence()},
+                     {"steering", r.steering},
+                     {"regions", r.regions},
+                     {"odd",
+                      {{"rewound", r.oddities.rewound},
+                       {"degenerate", r.oddities.degenerate},
+                       {"inverted", r.oddities.inverted},
+                       {"duplicate_tets", r.oddities.duplicate_tets},
+                       {"nonconforming_faces", r.oddities.nonconforming_faces},
+                       {"unused_points", r.oddities.unused_points},
+                       {"merged_points", r.oddities.merged_points},
+                       {"ghost_cells", r.oddities.ghost_cells},
+                       {"locked_vertices", r.oddities.locked_vertices}}},
+                     {"lods", lods},
+                     {"seconds", seconds},
+                     {"cpu_seconds", r.cpu_seconds},
+                     {"peak_rss_bytes", r.peak_rss_bytes},
+                     {"threads", r.threads},
+                     {"chunks", r.lods.empty() ? 1 : r.lods.front().chunks}};
+  // A file's name need not be UTF-8, JSON must.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string version() { return TETFUSION_VERSION; }

@@ -22,6 +22,7 @@ struct LodSummary {
   PassStatistics pass;
   double scalar_tolerance = 0;
   double stretch_factor = 0;
+  std::uint64_t chunks = 1;
   double seconds = 0;
 };
 
@@ -58,7 +59,6 @@ struct SimplifyReport {
   double cpu_seconds = 0;
   std::uint64_t peak_rss_bytes = 0;
   int threads = 1;
-  std::uint64_t chunks = 1;
 
   double reduction() const;  // share of the tetrahedra that went
   // Which limit ended the run, in plain words.

@@ -48,7 +48,8 @@ class TupleCopier {
   DataArray to_;
 };
 
-DataArray point_array(const Result& result, const FuseLog& log, const InputRows& rows, DataArray all) {
+DataArray point_array(const Result& result, const FuseLog& log, const InputRows& rows,
+                      DataArray all) {
   carry_point_array(log, rows.points, &all);
   TupleCopier copier(all, result.point_ids.size());
   for (std::size_t p = 0; p < result.point_ids.size(); ++p) {
@@ -83,10 +84,12 @@ void write_result(const Result& result, const FuseLog& log, const InputRows& row
   output.read_array = [&](Association association, std::size_t index) {
     switch (association) {
       case Association::kPoint:
-        return point_array(result, log, rows, source->read_array(association, point_indices[index]));
+        return point_array(result, log, rows,
+                           source->read_array(association, point_indices[index]));
       case Association::kCell:
         return cell_array(result, rows, source->read_array(association, cell_indices[index]));
-      case Association::kField: break;
+      case Association::kField:
+        break;
     }
     return source->read_array(association, index);
   };

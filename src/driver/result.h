@@ -27,9 +27,10 @@ struct InputRows {
   std::span<const std::uint64_t> lower;
 };
 
-// Writes the result with every point and cell array of the source under its own name and type: fused points have
-// the values that the log gives them, surviving tetrahedra and carried cells keep theirs. Only the ghost marks
-// (vtkGhostType) are left out, as ghosts were not read. One array is in memory at a time.
+// Writes the result with every point and cell array of the source under its own name and type:
+// fused points have the values that the log gives them, surviving tetrahedra and carried cells keep
+// theirs. Only the ghost marks (vtkGhostType) are left out, as ghosts were not read. One array is
+// in memory at a time.
 void write_result(const Result& result, const FuseLog& log, const InputRows& rows,
                   const std::string& path, const WriteOptions& options, MeshSource* source);
 

@@ -11,9 +11,10 @@
 #include "base/resources.h"
 #include "driver/prepare.h"
 #include "driver/result.h"
+#include "driver/rounds.h"
 #include "driver/steering.h"
+#include "io/mesh_sink.h"
 #include "io/mesh_source.h"
-#include "io/output_file.h"
 #include "mesh/inspect.h"
 #include "partition/spatial_order.h"
 
@@ -22,9 +23,12 @@ namespace tetfusion {
 namespace {
 
 constexpr std::string_view kLodField = "{lod}";
-// A TetFuse in the interior deletes the prey, its four face neighbours and at least one more at each of its six
-// edges (Chopra & Meyer 2002, section 3.1). With less than that to go the goal is reached.
-constexpr std::uint64_t kFewestDeleted = 11;
+// When less than this share of the tetrahedra has to go, it may go anywhere; more is spread over
+// the mesh.
+constexpr double kTrimShare = 1e-4;
+
+// After so many rounds on end without a fusion, each cut elsewhere, there is none to be had.
+constexpr int kIdleRounds = 2;
 
 // A mesh to write on the way, or at the end.
 struct Stage {
@@ -72,6 +76,7 @@ void check_options(const SimplifyRequest& request) {
     refuse("--reduction must be at least 0% and less than 100%");
   }
   if (b.tets && *b.tets == 0) refuse("--tets must be at least 1");
+  if (b.chunk_tets == 0) refuse("--chunk-tets must be at least 1");
   const auto positive = [](double v) { return v > 0; };
   if (!std::all_of(b.scalar_tolerance.begin(), b.scalar_tolerance.end(), positive)) {
     refuse("--scalar-tolerance must be greater than 0 (a share of the range), or off");
@@ -81,15 +86,21 @@ void check_options(const SimplifyRequest& request) {
     refuse("--stretch-factor must be at least 1, or off");
   }
   if (!at_least_one(b.aspect_ratio)) refuse("--aspect-ratio must be at least 1");
-  if (!std::is_sorted(b.lods.begin(), b.lods.end())) refuse("--lods must ascend, as in 50%,80%,95%");
+  if (!std::is_sorted(b.lods.begin(), b.lods.end()))
+    refuse("--lods must ascend, as in 50%,80%,95%");
   for (const double lod : b.lods) {
     if (!(lod >= 0 && lod < 1)) refuse("--lods must be at least 0% and less than 100%");
   }
   const bool has_field = request.output.find(kLodField) != std::string::npos;
+  if (!b.lods.empty() && b.reduction && *b.reduction < b.lods.back()) {
+    refuse(
+        "--lods goes further than --reduction: give one of them, or a goal beyond the last level");
+  }
   if (!b.lods.empty() && !has_field) {
-    refuse(fmt::format("--lods writes several files: the name after -o must hold {{lod}}, as in "
-                       "part_{{lod}}.vtu, but it is \"{}\"",
-                       request.output));
+    refuse(
+        fmt::format("--lods writes several files: the name after -o must hold {{lod}}, as in "
+                    "part_{{lod}}.vtu, but it is \"{}\"",
+                    request.output));
   }
   if (b.lods.empty() && has_field) {
     refuse("the name after -o holds {lod}, but there is no --lods");
@@ -108,7 +119,9 @@ class Job {
   template <class Real>
   void run_stages(WorkMesh<Real> work);
   template <class Real>
-  bool reach(const std::optional<std::uint64_t>& goal, GreedyPass<Real>* pass, WorkMesh<Real>* work);
+  bool reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds, WorkMesh<Real>* work);
+  template <class Real>
+  void set_criteria(std::size_t lod, WorkMesh<Real>* work, PassLimits* limits);
   template <class Real>
   Result take_result(WorkMesh<Real>* work, bool last);
   void write(const Result& result, const std::string& path);
@@ -130,12 +143,12 @@ SimplifyReport Job::run() {
   check_options(request_);
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
-  check_output_path(level_path(request_.output, 1));
+  for (const Stage& stage : plan_stages(request_, kMaxTets)) check_mesh_output(stage.path);
 
   context_.report("reading", 0);
   clock_.begin("read");
-  source_ = open_mesh(request_.input,
-                      {request_.behaviour.tetrahedralize, request_.behaviour.linearize});
+  source_ =
+      open_mesh(request_.input, {request_.behaviour.tetrahedralize, request_.behaviour.linearize});
   const auto choices = choose_steering(source_->description(), request_.behaviour.arrays);
   const auto regions = choose_regions(source_->description(), request_.behaviour.regions);
   geometry_ = source_->read_geometry();
@@ -198,7 +211,8 @@ void Job::say_what_is_odd(const Inspection& inspection) {
   say(odd.rewound, "tetrahedra were wound the other way: rewound");
   say(odd.degenerate, "tetrahedra have no volume: they and their vertices stay as they are");
   say(odd.inverted, "tetrahedra are inverted: they and their vertices stay as they are");
-  say(odd.duplicate_tets, "tetrahedra are duplicates of others: they and their vertices stay as they are");
+  say(odd.duplicate_tets,
+      "tetrahedra are duplicates of others: they and their vertices stay as they are");
   say(odd.nonconforming_faces, "faces do not conform: their tetrahedra stay as they are");
   say(inspection.nonmanifold_edges, "boundary edges are not manifold: they stay as they are");
   say(inspection.coincident_points, "points coincide with others: taken as different points");
@@ -207,7 +221,8 @@ void Job::say_what_is_odd(const Inspection& inspection) {
   say(odd.ghost_cells, "ghost cells were dropped");
   if (steering_.fields.empty()) context_.say("no array steers: geometry alone decides");
   for (const std::string& name : report_.regions) {
-    context_.say(fmt::format("interfaces of cell array {} are kept (--regions none switches that off)", name));
+    context_.say(fmt::format(
+        "interfaces of cell array {} are kept (--regions none switches that off)", name));
   }
 }
 
@@ -216,17 +231,17 @@ void Job::run_stages(WorkMesh<Real> work) {
   report_.oddities.locked_vertices = static_cast<std::uint64_t>(
       std::count_if(work.marks.begin(), work.marks.end(),
                     [](std::uint8_t m) { return (m & (kLocked | kOnBoundary)) == kLocked; }));
-  GreedyPass<Real> pass;
+  auto rounds = std::make_unique<Rounds<Real>>(request_.behaviour.chunk_tets, thread_count());
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     clock_.begin("passes");
-    const bool reached = reach(stages_[i].tets, &pass, &work);
+    const bool reached = reach(stages_[i].tets, rounds.get(), &work);
     const bool last = i + 1 == stages_.size() || !reached;
     if (!reached && i + 1 < stages_.size()) {
-      context_.say(fmt::format("level {} of {} could not be reached: {} holds the last macroLoD", i + 1,
-                               stages_.size(), stages_[i].path));
+      context_.say(fmt::format("level {} of {} could not be reached: {} holds the last macroLoD",
+                               i + 1, stages_.size(), stages_[i].path));
     }
     clock_.begin("write");
-    if (last) pass = GreedyPass<Real>();
+    if (last) rounds.reset();
     Result result = take_result(&work, last);
     write(result, stages_[i].path);
     if (!last) continue;
@@ -236,42 +251,67 @@ void Job::run_stages(WorkMesh<Real> work) {
   }
 }
 
-// Runs passes until the goal is reached (true) or nothing fuses (false).
+// Runs rounds until the goal is reached (true) or nothing fuses (false).
 template <class Real>
-bool Job::reach(const std::optional<std::uint64_t>& goal, GreedyPass<Real>* pass, WorkMesh<Real>* work) {
+bool Job::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds,
+                WorkMesh<Real>* work) {
   const BehaviourOptions& b = request_.behaviour;
   const std::size_t schedule = std::max(b.scalar_tolerance.size(), b.stretch_factor.size());
   const std::uint64_t first_tets = report_.input.tets;
   PassLimits limits;
   limits.boundary_rule = b.boundary_rule;
   limits.aspect_ratio = b.aspect_ratio;
+  int idle_rounds = 0;
+  bool spread = true;
   while (true) {
     const std::uint64_t tets = work->tets.size();
-    if (goal && tets < *goal + kFewestDeleted) return true;
-    context_.check();
-    const double done = static_cast<double>(first_tets - tets) /
-                        static_cast<double>(first_tets - goal.value_or(0));
+    if (goal && tets <= *goal) return true;
+    const double done =
+        static_cast<double>(first_tets - tets) / static_cast<double>(first_tets - goal.value_or(0));
     context_.report("fusing", 0.2 + 0.6 * done);
 
     const std::size_t lod = report_.lods.size();
-    limits.scalar_tolerance = at_lod(b.scalar_tolerance, lod);
-    limits.stretch_factor = at_lod(b.stretch_factor, lod);
-    if (goal) limits.quota = tets - *goal;
+    set_criteria(lod, work, &limits);
+    if (goal) {
+      limits.quota = tets - *goal;
+      limits.spread =
+          spread && static_cast<double>(limits.quota) > kTrimShare * static_cast<double>(tets);
+    }
     const double start = wall_seconds();
-    const PassStatistics statistics = pass->run(limits, steering_.fields, work, &log_);
-    report_.lods.push_back(
-        {statistics, limits.scalar_tolerance, limits.stretch_factor, wall_seconds() - start});
+    const RoundStatistics round = rounds->run(limits, steering_.fields, context_, work, &log_);
+    report_.lods.push_back({round.pass, limits.scalar_tolerance, limits.stretch_factor,
+                            round.chunks, wall_seconds() - start});
 
-    const bool out_of_quota = statistics.rejected[static_cast<std::size_t>(Reject::kQuota)] > 0;
-    if (statistics.fused > 0) {
-      limits.spread = true;
-    } else if (out_of_quota && limits.spread) {
-      limits.spread = false;  // the little that is left may be anywhere
-    } else if (out_of_quota) {
+    const auto rejected = [&](Reject r) {
+      return round.pass.rejected[static_cast<std::size_t>(r)] > 0;
+    };
+    if (round.pass.fused > 0) {
+      spread = true;
+      idle_rounds = 0;
+    } else if (rejected(Reject::kQuota) && limits.spread) {
+      spread = false;  // the little that is left may be anywhere
+    } else if (rejected(Reject::kQuota)) {
       return true;  // every fusion that is allowed would go below the goal
     } else if (lod + 1 >= schedule) {
-      return false;
+      // What lies on this cut's interface may still fuse: another cut has the last word.
+      if (!rejected(Reject::kInterface) || ++idle_rounds == kIdleRounds) return false;
     }
+  }
+}
+
+// The criteria of a macroLoD, and its number.
+template <class Real>
+void Job::set_criteria(std::size_t lod, WorkMesh<Real>* work, PassLimits* limits) {
+  const BehaviourOptions& b = request_.behaviour;
+  const double scalar_before = limits->scalar_tolerance;
+  limits->scalar_tolerance = at_lod(b.scalar_tolerance, lod);
+  limits->stretch_factor = at_lod(b.stretch_factor, lod);
+  constexpr std::size_t kNumbers = std::numeric_limits<std::uint16_t>::max();
+  limits->number = static_cast<std::uint16_t>(lod % kNumbers + 1);
+  // What the mesh remembers is by number, and holds while the tolerance does not narrow.
+  if (limits->number == 1 || limits->scalar_tolerance < scalar_before) {
+    std::fill(work->flipped.begin(), work->flipped.end(), std::uint16_t{0});
+    std::fill(work->changed.begin(), work->changed.end(), std::uint16_t{0});
   }
 }
 

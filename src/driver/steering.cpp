@@ -44,10 +44,11 @@ SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
       return *choice;
     }
   }
-  throw Error(ErrorCode::kUsage,
-              fmt::format("{}: no array \"{}\" to steer by; point arrays: {}; cell arrays (name them "
-                          "cell:NAME): {}",
-                          mesh.path, text, names_of(mesh.point_data), names_of(mesh.cell_data)));
+  throw Error(
+      ErrorCode::kUsage,
+      fmt::format("{}: no array \"{}\" to steer by; point arrays: {}; cell arrays (name them "
+                  "cell:NAME): {}",
+                  mesh.path, text, names_of(mesh.point_data), names_of(mesh.cell_data)));
 }
 
 // Values of a point array at the geometry's points, as doubles.
@@ -102,10 +103,12 @@ void average_cells(const DataArray& array, const Geometry& geometry, std::uint32
   }
 }
 
-// The range of a field over its finite values, and the vertices where it has none.
-double measure_range(std::uint32_t first, std::uint32_t count, Steering* steering) {
+// Scales a field's values by a power of two, so that its range lies between a half and one and no
+// square overflows or vanishes, and returns the range; 0 when all values are the same. Marks the
+// vertices where the field has no value.
+double scale_to_range(std::uint32_t first, std::uint32_t count, Steering* steering) {
   const std::size_t points = steering->not_finite.size();
-  double square = 0;
+  double half_range = 0;  // a whole one may overflow
   for (std::uint32_t k = first; k < first + count; ++k) {
     double lo = std::numeric_limits<double>::infinity();
     double hi = -lo;
@@ -118,9 +121,17 @@ double measure_range(std::uint32_t first, std::uint32_t count, Steering* steerin
       lo = std::min(lo, value);
       hi = std::max(hi, value);
     }
-    if (hi > lo) square += (hi - lo) * (hi - lo);
+    if (hi > lo) half_range = std::hypot(half_range, hi / 2 - lo / 2);
   }
-  return std::sqrt(square);
+  if (!(half_range > 0)) return 0;
+  int exponent = 0;
+  const double range = std::frexp(half_range, &exponent);
+  for (std::size_t p = 0; p < points; ++p) {
+    double* tuple = steering->values.data() + p * steering->width;
+    for (std::uint32_t k = first; k < first + count; ++k)
+      tuple[k] = std::ldexp(tuple[k], -exponent - 1);
+  }
+  return range;
 }
 
 }  // namespace
@@ -135,7 +146,8 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
   const auto scalars = mesh.point_data.active.find("Scalars");
   choice.index = scalars == mesh.point_data.active.end() ? AttributeSet::npos
                                                          : mesh.point_data.find(scalars->second);
-  for (std::size_t i = 0; i < mesh.point_data.arrays.size() && choice.index == AttributeSet::npos; ++i) {
+  for (std::size_t i = 0; i < mesh.point_data.arrays.size() && choice.index == AttributeSet::npos;
+       ++i) {
     if (is_float(mesh.point_data.arrays[i].type)) choice.index = i;
   }
   if (choice.index == AttributeSet::npos) return {};
@@ -148,7 +160,8 @@ Steering load_steering(const std::vector<SteeringChoice>& choices, const Geometr
   const MeshDescription& mesh = source->description();
   Steering steering;
   for (const SteeringChoice& c : choices) {
-    const AttributeSet& set = c.association == Association::kCell ? mesh.cell_data : mesh.point_data;
+    const AttributeSet& set =
+        c.association == Association::kCell ? mesh.cell_data : mesh.point_data;
     steering.width += set.arrays[c.index].components;
   }
   const std::size_t points = point_count(geometry.points);
@@ -164,8 +177,8 @@ Steering load_steering(const std::vector<SteeringChoice>& choices, const Geometr
       gather_points(array, geometry, first, &steering);
     }
     const std::uint32_t count = array.info.components;
-    const double range = measure_range(first, count, &steering);
-    if (range > 0 && std::isfinite(range)) {
+    const double range = scale_to_range(first, count, &steering);
+    if (range > 0) {
       steering.fields.push_back({first, count, range, c.tolerance});
       steering.names.push_back(c.name);
     } else {

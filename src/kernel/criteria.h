@@ -1,36 +1,55 @@
-// The criteria of TetFusion (Chopra & Meyer 2002, sections 3.2-3.5), one function each. All are pure; each
-// says true when the fusion must be refused.
+// The criteria of TetFusion (Chopra & Meyer 2002, sections 3.2-3.5), one function each. All are
+// pure; each says true when the fusion must be refused.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
-#include "kernel/work_mesh.h"
 #include "mesh/predicates.h"
+#include "mesh/work_mesh.h"
 
 namespace tetfusion {
 
-// Why a tetrahedron did not become prey in a pass. Each candidate is counted under the first that applies.
+// Why a tetrahedron did not become prey in a pass. Each candidate is counted under the first that
+// applies.
 enum class Reject : std::uint8_t {
-  kBoundary,  // the boundary rule
-  kLocked,    // a vertex that must stay for another reason
-  kScalar,    // a steering field would deviate too far
-  kFlip,      // an affected tetrahedron would turn over, or it cannot be told that it would not
-  kStretch,   // an affected tetrahedron's base normal would grow too long
-  kAspect,    // an affected tetrahedron's edge lengths would become too unequal
-  kQuota,     // the pass has removed what the goal allows up to here
+  kBoundary,   // the boundary rule
+  kLocked,     // a vertex that must stay for another reason
+  kScalar,     // a steering field would deviate too far
+  kFlip,       // an affected tetrahedron would turn over, or it cannot be told that it would not
+  kStretch,    // an affected tetrahedron's base normal would grow too long
+  kAspect,     // an affected tetrahedron's edge lengths would become too unequal
+  kInterface,  // a vertex on the interface of two chunks, which another round will cut elsewhere
+  kQuota,      // the pass has removed what the goal allows up to here
 };
-inline constexpr std::size_t kRejectReasons = 7;
+inline constexpr std::size_t kRejectReasons = 8;
 inline constexpr std::array<std::string_view, kRejectReasons> kRejectNames{
-    "boundary", "locked", "scalar", "flip", "stretch", "aspect", "quota"};
+    "boundary", "locked", "scalar", "flip", "stretch", "aspect", "interface", "quota"};
+
+// A field that steers: its values are components [first, first + count) of a vertex's steering
+// tuple.
+struct SteeringField {
+  std::uint32_t first = 0;
+  std::uint32_t count = 1;
+  double range =
+      0;  // of the whole original mesh; a vector's is the diagonal of its component box. > 0
+  std::optional<double> tolerance;  // share of the range, in place of the pass's scalar tolerance
+};
 
 // Corner c of a tetrahedron and the three others, in an order that keeps the sign of its volume.
 inline constexpr std::array<std::array<std::uint8_t, 4>, 4> kCornerFirst{
     {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}}};
+
+// Quarters first: the sum of large values could overflow. Exact scaling, so that otherwise nothing
+// changes.
+inline double mean_of_four(double a, double b, double c, double d) {
+  return (0.25 * a + 0.25 * b) + (0.25 * c + 0.25 * d);
+}
 
 // Flipping: does the tetrahedron with corners x, b, c, d fail to have certainly positive volume?
 template <class Real>
@@ -40,8 +59,9 @@ inline bool flips(const Vec3<Real>& x, const Vec3<Real>& b, const Vec3<Real>& c,
   return !(det.value > det.error);
 }
 
-// Scalar: is a steering value at one of the prey's vertices further than its tolerance from the mean of the
-// four? `values` are the four vertices' tuples, `mean` their mean; distances of vectors are Euclidean.
+// Scalar: is a steering value at one of the prey's vertices further than its tolerance from the
+// mean of the four? `values` are the four vertices' tuples, `mean` their mean; distances of vectors
+// are Euclidean.
 inline bool deviates(std::span<const SteeringField> fields, double scalar_tolerance,
                      const std::array<const double*, 4>& values, const double* mean) {
   for (const SteeringField& f : fields) {
@@ -57,9 +77,9 @@ inline bool deviates(std::span<const SteeringField> fields, double scalar_tolera
   return false;
 }
 
-// Squared length, times 144, of the base normal of corner c: from the centre of the base triangle to the barycenter of
-// the tetrahedron, which is a quarter of the way to the corner. Three times the corner minus the sum of the base's is
-// twelve times that vector; ratios need no division.
+// Squared length, times 144, of the base normal of corner c: from the centre of the base triangle
+// to the barycenter of the tetrahedron, which is a quarter of the way to the corner. Three times
+// the corner minus the sum of the base's is twelve times that vector; ratios need no division.
 template <class Real>
 inline double base_normal_squared(const std::array<Vec3<Real>, 4>& p, int c) {
   const auto& order = kCornerFirst[static_cast<std::size_t>(c)];
@@ -70,11 +90,11 @@ inline double base_normal_squared(const std::array<Vec3<Real>, 4>& p, int c) {
   return x * x + y * y + z * z;
 }
 
-// Stretch: is the normal stretch ratio S_N of corner c, after over before, not below the factor? `before` are
-// the tetrahedron's corners in the last macroLoD.
+// Stretch: is the normal stretch ratio S_N of corner c, after over before, not below the factor?
+// `before` are the tetrahedron's corners in the last macroLoD.
 template <class Real>
-inline bool stretches(const std::array<Vec3<Real>, 4>& before, const std::array<Vec3<Real>, 4>& after,
-                      int c, double stretch_factor) {
+inline bool stretches(const std::array<Vec3<Real>, 4>& before,
+                      const std::array<Vec3<Real>, 4>& after, int c, double stretch_factor) {
   return !(base_normal_squared(after, c) <
            stretch_factor * stretch_factor * base_normal_squared(before, c));
 }
@@ -99,8 +119,8 @@ inline double edge_ratio_squared(const std::array<Vec3<Real>, 4>& p) {
 
 // Aspect ratio: does the tetrahedron exceed the limit and get worse?
 template <class Real>
-inline bool distorts(const std::array<Vec3<Real>, 4>& before, const std::array<Vec3<Real>, 4>& after,
-                     double aspect_ratio) {
+inline bool distorts(const std::array<Vec3<Real>, 4>& before,
+                     const std::array<Vec3<Real>, 4>& after, double aspect_ratio) {
   const double ratio = edge_ratio_squared(after);
   return ratio > aspect_ratio * aspect_ratio && !(ratio <= edge_ratio_squared(before));
 }

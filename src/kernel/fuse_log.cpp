@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "kernel/criteria.h"
+
 namespace tetfusion {
 
 namespace {
@@ -17,8 +19,8 @@ void fuse_tuple(const FuseRecord& record, std::uint8_t nearest, std::span<const 
   }
   if constexpr (std::is_floating_point_v<T>) {
     for (std::size_t k = 0; k < components; ++k) {
-      const double sum = (double{tuple[0][k]} + tuple[1][k]) + (double{tuple[2][k]} + tuple[3][k]);
-      tuple[0][k] = static_cast<T>(0.25 * sum);
+      tuple[0][k] =
+          static_cast<T>(mean_of_four(tuple[0][k], tuple[1][k], tuple[2][k], tuple[3][k]));
     }
   } else {
     std::copy_n(tuple[nearest], components, tuple[0]);
@@ -35,7 +37,8 @@ void carry_point_array(const FuseLog& log, std::span<const std::uint64_t> rows, 
     std::size_t begin = 0;
     for (const std::size_t end : log.pass_ends) {
 #pragma omp parallel for schedule(static)
-      for (std::int64_t i = static_cast<std::int64_t>(begin); i < static_cast<std::int64_t>(end); ++i) {
+      for (std::int64_t i = static_cast<std::int64_t>(begin); i < static_cast<std::int64_t>(end);
+           ++i) {
         const auto r = static_cast<std::size_t>(i);
         fuse_tuple(log.records[r], log.nearest[r], rows, components, values);
       }

@@ -11,20 +11,17 @@ namespace tetfusion {
 
 namespace {
 
-// Lower bits of GreedyPass::state_.
-constexpr std::uint32_t kFusedNow = 1;      // the vertex a prey of this pass became
-constexpr std::uint32_t kDead = 2;          // a prey's other three vertices
-constexpr std::uint32_t kStateLocked = 4;
-constexpr std::uint32_t kStateBoundary = 8;
-constexpr std::uint32_t kStateBits = 15;
-constexpr int kTimeShift = 4;
-// Half of what 28 bits can count: a pass makes fewer fusions than that.
-constexpr std::uint32_t kLatestStart = std::uint32_t{1} << 27;
+// GreedyPass::state_, as bits.
+constexpr std::uint8_t kFusedNow = 1 << 0;  // the vertex a prey of this pass became
+constexpr std::uint8_t kTouched = 1 << 1;   // this pass has changed the vertex's ball
+constexpr std::uint8_t kStateLocked = 1 << 2;
+constexpr std::uint8_t kStateBoundary = 1 << 3;
+constexpr std::uint8_t kStateInterface = 1 << 4;
 
 bool is_deleted(const Tet& tet) { return tet[0] == kNoVertex; }
 
-// Does a tetrahedron name one of three vertices? On x86-64 one comparison a vertex for all four corners: the question
-// is asked of every tetrahedron of every ball.
+// Does a tetrahedron name one of three vertices? On x86-64 one comparison a vertex for all four
+// corners: the question is asked of every tetrahedron of every ball.
 class NamesAny {
  public:
 #ifdef __SSE2__
@@ -62,7 +59,7 @@ std::array<Vec3<Real>, 4> corners(const Vector<Vec3<Real>>& positions, const Tet
 template <class Real>
 Vec3<Real> barycenter(const std::array<Vec3<Real>, 4>& p) {
   const auto mean = [](double a, double b, double c, double d) {
-    return static_cast<Real>(0.25 * ((a + b) + (c + d)));
+    return static_cast<Real>(mean_of_four(a, b, c, d));
   };
   return {mean(p[0].x, p[1].x, p[2].x, p[3].x), mean(p[0].y, p[1].y, p[2].y, p[3].y),
           mean(p[0].z, p[1].z, p[2].z, p[3].z)};
@@ -74,9 +71,11 @@ double distance_squared(const Vec3<Real>& a, const Vec3<Real>& b) {
   return x * x + y * y + z * z;
 }
 
-std::uint32_t first_state(std::uint8_t marks, BoundaryRule rule) {
+std::uint8_t first_state(std::uint8_t marks, BoundaryRule rule) {
   const int boundary = rule == BoundaryRule::kTets ? kOnBoundary | kNearBoundary : kOnBoundary;
-  return ((marks & boundary) != 0 ? kStateBoundary : 0u) | ((marks & kLocked) != 0 ? kStateLocked : 0u);
+  return static_cast<std::uint8_t>(((marks & boundary) != 0 ? kStateBoundary : 0) |
+                                   ((marks & kLocked) != 0 ? kStateLocked : 0) |
+                                   ((marks & kOnInterface) != 0 ? kStateInterface : 0));
 }
 
 // How much of the quota may be gone when tetrahedron t has been dealt with.
@@ -88,8 +87,9 @@ std::uint64_t allowance(const PassLimits& limits, std::uint64_t t, std::uint64_t
 }  // namespace
 
 template <class Real>
-PassStatistics GreedyPass<Real>::run(const PassLimits& limits, std::span<const SteeringField> fields,
-                                     WorkMesh<Real>* mesh, FuseLog* log) {
+PassStatistics GreedyPass<Real>::run(const PassLimits& limits,
+                                     std::span<const SteeringField> fields, WorkMesh<Real>* mesh,
+                                     FuseLog* log) {
   limits_ = &limits;
   fields_ = fields;
   mesh_ = mesh;
@@ -131,35 +131,36 @@ PassStatistics GreedyPass<Real>::run(const PassLimits& limits, std::span<const S
 template <class Real>
 void GreedyPass<Real>::begin() {
   const std::size_t vertices = mesh_->vertex_count();
-  build_vertex_tets(vertices, mesh_->tets, &balls_);
-  // A tetrahedron that once passed the scalar test passes a wider one too: only a narrower tolerance would give
-  // a remembered flip another reason.
-  const bool remembers = state_.size() == vertices && flip_time_.size() == mesh_->tets.size() &&
-                         limits_->scalar_tolerance >= scalar_tolerance_ && time_ <= kLatestStart;
-  if (!remembers) {
-    state_.assign(vertices, 0);
-    flip_time_.assign(mesh_->tets.size(), 0);
-    time_ = 1;
-  }
-  scalar_tolerance_ = limits_->scalar_tolerance;
+  prepared_ = false;
+  state_.resize(vertices);
   for (std::size_t v = 0; v < vertices; ++v) {
-    state_[v] = (state_[v] & ~kStateBits) | first_state(mesh_->marks[v], limits_->boundary_rule);
+    state_[v] = first_state(mesh_->marks[v], limits_->boundary_rule);
   }
   mean_.resize(mesh_->steering_width);
-  start_positions_.clear();
-  start_tets_.clear();
-  if (limits_->stretch_factor < std::numeric_limits<double>::infinity()) {
+}
+
+// What looking round a prey needs, made when the first one is looked round: in the last passes many
+// a chunk has none.
+template <class Real>
+void GreedyPass<Real>::prepare() {
+  prepared_ = true;
+  build_vertex_tets(mesh_->vertex_count(), mesh_->tets, &balls_);
+  if (checks_stretch()) {
     start_positions_ = mesh_->positions;
     start_tets_ = mesh_->tets;
   }
 }
 
 template <class Real>
+bool GreedyPass<Real>::checks_stretch() const {
+  return limits_->stretch_factor < std::numeric_limits<double>::infinity();
+}
+
+template <class Real>
 typename GreedyPass<Real>::FirstLook GreedyPass<Real>::look_at(TetId t, Reject* reason) const {
   const Tet& tet = mesh_->tets[t];
   if (is_deleted(tet)) return FirstLook::kLabelled;
-  const std::uint32_t a = state_[tet[0]], b = state_[tet[1]], c = state_[tet[2]], d = state_[tet[3]];
-  const std::uint32_t any = a | b | c | d;
+  const int any = state_[tet[0]] | state_[tet[1]] | state_[tet[2]] | state_[tet[3]];
   if ((any & kFusedNow) != 0) return FirstLook::kLabelled;
   if ((any & kStateBoundary) != 0) {
     *reason = Reject::kBoundary;
@@ -169,39 +170,47 @@ typename GreedyPass<Real>::FirstLook GreedyPass<Real>::look_at(TetId t, Reject* 
     *reason = Reject::kLocked;
     return FirstLook::kRejected;
   }
+  if ((any & kStateInterface) != 0) {
+    *reason = Reject::kInterface;
+    return FirstLook::kRejected;
+  }
   return FirstLook::kCandidate;
 }
 
 // Would t be rejected as a flip again? It would while no ball of its vertices has changed since.
 template <class Real>
-bool GreedyPass<Real>::known_to_flip(const Tet& tet, std::uint32_t flip_time) const {
-  if (flip_time == 0) return false;
-  const std::uint32_t last_change =
-      std::max({state_[tet[0]], state_[tet[1]], state_[tet[2]], state_[tet[3]]}) >> kTimeShift;
-  return last_change <= flip_time;
+bool GreedyPass<Real>::known_to_flip(TetId t) const {
+  const std::uint16_t flipped = mesh_->flipped[t];
+  if (flipped == 0) return false;
+  const Tet& tet = mesh_->tets[t];
+  const auto unchanged = [&](VertexId v) {
+    return (state_[v] & kTouched) == 0 && mesh_->changed[v] < flipped;
+  };
+  return unchanged(tet[0]) && unchanged(tet[1]) && unchanged(tet[2]) && unchanged(tet[3]);
 }
 
 template <class Real>
 bool GreedyPass<Real>::plan(TetId t, Reject* reason) {
-  const Tet prey = mesh_->tets[t];
-  if (known_to_flip(prey, flip_time_[t])) {
+  if (known_to_flip(t)) {
     *reason = Reject::kFlip;
     return false;
   }
+  const Tet prey = mesh_->tets[t];
   const std::size_t width = mesh_->steering_width;
   std::array<const double*, 4> values{};
   for (std::size_t i = 0; i < 4; ++i) values[i] = mesh_->steering.data() + prey[i] * width;
   for (std::size_t k = 0; k < width; ++k) {
-    mean_[k] = 0.25 * ((values[0][k] + values[1][k]) + (values[2][k] + values[3][k]));
+    mean_[k] = mean_of_four(values[0][k], values[1][k], values[2][k], values[3][k]);
   }
   if (deviates(fields_, limits_->scalar_tolerance, values, mean_.data())) {
     *reason = Reject::kScalar;
     return false;
   }
 
+  if (!prepared_) prepare();
   position_ = barycenter(corners(mesh_->positions, prey));
   if (!collect_cavity(prey)) {
-    flip_time_[t] = time_;
+    mesh_->flipped[t] = limits_->number;
     *reason = Reject::kFlip;
     return false;
   }
@@ -212,8 +221,9 @@ bool GreedyPass<Real>::plan(TetId t, Reject* reason) {
   return shape_allows(reason);
 }
 
-// Sorts the tetrahedra round one vertex of the prey into affected and deleted ones, and stops with false at the first
-// affected one that would flip. Nearly all time goes into this loop, so it writes to memory set aside before.
+// Sorts the tetrahedra round one vertex of the prey into affected and deleted ones, and stops with
+// false at the first affected one that would flip. Nearly all time goes into this loop, so it
+// writes to memory set aside before.
 template <class Real>
 bool GreedyPass<Real>::walk_ball(const Tet& prey, std::size_t corner) {
   const auto& position = mesh_->positions;
@@ -227,7 +237,8 @@ bool GreedyPass<Real>::walk_ball(const Tet& prey, std::size_t corner) {
       continue;
     }
     const auto& order = kCornerFirst[entry & 3u];
-    if (flips(position_, position[tet[order[1]]], position[tet[order[2]]], position[tet[order[3]]])) {
+    if (flips(position_, position[tet[order[1]]], position[tet[order[2]]],
+              position[tet[order[3]]])) {
       return false;
     }
     affected_[affected_count_++] = entry;
@@ -249,7 +260,8 @@ bool GreedyPass<Real>::collect_cavity(const Tet& prey) {
   for (std::size_t corner = 0; corner < 4; ++corner) {
     if (!walk_ball(prey, corner)) return false;
   }
-  // A deleted tetrahedron was met at each of its prey vertices; it counts at the first of its corners.
+  // A deleted tetrahedron was met at each of its prey vertices; it counts at the first of its
+  // corners.
   deleted_.clear();
   for (std::size_t i = 0; i < shared_count_; ++i) {
     const Tet& tet = mesh_->tets[shared_[i] >> 2];
@@ -259,8 +271,8 @@ bool GreedyPass<Real>::collect_cavity(const Tet& prey) {
   return true;
 }
 
-// A vertex all of whose tetrahedra are deleted vanishes with them. That must not happen to a locked one (a
-// carried cell may need it). Boundary vertices cannot vanish: their boundary triangles stay.
+// A vertex all of whose tetrahedra are deleted vanishes with them. That must not happen to a locked
+// one (a carried cell may need it). Boundary vertices cannot vanish: their boundary triangles stay.
 template <class Real>
 bool GreedyPass<Real>::swallows_locked(const Tet& prey) const {
   for (const TetId t : deleted_) {
@@ -280,7 +292,7 @@ bool GreedyPass<Real>::swallows_locked(const Tet& prey) const {
 // Stretch and aspect ratio of the affected tetrahedra.
 template <class Real>
 bool GreedyPass<Real>::shape_allows(Reject* reason) const {
-  const bool check_stretch = !start_tets_.empty();
+  const bool check_stretch = checks_stretch();
   const bool check_aspect = limits_->aspect_ratio < std::numeric_limits<double>::infinity();
   if (!check_stretch && !check_aspect) return true;
   for (const std::uint32_t entry : affected()) {
@@ -299,15 +311,16 @@ bool GreedyPass<Real>::shape_allows(Reject* reason) const {
   return true;
 }
 
-// S_N is against the last macroLoD. A tetrahedron that this pass has affected before has other corners now than it had
-// there, and its base triangle moves under the vertex that was fused then, so that one is looked at again.
+// S_N is against the last macroLoD. A tetrahedron that this pass has affected before has other
+// corners now than it had there, and its base triangle moves under the vertex that was fused then,
+// so that one is looked at again.
 template <class Real>
 bool GreedyPass<Real>::stretches_too_far(std::uint32_t entry, const std::array<Vec3<Real>, 4>& now,
                                          const std::array<Vec3<Real>, 4>& after) const {
   const double factor = limits_->stretch_factor;
   const auto corner = static_cast<int>(entry & 3u);
   const Tet& tet = mesh_->tets[entry >> 2];
-  const std::uint32_t any = state_[tet[0]] | state_[tet[1]] | state_[tet[2]] | state_[tet[3]];
+  const int any = state_[tet[0]] | state_[tet[1]] | state_[tet[2]] | state_[tet[3]];
   if ((any & kFusedNow) == 0) return stretches(now, after, corner, factor);
   const auto before = corners(start_positions_, start_tets_[entry >> 2]);
   for (int c = 0; c < 4; ++c) {
@@ -321,18 +334,22 @@ template <class Real>
 void GreedyPass<Real>::apply(const Tet& prey) {
   const VertexId kept = std::min({prey[0], prey[1], prey[2], prey[3]});
   log_fusion(prey, kept);
-  ++time_;
   for (const std::uint32_t entry : affected()) {
     Tet& tet = mesh_->tets[entry >> 2];
     tet[entry & 3u] = kept;
-    for (const VertexId v : tet) touch(v);
+    for (const VertexId v : tet) state_[v] |= kTouched;
   }
   for (const TetId t : deleted_) {
     Tet& tet = mesh_->tets[t];
-    for (const VertexId v : tet) touch(v);
+    for (const VertexId v : tet) {
+      state_[v] |= kTouched;
+      --mesh_->incidence[v];
+    }
     tet[0] = kNoVertex;
   }
-  for (const VertexId v : prey) state_[v] |= v == kept ? kFusedNow : kDead;
+  for (const VertexId v : prey) mesh_->incidence[v] = 0;
+  mesh_->incidence[kept] = static_cast<std::uint32_t>(affected().size());
+  state_[kept] |= kFusedNow;
   mesh_->positions[kept] = position_;
   std::copy(mean_.begin(), mean_.end(), mesh_->steering.begin() + kept * mean_.size());
 }
@@ -357,47 +374,25 @@ void GreedyPass<Real>::log_fusion(const Tet& prey, VertexId kept) {
 }
 
 template <class Real>
-void GreedyPass<Real>::touch(VertexId v) {
-  state_[v] = (time_ << kTimeShift) | (state_[v] & kStateBits);
-}
-
-template <class Real>
 void GreedyPass<Real>::compact() {
   WorkMesh<Real>& mesh = *mesh_;
   std::size_t tets = 0;
-  new_ids_.assign(mesh.vertex_count(), 0);
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     if (is_deleted(mesh.tets[t])) continue;
-    for (const VertexId v : mesh.tets[t]) new_ids_[v] = 1;
     mesh.tets[tets] = mesh.tets[t];
     mesh.tet_ids[tets] = mesh.tet_ids[t];
-    flip_time_[tets] = flip_time_[t];
+    mesh.flipped[tets] = mesh.flipped[t];
     ++tets;
   }
   mesh.tets.resize(tets);
   mesh.tet_ids.resize(tets);
-  flip_time_.resize(tets);
-
-  VertexId vertices = 0;
-  const std::size_t width = mesh.steering_width;
-  for (std::size_t v = 0; v < new_ids_.size(); ++v) {
-    // A locked vertex may belong to carried cells alone.
-    if (new_ids_[v] == 0 && (mesh.marks[v] & kLocked) == 0) continue;
-    const VertexId to = vertices++;
-    new_ids_[v] = to;
-    mesh.positions[to] = mesh.positions[v];
-    mesh.marks[to] = mesh.marks[v];
-    mesh.point_ids[to] = mesh.point_ids[v];
-    state_[to] = state_[v];
-    std::copy_n(mesh.steering.begin() + v * width, width, mesh.steering.begin() + to * width);
+  mesh.flipped.resize(tets);
+  for (std::size_t v = 0; v < state_.size(); ++v) {
+    if ((state_[v] & kTouched) != 0) mesh.changed[v] = limits_->number;
   }
-  mesh.positions.resize(vertices);
-  mesh.marks.resize(vertices);
-  mesh.point_ids.resize(vertices);
-  mesh.steering.resize(vertices * width);
-  state_.resize(vertices);
-  for (Tet& tet : mesh.tets) {
-    for (VertexId& v : tet) v = new_ids_[v];
+  const Vector<VertexId> new_ids = drop_unused_vertices(&mesh);
+  for (Tet& t : mesh.tets) {
+    for (VertexId& v : t) v = new_ids[v];
   }
 }
 

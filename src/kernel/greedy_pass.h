@@ -9,55 +9,65 @@
 
 #include "kernel/criteria.h"
 #include "kernel/fuse_log.h"
-#include "kernel/work_mesh.h"
 #include "mesh/vertex_tets.h"
+#include "mesh/work_mesh.h"
 
 namespace tetfusion {
 
 enum class BoundaryRule : std::uint8_t {
-  kTets,      // the paper's text: neither the prey nor an affected tetrahedron has a vertex on the boundary
+  kTets,      // the paper's text: neither the prey nor an affected tetrahedron has a vertex on the
+              // boundary
   kVertices,  // no vertex of the prey lies on the boundary; affected tetrahedra may touch it
 };
 
 struct PassLimits {
   BoundaryRule boundary_rule = BoundaryRule::kVertices;
-  double scalar_tolerance = std::numeric_limits<double>::infinity();  // share of the range; infinity is off
-  double stretch_factor = std::numeric_limits<double>::infinity();    // infinity is off
-  double aspect_ratio = std::numeric_limits<double>::infinity();      // infinity is off
-  // At most so many tetrahedra may go. With `spread` they go evenly along the order of the mesh, else first
-  // come, first served.
+  double scalar_tolerance =
+      std::numeric_limits<double>::infinity();  // share of the range; infinity is off
+  double stretch_factor = std::numeric_limits<double>::infinity();  // infinity is off
+  double aspect_ratio = std::numeric_limits<double>::infinity();    // infinity is off
+  // At most so many tetrahedra may go. With `spread` they go evenly along the order of the mesh,
+  // else first come, first served.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();
   bool spread = true;
+  // The pass's number, ascending from 1: by it the mesh remembers which flips need no second look.
+  std::uint16_t number = 1;
 };
 
 struct PassStatistics {
   std::uint64_t tets_before = 0;
   std::uint64_t tets_after = 0;
-  std::uint64_t fused = 0;      // prey tetrahedra
-  std::uint64_t labelled = 0;   // tetrahedra passed over because this pass had affected or deleted them
+  std::uint64_t fused = 0;  // prey tetrahedra
+  std::uint64_t labelled =
+      0;  // tetrahedra passed over because this pass had affected or deleted them
   std::array<std::uint64_t, kRejectReasons> rejected{};
 };
 
-// Runs passes over one mesh and keeps their scratch memory. Not thread-safe; different objects are independent.
+// Runs passes and keeps their scratch memory. Not thread-safe; different objects are independent.
 template <class Real>
 class GreedyPass {
  public:
-  // Takes the tetrahedra in order and fuses those that the limits allow, then compacts the mesh: ids are stale
-  // afterwards, their order is kept. Fusions are appended to the log. A pure function of the mesh and the
-  // limits: what earlier passes left in the object saves time and changes nothing.
+  // Takes the tetrahedra in order and fuses those that the limits allow, then compacts the mesh:
+  // ids are stale afterwards, their order is kept. Fusions are appended to the log. A pure function
+  // of the mesh and the limits; what the mesh remembers of earlier passes (`changed`, `flipped`)
+  // saves time and changes nothing, as long as no scalar tolerance is narrower than in the pass
+  // that remembered it.
   //
-  // Preconditions: every vertex whose ball is not a topological ball of positively wound tetrahedra is marked
-  // kOnBoundary or kLocked (the argument for the validity test needs it, see README.md); every steering value
-  // of an unmarked vertex is finite.
+  // Preconditions: every vertex whose ball is not a topological ball of positively wound
+  // tetrahedra, all of them in this mesh, is marked kOnBoundary, kLocked or kOnInterface (the
+  // argument for the validity test needs it, see README.md); every steering value of an unmarked
+  // vertex is finite.
   PassStatistics run(const PassLimits& limits, std::span<const SteeringField> fields,
                      WorkMesh<Real>* mesh, FuseLog* log);
 
  private:
   void begin();
+  void prepare();
+  bool checks_stretch() const;
   // What speaks against the tetrahedron before its surroundings are looked at.
   enum class FirstLook : std::uint8_t { kLabelled, kRejected, kCandidate };
   FirstLook look_at(TetId t, Reject* reason) const;
-  bool known_to_flip(const Tet& tet, std::uint32_t flip_time) const;
+  bool known_to_flip(TetId t) const;
   // Plans the fusion of t into position_, affected_ and deleted_, or gives the reason against it.
   bool plan(TetId t, Reject* reason);
   bool collect_cavity(const Tet& prey);
@@ -69,7 +79,6 @@ class GreedyPass {
                          const std::array<Vec3<Real>, 4>& after) const;
   void apply(const Tet& prey);
   void log_fusion(const Tet& prey, VertexId kept);
-  void touch(VertexId v);
   void compact();
 
   const PassLimits* limits_ = nullptr;
@@ -77,30 +86,24 @@ class GreedyPass {
   WorkMesh<Real>* mesh_ = nullptr;
   FuseLog* log_ = nullptr;
 
-  VertexTets balls_;  // of the start of the pass; stays right all through it, as fused vertices are not touched again
+  bool prepared_ = false;
+  VertexTets balls_;  // of the start of the pass; stays right all through it, as fused vertices are
+                      // not touched again
 
-  // Per vertex: when its ball last changed (upper 28 bits, in fusions since the object was made) and what it
-  // is in this pass (lower 4 bits).
-  Vector<std::uint32_t> state_;
-  // Per tetrahedron: when it was last rejected as a flip; 0 for never. While no ball of its four vertices has
-  // changed since, it would be rejected again.
-  Vector<std::uint32_t> flip_time_;
-  std::uint32_t time_ = 1;
-  double scalar_tolerance_ = 0;  // of the pass that the flips were found in
+  Vector<std::uint8_t> state_;  // per vertex: what it is in this pass
 
   Vector<Vec3<Real>> start_positions_;  // of the last macroLoD, for S_N; empty when stretch is off
   Vector<Tet> start_tets_;
 
   // The plan in hand.
   Vec3<Real> position_{};
-  std::vector<double> mean_;             // steering tuple at the barycenter
-  std::vector<TetId> deleted_;           // each once
-  Vector<std::uint32_t> affected_;       // tet << 2 | corner of the prey vertex; the first affected_count_ count
+  std::vector<double> mean_;    // steering tuple at the barycenter
+  std::vector<TetId> deleted_;  // each once
+  Vector<std::uint32_t>
+      affected_;  // tet << 2 | corner of the prey vertex; the first affected_count_ count
   std::size_t affected_count_ = 0;
   Vector<std::uint32_t> shared_;  // the same of deleted tetrahedra, at each of their prey vertices
   std::size_t shared_count_ = 0;
-
-  Vector<VertexId> new_ids_;  // of compaction
 };
 
 extern template class GreedyPass<float>;

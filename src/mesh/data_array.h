@@ -16,42 +16,92 @@
 namespace tetfusion {
 
 enum class ValueType : std::uint8_t {
-  kInt8, kUInt8, kInt16, kUInt16, kInt32, kUInt32, kInt64, kUInt64, kFloat32, kFloat64,
+  kInt8,
+  kUInt8,
+  kInt16,
+  kUInt16,
+  kInt32,
+  kUInt32,
+  kInt64,
+  kUInt64,
+  kFloat32,
+  kFloat64,
   kString  // field data only: the bytes of all strings, each ended by a zero byte
 };
 
-std::size_t size_of(ValueType type);          // bytes of one value; 1 for kString
-std::string_view vtk_name(ValueType type);    // "Float32", "Int64", "String", ...
+std::size_t size_of(ValueType type);        // bytes of one value; 1 for kString
+std::string_view vtk_name(ValueType type);  // "Float32", "Int64", "String", ...
 bool parse_vtk_type(std::string_view name, ValueType* type);
 inline bool is_float(ValueType t) { return t == ValueType::kFloat32 || t == ValueType::kFloat64; }
 
-template <class T> constexpr ValueType value_type_of();
-template <> constexpr ValueType value_type_of<std::int8_t>() { return ValueType::kInt8; }
-template <> constexpr ValueType value_type_of<std::uint8_t>() { return ValueType::kUInt8; }
-template <> constexpr ValueType value_type_of<std::int16_t>() { return ValueType::kInt16; }
-template <> constexpr ValueType value_type_of<std::uint16_t>() { return ValueType::kUInt16; }
-template <> constexpr ValueType value_type_of<std::int32_t>() { return ValueType::kInt32; }
-template <> constexpr ValueType value_type_of<std::uint32_t>() { return ValueType::kUInt32; }
-template <> constexpr ValueType value_type_of<std::int64_t>() { return ValueType::kInt64; }
-template <> constexpr ValueType value_type_of<std::uint64_t>() { return ValueType::kUInt64; }
-template <> constexpr ValueType value_type_of<float>() { return ValueType::kFloat32; }
-template <> constexpr ValueType value_type_of<double>() { return ValueType::kFloat64; }
+template <class T>
+constexpr ValueType value_type_of();
+template <>
+constexpr ValueType value_type_of<std::int8_t>() {
+  return ValueType::kInt8;
+}
+template <>
+constexpr ValueType value_type_of<std::uint8_t>() {
+  return ValueType::kUInt8;
+}
+template <>
+constexpr ValueType value_type_of<std::int16_t>() {
+  return ValueType::kInt16;
+}
+template <>
+constexpr ValueType value_type_of<std::uint16_t>() {
+  return ValueType::kUInt16;
+}
+template <>
+constexpr ValueType value_type_of<std::int32_t>() {
+  return ValueType::kInt32;
+}
+template <>
+constexpr ValueType value_type_of<std::uint32_t>() {
+  return ValueType::kUInt32;
+}
+template <>
+constexpr ValueType value_type_of<std::int64_t>() {
+  return ValueType::kInt64;
+}
+template <>
+constexpr ValueType value_type_of<std::uint64_t>() {
+  return ValueType::kUInt64;
+}
+template <>
+constexpr ValueType value_type_of<float>() {
+  return ValueType::kFloat32;
+}
+template <>
+constexpr ValueType value_type_of<double>() {
+  return ValueType::kFloat64;
+}
 
 // Calls f(T{}) with T the C++ type of `type`. kString is visited as uint8_t.
 template <class F>
 decltype(auto) visit_type(ValueType type, F&& f) {
   switch (type) {
-    case ValueType::kInt8: return f(std::int8_t{});
+    case ValueType::kInt8:
+      return f(std::int8_t{});
     case ValueType::kString:
-    case ValueType::kUInt8: return f(std::uint8_t{});
-    case ValueType::kInt16: return f(std::int16_t{});
-    case ValueType::kUInt16: return f(std::uint16_t{});
-    case ValueType::kInt32: return f(std::int32_t{});
-    case ValueType::kUInt32: return f(std::uint32_t{});
-    case ValueType::kInt64: return f(std::int64_t{});
-    case ValueType::kUInt64: return f(std::uint64_t{});
-    case ValueType::kFloat32: return f(float{});
-    case ValueType::kFloat64: return f(double{});
+    case ValueType::kUInt8:
+      return f(std::uint8_t{});
+    case ValueType::kInt16:
+      return f(std::int16_t{});
+    case ValueType::kUInt16:
+      return f(std::uint16_t{});
+    case ValueType::kInt32:
+      return f(std::int32_t{});
+    case ValueType::kUInt32:
+      return f(std::uint32_t{});
+    case ValueType::kInt64:
+      return f(std::int64_t{});
+    case ValueType::kUInt64:
+      return f(std::uint64_t{});
+    case ValueType::kFloat32:
+      return f(float{});
+    case ValueType::kFloat64:
+      return f(double{});
   }
   throw std::logic_error("unknown ValueType");
 }

@@ -1,6 +1,6 @@
-// A tetrahedral mesh without its arrays: points, tetrahedra, and the cells of lower dimension that ride
-// along. Vertex ids are 32 bits wide: a mesh in memory has fewer than 2^32 - 1 points and fewer than 2^30
-// tetrahedra (kMaxTets).
+// A tetrahedral mesh without its arrays: points, tetrahedra, and the cells of lower dimension that
+// ride along. Vertex ids are 32 bits wide: a mesh in memory has fewer than 2^32 - 1 points and
+// fewer than 2^30 tetrahedra (kMaxTets).
 #pragma once
 
 #include <array>
@@ -35,8 +35,8 @@ ValueType point_type(const Points& points);
 
 // Vertices, lines, triangles (VTK cell types 1, 3, 5): they carry boundary conditions.
 struct LowerCells {
-  Vector<std::uint8_t> types;          // VTK cell type
-  Vector<std::uint64_t> offsets;       // size() + 1 entries, offsets[0] == 0; empty when size() == 0
+  Vector<std::uint8_t> types;     // VTK cell type
+  Vector<std::uint64_t> offsets;  // size() + 1 entries, offsets[0] == 0; empty when size() == 0
   Vector<VertexId> connectivity;
   std::uint64_t size() const { return types.size(); }
 };
@@ -46,8 +46,8 @@ struct Geometry {
   Vector<Tet> tets;
   LowerCells lower;
 
-  // Where things came from, as indices into the input's points and cells counted through all pieces:
-  // the rows of the arrays that MeshSource::read_array returns. Empty means the identity.
+  // Where things came from, as indices into the input's points and cells counted through all
+  // pieces: the rows of the arrays that MeshSource::read_array returns. Empty means the identity.
   Vector<std::uint64_t> point_source;
   Vector<std::uint64_t> tet_source;
   Vector<std::uint64_t> lower_source;

@@ -181,16 +181,18 @@ bool Inspector::folds(const FaceSide& a, const FaceSide& b) const {
 // A cell is met here with the face that lacks its largest vertex; so are its copies, and they have
 // the same.
 void Inspector::find_duplicates(std::span<const FaceSide> sides, FaceFindings* found) {
-  for (std::size_t i = 1; i < sides.size(); ++i) {
-    const VertexId apex = tets_[sides[i].tet()][sides[i].corner()];
-    if (apex < sides[i].largest()) continue;
-    for (std::size_t j = 0; j < i; ++j) {
-      if (tets_[sides[j].tet()][sides[j].corner()] != apex) continue;
-      ++found->duplicates;
-      found->duplicate_samples.add(sides[i].tet());
-      mark_cell(sides[i].tet(), kBrokenVertex);
-      break;
-    }
+  // Sorted, because hostile files have faces with very many cells.
+  std::vector<std::pair<VertexId, TetId>> apexes;
+  for (const FaceSide& side : sides) {
+    const VertexId apex = tets_[side.tet()][side.corner()];
+    if (apex >= side.largest()) apexes.emplace_back(apex, side.tet());
+  }
+  std::sort(apexes.begin(), apexes.end());
+  for (std::size_t i = 1; i < apexes.size(); ++i) {
+    if (apexes[i].first != apexes[i - 1].first) continue;
+    ++found->duplicates;
+    found->duplicate_samples.add(apexes[i].second);
+    mark_cell(apexes[i].second, kBrokenVertex);
   }
 }
 

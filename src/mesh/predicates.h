@@ -1,5 +1,5 @@
-// The sign of a tetrahedron's volume, with a bound on the rounding error: a sign that cannot be trusted is
-// reported as 0.
+// The sign of a tetrahedron's volume, with a bound on the rounding error: a sign that cannot be
+// trusted is reported as 0.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace tetfusion {
 
-// Determinant of (b-a, c-a, d-a) and a bound on its error. The determinant is six times the signed volume of
-// the tetrahedron (a, b, c, d), positive for VTK's winding.
+// Determinant of (b-a, c-a, d-a) and a bound on its error. The determinant is six times the signed
+// volume of the tetrahedron (a, b, c, d), positive for VTK's winding.
 struct Determinant {
   double value;
   double error;
@@ -19,10 +19,10 @@ struct Determinant {
   int sign() const { return value > error ? 1 : (value < -error ? -1 : 0); }
 };
 
-// Shewchuk (1997, "Adaptive precision floating-point arithmetic", section 4.3) bounds the error of this
-// evaluation, differences included, by (7 + 56 eps) eps times the sum of the absolute products, with
-// eps = 2^-53. That sum is at most six times the product of the largest components. The smallest normal
-// number covers underflow.
+// Shewchuk (1997, "Adaptive precision floating-point arithmetic", section 4.3) bounds the error of
+// this evaluation, differences included, by (7 + 56 eps) eps times the sum of the absolute
+// products, with eps = 2^-53. That sum is at most six times the product of the largest components.
+// The smallest normal number covers underflow.
 template <class Real>
 inline Determinant determinant(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c,
                                const Vec3<Real>& d) {

@@ -27,8 +27,8 @@ namespace tetfusion {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using testing::five_split_cube;
+using ::testing::HasSubstr;
 using testing::TempDir;
 
 using P = Vec3<double>;
@@ -52,9 +52,12 @@ struct MeshFile {
     mesh.point_data.active = point_markers;
     mesh.read_array = [&](Association association, std::size_t i) {
       switch (association) {
-        case Association::kPoint: return point_arrays[i];
-        case Association::kCell: return cell_arrays[i];
-        case Association::kField: break;
+        case Association::kPoint:
+          return point_arrays[i];
+        case Association::kCell:
+          return cell_arrays[i];
+        case Association::kField:
+          break;
       }
       return field_arrays[i];
     };
@@ -63,7 +66,8 @@ struct MeshFile {
 };
 
 template <class T, class F>
-DataArray make_array(const std::string& name, std::size_t tuples, std::uint32_t components, F&& value) {
+DataArray make_array(const std::string& name, std::size_t tuples, std::uint32_t components,
+                     F&& value) {
   DataArray array;
   array.info = {name, value_type_of<T>(), components, {}, tuples};
   array.bytes.resize(tuples * components * sizeof(T));
@@ -128,18 +132,25 @@ TEST_F(Simplify, EveryArrayComesOutUnderItsNameAndType) {
   const std::size_t points = point_count(file.geometry.points);
   const auto linear = [](const P& p) { return 3 * p.x - p.y + 2 * p.z; };
   file.point_arrays.push_back(point_array<double>(file, "linear", linear));
-  file.point_arrays.push_back(make_array<float>("vector", points, 3, [&](std::size_t i, std::size_t k) {
-    const P p = testing::point(file.geometry, static_cast<VertexId>(i));
-    return k == 0 ? p.x : (k == 1 ? p.y : p.z);
-  }));
-  file.point_arrays.push_back(make_array<std::int64_t>("GlobalNodeIds", points, 1, [](auto i, auto) { return 1000 + i; }));
-  file.point_arrays.push_back(make_array<std::uint8_t>("byte", points, 2, [](auto i, auto k) { return (i + k) % 256; }));
+  file.point_arrays.push_back(
+      make_array<float>("vector", points, 3, [&](std::size_t i, std::size_t k) {
+        const P p = testing::point(file.geometry, static_cast<VertexId>(i));
+        return k == 0 ? p.x : (k == 1 ? p.y : p.z);
+      }));
+  file.point_arrays.push_back(
+      make_array<std::int64_t>("GlobalNodeIds", points, 1, [](auto i, auto) { return 1000 + i; }));
+  file.point_arrays.push_back(
+      make_array<std::uint8_t>("byte", points, 2, [](auto i, auto k) { return (i + k) % 256; }));
   file.point_arrays[1].info.component_names = {"X", "Y", "Z"};
-  file.point_markers = {{"Scalars", "linear"}, {"Vectors", "vector"}, {"GlobalIds", "GlobalNodeIds"}};
-  const auto first = make_array<std::int32_t>("first", file.cells(), 1, [](auto i, auto) { return i; });
+  file.point_markers = {
+      {"Scalars", "linear"}, {"Vectors", "vector"}, {"GlobalIds", "GlobalNodeIds"}};
+  const auto first =
+      make_array<std::int32_t>("first", file.cells(), 1, [](auto i, auto) { return i; });
   file.cell_arrays.push_back(first);
-  file.cell_arrays.push_back(make_array<float>("stress", file.cells(), 6, [](auto i, auto k) { return i * 6 + k; }));
-  file.field_arrays.push_back(make_array<double>("TimeValue", 1, 1, [](auto, auto) { return 2.5; }));
+  file.cell_arrays.push_back(
+      make_array<float>("stress", file.cells(), 6, [](auto i, auto k) { return i * 6 + k; }));
+  file.field_arrays.push_back(
+      make_array<double>("TimeValue", 1, 1, [](auto, auto) { return 2.5; }));
 
   const SimplifyReport report = run(file);
   EXPECT_LT(report.output.tets, report.input.tets);
@@ -174,14 +185,16 @@ TEST_F(Simplify, EveryArrayComesOutUnderItsNameAndType) {
   const DataArray survivors = read_cell_array(source.get(), "first");
   const DataArray stress = read_cell_array(source.get(), "stress");
   for (std::size_t t = 0; t < g.tets.size(); ++t) {
-    EXPECT_EQ(stress.as<float>()[6 * t + 5], static_cast<float>(survivors.as<std::int32_t>()[t] * 6 + 5));
+    EXPECT_EQ(stress.as<float>()[6 * t + 5],
+              static_cast<float>(survivors.as<std::int32_t>()[t] * 6 + 5));
   }
 }
 
 TEST_F(Simplify, FloatCoordinatesKeepVolumeBoundaryAndLinearFields) {
   MeshFile file = box(10);
   file.geometry = testing::to_float(file.geometry);
-  file.point_arrays.push_back(point_array<float>(file, "linear", [](const P& p) { return p.x + 2 * p.y - p.z; }));
+  file.point_arrays.push_back(
+      point_array<float>(file, "linear", [](const P& p) { return p.x + 2 * p.y - p.z; }));
   const SimplifyReport report = run(file);
   EXPECT_LT(report.output.tets, report.input.tets * 8 / 10);
   EXPECT_NEAR(report.output.volume / report.input.volume, 1, 1e-12);
@@ -212,7 +225,8 @@ TEST_F(Simplify, TheScalarToleranceHoldsFieldsBack) {
 
 TEST_F(Simplify, CellArraysMaySteer) {
   MeshFile file = box(8);
-  file.cell_arrays.push_back(make_array<float>("load", file.cells(), 1, [](auto i, auto) { return i % 97; }));
+  file.cell_arrays.push_back(
+      make_array<float>("load", file.cells(), 1, [](auto i, auto) { return i % 97; }));
   request.behaviour.arrays = {"cell:load"};
   request.behaviour.scalar_tolerance = {0.01};
   const SimplifyReport tight = run(file);
@@ -229,6 +243,22 @@ TEST_F(Simplify, AConstantArrayDoesNotSteer) {
   EXPECT_TRUE(report.steering.empty());
   EXPECT_LT(report.output.tets, report.input.tets);
   EXPECT_THAT(notices, ::testing::Contains(HasSubstr("same")));
+}
+
+TEST_F(Simplify, TheTolerancesScaleHasNoLimits) {
+  MeshFile file = box(7);
+  std::set<std::uint64_t> sizes;
+  request.behaviour.scalar_tolerance = {0.1};
+  for (const double scale : {0x1p-1000, 1.0, 0x1p1020}) {
+    file.point_arrays = {
+        point_array<double>(file, "f", [&](const P& p) { return (p.x - 3.5) * scale; })};
+    const SimplifyReport report = run(file);
+    EXPECT_THAT(report.steering, ElementsAre("f")) << scale;
+    sizes.insert(report.output.tets);
+    const DataArray values = read_point_array(open_mesh(request.output).get(), "f");
+    for (const double v : values.as<double>()) EXPECT_TRUE(std::isfinite(v));
+  }
+  EXPECT_EQ(sizes.size(), 1u);
 }
 
 TEST_F(Simplify, VerticesWithoutAValueStay) {
@@ -254,7 +284,8 @@ TEST_F(Simplify, CarriedCellsKeepTheirPointsAndValues) {
   lower.offsets = {0, 3, 6, 7, 9};
   lower.connectivity = {at(2, 2, 3), at(3, 2, 3), at(3, 3, 3), at(2, 2, 3), at(3, 3, 3),
                         at(2, 3, 3), at(4, 4, 4), at(2, 2, 2), at(3, 2, 2)};
-  file.cell_arrays.push_back(make_array<std::int32_t>("tag", file.cells(), 1, [](auto i, auto) { return i; }));
+  file.cell_arrays.push_back(
+      make_array<std::int32_t>("tag", file.cells(), 1, [](auto i, auto) { return i; }));
   const auto positions = [](const Geometry& g) {
     std::vector<std::array<double, 3>> out;
     for (const VertexId v : g.lower.connectivity) {
@@ -284,8 +315,8 @@ TEST_F(Simplify, MaterialInterfacesStay) {
     for (const VertexId v : file.geometry.tets[t]) x += testing::point(file.geometry, v).x / 4;
     return x < 4.1 ? 1 : 2;
   };
-  file.cell_arrays.push_back(
-      make_array<std::int32_t>("Material_Id", file.cells(), 1, [&](auto i, auto) { return material(i); }));
+  file.cell_arrays.push_back(make_array<std::int32_t>("Material_Id", file.cells(), 1,
+                                                      [&](auto i, auto) { return material(i); }));
   const SimplifyReport kept = run(file);
   EXPECT_THAT(kept.regions, ElementsAre("Material_Id"));
   const auto source = open_mesh(request.output);
@@ -294,11 +325,13 @@ TEST_F(Simplify, MaterialInterfacesStay) {
   double volume = 0;
   double expected = 0;
   for (std::size_t t = 0; t < g.tets.size(); ++t) {
-    if (ids.as<std::int32_t>()[t] == 1) volume += determinant(std::get<Vector<P>>(g.points), g.tets[t]).value / 6;
+    if (ids.as<std::int32_t>()[t] == 1)
+      volume += determinant(std::get<Vector<P>>(g.points), g.tets[t]).value / 6;
   }
   for (std::size_t t = 0; t < file.geometry.tets.size(); ++t) {
     if (material(t) != 1) continue;
-    expected += determinant(std::get<Vector<P>>(file.geometry.points), file.geometry.tets[t]).value / 6;
+    expected +=
+        determinant(std::get<Vector<P>>(file.geometry.points), file.geometry.tets[t]).value / 6;
   }
   EXPECT_NEAR(volume, expected, 1e-10);
   request.behaviour.regions.emplace();
@@ -323,7 +356,8 @@ TEST(ChooseRegions, GoesByNameAndType) {
 TEST_F(Simplify, TheBytesDoNotDependOnThreads) {
   MeshFile file = box(12);
   file.geometry = testing::to_float(file.geometry);
-  file.point_arrays.push_back(point_array<float>(file, "f", [](const P& p) { return std::sin(p.x) * p.y; }));
+  file.point_arrays.push_back(
+      point_array<float>(file, "f", [](const P& p) { return std::sin(p.x) * p.y; }));
   request.behaviour.scalar_tolerance = {0.05};
   request.encoding = Encoding::kZlib;
   std::set<std::string> outputs;

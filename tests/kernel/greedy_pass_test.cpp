@@ -63,7 +63,15 @@ std::set<std::set<std::array<Real, 3>>> boundary(const WorkMesh<Real>& mesh) {
   return triangles;
 }
 
-// The box of 3 x 3 x 3 cubes has 8 interior vertices, those of the middle cube, and in it 5 candidates.
+template <class Real>
+void run_until_nothing_fuses(WorkMesh<Real>* mesh, FuseLog* log) {
+  GreedyPass<Real> pass;
+  PassLimits limits;
+  while (pass.run(limits, {}, mesh, log).fused > 0) ++limits.number;
+}
+
+// The box of 3 x 3 x 3 cubes has 8 interior vertices, those of the middle cube, and in it 5
+// candidates.
 TEST(GreedyPass, FusesOneTetrahedronOfTheMiddleCube) {
   WorkMesh<double> mesh = to_work_mesh(five_split_cube(3));
   const WorkMesh<double> before = mesh;
@@ -89,7 +97,8 @@ TEST(GreedyPass, FusesOneTetrahedronOfTheMiddleCube) {
     mean.y += before.positions[v].y / 4;
     mean.z += before.positions[v].z / 4;
   }
-  const auto at = std::find(mesh.point_ids.begin(), mesh.point_ids.end(), prey[0]) - mesh.point_ids.begin();
+  const auto at =
+      std::find(mesh.point_ids.begin(), mesh.point_ids.end(), prey[0]) - mesh.point_ids.begin();
   const Vec3<double>& fused = mesh.positions[static_cast<std::size_t>(at)];
   EXPECT_NEAR(fused.x, mean.x, 1e-15);
   EXPECT_NEAR(fused.y, mean.y, 1e-15);
@@ -97,7 +106,8 @@ TEST(GreedyPass, FusesOneTetrahedronOfTheMiddleCube) {
   EXPECT_TRUE(all_positive(mesh));
   EXPECT_NEAR(volume(mesh), 27.0, 1e-12);
   EXPECT_EQ(boundary(mesh), boundary(before));
-  // Every other tetrahedron has a vertex on the boundary, is labelled, or is the one that was fused.
+  // Every other tetrahedron has a vertex on the boundary, is labelled, or is the one that was
+  // fused.
   EXPECT_EQ(s.fused + s.labelled + rejected(s, Reject::kBoundary), s.tets_before);
 }
 
@@ -162,7 +172,8 @@ TEST(GreedyPass, AFieldsOwnToleranceCounts) {
 TEST(GreedyPass, RejectsFlips) {
   Geometry g = five_split_cube(3);
   auto& points = std::get<Vector<Vec3<double>>>(g.points);
-  // Interior vertices nearly on one plane turn the ring's tetrahedra over when they meet in one point.
+  // Interior vertices nearly on one plane turn the ring's tetrahedra over when they meet in one
+  // point.
   for (Vec3<double>& p : points) {
     if (p.x == 1 && p.y >= 1 && p.y <= 2 && p.z >= 1 && p.z <= 2) p.x = p.y == 1 ? 0.05 : 1.9;
   }
@@ -197,8 +208,8 @@ TEST_P(AgainstReference, EveryPassIsTheSame) {
   const Setting setting = GetParam();
   std::uint64_t refused_for_shape = 0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    WorkMesh<double> mesh = to_work_mesh(seed == 3 ? kuhn_box(6, 5, 6, 0.15, seed)
-                                                   : five_split_cube(7, 0.2, seed));
+    WorkMesh<double> mesh =
+        to_work_mesh(seed == 3 ? kuhn_box(6, 5, 6, 0.15, seed) : five_split_cube(7, 0.2, seed));
     testing::steer_by([](double x, double y, double z) { return std::sin(x) + y * z / 9; }, &mesh);
     const SteeringField field{0, 1, 2.0, {}};
     PassLimits limits;
@@ -206,11 +217,13 @@ TEST_P(AgainstReference, EveryPassIsTheSame) {
     limits.scalar_tolerance = setting.scalar_tolerance;
     limits.stretch_factor = setting.stretch_factor;
     limits.aspect_ratio = setting.aspect_ratio;
-    const testing::ReferenceLimits reference_limits{setting.tets_rule, setting.scalar_tolerance * 2.0,
+    const testing::ReferenceLimits reference_limits{setting.tets_rule,
+                                                    setting.scalar_tolerance * 2.0,
                                                     setting.stretch_factor, setting.aspect_ratio};
     GreedyPass<double> pass;
     FuseLog log;
-    for (int i = 0; i < 4; ++i) {
+    for (std::uint16_t i = 1; i <= 4; ++i) {
+      limits.number = i;
       const auto expected = testing::reference_pass(to_reference(mesh), reference_limits);
       const PassStatistics s = pass.run(limits, {&field, 1}, &mesh, &log);
       ASSERT_EQ(s.fused, expected.fused);
@@ -239,25 +252,26 @@ TEST_P(AgainstReference, EveryPassIsTheSame) {
   EXPECT_EQ(refused_for_shape > 0, shape_is_tight);
 }
 
-INSTANTIATE_TEST_SUITE_P(Settings, AgainstReference,
-                         ::testing::Values(Setting{false, kOff, kOff, kOff},
-                                           Setting{true, kOff, kOff, kOff},
-                                           Setting{false, 0.2, kOff, kOff},
-                                           Setting{false, kOff, 2.0, kOff},
-                                           Setting{false, kOff, kOff, 3.5},
-                                           Setting{true, 0.3, 2.2, 4.0}));
+INSTANTIATE_TEST_SUITE_P(
+    Settings, AgainstReference,
+    ::testing::Values(Setting{false, kOff, kOff, kOff}, Setting{true, kOff, kOff, kOff},
+                      Setting{false, 0.2, kOff, kOff}, Setting{false, kOff, 2.0, kOff},
+                      Setting{false, kOff, kOff, 3.5}, Setting{true, 0.3, 2.2, 4.0}));
 
 TEST(GreedyPass, RememberedFlipsChangeNothing) {
   const Geometry g = five_split_cube(10, 0.2, 7);
   WorkMesh<double> a = to_work_mesh(g);
   WorkMesh<double> b = a;
-  GreedyPass<double> remembers;
+  GreedyPass<double> pass;
   FuseLog log_a, log_b;
-  for (int i = 0; i < 6; ++i) {
+  for (std::uint16_t i = 0; i < 6; ++i) {
     PassLimits limits;
+    limits.number = static_cast<std::uint16_t>(i + 1);
     limits.stretch_factor = 2;
     if (i == 3) limits.quota = 40;
-    const PassStatistics s = remembers.run(limits, {}, &a, &log_a);
+    const PassStatistics s = pass.run(limits, {}, &a, &log_a);
+    b.changed.assign(b.changed.size(), 0);
+    b.flipped.assign(b.flipped.size(), 0);
     const PassStatistics t = GreedyPass<double>().run(limits, {}, &b, &log_b);
     EXPECT_EQ(s.fused, t.fused);
     EXPECT_EQ(s.labelled, t.labelled);
@@ -280,19 +294,17 @@ TEST(GreedyPass, TheQuotaIsKeptAndSpread) {
   // Both halves of the order lose their share.
   const auto in_first_half = static_cast<std::uint64_t>(std::count_if(
       mesh.tet_ids.begin(), mesh.tet_ids.end(), [&](TetId t) { return t < before / 2; }));
-  EXPECT_NEAR(static_cast<double>(before / 2 - in_first_half), static_cast<double>(limits.quota) / 2,
-              0.1 * static_cast<double>(limits.quota));
+  EXPECT_NEAR(static_cast<double>(before / 2 - in_first_half),
+              static_cast<double>(limits.quota) / 2, 0.1 * static_cast<double>(limits.quota));
 }
 
 TEST(GreedyPass, FloatMeshKeepsVolumeAndBoundary) {
   WorkMesh<float> mesh = to_float_work_mesh(five_split_cube(20, 0.2, 3));
   const double volume_before = volume(mesh);
   const auto boundary_before = boundary(mesh);
-  GreedyPass<float> pass;
   FuseLog log;
   const std::size_t before = mesh.tets.size();
-  while (pass.run({}, {}, &mesh, &log).fused > 0) {
-  }
+  run_until_nothing_fuses(&mesh, &log);
   EXPECT_LT(mesh.tets.size(), before * 7 / 10);
   EXPECT_TRUE(all_positive(mesh));
   EXPECT_NEAR(volume(mesh) / volume_before, 1, 1e-12);
@@ -305,10 +317,8 @@ TEST(GreedyPass, DoesNotSwallowALockedVertex) {
   for (std::size_t v = 0; v < mesh.vertex_count(); v += 7) mesh.marks[v] |= kLocked;
   std::set<VertexId> locked;
   for (std::size_t v = 0; v < mesh.vertex_count(); v += 7) locked.insert(mesh.point_ids[v]);
-  GreedyPass<double> pass;
   FuseLog log;
-  while (pass.run({}, {}, &mesh, &log).fused > 0) {
-  }
+  run_until_nothing_fuses(&mesh, &log);
   std::set<VertexId> used;
   for (const Tet& t : mesh.tets) {
     for (const VertexId v : t) used.insert(mesh.point_ids[v]);

@@ -38,7 +38,8 @@ TEST(PointsAlongCurve, IsAPermutationWhoseStepsAreShort) {
     const Vec3<float>&a = points[order[i - 1]], &b = points[order[i]];
     length += std::abs(a.x - b.x) + std::abs(a.y - b.y) + std::abs(a.z - b.z);
   }
-  // The curve steps from cell to neighbouring cell, so the mean step is one, give or take the grid's rounding.
+  // The curve steps from cell to neighbouring cell, so the mean step is one, give or take the
+  // grid's rounding.
   EXPECT_LT(length / static_cast<double>(order.size()), 1.2);
 }
 

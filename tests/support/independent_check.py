@@ -38,7 +38,8 @@ class Vtu:
     """A .vtu: points (n, 3), tets (m, 4), other cells as (type, ids), arrays[association][name]."""
 
     def __init__(self, path):
-        data = open(path, "rb").read()
+        with open(path, "rb") as file:
+            data = file.read()
         start = re.search(rb"<AppendedData[^>]*>\s*_", data)
         self.appended = data[start.end():] if start else b""
         head = data if start is None else data[:start.start()] + b"</VTKFile>"

@@ -31,7 +31,8 @@ double distance(const Point& a, const Point& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-// Length of the base normal: from the centre of the base triangle to the barycenter of the tetrahedron.
+// Length of the base normal: from the centre of the base triangle to the barycenter of the
+// tetrahedron.
 double base_normal(const Corners& p, std::size_t corner) {
   Point base{};
   Point center{};
@@ -65,7 +66,10 @@ int shared_vertices(const Cell& a, const Cell& b) {
 class Pass {
  public:
   Pass(const ReferenceMesh& mesh, const ReferenceLimits& limits)
-      : start_(mesh), limits_(limits), labelled_(mesh.tets.size()), deleted_(mesh.tets.size()),
+      : start_(mesh),
+        limits_(limits),
+        labelled_(mesh.tets.size()),
+        deleted_(mesh.tets.size()),
         moved_(mesh.points.size()) {
     result_.mesh = mesh;
   }
@@ -108,7 +112,8 @@ class Pass {
         return refuse(&result_.scalar);
       }
     }
-    if (any_affected(prey, [&](auto u, auto c) { return flips(u, c); })) return refuse(&result_.flip);
+    if (any_affected(prey, [&](auto u, auto c) { return flips(u, c); }))
+      return refuse(&result_.flip);
     bool aspect_first = false;
     const bool bad = any_affected(prey, [&](auto u, auto c) {
       if (stretches(u, c)) return true;
@@ -143,7 +148,9 @@ class Pass {
     p[corner] = target_;
     return p;
   }
-  bool flips(std::size_t u, std::size_t corner) const { return !(volume(after(u, corner)) > 1e-13L); }
+  bool flips(std::size_t u, std::size_t corner) const {
+    return !(volume(after(u, corner)) > 1e-13L);
+  }
   bool stretches(std::size_t u, std::size_t corner) const {
     const Corners before = corners(start_.points, start_.tets[u]);
     for (std::size_t c = 0; c < 4; ++c) {

@@ -1,6 +1,6 @@
-// The greedy pass once more, written straight from the paper (Chopra & Meyer 2002, section 3), with no adjacency
-// and no memory: every question is answered by a look at all tetrahedra. Slow, obvious, and sharing no code
-// with the kernel.
+// The greedy pass once more, written straight from the paper (Chopra & Meyer 2002, section 3), with
+// no adjacency and no memory: every question is answered by a look at all tetrahedra. Slow,
+// obvious, and sharing no code with the kernel.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@ namespace tetfusion::testing {
 
 struct ReferenceMesh {
   std::vector<std::array<double, 3>> points;
-  std::vector<double> scalars;                 // one a point
-  std::vector<bool> on_boundary;               // one a point
+  std::vector<double> scalars;    // one a point
+  std::vector<bool> on_boundary;  // one a point
   std::vector<std::array<std::uint32_t, 4>> tets;
 };
 

@@ -25,6 +25,9 @@ WorkMesh<Real> convert(Geometry geometry) {
   std::iota(mesh.point_ids.begin(), mesh.point_ids.end(), VertexId{0});
   mesh.tet_ids.resize(mesh.tets.size());
   std::iota(mesh.tet_ids.begin(), mesh.tet_ids.end(), TetId{0});
+  count_incidence(&mesh);
+  mesh.changed.assign(mesh.positions.size(), 0);
+  mesh.flipped.assign(mesh.tets.size(), 0);
   for (const std::uint8_t flags : inspection.vertex_flags) {
     mesh.marks.push_back(
         static_cast<std::uint8_t>(((flags & kBoundaryVertex) != 0 ? kOnBoundary : 0) |
@@ -42,6 +45,8 @@ WorkMesh<Real> convert(Geometry geometry) {
 }  // namespace
 
 WorkMesh<double> to_work_mesh(Geometry geometry) { return convert<double>(std::move(geometry)); }
-WorkMesh<float> to_float_work_mesh(Geometry geometry) { return convert<float>(std::move(geometry)); }
+WorkMesh<float> to_float_work_mesh(Geometry geometry) {
+  return convert<float>(std::move(geometry));
+}
 
 }  // namespace tetfusion::testing

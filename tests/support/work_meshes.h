@@ -1,8 +1,8 @@
 // Small meshes as the kernel takes them.
 #pragma once
 
-#include "kernel/work_mesh.h"
 #include "mesh/geometry.h"
+#include "mesh/work_mesh.h"
 
 namespace tetfusion::testing {
 

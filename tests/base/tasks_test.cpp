@@ -1,0 +1,45 @@
+#include "base/tasks.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace tetfusion {
+namespace {
+
+TEST(RunTasks, RunsEachTaskOnce) {
+  for (const int threads : {1, 2, 7}) {
+    std::vector<std::atomic<int>> runs(100);
+    std::atomic<bool> workers_in_range{true};
+    run_tasks(runs.size(), threads, [&](std::size_t task, std::size_t worker) {
+      ++runs[task];
+      if (worker >= static_cast<std::size_t>(threads)) workers_in_range = false;
+    });
+    for (const auto& r : runs) EXPECT_EQ(r.load(), 1);
+    EXPECT_TRUE(workers_in_range.load());
+  }
+}
+
+TEST(RunTasks, TakesNoTasksAtAll) {
+  run_tasks(0, 3, [](std::size_t, std::size_t) { FAIL(); });
+}
+
+TEST(RunTasks, ThrowsTheLowestTasksError) {
+  for (int repetition = 0; repetition < 20; ++repetition) {
+    try {
+      run_tasks(8, 4, [](std::size_t task, std::size_t) {
+        if (task >= 2) throw std::runtime_error(std::to_string(task));
+      });
+      FAIL() << "nothing was thrown";
+    } catch (const std::runtime_error& e) {
+      // Tasks begin in order, so task 2 has begun before any later one has failed.
+      EXPECT_STREQ(e.what(), "2");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tetfusion
