@@ -1,5 +1,5 @@
-// Reads a mesh with all its arrays, several times, and prints the seconds of each reading, a line each: geometry
-// alone, then geometry and arrays. Usage: bench_read FILE [TIMES [THREADS]]
+// Reads a mesh with all its arrays, several times, and prints the seconds of each reading, a line
+// each: geometry alone, then geometry and arrays. Usage: bench_read FILE [TIMES [THREADS]]
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -23,8 +23,10 @@ int main(int argc, char** argv) {
       const Geometry geometry = source->read_geometry();
       const double geometry_read = wall_seconds();
       const MeshDescription& mesh = source->description();
-      for (std::size_t a = 0; a < mesh.point_data.arrays.size(); ++a) source->read_array(Association::kPoint, a);
-      for (std::size_t a = 0; a < mesh.cell_data.arrays.size(); ++a) source->read_array(Association::kCell, a);
+      for (std::size_t a = 0; a < mesh.point_data.arrays.size(); ++a)
+        source->read_array(Association::kPoint, a);
+      for (std::size_t a = 0; a < mesh.cell_data.arrays.size(); ++a)
+        source->read_array(Association::kCell, a);
       fmt::print("{:.4f} {:.4f}\n", geometry_read - start, wall_seconds() - start);
     }
   } catch (const std::exception& e) {

@@ -1,4 +1,5 @@
 """Reads and writes appended-raw .vtu files of tetrahedra with numpy: enough for the benchmarks, no VTK needed."""
+import pathlib
 import re
 import xml.etree.ElementTree as ElementTree
 
@@ -18,7 +19,7 @@ class Mesh:
 
 
 def read(path):
-    data = open(path, "rb").read()
+    data = pathlib.Path(path).read_bytes()
     start = re.search(rb"<AppendedData[^>]*>\s*_", data)
     head = ElementTree.fromstring(data[:start.start()] + b"</VTKFile>")
     if head.get("header_type") != "UInt64" or head.get("compressor"):

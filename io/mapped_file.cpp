@@ -93,7 +93,9 @@ MappedFile MappedFile::spool(int fd, const std::string& name) {
   std::uint64_t size = 0;
   for (;;) {
     const ssize_t n = ::read(fd, buffer.data(), buffer.size());
-    if (n < 0 && errno == EINTR) continue;
+    if (n < 0 && errno == EINTR) {
+      throw Error(ErrorCode::kInterrupted, name + ": interrupted while reading");
+    }
     if (n < 0) fail(name + ": reading failed after " + std::to_string(size) + " bytes", errno);
     if (n == 0) break;
     write_all(copy.get(), buffer.data(), static_cast<std::size_t>(n),

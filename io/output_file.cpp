@@ -69,8 +69,11 @@ Target resolve(const std::string& path) {
     target.is_stream = true;
     return target;
   }
-  target.path = follow_links(path);
   struct stat status {};
+  // Behind a link like /dev/stdout there may be a pipe, which has no name to follow the link to.
+  const bool is_special =
+      ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
+  target.path = is_special ? path : follow_links(path);
   if (::stat(target.path.c_str(), &status) == 0) {
     if (S_ISDIR(status.st_mode)) refuse(path, "it is a folder; give a file name");
     if (::access(target.path.c_str(), W_OK) != 0) refuse(path, std::strerror(errno));

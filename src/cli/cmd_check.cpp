@@ -103,6 +103,28 @@ struct Answer {
   std::string text;
 };
 
+// The report's keys, for a mesh that could be judged.
+Json measurements(const Geometry& geometry, const Inspection& inspection, const Quality& quality,
+                  const std::vector<Finding>& findings) {
+  Json json = counts_json(geometry, inspection);
+  json.update(findings_json(findings));
+  json["nonconforming_faces"] = inspection.foldover_faces + inspection.overfull_faces;
+  json.update(quality_json(quality));
+  return json;
+}
+
+// The same keys without values, for one that could not.
+Answer answer_invalid(const std::string& why) {
+  const Geometry geometry;
+  const Inspection inspection;
+  Json json{{"error", why}};
+  json.update(measurements(geometry, inspection, {}, list_findings(geometry, inspection)));
+  for (auto& [key, value] : json.items()) {
+    if (key != "error") value = nullptr;
+  }
+  return {false, json, why + "\nINVALID\n"};
+}
+
 Answer judge_geometry(const Arguments& a, Geometry* geometry, const RunContext& context) {
   context.report("inspecting", 0.4);
   const Inspection inspection = inspect(*geometry);
@@ -115,10 +137,7 @@ Answer judge_geometry(const Arguments& a, Geometry* geometry, const RunContext& 
 
   Answer answer{verdict.valid(a.strict), {}, table(a, *geometry, inspection, quality, findings)};
   answer.text += verdict_sentence(verdict, a.strict);
-  answer.json.update(counts_json(*geometry, inspection));
-  answer.json.update(findings_json(findings));
-  answer.json["nonconforming_faces"] = inspection.foldover_faces + inspection.overfull_faces;
-  answer.json.update(quality_json(quality));
+  answer.json = measurements(*geometry, inspection, quality, findings);
   return answer;
 }
 
@@ -130,7 +149,7 @@ Answer check(const Arguments& a) {
   try {
     geometry = open_mesh(a.input, a.open)->read_geometry();
   } catch (const InvalidMesh& e) {
-    return {false, {{"error", e.what()}}, fmt::format("{}\nINVALID\n", e.what())};
+    return answer_invalid(e.what());
   }
   context.check();
   return judge_geometry(a, &geometry, context);

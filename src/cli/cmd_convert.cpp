@@ -5,8 +5,8 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "driver/result.h"
+#include "io/mesh_sink.h"
 #include "io/mesh_source.h"
-#include "io/output_file.h"
 
 namespace tetfusion {
 
@@ -31,7 +31,7 @@ void run(Arguments* a) {
   Console console(a->console);
   const RunContext context = console.context();
   set_thread_count(a->threads);
-  check_output_path(a->output);
+  check_mesh_output(a->output);
   context.report("reading", 0);
   const auto source = open_mesh(a->input, a->open);
   Result result;
@@ -54,7 +54,8 @@ void add_convert_command(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("convert", "Convert a mesh between formats and encodings");
   command->add_option("IN", a->input, "The mesh, or - for standard input")->required();
-  command->add_option("OUT", a->output, "The file to write, .vtu, or - for standard output")->required();
+  command->add_option("OUT", a->output, "The file to write, .vtu, or - for standard output")
+      ->required();
   command->add_flag("--tetrahedralize", a->open.tetrahedralize,
                     "Split hexahedra, voxels, wedges and pyramids into tetrahedra");
   command->add_flag("--linearize", a->open.linearize,

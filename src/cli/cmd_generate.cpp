@@ -63,6 +63,7 @@ void add_shape_options(CLI::App& command, GenerateOptions* options) {
       ->capture_default_str();
   command.add_flag("--shuffle", options->shuffle, "Points and tetrahedra in pseudo-random order");
   command.add_option("--seed", options->seed, "Seed of jitter and order, a whole number")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command
       .add_option(

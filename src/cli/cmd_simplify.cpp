@@ -21,7 +21,7 @@ struct Arguments {
   ConsoleOptions console;
   std::string method;
   std::string boundary = "exact";
-  std::string reduction, tets, lods, report;
+  std::string reduction, tets, lods, chunk_tets, report;
   std::string scalar_tolerance = "0.025";
   std::string stretch_factor = "5";
   std::string aspect_ratio = "off";
@@ -32,10 +32,14 @@ struct Arguments {
 [[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::kUsage, message); }
 
 // "0.025,0.05" or "off".
-std::vector<double> parse_schedule(const std::string& option, const std::string& text, bool shares) {
-  if (text == "off") return {std::numeric_limits<double>::infinity()};
+std::vector<double> parse_schedule(const std::string& option, const std::string& text,
+                                   bool shares) {
   std::vector<double> values;
   for (const std::string& part : split(text, ',')) {
+    if (part == "off") {
+      values.push_back(std::numeric_limits<double>::infinity());
+      continue;
+    }
     const auto value = shares ? parse_share(part) : parse_number(part);
     if (!value) refuse(fmt::format("{} {}: \"{}\" is no number", option, text, part));
     values.push_back(*value);
@@ -43,9 +47,10 @@ std::vector<double> parse_schedule(const std::string& option, const std::string&
   return values;
 }
 
-std::uint64_t parse_tets(const std::string& text) {
+std::uint64_t parse_tets(const std::string& option, const std::string& text) {
   const auto count = parse_count(text);
-  if (!count) refuse(fmt::format("--tets {}: give a whole number, as in 100000, 100k or 2M", text));
+  if (!count)
+    refuse(fmt::format("{} {}: give a whole number, as in 100000, 100k or 2M", option, text));
   return *count;
 }
 
@@ -62,8 +67,10 @@ void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
     return;
   }
   if (!behaviour->reduction) {
-    refuse("--lods N spaces its levels from the input to a goal: give --reduction as well, or the levels "
-           "themselves, as in --lods 50%,80%");
+    refuse(
+        "--lods N spaces its levels from the input to a goal: give --reduction as well, or the "
+        "levels "
+        "themselves, as in --lods 50%,80%");
   }
   if (*count > 1000) refuse("--lods: at most 1000 levels");
   // Geometrically: each level has the same share of the tetrahedra of the one before.
@@ -77,15 +84,18 @@ void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
 
 void parse_arguments(Arguments* a) {
   BehaviourOptions& b = a->request.behaviour;
-  if (a->method != "tetfuse") refuse("--method " + a->method + ": this version has the method tetfuse only");
+  if (a->method != "tetfuse")
+    refuse("--method " + a->method + ": this version has the method tetfuse only");
   if (a->boundary != "exact") {
     refuse("--boundary " + a->boundary + ": this version keeps the boundary exact only");
   }
   if (!a->reduction.empty()) {
     b.reduction = parse_share(a->reduction);
-    if (!b.reduction) refuse(fmt::format("--reduction {}: give a share, as in 90% or 0.9", a->reduction));
+    if (!b.reduction)
+      refuse(fmt::format("--reduction {}: give a share, as in 90% or 0.9", a->reduction));
   }
-  if (!a->tets.empty()) b.tets = parse_tets(a->tets);
+  if (!a->tets.empty()) b.tets = parse_tets("--tets", a->tets);
+  if (!a->chunk_tets.empty()) b.chunk_tets = parse_tets("--chunk-tets", a->chunk_tets);
   b.scalar_tolerance = parse_schedule("--scalar-tolerance", a->scalar_tolerance, true);
   b.stretch_factor = parse_schedule("--stretch-factor", a->stretch_factor, false);
   const auto aspect = parse_schedule("--aspect-ratio", a->aspect_ratio, false);
@@ -124,7 +134,10 @@ void summarize(const SimplifyReport& r, Console* console) {
 
 void run(Arguments* a) {
   parse_arguments(a);
-  if (!a->report.empty()) check_output_path(a->report);
+  if (!a->report.empty()) {
+    refuse_same_file(a->report, {a->request.input, a->request.output});
+    check_output_path(a->report);
+  }
   SimplifyReport report;
   {
     Console console(a->console);
@@ -136,12 +149,18 @@ void run(Arguments* a) {
 }
 
 void add_goal_options(CLI::App& command, Arguments* a) {
-  command.add_option("--reduction", a->reduction,
-                     "Goal: the share of the tetrahedra that is to go, as in 90% or 0.9");
-  command.add_option("--tets", a->tets, "Goal: how many tetrahedra are to be left, as in 100000 or 2M");
-  command.add_option("--lods", a->lods,
-                     "Write levels on the way to OUT, whose name holds {lod}: a number of levels, spaced "
-                     "geometrically from the input to the goal, or reductions, as in 50%,80%");
+  command
+      .add_option("--reduction", a->reduction,
+                  "Goal: the share of the tetrahedra that is to go, as in 90% or 0.9")
+      ->check(not_empty);
+  command
+      .add_option("--tets", a->tets, "Goal: how many tetrahedra are to be left, as in 100000 or 2M")
+      ->check(not_empty);
+  command
+      .add_option("--lods", a->lods,
+                  "Write levels on the way to OUT, whose name holds {lod}: a number of levels, spaced "
+                  "geometrically from the input to the goal, or reductions, as in 50%,80%")
+      ->check(not_empty);
   command.add_flag("--strict", a->strict, "Exit with code 6 when the goal is not reached");
 }
 
@@ -150,40 +169,48 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
                                                           {"vertices", BoundaryRule::kVertices}};
   command
       .add_option("--method", a->method,
-                  "tetfuse: the paper's operation, four vertices of a tetrahedron become one. Without a goal "
+                  "tetfuse: the paper's operation, four vertices of a tetrahedron become one. "
+                  "Without a goal "
                   "it goes on until nothing fuses")
       ->default_val("tetfuse");
   command
-      .add_option("--boundary-rule", a->request.behaviour.boundary_rule,
-                  "What stays for the boundary's sake: vertices (no boundary vertex is fused) or tets (the "
-                  "paper's text: nor is a tetrahedron with a vertex on the boundary touched)")
+      .add_option(
+          "--boundary-rule", a->request.behaviour.boundary_rule,
+          "What stays for the boundary's sake: vertices (no boundary vertex is fused) or tets (the "
+          "paper's text: nor is a tetrahedron with a vertex on the boundary touched)")
       ->transform(CLI::CheckedTransformer(kRules, CLI::ignore_case).description(""))
       ->default_str("vertices");
   command.add_option("--boundary", a->boundary, "exact: every boundary triangle stays")
       ->capture_default_str();
   command
-      .add_option("--scalar-tolerance", a->scalar_tolerance,
-                  "A prey's values may differ from their mean by this share of the field's range (0.025 or "
-                  "2.5%), or off; a list has one value a macroLoD, the last one repeated")
+      .add_option(
+          "--scalar-tolerance", a->scalar_tolerance,
+          "A prey's values may differ from their mean by this share of the field's range (0.025 or "
+          "2.5%), or off; a list has one value a macroLoD, the last one repeated")
       ->capture_default_str();
   command
       .add_option("--stretch-factor", a->stretch_factor,
-                  "A tetrahedron's height may grow by this factor in a macroLoD, at least 1, or off; a list "
+                  "A tetrahedron's height may grow by this factor in a macroLoD, at least 1, or "
+                  "off; a list "
                   "has one value a macroLoD")
       ->capture_default_str();
   command
-      .add_option("--aspect-ratio", a->aspect_ratio,
-                  "Longest over shortest edge may not exceed this, at least 1, unless it was worse; or off")
+      .add_option(
+          "--aspect-ratio", a->aspect_ratio,
+          "Longest over shortest edge may not exceed this, at least 1, unless it was worse; or off")
       ->capture_default_str();
   command
-      .add_option("--array", a->request.behaviour.arrays,
-                  "An array that steers: NAME, NAME:0.5% (with a tolerance of its own), cell:NAME; may be "
-                  "given again. Default: the active scalars, else the first floating-point point array. All "
-                  "arrays are carried along")
+      .add_option(
+          "--array", a->request.behaviour.arrays,
+          "An array that steers: NAME, NAME:0.5% (with a tolerance of its own), cell:NAME; may be "
+          "given again. Default: the active scalars, else the first floating-point point array. "
+          "All "
+          "arrays are carried along")
       ->allow_extra_args(false);
   command
       .add_option("--regions", a->regions,
-                  "An integer cell array whose interfaces stay, or none; may be given again. Default: those "
+                  "An integer cell array whose interfaces stay, or none; may be given again. "
+                  "Default: those "
                   "named like material, region, physical, tissue, block, zone, part, label")
       ->allow_extra_args(false);
 }
@@ -193,8 +220,11 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
 void add_simplify_command(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("simplify", "Simplify a mesh");
-  command->add_option("IN", a->request.input, "The mesh: a .vtu file, or - for standard input")->required();
-  command->add_option("-o,--output", a->request.output, "The result: a .vtu file, or - for standard output")
+  command->add_option("IN", a->request.input, "The mesh: a .vtu file, or - for standard input")
+      ->required();
+  command
+      ->add_option("-o,--output", a->request.output,
+                   "The result: a .vtu file, or - for standard output")
       ->required();
   add_goal_options(*command, a.get());
   add_criteria_options(*command, a.get());
@@ -204,7 +234,14 @@ void add_simplify_command(CLI::App& app) {
                     "Take ten-node tetrahedra as straight-edged ones");
   add_encoding_option(*command, &a->request.encoding);
   add_thread_option(*command, &a->request.performance.threads);
-  command->add_option("--report", a->report, "Write a JSON report to this file; - for standard output");
+  command->add_option(
+      "--chunk-tets", a->chunk_tets,
+      "Tetrahedra in each of the chunks that threads work on; the only performance option that "
+      "changes the result. Default: " +
+          std::to_string(BehaviourOptions().chunk_tets));
+  command
+      ->add_option("--report", a->report, "Write a JSON report to this file; - for standard output")
+      ->check(not_empty);
   add_console_options(*command, &a->console);
   command->callback([a] { run(a.get()); });
 }

@@ -1,5 +1,6 @@
 #include "cli/console.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -7,6 +8,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 
 #include "base/resources.h"
@@ -22,6 +24,12 @@ static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler
 extern "C" void on_interrupt(int signal_number) {
   interrupted.store(true, std::memory_order_relaxed);
   std::signal(signal_number, SIG_DFL);
+}
+
+// A closed or full standard error must not end the job: what cannot be said is lost.
+void put(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
 }
 
 constexpr int kBarWidth = 30;
@@ -72,7 +80,7 @@ Console::~Console() { erase_bar(); }
 void Console::say(std::string_view message) {
   if (quiet_) return;
   erase_bar();
-  fmt::print(stderr, "{}\n", message);
+  put(fmt::format("{}\n", message));
 }
 
 void Console::detail(std::string_view message) {
@@ -96,18 +104,19 @@ void Console::draw(std::string_view phase, double share) {
   last_phase_ = phase;
   share = std::clamp(share, 0.0, 1.0);
   const int filled = static_cast<int>(share * kBarWidth);
-  fmt::print(stderr, "\r\x1b[K[{:=<{}}{: <{}}] {:3.0f} % {:<10} {:6.1f} s", "", filled, "",
-             kBarWidth - filled, 100 * share, phase, now - start_);
-  std::fflush(stderr);
+  put(fmt::format("\r\x1b[K[{:=<{}}{: <{}}] {:3.0f} % {:<10} {:6.1f} s", "", filled, "",
+                  kBarWidth - filled, 100 * share, phase, now - start_));
   drawn_ = true;
 }
 
 void Console::erase_bar() {
-  if (drawn_) fmt::print(stderr, "\r\x1b[K");
+  if (drawn_) put("\r\x1b[K");
   drawn_ = false;
 }
 
-void print_error(std::string_view message) { fmt::print(stderr, "tetfusion: error: {}\n", message); }
+void print_error(std::string_view message) {
+  put(fmt::format("tetfusion: error: {}\n", message));
+}
 
 void write_text(const std::string& path, const std::string& text) {
   OutputFile file(path);
@@ -116,9 +125,33 @@ void write_text(const std::string& path, const std::string& text) {
 }
 
 void catch_interrupts() {
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error with a message
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;  // no SA_RESTART: a read that waits for a pipe ends too
+  for (const int s : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(s, &action, nullptr);
+  // A closed pipe and a file grown too large are write errors with a message.
+  for (const int s : {SIGPIPE, SIGXFSZ}) std::signal(s, SIG_IGN);
 }
+
+void open_standard_streams() {
+  int fd = 0;
+  while (fd >= 0 && fd <= STDERR_FILENO) fd = ::open("/dev/null", O_RDWR);
+  if (fd > STDERR_FILENO) ::close(fd);
+}
+
+void refuse_same_file(const std::string& report, const std::vector<std::string>& meshes) {
+  if (report.empty() || report == "-") return;
+  const auto plain = [](const std::string& path) {
+    return std::filesystem::absolute(path).lexically_normal();
+  };
+  for (const std::string& mesh : meshes) {
+    std::error_code not_there;
+    if (!std::filesystem::equivalent(report, mesh, not_there) && plain(report) != plain(mesh)) continue;
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--report {}: that is the mesh {}; give the report a name of its own", report,
+                            mesh));
+  }
+}
+
+std::string not_empty(const std::string& value) { return value.empty() ? "the value is empty" : ""; }
 
 }  // namespace tetfusion

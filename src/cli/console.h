@@ -1,10 +1,11 @@
-// What the command says to people: notices, a progress bar, errors; all on standard error. And the options that
-// several subcommands share.
+// What the command says to people: notices, a progress bar, errors; all on standard error. And the
+// options that several subcommands share.
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/run_context.h"
 #include "io/mesh_sink.h"
@@ -52,6 +53,17 @@ void print_error(std::string_view message);
 
 // Writes text to a file whole or not at all; "-" is standard output.
 void write_text(const std::string& path, const std::string& text);
+
+// Throws Error(kUsage) when a report would overwrite a mesh. Names that are empty or "-" are no
+// files.
+void refuse_same_file(const std::string& report, const std::vector<std::string>& meshes);
+
+// For CLI::Option::check: a script's empty variable is a mistake, not a missing option.
+std::string not_empty(const std::string& value);
+
+// Opens /dev/null in the place of each standard stream that is closed. Call before any file is
+// opened.
+void open_standard_streams();
 
 // From now on Ctrl-C asks running jobs to stop; a second one ends the process.
 void catch_interrupts();

@@ -1,5 +1,6 @@
-// The command `tetfusion`. Exit codes: 0 done; 1 check found the mesh invalid; 2 usage; 3 bad input; 4 reading or
-// writing failed; 5 out of memory; 6 the goal was not reached, with --strict; 130 interrupted.
+// The command `tetfusion`. Exit codes: 0 done; 1 check found the mesh invalid; 2 usage; 3 bad
+// input; 4 reading or writing failed; 5 out of memory; 6 the goal was not reached, with --strict;
+// 130 interrupted.
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <new>
@@ -11,7 +12,8 @@
 namespace {
 
 int run(int argc, char** argv) {
-  CLI::App app{"Simplifies tetrahedral meshes: TetFusion (Chopra & Meyer, IEEE Visualization 2002)"};
+  CLI::App app{
+      "Simplifies tetrahedral meshes: TetFusion (Chopra & Meyer, IEEE Visualization 2002)"};
   app.set_version_flag("--version", "tetfusion " TETFUSION_VERSION);
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
@@ -34,6 +36,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  tetfusion::open_standard_streams();
   tetfusion::catch_interrupts();
   try {
     return run(argc, argv);

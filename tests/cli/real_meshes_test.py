@@ -99,12 +99,14 @@ class RealMeshes(unittest.TestCase):
             self.assertTrue(goal - 1 <= tets < goal + 60, (level, tets))
 
     def test_the_bytes_do_not_depend_on_threads(self):
-        for name in ("bluntfin", "disk_out_ref"):
+        for name, chunk_tets in (("bluntfin", 200000), ("bluntfin", 20000), ("disk_out_ref", 3000)):
             digests = set()
             for threads in (1, 2, 3):
-                out, _ = self.simplify(DATA / f"{name}.vtu", "--threads", threads)
+                out, report = self.simplify(DATA / f"{name}.vtu", "--threads", threads, "--chunk-tets", chunk_tets)
                 digests.add(digest(out))
+                self.check_result(DATA / f"{name}.vtu", out)
             self.assertEqual(len(digests), 1)
+            self.assertEqual(report["chunks"], -(-report["input"]["tets"] // chunk_tets))
 
     def test_every_encoding_holds_the_same_mesh(self):
         mesh = DATA / "disk_out_ref.vtu"
