@@ -263,8 +263,12 @@ void ArrayReader::read_all(std::byte* out) const {
   });
 }
 
+std::string ArrayReader::message(const std::string& what) const {
+  return source_.file->path() + ": " + source_.label + ": " + what;
+}
+
 void ArrayReader::fail(const std::string& what) const {
-  throw Error(ErrorCode::kBadInput, source_.file->path() + ": " + source_.label + ": " + what);
+  throw Error(ErrorCode::kBadInput, message(what));
 }
 
 std::string ArrayReader::where(std::uint64_t value) const {

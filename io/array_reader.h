@@ -96,7 +96,8 @@ class ArrayReader {
   // All values into `out`, which has room for them.
   void read_all(std::byte* out) const;
 
-  // FILE: LABEL: what.
+  std::string message(const std::string& what) const;  // FILE: LABEL: what
+  // Throws Error(kBadInput) with that message.
   [[noreturn]] void fail(const std::string& what) const;
   // " (byte N)" for a value that lies in the file as it is, else "".
   std::string where(std::uint64_t value) const;

@@ -28,8 +28,9 @@ struct MeshDescription {
 };
 
 struct OpenOptions {
-  bool tetrahedralize = false;  // split hexahedra, voxels, wedges, pyramids by smallest vertex id
-  bool linearize = false;       // drop the mid-edge nodes of ten-node tetrahedra
+  // Split hexahedra, voxels, wedges and pyramids, and the quadrilaterals on them, by smallest vertex id.
+  bool tetrahedralize = false;
+  bool linearize = false;  // drop the mid-edge nodes of ten-node tetrahedra, their triangles and edges
 };
 
 class MeshSource {
@@ -37,8 +38,9 @@ class MeshSource {
   virtual ~MeshSource() = default;
   virtual const MeshDescription& description() const = 0;
 
-  // Throws Error(kBadInput) for a cell that is neither a tetrahedron nor of lower dimension, an index out
-  // of range, a coordinate that is not finite, no tetrahedra at all; Error(kIo) when reading fails.
+  // Throws Error(kBadInput) for a cell that is neither a tetrahedron nor of lower dimension and for no
+  // tetrahedra at all, InvalidMesh for an index out of range and a coordinate that is not finite of a
+  // point that is used; Error(kIo) when reading fails.
   virtual Geometry read_geometry() = 0;
 
   // All tuples of the array at `index` of that association's AttributeSet, pieces one after another, in the

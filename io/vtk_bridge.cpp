@@ -17,7 +17,8 @@
 namespace tetfusion {
 namespace {
 
-void throw_if_failed(PluginStatus status) {
+void throw_if_failed(const PluginStatus& status) {
+  if (status.invalid_mesh) throw InvalidMesh(status.message);
   if (status.failed) throw Error(status.code, status.message);
 }
 

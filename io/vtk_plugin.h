@@ -18,13 +18,14 @@ namespace tetfusion {
 
 // Raised whenever anything in this header, in io/mesh_source.h or in the types that they use
 // changes.
-inline constexpr std::uint32_t kVtkPluginInterface = 1;
+inline constexpr std::uint32_t kVtkPluginInterface = 2;
 inline constexpr char kVtkPluginFile[] = "tetfusion-vtk.so";
 inline constexpr char kVtkPluginEntry[] = "tetfusion_vtk_plugin";
 
 // What becomes an Error on the core's side.
 struct PluginStatus {
   bool failed = false;
+  bool invalid_mesh = false;  // an InvalidMesh
   ErrorCode code = ErrorCode::kBadInput;
   std::string message;
 };

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "io/cell_kinds.h"
 #include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
@@ -15,36 +16,6 @@ namespace tetfusion {
 namespace {
 
 constexpr std::size_t kCellsPerBlock = 65536;
-
-std::string type_name(std::uint8_t type) {
-  return std::string(vtk_cell_name(type)) + " (VTK cell type " + std::to_string(type) + ")";
-}
-
-// How many of a cell's vertices are kept with these options, from the first on; -1 when the cell
-// cannot be read.
-int kept_vertices(std::uint8_t type, const OpenOptions& options) {
-  switch (type) {
-    case kVtkVertex:
-      return 1;
-    case kVtkLine:
-      return 2;
-    case kVtkTriangle:
-      return 3;
-    case kVtkTetra:
-      return 4;
-    case kVtkQuadraticTetra:
-      return options.linearize ? 4 : -1;
-    case kVtkVoxel:
-    case kVtkHexahedron:
-      return options.tetrahedralize ? 8 : -1;
-    case kVtkWedge:
-      return options.tetrahedralize ? 6 : -1;
-    case kVtkPyramid:
-      return options.tetrahedralize ? 5 : -1;
-    default:
-      return -1;
-  }
-}
 
 template <class T>
 T load(const std::byte* bytes, std::size_t index) {
@@ -168,9 +139,8 @@ class CellReader {
           using T = decltype(zero);
           std::uint64_t count = 0;
           for (std::uint64_t i = 0; i < chunk.count; ++i) {
-            constexpr T kDuplicateCell = 1;
             const T value = load<T>(chunk.data, i);
-            if (levels ? value <= 0 : (value & kDuplicateCell) == 0) continue;
+            if (levels ? value <= 0 : (value & T{kGhostDropped}) == 0) continue;
             count += types[chunk.first + i] != VtuCells::kGhost ? 1 : 0;
             types[chunk.first + i] = VtuCells::kGhost;
           }
@@ -242,9 +212,9 @@ class CellReader {
                                CellOf cell_of) const {
     std::uint64_t i = 0;
     while (static_cast<std::uint64_t>(load<T>(chunk.data, i)) < points) ++i;
-    reader.fail(cell_name(cell_of(chunk.first + i)) + " uses point " +
-                std::to_string(load<T>(chunk.data, i)) + ", but there are " +
-                std::to_string(points) + " points" + reader.where(chunk.first + i));
+    const std::string id = std::to_string(load<T>(chunk.data, i));
+    throw InvalidMesh(reader.message(cell_name(cell_of(chunk.first + i)) + " " +
+                                     wrong_vertex(id, points) + reader.where(chunk.first + i)));
   }
 
   // After ghosts are known, so that points of ghost cells alone stay unused.
@@ -296,26 +266,13 @@ class CellReader {
                        std::to_string(limit) + " vertex ids" + offsets.where(c));
         }
         if (types[c] == VtuCells::kGhost) continue;
-        if (kept_vertices(types[c], options_) < 0) refuse(c, types[c]);
-        const std::uint64_t corners = static_cast<std::uint64_t>(vtk_cell_size(types[c]));
-        if (ends[c] - first != corners) {
-          offsets.fail(cell_name(c) + " has " + std::to_string(ends[c] - first) +
-                       " vertices, expected " + std::to_string(corners) + " for a " +
-                       type_name(types[c]) + offsets.where(c));
+        if (kept_vertices(types[c], options_) < 0) fail(cell_name(c) + " " + refusal(types[c]));
+        if (ends[c] - first != static_cast<std::uint64_t>(vtk_cell_size(types[c]))) {
+          offsets.fail(cell_name(c) + " " + wrong_vertex_count(types[c], ends[c] - first) +
+                       offsets.where(c));
         }
       }
     });
-  }
-
-  [[noreturn]] void refuse(std::uint64_t cell, std::uint8_t type) const {
-    std::string advice =
-        ", which cannot be read: only tetrahedra, and vertices, lines and triangles beside them";
-    if (type == kVtkQuadraticTetra) {
-      advice = ": use --linearize to drop its mid-edge nodes";
-    } else if (is_splittable(type)) {
-      advice = ": use --tetrahedralize to split such cells";
-    }
-    fail(cell_name(cell) + " is a " + type_name(type) + advice);
   }
 
   void mark_mixed(std::uint64_t cells) {

@@ -29,7 +29,7 @@ struct VtuCells {
 
 // Reads and checks all cells, and sets a byte in `used` for each point that a cell which is not a
 // ghost uses (the vertices that are left of it with `options`). Throws Error(kBadInput) naming the
-// first cell that is not right.
+// first cell that is not right, InvalidMesh for a vertex id out of range.
 VtuCells read_cells(const VtuInput& input, const OpenOptions& options, Vector<std::uint8_t>* used);
 
 // Moves the cells into `mesh` under the points' new numbers (empty: as they are), splits what is to

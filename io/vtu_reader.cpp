@@ -1,6 +1,8 @@
 #include "io/vtu_reader.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <new>
@@ -13,6 +15,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/cell_kinds.h"
 #include "io/merge_pieces.h"
 #include "io/vtu_cells.h"
 #include "io/vtu_input.h"
@@ -151,18 +154,18 @@ class VtuSource final : public MeshSource {
       reader.read_all(array.bytes.data() + at);
       at += reader.values() * value_bytes;
     }
-    forget_duplicates(&array);
+    forget_ghosts(association, &array);
     return array;
   }
 
-  // Ghost cells are gone and copies of points are merged: nothing is a duplicate any more.
-  static void forget_duplicates(DataArray* array) {
+  // Ghost cells are gone and copies of points are merged: nothing is a copy any more.
+  static void forget_ghosts(Association association, DataArray* array) {
     if (array->info.name == "vtkGhostLevels") {
       std::fill(array->bytes.begin(), array->bytes.end(), std::byte{0});
     } else if (array->info.name == "vtkGhostType" && array->info.type == ValueType::kUInt8) {
-      constexpr std::uint8_t kDuplicate = 1;
+      const int gone = association == Association::kCell ? kGhostDropped : kGhostCopy;
       for (std::uint8_t& flags : array->as<std::uint8_t>()) {
-        flags = static_cast<std::uint8_t>(flags & ~kDuplicate);
+        flags = static_cast<std::uint8_t>(flags & ~gone);
       }
     }
   }
@@ -176,14 +179,13 @@ class VtuSource final : public MeshSource {
                                    " points are more than can be held in memory at once (" +
                                    std::to_string(kMaxPoints) + ")");
     }
-    if (description_.point_type == ValueType::kFloat32) {
-      mesh->points = read_points<float>();
-    } else {
-      mesh->points = read_points<double>();
-    }
+    const bool all_finite = description_.point_type == ValueType::kFloat32
+                                ? read_points<float>(&mesh->points)
+                                : read_points<double>(&mesh->points);
     Vector<std::uint8_t> used;
     used.assign(points, 0);
     VtuCells cells = read_cells(input_, options_, &used);
+    if (!all_finite) check_finite(mesh->points, used);
     Vector<VertexId> new_ids;
     if (input_.head.pieces.size() > 1) {
       const Vector<std::int64_t> ids = read_global_ids();
@@ -194,24 +196,27 @@ class VtuSource final : public MeshSource {
     take_cells(input_.file.path(), std::move(cells), new_ids, mesh);
   }
 
+  // False when a coordinate is not finite.
   template <class Real>
-  Vector<Vec3<Real>> read_points() const {
+  bool read_points(Points* out) const {
     Vector<Vec3<Real>> points(description_.points);
+    std::atomic<bool> all_finite = true;
     for (std::size_t p = 0; p < input_.head.pieces.size(); ++p) {
-      const VtuPiece& piece = input_.head.pieces[p];
-      if (piece.points == 0) continue;
-      const ArrayReader reader = input_.open(piece.coordinates, "coordinates" + input_.of_piece(p));
-      Real* const out = &points[piece_begin_[p]].x;
+      if (input_.head.pieces[p].points == 0) continue;
+      const ArrayReader reader = open_coordinates(p);
+      Real* const to = &points[piece_begin_[p]].x;
       visit_type(reader.type(), [&](auto zero) {
-        reader.for_each_chunk(
-            [&](const Chunk& chunk) { copy_coordinates<decltype(zero)>(reader, chunk, out); });
+        reader.for_each_chunk([&](const Chunk& chunk) {
+          if (!copy_coordinates<decltype(zero)>(chunk, to)) all_finite = false;
+        });
       });
     }
-    return points;
+    *out = std::move(points);
+    return all_finite;
   }
 
   template <class From, class Real>
-  static void copy_coordinates(const ArrayReader& reader, const Chunk& chunk, Real* out) {
+  static bool copy_coordinates(const Chunk& chunk, Real* out) {
     std::uint32_t bad = 0;
     for (std::uint64_t i = 0; i < chunk.count; ++i) {
       From value;
@@ -220,12 +225,38 @@ class VtuSource final : public MeshSource {
       out[chunk.first + i] = x;
       bad |= x - x != 0 ? 1u : 0u;  // x - x is zero, but for infinities and NaN
     }
-    if (bad == 0) return;
-    std::uint64_t i = chunk.first;
-    while (std::isfinite(out[i])) ++i;
+    return bad == 0;
+  }
+
+  ArrayReader open_coordinates(std::size_t piece) const {
+    return input_.open(input_.head.pieces[piece].coordinates,
+                       "coordinates" + input_.of_piece(piece));
+  }
+
+  // Throws InvalidMesh for the first used point that is not finite.
+  void check_finite(const Points& points, const Vector<std::uint8_t>& used) const {
+    std::visit(
+        [&](const auto& xyz) {
+          std::size_t piece = 0;
+          for (std::uint64_t v = 0; v < used.size(); ++v) {
+            while (v >= piece_begin_[piece + 1]) ++piece;
+            const std::array<double, 3> p{xyz[v].x, xyz[v].y, xyz[v].z};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              if (used[v] == 0 || std::isfinite(p[axis])) continue;
+              fail_at_coordinate(piece, v - piece_begin_[piece], axis, p[axis]);
+            }
+          }
+        },
+        points);
+  }
+
+  [[noreturn]] void fail_at_coordinate(std::size_t piece, std::uint64_t point, std::size_t axis,
+                                       double value) const {
     constexpr std::string_view kAxes = "xyz";
-    reader.fail("point " + std::to_string(i / 3) + " has the " + kAxes[i % 3] + " coordinate " +
-                std::to_string(out[i]) + reader.where(i));
+    const ArrayReader reader = open_coordinates(piece);
+    throw InvalidMesh(reader.message("point " + std::to_string(point) + " has the " + kAxes[axis] +
+                                     " coordinate " + std::to_string(value) +
+                                     ", which is not finite" + reader.where(3 * point + axis)));
   }
 
   // Empty when the points have no such ids.

@@ -5,9 +5,11 @@
 // (merge_pieces.h), by the global ids if there are any: the point array marked GlobalIds, or called
 // GlobalNodeIds, GlobalNodeId or GlobalPointIds.
 //
-// Ghost cells (vtkGhostType with its duplicate bit, or vtkGhostLevels above 0) are dropped. As
-// there is only one piece afterwards, read_array returns vtkGhostType without the duplicate bit and
-// vtkGhostLevels as zeros.
+// Ghost cells (vtkGhostType with its bits for copies, refined or hidden cells, or vtkGhostLevels
+// above 0) are dropped. As there is only one piece afterwards, read_array returns vtkGhostType
+// without these bits and vtkGhostLevels as zeros.
+//
+// A coordinate that is not finite matters only where a cell uses its point.
 //
 // Two arrays of one name, and arrays that not all pieces have, are errors.
 #pragma once

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/cell_kinds.h"
 #include "io/vtu_cells.h"
 #include "mesh/blocks.h"
 #include "mesh/split_cells.h"
@@ -40,6 +41,8 @@ void take_tets(VtuCells cells, const Vector<VertexId>& new_ids, Geometry* mesh) 
   renumber(new_ids, &mesh->tets);
 }
 
+std::size_t corners_of(std::uint8_t type) { return static_cast<std::size_t>(vtk_cell_size(type)); }
+
 // What one block of cells turns into.
 struct Taken {
   std::vector<Tet> tets;
@@ -72,11 +75,14 @@ class MixedTaker {
       case VtuCells::kGhost:
         return;
       case kVtkVertex:
-        return take_lower(cell, 1, out);
       case kVtkLine:
-        return take_lower(cell, 2, out);
       case kVtkTriangle:
-        return take_lower(cell, 3, out);
+      case kVtkQuadraticEdge:
+      case kVtkQuadraticTriangle:
+        return take_lower(cell, linear_type(type), out);
+      case kVtkPixel:
+      case kVtkQuad:
+        return cut_quadrilateral(cell, type, out);
       case kVtkTetra:
       case kVtkQuadraticTetra:
         out->tets.push_back({id(cell, 0), id(cell, 1), id(cell, 2), id(cell, 3)});
@@ -87,15 +93,27 @@ class MixedTaker {
     }
   }
 
-  void take_lower(std::size_t cell, std::size_t corners, Taken* out) const {
-    out->lower_types.push_back(cells_.types[cell]);
+  void take_lower(std::size_t cell, std::uint8_t type, Taken* out) const {
+    out->lower_types.push_back(type);
     out->lower_source.push_back(cell);
-    for (std::size_t k = 0; k < corners; ++k) out->lower_ids.push_back(id(cell, k));
+    for (std::size_t k = 0; k < corners_of(type); ++k) out->lower_ids.push_back(id(cell, k));
+  }
+
+  void cut_quadrilateral(std::size_t cell, std::uint8_t type, Taken* out) const {
+    std::array<std::array<VertexId, 3>, 2> triangles{};
+    const int count =
+        split_quadrilateral(type, {id(cell, 0), id(cell, 1), id(cell, 2), id(cell, 3)}, &triangles);
+    for (int k = 0; k < count; ++k) {
+      const auto& triangle = triangles[static_cast<std::size_t>(k)];
+      out->lower_types.push_back(kVtkTriangle);
+      out->lower_source.push_back(cell);
+      out->lower_ids.insert(out->lower_ids.end(), triangle.begin(), triangle.end());
+    }
   }
 
   void split(std::size_t cell, std::uint8_t type, Taken* out) const {
     std::array<VertexId, 8> ids{};
-    const std::size_t corners = static_cast<std::size_t>(vtk_cell_size(type));
+    const std::size_t corners = corners_of(type);
     for (std::size_t k = 0; k < corners; ++k) ids[k] = id(cell, k);
     std::array<Tet, 6> tets{};
     const int count = split_cell(type, std::span(ids).first(corners), tets);
@@ -108,10 +126,6 @@ class MixedTaker {
   const VtuCells& cells_;
   const Vector<VertexId>& new_ids_;
 };
-
-std::size_t corners_of(std::uint8_t lower_type) {
-  return static_cast<std::size_t>(vtk_cell_size(lower_type));
-}
 
 void append(const Taken& block, Geometry* mesh) {
   mesh->tets.insert(mesh->tets.end(), block.tets.begin(), block.tets.end());

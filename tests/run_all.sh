@@ -1,15 +1,18 @@
 #!/bin/sh
 # Builds everything and runs all tests, on a bare Debian 12 too: installs what is missing (needs root or sudo), then
-# the release build with warnings as errors, VTK plugin included, then the unit tests once more under
-# AddressSanitizer and UndefinedBehaviorSanitizer.
+# - the tests under AddressSanitizer and UndefinedBehaviorSanitizer,
+# - the parallel part under ThreadSanitizer,
+# - all tests of the release build, with warnings as errors and the VTK plugin.
 set -eu
 cd "$(dirname "$0")/.."
 
 sh tests/install_packages.sh test
 
-cmake --preset ci
-cmake --build --preset ci
-cmake --preset asan
-cmake --build --preset asan
+for preset in asan tsan ci; do
+  cmake --preset "$preset"
+  cmake --build --preset "$preset"
+done
 ctest --preset asan --label-exclude "slow|release_only"
+ctest --preset tsan --label-exclude "slow|release_only" --tests-regex "RunTasks|Rounds|Chunks|Cut"
+sh tests/same_bytes.sh build/release/tetfusion build/asan/tetfusion
 ctest --preset ci --label-exclude slow

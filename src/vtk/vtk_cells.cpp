@@ -4,6 +4,7 @@
 #include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
 
 #include <algorithm>
 #include <array>
@@ -13,15 +14,17 @@
 #include <variant>
 
 #include "base/error.h"
+#include "io/cell_kinds.h"
 #include "io/merge_pieces.h"
+#include "io/vtu_cells.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {
 namespace {
 
-// Cells of another rank's piece, cells that a refinement replaced, and blanked cells.
-constexpr int kDroppedCells = vtkDataSetAttributes::DUPLICATECELL |
-                              vtkDataSetAttributes::REFINEDCELL | vtkDataSetAttributes::HIDDENCELL;
+static_assert(kGhostCopy == vtkDataSetAttributes::DUPLICATECELL &&
+              kGhostRefined == vtkDataSetAttributes::REFINEDCELL &&
+              kGhostHidden == vtkDataSetAttributes::HIDDENCELL);
 
 class CellConverter {
  public:
@@ -64,16 +67,18 @@ class CellConverter {
       vtkUnsignedCharArray* ghosts = piece.data->GetCellGhostArray();
       const auto cells = static_cast<vtkIdType>(piece.cells());
       if (ghosts != nullptr && ghosts->GetNumberOfTuples() != cells) ghosts = nullptr;
+      // Structured data call cells "empty" that they blank.
+      const bool may_be_blank = vtkUnstructuredGrid::SafeDownCast(piece.data) == nullptr;
       for (vtkIdType c = 0; c < cells; ++c) {
         const std::uint64_t cell = piece.first_cell + static_cast<std::uint64_t>(c);
         const auto type = static_cast<std::uint8_t>(piece.data->GetCellType(c));
-        // Structured data call cells "empty" that they blank.
-        if (type == kVtkEmptyCell ||
-            (ghosts != nullptr && (ghosts->GetValue(c) & kDroppedCells) != 0)) {
+        if ((may_be_blank && type == kVtkEmptyCell) ||
+            (ghosts != nullptr && (ghosts->GetValue(c) & kGhostDropped) != 0)) {
           ++out_.ghost_cells;
           continue;
         }
-        const int kept = kept_vertices(type, cell);
+        const int kept = kept_vertices(type, options_);
+        if (kept < 0) fail(cell, refusal(type));
         piece.data->GetCellPoints(c, ids);
         take_corners(piece, type, cell, kept, ids);
         f(type, cell);
@@ -84,52 +89,17 @@ class CellConverter {
   void take_corners(const Piece& piece, std::uint8_t type, std::uint64_t cell, int kept,
                     vtkIdList* ids) {
     if (ids->GetNumberOfIds() != vtk_cell_size(type)) {
-      fail(type, cell,
-           "has " + std::to_string(ids->GetNumberOfIds()) + " points, not " +
-               std::to_string(vtk_cell_size(type)));
+      fail(cell, wrong_vertex_count(type, static_cast<std::uint64_t>(ids->GetNumberOfIds())));
     }
     corners_.resize(static_cast<std::size_t>(kept));
     for (int i = 0; i < ids->GetNumberOfIds(); ++i) {
       const vtkIdType id = ids->GetId(i);
       if (id < 0 || static_cast<std::uint64_t>(id) >= piece.points()) {
-        fail(type, cell,
-             "uses point " + std::to_string(id) + ", but there are " +
-                 std::to_string(piece.points()));
+        throw InvalidMesh(name_of(cell) + wrong_vertex(std::to_string(id), piece.points()));
       }
       const std::uint64_t point = piece.first_point + static_cast<std::uint64_t>(id);
       if (i < kept) corners_[static_cast<std::size_t>(i)] = static_cast<VertexId>(point);
     }
-  }
-
-  // How many of a cell's vertices stay, from the first on, if the options allow the type.
-  int kept_vertices(std::uint8_t type, std::uint64_t cell) const {
-    switch (type) {
-      case kVtkVertex:
-      case kVtkLine:
-      case kVtkTriangle:
-      case kVtkTetra:
-        break;
-      case kVtkPixel:
-      case kVtkQuad:
-      case kVtkVoxel:
-      case kVtkHexahedron:
-      case kVtkWedge:
-      case kVtkPyramid:
-        if (!options_.tetrahedralize) {
-          fail(type, cell, "is no tetrahedron: use --tetrahedralize to split such cells");
-        }
-        break;
-      case kVtkQuadraticEdge:
-      case kVtkQuadraticTriangle:
-      case kVtkQuadraticTetra:
-        if (!options_.linearize) {
-          fail(type, cell, "is curved: use --linearize to drop its mid-edge nodes");
-        }
-        return type == kVtkQuadraticEdge ? 2 : type == kVtkQuadraticTriangle ? 3 : 4;
-      default:
-        fail(type, cell, "cannot be made into tetrahedra");
-    }
-    return vtk_cell_size(type);
   }
 
   void add(std::uint8_t type, std::uint64_t cell) {
@@ -138,15 +108,12 @@ class CellConverter {
       case kVtkVertex:
       case kVtkLine:
       case kVtkTriangle:
-        return add_lower(type, c, cell);
       case kVtkQuadraticEdge:
-        return add_lower(kVtkLine, c, cell);
       case kVtkQuadraticTriangle:
-        return add_lower(kVtkTriangle, c, cell);
+        return add_lower(linear_type(type), c, cell);
       case kVtkPixel:
-        return add_quadrilateral({c[0], c[1], c[3], c[2]}, cell);
       case kVtkQuad:
-        return add_quadrilateral({c[0], c[1], c[2], c[3]}, cell);
+        return add_quadrilateral(type, {c[0], c[1], c[2], c[3]}, cell);
       case kVtkTetra:
       case kVtkQuadraticTetra:
         return add_tet({c[0], c[1], c[2], c[3]}, cell);
@@ -159,10 +126,7 @@ class CellConverter {
   }
 
   void add_tet(const Tet& tet, std::uint64_t cell) {
-    if (out_.tets.size() == kMaxTets) {
-      throw Error(ErrorCode::kBadInput, path_ + ": has more than " + std::to_string(kMaxTets) +
-                                            " tetrahedra, which is as many as are possible");
-    }
+    if (out_.tets.size() == kMaxTets) fail_too_many_tets(path_, kMaxTets + std::uint64_t{1});
     out_.tets.push_back(tet);
     out_.tet_source.push_back(cell);
   }
@@ -176,12 +140,12 @@ class CellConverter {
     out_.lower_source.push_back(cell);
   }
 
-  // Cut like the face of a split cell, so that it stays one.
-  void add_quadrilateral(const std::array<VertexId, 4>& q, std::uint64_t cell) {
-    const auto s = static_cast<std::size_t>(std::min_element(q.begin(), q.end()) - q.begin());
-    const VertexId a = q[s], b = q[(s + 1) % 4], c = q[(s + 2) % 4], d = q[(s + 3) % 4];
-    for (const std::array<VertexId, 3>& t : {std::array{a, b, c}, std::array{a, c, d}}) {
-      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) add_lower(kVtkTriangle, t, cell);
+  void add_quadrilateral(std::uint8_t type, const std::array<VertexId, 4>& ids,
+                         std::uint64_t cell) {
+    std::array<std::array<VertexId, 3>, 2> triangles{};
+    const int count = split_quadrilateral(type, ids, &triangles);
+    for (int i = 0; i < count; ++i) {
+      add_lower(kVtkTriangle, triangles[static_cast<std::size_t>(i)], cell);
     }
   }
 
@@ -208,18 +172,18 @@ class CellConverter {
           for (std::size_t i = 0; i < points.size(); ++i) {
             const auto& p = points[i];
             if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-            throw Error(ErrorCode::kBadInput, path_ + ": point " +
-                                                  std::to_string(source.empty() ? i : source[i]) +
-                                                  " has a coordinate that is not finite");
+            throw InvalidMesh(path_ + ": point " + std::to_string(source.empty() ? i : source[i]) +
+                              " has a coordinate that is not finite");
           }
         },
         out_.points);
   }
 
-  [[noreturn]] void fail(std::uint8_t type, std::uint64_t cell, const std::string& what) const {
-    throw Error(ErrorCode::kBadInput, path_ + ": cell " + std::to_string(cell) + ", a " +
-                                          std::string(vtk_cell_name(type)) + " (VTK type " +
-                                          std::to_string(type) + "), " + what);
+  std::string name_of(std::uint64_t cell) const {
+    return path_ + ": cell " + std::to_string(cell) + " ";
+  }
+  [[noreturn]] void fail(std::uint64_t cell, const std::string& what) const {
+    throw Error(ErrorCode::kBadInput, name_of(cell) + what);
   }
 
   const std::string& path_;

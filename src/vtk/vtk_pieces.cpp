@@ -119,9 +119,9 @@ PieceList number_pieces(const std::string& path, const LoadedFile& file) {
     list.pieces.push_back(piece);
   }
   if (list.points > kMaxPoints) {
-    throw Error(ErrorCode::kBadInput, path + ": has " + std::to_string(list.points) +
-                                          " points; at most " + std::to_string(kMaxPoints) +
-                                          " are possible");
+    throw Error(ErrorCode::kMemory, path + ": " + std::to_string(list.points) +
+                                        " points are more than can be held in memory at once (" +
+                                        std::to_string(kMaxPoints) + ")");
   }
   return list;
 }

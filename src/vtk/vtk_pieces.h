@@ -33,7 +33,7 @@ struct PieceList {
 };
 
 // Counts the points and cells of the data sets and checks the lists of cells that VTK took from the
-// file on trust. Throws Error(kBadInput).
+// file on trust. Throws Error(kBadInput), or Error(kMemory) when there are too many points.
 PieceList number_pieces(const std::string& path, const LoadedFile& file);
 
 Points all_points(const PieceList& list);

@@ -30,6 +30,10 @@ PluginStatus guarded(const std::string& path, Work&& work) noexcept {
   try {
     work();
     return {};
+  } catch (const InvalidMesh& error) {
+    PluginStatus status = failure(error.code(), error.what());
+    status.invalid_mesh = true;
+    return status;
   } catch (const Error& error) {
     return failure(error.code(), error.what());
   } catch (const std::bad_alloc&) {

@@ -203,9 +203,11 @@ TEST(OutputFile, AcceptsWhatCanBeWritten) {
   check_output_path(dir.file("new"));
   check_output_path("-");
   check_output_path("/dev/null");
+  const fs::path before = fs::current_path();
+  fs::current_path(dir.path());
   check_output_path("name-in-the-current-folder");
+  fs::current_path(before);
   EXPECT_EQ(files_in(dir.path()), 0u);
-  EXPECT_FALSE(fs::exists("name-in-the-current-folder"));
 }
 
 TEST(OutputFile, WritesDevicesInPlace) {

@@ -380,9 +380,87 @@ TEST_F(VtkBridge, NamesTheCellThatIsWrong) {
   EXPECT_THAT(error_of(write("a.vtk", with_cell("4 0 1 2 7", "10"))),
               AllOf(HasSubstr("cell 0"), HasSubstr("point 7"), HasSubstr("5")));
   EXPECT_THAT(error_of(write("b.vtk", with_cell("4 0 1 2 -1", "10"))), HasSubstr("point -1"));
-  EXPECT_THAT(error_of(write("c.vtk", with_cell("3 0 1 2", "10"))), HasSubstr("has 3 points"));
+  EXPECT_THAT(error_of(write("c.vtk", with_cell("3 0 1 2", "10"))), HasSubstr("has 3 vertices"));
   EXPECT_THAT(error_of(write("d.vtk", with_cell("4 0 1 2 3", "7")), kSplit), HasSubstr("polygon"));
   EXPECT_THAT(error_of(write("e.vtk", with_cell("3 0 1 2", "5"))), HasSubstr("no tetrahedra"));
+  EXPECT_THAT(error_of(write("f.vtk", with_cell("0", "0"))), HasSubstr("empty cell"));
+}
+
+TEST_F(VtkBridge, TellsAnInvalidMeshFromADamagedFile) {
+  const auto is_invalid = [&](const std::string& text) {
+    try {
+      open(text)->read_geometry();
+    } catch (const InvalidMesh& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kBadInput);
+      return true;
+    } catch (const Error&) {
+    }
+    return false;
+  };
+  EXPECT_TRUE(is_invalid(with_cell("4 0 1 2 7", "10")));
+  EXPECT_TRUE(is_invalid(with_cell("4 0 1 2 -1", "10")));
+  EXPECT_FALSE(is_invalid(with_cell("3 0 1 2", "10")));
+  EXPECT_FALSE(is_invalid(kHexahedra));
+}
+
+// What both readers make of one mesh.
+struct BothWays {
+  Geometry native, vtk;
+};
+
+// A mesh of all kinds of cells that are read, as text for both readers. The types are those of
+// VTK; `flags` is vtkGhostType.
+constexpr char kMixed[] =
+    R"(<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian">
+<UnstructuredGrid><Piece NumberOfPoints="17" NumberOfCells="9">
+<CellData><DataArray type="UInt8" Name="vtkGhostType" format="ascii">FLAGS</DataArray></CellData>
+<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">
+  9 9 9  0 0 0  1 0 0  0 1 0  1 1 0  0 0 1  1 0 1  0 1 1  1 1 1  0.5 0.5 2
+  3 0 0  3 1 0  3 0 1  2 2 2  2.1 2 2  2.2 2 2  2.3 2 2
+</DataArray></Points><Cells>
+<DataArray type="Int64" Name="connectivity" format="ascii">
+  1 2 4 3 5 6 8 7    5 6 8 7 9    2 4 6 8    8 4 2 6    2 10 4 8
+  2 13 10 14 4 15    9    5 9 16    10 2 4 6
+</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">8 13 17 21 25 31 32 35 39</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">12 14 8 9 10 22 1 21 10</DataArray>
+</Cells></Piece></UnstructuredGrid></VTKFile>
+)";
+
+TEST_F(VtkBridge, AgreesWithTheNativeReader) {
+  constexpr OpenOptions kAll = {.tetrahedralize = true, .linearize = true};
+  for (const char* flags : {"0 0 0 0 0 0 0 0 1", "0 0 0 0 8 0 0 0 0", "0 0 32 16 0 2 0 4 40"}) {
+    SCOPED_TRACE(flags);
+    std::string text = kMixed;
+    text.replace(text.find("FLAGS"), 5, flags);
+    const std::string path = write("mixed.vtu", text);
+    const BothWays g{open_mesh(path, kAll)->read_geometry(),
+                     open_with_vtk(path, kAll)->read_geometry()};
+    EXPECT_EQ(g.native.tets, g.vtk.tets);
+    EXPECT_EQ(g.native.tet_source, g.vtk.tet_source);
+    EXPECT_EQ(g.native.lower.types, g.vtk.lower.types);
+    EXPECT_EQ(g.native.lower.offsets, g.vtk.lower.offsets);
+    EXPECT_EQ(g.native.lower.connectivity, g.vtk.lower.connectivity);
+    EXPECT_EQ(g.native.lower_source, g.vtk.lower_source);
+    EXPECT_EQ(g.native.point_source, g.vtk.point_source);
+    EXPECT_EQ(g.native.unused_points, g.vtk.unused_points);
+    EXPECT_EQ(g.native.ghost_cells, g.vtk.ghost_cells);
+    EXPECT_GE(g.native.ghost_cells, 1u);
+    EXPECT_GT(g.native.lower.size(), 3u);
+  }
+  std::string text = kMixed;
+  text.replace(text.find("FLAGS"), 5, "0 0 0 0 0 0 0 0 0");
+  const std::string path = write("mixed.vtu", text);
+  for (const OpenOptions& options :
+       {OpenOptions{}, OpenOptions{.tetrahedralize = true, .linearize = false}}) {
+    std::string native;
+    try {
+      open_mesh(path, options)->read_geometry();
+    } catch (const Error& error) {
+      native = error.what();
+    }
+    EXPECT_EQ(error_of(path, options), native);
+  }
 }
 
 TEST_F(VtkBridge, NamesThePointThatIsNotFinite) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
@@ -80,6 +82,18 @@ std::vector<Tet> tets(const Geometry& mesh) { return {mesh.tets.begin(), mesh.te
 template <class T>
 std::vector<std::uint64_t> plain(const Vector<T>& v) {
   return {v.begin(), v.end()};
+}
+
+// What is thrown by reading: "InvalidMesh: ..." or "Error: ...".
+std::string thrown_by(MeshSource* source) {
+  try {
+    source->read_geometry();
+  } catch (const InvalidMesh& e) {
+    return std::string("InvalidMesh: ") + e.what();
+  } catch (const Error& e) {
+    return std::string("Error: ") + e.what();
+  }
+  return "nothing";
 }
 
 class VtuReader : public ::testing::Test {
@@ -282,6 +296,54 @@ TEST_F(VtuReader, LinearizesTenNodeTets) {
   EXPECT_EQ(coordinates<double>(g).size(), 12u);
 }
 
+TEST_F(VtuReader, LinearizesEdgesAndTrianglesBesideTets) {
+  std::vector<double> xyz = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (int k = 0; k < 6; ++k) xyz.insert(xyz.end(), {0.5, 0.25 * k, 0});
+  VtuText mesh;
+  mesh.pieces = {cell_piece(xyz, {22, 24, 21},
+                            {{0, 1, 2, 4, 5, 6}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, {3, 1, 8}})};
+  const Geometry g = read(mesh, {false, true});
+  EXPECT_EQ(plain(g.lower.types), (std::vector<std::uint64_t>{5, 3}));
+  EXPECT_EQ(plain(g.lower.offsets), (std::vector<std::uint64_t>{0, 3, 5}));
+  EXPECT_EQ(plain(g.lower.connectivity), (std::vector<std::uint64_t>{0, 1, 2, 3, 1}));
+  EXPECT_EQ(plain(g.lower_source), (std::vector<std::uint64_t>{0, 2}));
+  EXPECT_EQ(g.unused_points, 6u);
+  EXPECT_THAT(thrown_by(open(mesh, {true, false}).get()),
+              ::testing::HasSubstr("cell 0 is a quadratic triangle (VTK cell type 22): use "
+                                   "--linearize"));
+}
+
+// The unit cube; as a hexahedron its vertices go round its squares.
+const std::vector<double> kCube = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
+                                   0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+const std::vector<double> kCubeCorners = {0, 1, 3, 2, 4, 5, 7, 6};
+
+TEST_F(VtuReader, CutsQuadrilateralsLikeTheCellsBelow) {
+  // A side of the cube as a quadrilateral from each of its corners, and as a pixel.
+  const std::vector<std::pair<double, std::vector<double>>> sides = {{9, {1, 3, 7, 5}},
+                                                                     {9, {3, 7, 5, 1}},
+                                                                     {9, {7, 5, 1, 3}},
+                                                                     {9, {5, 1, 3, 7}},
+                                                                     {8, {1, 3, 5, 7}}};
+  for (const auto& [type, side] : sides) {
+    VtuText mesh;
+    mesh.pieces = {cell_piece(kCube, {type, 12}, {side, kCubeCorners})};
+    const Geometry g = read(mesh, {true, false});
+    EXPECT_EQ(plain(g.lower.types), (std::vector<std::uint64_t>{5, 5}));
+    EXPECT_EQ(plain(g.lower.offsets), (std::vector<std::uint64_t>{0, 3, 6}));
+    EXPECT_EQ(plain(g.lower.connectivity), (std::vector<std::uint64_t>{1, 3, 7, 1, 7, 5}));
+    EXPECT_EQ(plain(g.lower_source), (std::vector<std::uint64_t>{0, 0}));
+    EXPECT_EQ(g.tet_source.front(), 1u);
+    EXPECT_THAT(thrown_by(open(mesh, {false, true}).get()),
+                ::testing::HasSubstr("use --tetrahedralize to split such cells"));
+  }
+  // A quadrilateral that names a vertex twice is one triangle.
+  VtuText mesh;
+  mesh.pieces = {cell_piece(kCube, {9, 12}, {{5, 5, 1, 3}, kCubeCorners})};
+  EXPECT_EQ(plain(read(mesh, {true, false}).lower.connectivity),
+            (std::vector<std::uint64_t>{1, 3, 5}));
+}
+
 TEST_F(VtuReader, SplitsHexahedraAcrossPiecesAlike) {
   // Two unit cubes side by side, whole and as two pieces whose points are numbered in another
   // order.
@@ -424,9 +486,9 @@ TEST_F(VtuReader, DropsGhostCells) {
   mesh.pieces = {
       tet_piece({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0.1, 1, 1, -1e-3}, {0, 1, 2, 3, 4, 2, 1, 3}),
       tet_piece({1, 1, -1e-3, 0, 0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0, 0}, {4, 2, 3, 1, 0, 3, 2, 1})};
-  // Bit 1 is a duplicate; 32 hides a cell, which stays.
-  mesh.pieces[0].cell_data = {{"vtkGhostType", "UInt8", {32, 1}, 1, "", "DataArray"}};
-  mesh.pieces[1].cell_data = {{"vtkGhostType", "UInt8", {33, 0}, 1, "", "DataArray"}};
+  // Bit 1 is a copy; 16 says that the cell is an outer one, which stays.
+  mesh.pieces[0].cell_data = {{"vtkGhostType", "UInt8", {16, 1}, 1, "", "DataArray"}};
+  mesh.pieces[1].cell_data = {{"vtkGhostType", "UInt8", {17, 0}, 1, "", "DataArray"}};
   const auto source = open(mesh);
   const Geometry g = source->read_geometry();
   EXPECT_EQ(g.ghost_cells, 2u);
@@ -437,7 +499,66 @@ TEST_F(VtuReader, DropsGhostCells) {
   EXPECT_EQ(plain(g.tet_source), (std::vector<std::uint64_t>{0, 3}));
   EXPECT_EQ(plain(g.point_source), (std::vector<std::uint64_t>{0, 1, 2, 3, 5}));
   EXPECT_EQ(values<std::uint8_t>(source->read_array(Association::kCell, 0)),
-            (std::vector<std::uint8_t>{32, 0, 32, 0}));
+            (std::vector<std::uint8_t>{16, 0, 16, 0}));
+}
+
+TEST_F(VtuReader, DropsRefinedAndHiddenCells) {
+  for (const double flag : {1, 8, 32, 41}) {
+    SCOPED_TRACE(flag);
+    VtuText mesh;
+    mesh.pieces = {tet_piece(kCoordinates, kIds)};
+    mesh.pieces[0].cell_data = {{"vtkGhostType", "UInt8", {2, flag}, 1, "", "DataArray"}};
+    mesh.pieces[0].point_data = {{"vtkGhostType", "UInt8", {0, 1, 2, 3, 0}, 1, "", "DataArray"}};
+    const auto source = open(mesh);
+    const Geometry g = source->read_geometry();
+    EXPECT_EQ(g.ghost_cells, 1u);
+    EXPECT_THAT(tets(g), ElementsAre(Tet{0, 1, 2, 3}));
+    EXPECT_EQ(values<std::uint8_t>(source->read_array(Association::kCell, 0)),
+              (std::vector<std::uint8_t>{2, 0}));
+    // On points 2 hides, and only copies are gone.
+    EXPECT_EQ(values<std::uint8_t>(source->read_array(Association::kPoint, 0)),
+              (std::vector<std::uint8_t>{0, 0, 2, 2, 0}));
+  }
+}
+
+TEST_F(VtuReader, TellsAnInvalidMeshFromADamagedFile) {
+  using ::testing::HasSubstr;
+  using ::testing::StartsWith;
+  for (const double id : {5.0, -1.0, 1e9}) {
+    VtuText mesh;
+    mesh.pieces = {tet_piece(kCoordinates, kIds),
+                   cell_piece(kCoordinates, {5, 10}, {{0, 1, 2}, {0, 1, 2, 3}})};
+    mesh.pieces[0].connectivity.values[6] = id;
+    EXPECT_THAT(thrown_by(open(mesh).get()),
+                ::testing::AllOf(StartsWith("InvalidMesh: " + path_),
+                                 HasSubstr("cell 1 of piece 0 uses point")));
+    mesh.pieces.erase(mesh.pieces.begin());
+    mesh.pieces[0].connectivity.values[6] = id;
+    EXPECT_THAT(thrown_by(open(mesh).get()), StartsWith("InvalidMesh: " + path_));
+  }
+  VtuText mesh;
+  mesh.pieces = {tet_piece(kCoordinates, kIds)};
+  mesh.pieces[0].offsets.values[0] = 5;
+  EXPECT_THAT(thrown_by(open(mesh).get()), StartsWith("Error: "));
+  mesh.pieces = {tet_piece(kCoordinates, {0, 1, 2, 9})};
+  mesh.pieces[0].points = 6;  // the coordinates are too short, and this is the graver fault
+  EXPECT_THAT(thrown_by(open(mesh).get()),
+              ::testing::AllOf(StartsWith("Error: "), HasSubstr("coordinates")));
+}
+
+TEST_F(VtuReader, CoordinatesThatAreNotFiniteMatterWhereTheyAreUsed) {
+  using ::testing::HasSubstr;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> xyz = kCoordinates;
+  xyz.insert(xyz.end(), {0, nan, 0});
+  VtuText mesh;
+  mesh.pieces = {tet_piece(kCoordinates, kIds), tet_piece(xyz, kIds)};
+  const auto source = open(mesh);
+  EXPECT_EQ(source->read_geometry().unused_points, 1u);
+  mesh.pieces[1].connectivity.values[0] = 5;
+  EXPECT_THAT(thrown_by(open(mesh).get()),
+              ::testing::AllOf(HasSubstr("InvalidMesh: "), HasSubstr("coordinates of piece 1"),
+                               HasSubstr("point 5 has the y coordinate nan"), HasSubstr("(byte ")));
 }
 
 TEST_F(VtuReader, DropsGhostCellsOfOldFilesAndOfAnyKind) {

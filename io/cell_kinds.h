@@ -1,0 +1,44 @@
+// What the readers make of VTK's cell types: the one place that decides it, so that a mesh means
+// the same in every format.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "io/mesh_source.h"
+#include "mesh/geometry.h"
+
+namespace tetfusion {
+
+// Bits of vtkGhostType for which a cell is left out: a copy of another piece's cell, one that a
+// refinement has replaced, one that is hidden.
+inline constexpr int kGhostCopy = 1;
+inline constexpr int kGhostRefined = 8;
+inline constexpr int kGhostHidden = 32;
+inline constexpr int kGhostDropped = kGhostCopy | kGhostRefined | kGhostHidden;
+
+// How many of a cell's vertices are kept with these options, from the first on: all of a linear
+// cell, the corners of a curved one. -1 when the cell cannot be read.
+int kept_vertices(std::uint8_t type, const OpenOptions& options);
+
+// Ends the sentence "cell 7 " for a cell that cannot be read: "is a hexahedron (VTK cell type 12):
+// use --tetrahedralize to split such cells".
+std::string refusal(std::uint8_t type);
+
+// Ends the sentence "cell 7 " for a cell with another number of vertices than its type has.
+std::string wrong_vertex_count(std::uint8_t type, std::uint64_t count);
+
+// Ends the sentence "cell 7 " for a vertex id that is out of range; `id` as the file has it.
+std::string wrong_vertex(const std::string& id, std::uint64_t points);
+
+// The linear type of a cell whose mid-edge nodes were dropped; of others the type itself.
+std::uint8_t linear_type(std::uint8_t type);
+
+// Cuts a quadrilateral (or pixel) like the face of a split cell that it lies on: from its smallest
+// vertex. Writes its triangles and returns how many there are: 2, or fewer when it names a vertex
+// twice.
+int split_quadrilateral(std::uint8_t type, std::array<VertexId, 4> ids,
+                        std::array<std::array<VertexId, 3>, 2>* out);
+
+}  // namespace tetfusion
