@@ -56,8 +56,12 @@ ByteStream ByteStream::after(std::uint64_t bytes, bool own_groups) const {
 
 bool ByteStream::padded_within(std::uint64_t bytes) const {
   if (coding_ == Coding::kRaw) return false;
-  const std::uint64_t last = (bytes + 2) / 3 * 4 - 1;
-  return last < encoded_.size() && encoded_[last] == std::byte{'='};
+  // A header of its own is padded as its length asks for; data that follow it in the same group,
+  // and end there, leave less padding.
+  const std::uint64_t end = (bytes + 2) / 3 * 4;
+  const std::uint64_t padding = (3 - bytes % 3) % 3;
+  if (padding == 0 || end > encoded_.size()) return false;
+  return encoded_[end - padding] == std::byte{'='};
 }
 
 // ---- Opening: headers ----

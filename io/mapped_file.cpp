@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/fault_guard.h"
 
 namespace tetfusion {
 
@@ -70,6 +71,7 @@ MappedFile::MappedFile(std::string path, int fd, std::uint64_t size)
     fail(path_ + ": cannot map the file", error);
   }
   data_ = static_cast<const std::byte*>(p);
+  guard_ = guard_mapping(p, size_);
 }
 
 MappedFile MappedFile::open(const std::string& path) {
@@ -109,6 +111,7 @@ MappedFile MappedFile::spool(int fd, const std::string& name) {
 MappedFile::MappedFile(MappedFile&& other) noexcept
     : path_(std::move(other.path_)),
       fd_(std::exchange(other.fd_, -1)),
+      guard_(std::exchange(other.guard_, -1)),
       size_(std::exchange(other.size_, 0)),
       data_(std::exchange(other.data_, nullptr)) {}
 
@@ -117,6 +120,7 @@ MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
     release();
     path_ = std::move(other.path_);
     fd_ = std::exchange(other.fd_, -1);
+    guard_ = std::exchange(other.guard_, -1);
     size_ = std::exchange(other.size_, 0);
     data_ = std::exchange(other.data_, nullptr);
   }
@@ -125,7 +129,23 @@ MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
 
 MappedFile::~MappedFile() { release(); }
 
+void MappedFile::check() const {
+  // The end of the last page reads as zeros without a fault.
+  struct stat status {};
+  const bool shortened =
+      ::fstat(fd_, &status) == 0 && static_cast<std::uint64_t>(status.st_size) < size_;
+  const auto missing =
+      shortened ? std::optional(static_cast<std::uint64_t>(status.st_size)) : missing_page(guard_);
+  if (!missing) return;
+  throw Error(ErrorCode::kIo,
+              path_ + ": byte " + std::to_string(*missing) + " of " + std::to_string(size_) +
+                  " could not be read any more: the file was shortened while it was being read, or "
+                  "its disk fails; run again when it is whole");
+}
+
 void MappedFile::release() noexcept {
+  unguard_mapping(guard_);
+  guard_ = -1;
   if (data_ != nullptr) ::munmap(const_cast<std::byte*>(data_), size_);
   if (fd_ >= 0) ::close(fd_);
   data_ = nullptr;

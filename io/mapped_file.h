@@ -8,9 +8,9 @@
 
 namespace tetfusion {
 
-// Holds the file open and mapped from open() to destruction. Safe to read from several threads. A
-// file that another program shortens meanwhile must not be touched past its new end (the kernel
-// sends SIGBUS).
+// Holds the file open and mapped from open() to destruction. Safe to read from several threads.
+// When another program shortens the file meanwhile, or the disk fails, what is missing reads as
+// zeros, and check() says so.
 class MappedFile {
  public:
   // Maps a regular file; anything that can only be read once (a pipe, a terminal) is spooled first.
@@ -33,6 +33,10 @@ class MappedFile {
   int fd() const { return fd_; }
   std::span<const std::byte> bytes() const { return {data_, size_}; }
 
+  // Throws Error(kIo), naming the byte, when a page of the file could not be read. To be called
+  // after reading, and before an error about the contents is believed.
+  void check() const;
+
   // Hints, rounded outwards to whole pages; they change nothing but speed and resident memory.
   void will_need(std::uint64_t offset, std::uint64_t count) const;  // start reading ahead
   void populate(std::uint64_t offset, std::uint64_t count) const;  // map the pages now, in one call
@@ -46,6 +50,7 @@ class MappedFile {
 
   std::string path_;
   int fd_ = -1;
+  int guard_ = -1;  // in the table of mappings that the fault handler knows
   std::size_t size_ = 0;
   const std::byte* data_ = nullptr;
 };

@@ -28,7 +28,7 @@ class VtuSource final : public MeshSource {
  public:
   VtuSource(MappedFile file, const OpenOptions& options)
       : input_{std::move(file), {}}, options_(options) {
-    with_memory_errors([this] {
+    guarded([this] {
       input_.head = parse_vtu_head(input_.file.bytes(), input_.file.path());
       describe();
     });
@@ -38,13 +38,13 @@ class VtuSource final : public MeshSource {
 
   Geometry read_geometry() override {
     Geometry mesh;
-    with_memory_errors([&] { read_geometry_into(&mesh); });
+    guarded([&] { read_geometry_into(&mesh); });
     return mesh;
   }
 
   DataArray read_array(Association association, std::size_t index) override {
     DataArray array;
-    with_memory_errors([&] {
+    guarded([&] {
       array = association == Association::kField ? read_field(index)
                                                  : read_attribute(association, index);
     });
@@ -52,17 +52,22 @@ class VtuSource final : public MeshSource {
   }
 
  private:
+  // A file that was shortened under us reads as zeros from there on: that is what is wrong, whatever follows from it.
   // No size in the file makes an allocation fail before it was compared with the file's length;
   // what remains is a mesh that is too large for this machine.
   template <class F>
-  void with_memory_errors(F f) const {
+  void guarded(F f) const {
     try {
       f();
+    } catch (const Error&) {
+      input_.file.check();
+      throw;
     } catch (const std::bad_alloc&) {
       fail(ErrorCode::kMemory, "there is not enough memory to read the mesh");
     } catch (const std::length_error&) {
       fail(ErrorCode::kMemory, "there is not enough memory to read the mesh");
     }
+    input_.file.check();
   }
 
   [[noreturn]] void fail(ErrorCode code, const std::string& what) const {

@@ -85,6 +85,22 @@ TEST(MappedFile, RefusesAnEmptyFile) {
   EXPECT_EQ(code_of_opening(dir.file("a")), 3);
 }
 
+TEST(MappedFile, MissingPagesReadAsZerosAndAreReported) {
+  const TempDir dir;
+  const std::string content(300000, 'x');
+  write_file(dir.file("a"), content);
+  const MappedFile file = MappedFile::open(dir.file("a"));
+  file.check();
+  std::filesystem::resize_file(dir.file("a"), 100000);
+  std::size_t zeros = 0;
+  for (const std::byte b : file.bytes()) zeros += b == std::byte{0} ? 1 : 0;
+  EXPECT_EQ(zeros, 200000u);
+  EXPECT_THROW(file.check(), Error);
+  // The file is whole again, but what was read is not.
+  std::filesystem::resize_file(dir.file("a"), 300000);
+  EXPECT_THROW(file.check(), Error);
+}
+
 TEST(MappedFile, SpoolsAPipe) {
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);

@@ -220,6 +220,42 @@ TEST_F(VtuReader, ReadsBase64InLinesAndHeadersEncodedApart) {
             std::vector<double>{2.5});
 }
 
+// One tetrahedron: its array of types has one byte, which ends in the same base64 group as the
+// header.
+TEST_F(VtuReader, ReadsAnArrayOfOneByte) {
+  VtuText mesh;
+  mesh.pieces.push_back(tet_piece({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1, 2, 3}));
+  for (const VtuData data : {VtuData::kInline, VtuData::kAppendedBase64, VtuData::kAppendedRaw}) {
+    for (const char* header : {"UInt32", "UInt64"}) {
+      VtuStyle style;
+      style.data = data;
+      style.header_type = header;
+      EXPECT_EQ(open(mesh, {}, style)->read_geometry().tets.size(), 1u) << describe(style);
+    }
+  }
+}
+
+TEST_F(VtuReader, AFileShortenedUnderItIsAnError) {
+  const std::string text = to_vtu(small_mesh("Float32", "Int64"), {});
+  const TempDir dir;
+  const std::string path = dir.file("mesh.vtu");
+  // Long enough for pages to be missing, not only the end of one.
+  std::ofstream(path, std::ios::binary) << text << std::string(100000, ' ');
+  for (const std::size_t left : {text.size() + 50000, text.size() / 2, std::size_t{0}}) {
+    const auto source = open_mesh(path);
+    std::filesystem::resize_file(path, left);
+    try {
+      source->read_geometry();
+      FAIL() << "nothing was thrown with " << left << " bytes left";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.exit_code(), 4) << e.what();
+      EXPECT_NE(std::string(e.what()).find(path), std::string::npos);
+      EXPECT_NE(std::string(e.what()).find("shortened"), std::string::npos) << e.what();
+    }
+    std::ofstream(path, std::ios::binary) << text << std::string(100000, ' ');
+  }
+}
+
 TEST_F(VtuReader, ReadsArraysOfManyChunks) {
   // Long enough for several chunks in every encoding: a row of tetrahedra along x.
   const std::size_t n = 40000;
