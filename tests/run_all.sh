@@ -8,10 +8,10 @@ cd "$(dirname "$0")/.."
 
 sh tests/install_packages.sh test
 
-for preset in asan tsan ci; do
-  cmake --preset "$preset"
-  cmake --build --preset "$preset"
-done
+for preset in asan tsan ci; do cmake --preset "$preset"; done
+cmake --build --preset asan
+cmake --build --preset tsan --target test_base test_partition test_driver
+cmake --build --preset ci
 ctest --preset asan --label-exclude "slow|release_only"
 ctest --preset tsan --label-exclude "slow|release_only" --tests-regex "RunTasks|Rounds|Chunks|Cut"
 sh tests/same_bytes.sh build/release/tetfusion build/asan/tetfusion

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <new>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -41,5 +42,13 @@ struct DefaultInitAllocator {
 // resize(n) leaves new elements uninitialised; resize(n, value) and assign() fill.
 template <class T>
 using Vector = std::vector<T, DefaultInitAllocator<T>>;
+
+// 0, 1, 2, ..., size - 1.
+template <class T>
+Vector<T> count_up(std::size_t size) {
+  Vector<T> numbers(size);
+  std::iota(numbers.begin(), numbers.end(), T{0});
+  return numbers;
+}
 
 }  // namespace tetfusion

@@ -1,5 +1,4 @@
 #include <memory>
-#include <numeric>
 
 #include "base/resources.h"
 #include "cli/commands.h"
@@ -20,13 +19,6 @@ struct Arguments {
   ConsoleOptions console;
 };
 
-template <class Id>
-Vector<Id> identity(std::size_t size) {
-  Vector<Id> ids(size);
-  std::iota(ids.begin(), ids.end(), Id{0});
-  return ids;
-}
-
 void run(Arguments* a) {
   Console console(a->console);
   const RunContext context = console.context();
@@ -39,8 +31,8 @@ void run(Arguments* a) {
   const Vector<std::uint64_t> points = std::move(result.mesh.point_source);
   const Vector<std::uint64_t> tets = std::move(result.mesh.tet_source);
   const Vector<std::uint64_t> lower = std::move(result.mesh.lower_source);
-  result.point_ids = identity<VertexId>(point_count(result.mesh.points));
-  result.tet_ids = identity<TetId>(result.mesh.tets.size());
+  result.point_ids = count_up<VertexId>(point_count(result.mesh.points));
+  result.tet_ids = count_up<TetId>(result.mesh.tets.size());
   a->write.progress = [&](double share) {
     context.check();
     context.report("writing", 0.5 + 0.5 * share);

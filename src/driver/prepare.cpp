@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <numeric>
 #include <string_view>
 
 #include "base/error.h"
@@ -71,13 +70,6 @@ Vector<std::uint8_t> mark_vertices(const Inspection& inspection, const Steering&
   return marks;
 }
 
-template <class Id>
-Vector<Id> identity(std::size_t size) {
-  Vector<Id> ids(size);
-  std::iota(ids.begin(), ids.end(), Id{0});
-  return ids;
-}
-
 }  // namespace
 
 std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
@@ -125,8 +117,8 @@ WorkMesh<Real> make_work_mesh(const Inspection& inspection,
   work.tets = std::move(geometry->tets);
   work.steering_width = steering->width;
   work.steering = std::move(steering->values);
-  work.point_ids = identity<VertexId>(work.positions.size());
-  work.tet_ids = identity<TetId>(work.tets.size());
+  work.point_ids = count_up<VertexId>(work.positions.size());
+  work.tet_ids = count_up<TetId>(work.tets.size());
   count_incidence(&work);
   work.changed.assign(work.positions.size(), 0);
   work.flipped.assign(work.tets.size(), 0);
