@@ -261,7 +261,8 @@ def dress(rng, mesh):
 def choose_options(rng, mesh):
     options = ["--scalar-tolerance", str(rng.choice(["off", "off", "2.5%", "0.01,0.2"])),
                "--stretch-factor", str(rng.choice(["off", "5", "1.5,10"])),
-               "--boundary-rule", str(rng.choice(["vertices", "tets"])), "--threads", str(rng.integers(1, 4))]
+               "--boundary-rule", str(rng.choice(["vertices", "tets"])), "--threads", str(rng.integers(1, 4)),
+               "--chunk-tets", "600" if len(mesh.points) % 5 == 0 else "200k"]
     if rng.random() < 0.2:
         options += ["--aspect-ratio", "4"]
     if mesh.regions and rng.random() < 0.3:
