@@ -174,6 +174,9 @@ SimplifyReport Job::run() {
   const Vector<std::uint8_t> interfaces = find_interfaces(regions, geometry_, source_.get());
   say_what_is_odd(inspection);
   stages_ = plan_stages(request_, geometry_.tets.size());
+  if (request_.behaviour.tets && *stages_.back().tets < *request_.behaviour.tets) {
+    refuse("--lods goes further than --tets: give one of them, or a goal beyond the last level");
+  }
   report_.has_goal = stages_.back().tets.has_value();
   if (point_type(geometry_.points) == ValueType::kFloat32) {
     run_stages(make_work_mesh<float>(inspection, interfaces, &steering_, &geometry_));

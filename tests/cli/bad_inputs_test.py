@@ -174,6 +174,8 @@ option_case("unknown region array", ["--regions", "pressure"], USAGE, "pressure"
 option_case("chunks of nothing", ["--chunk-tets", "0"], USAGE, "--chunk-tets")
 option_case("an empty value", ["--reduction", ""], USAGE, "--reduction")
 option_case("levels beyond the goal", ["--lods", "50%,80%", "--reduction", "20%", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
+option_case("levels beyond the number of tetrahedra", ["--lods", "50%", "--tets", "300", "-o", "{out}/a_{lod}.vtu"], USAGE,
+            "--tets")
 option_case("the report in the place of the input", ["--report", "{mesh}"], USAGE, "--report")
 option_case("the report in the place of the output", ["--report", "{out}/small.vtu"], USAGE, "--report")
 option_case("two goals", ["--reduction", "50%", "--tets", "100"], USAGE, "--reduction", "--tets")
