@@ -26,7 +26,7 @@ struct RunContext {
   // Throws Error(kInterrupted) when the caller has asked to stop.
   void check() const {
     if (cancelled != nullptr && cancelled->load(std::memory_order_relaxed)) {
-      throw Error(ErrorCode::kInterrupted, "interrupted; nothing was written");
+      throw Error(ErrorCode::kInterrupted, "interrupted; what was not whole yet was not written");
     }
   }
 };

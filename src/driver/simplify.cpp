@@ -27,7 +27,8 @@ constexpr std::string_view kLodField = "{lod}";
 // the mesh.
 constexpr double kTrimShare = 1e-4;
 
-// After so many rounds on end without a fusion, each cut elsewhere, there is none to be had.
+// After so many rounds on end without a fusion, each cut elsewhere, the run ends. With chunks of only a few thousand
+// tetrahedra some fusions on interfaces may then be left.
 constexpr int kIdleRounds = 2;
 
 // A mesh to write on the way, or at the end.
