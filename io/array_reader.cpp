@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <iterator>
+#include <numeric>
 #include <utility>
 
 namespace tetfusion {
@@ -12,6 +12,9 @@ namespace {
 // Of an array that is not compressed: small enough for a core's cache, a multiple of every value
 // size.
 constexpr std::uint64_t kChunkBytes = std::uint64_t{256} << 10;
+
+// A file may have a million of these: they are not worth system calls.
+constexpr std::uint64_t kSmallArray = std::uint64_t{64} << 10;
 
 std::string_view as_text(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -24,44 +27,6 @@ std::uint64_t max_values(const Payload& payload, const BinaryLayout& layout, Val
   if (payload.coding == Coding::kAscii) return length;
   const std::uint64_t bytes = payload.coding == Coding::kRaw ? length : length / 4 * 3;
   return max_decompressed_bytes(layout.compressor, bytes) / size_of(type);
-}
-
-// ---- ByteStream: bytes in the file, raw or base64 ----
-
-std::uint64_t ByteStream::max_bytes() const {
-  const std::uint64_t bytes = coding_ == Coding::kRaw ? encoded_.size() : encoded_.size() / 4 * 3;
-  return bytes > first_ ? bytes - first_ : 0;
-}
-
-const std::byte* ByteStream::view(std::uint64_t offset, std::uint64_t count,
-                                  Vector<std::byte>* scratch) const {
-  const std::uint64_t limit = max_bytes();
-  if (offset > limit || count > limit - offset) return nullptr;
-  if (coding_ == Coding::kRaw) return encoded_.data() + first_ + offset;
-  const std::uint64_t begin = first_ + offset;
-  const std::uint64_t first_group = begin / 3;
-  const std::uint64_t groups = (begin + count + 2) / 3 - first_group;
-  scratch->resize(3 * groups);
-  const std::size_t made =
-      decode_base64(as_text(encoded_.subspan(4 * first_group, 4 * groups)), scratch->data());
-  const std::uint64_t skipped = begin - 3 * first_group;
-  if (made == kBadBase64 || made < skipped + count) return nullptr;
-  return scratch->data() + skipped;
-}
-
-ByteStream ByteStream::after(std::uint64_t bytes, bool own_groups) const {
-  if (coding_ == Coding::kRaw || !own_groups) return {encoded_, coding_, first_ + bytes};
-  return {encoded_.subspan(std::min<std::uint64_t>((bytes + 2) / 3 * 4, encoded_.size())), coding_};
-}
-
-bool ByteStream::padded_within(std::uint64_t bytes) const {
-  if (coding_ == Coding::kRaw) return false;
-  // A header of its own is padded as its length asks for; data that follow it in the same group,
-  // and end there, leave less padding.
-  const std::uint64_t end = (bytes + 2) / 3 * 4;
-  const std::uint64_t padding = (3 - bytes % 3) % 3;
-  if (padding == 0 || end > encoded_.size()) return false;
-  return encoded_[end - padding] == std::byte{'='};
 }
 
 // ---- Opening: headers ----
@@ -79,23 +44,12 @@ ArrayReader::ArrayReader(ArraySource source)
     open_ascii();
     return;
   }
-  std::span<const std::byte> encoded = bytes(payload.begin, payload.end);
-  if (payload.coding == Coding::kBase64 && !payload.appended) encoded = without_blanks(encoded);
-  const ByteStream stream(encoded, payload.coding);
+  const ByteStream stream(*source_.file, payload);
   if (source_.layout.compressor == Compressor::kNone) {
     open_plain(stream);
   } else {
     open_compressed(stream);
   }
-}
-
-std::span<const std::byte> ArrayReader::without_blanks(std::span<const std::byte> encoded) {
-  const auto is_blank = [](std::byte b) { return b <= std::byte{' '}; };
-  if (std::none_of(encoded.begin(), encoded.end(), is_blank)) return encoded;
-  stripped_.reserve(encoded.size());
-  std::copy_if(encoded.begin(), encoded.end(), std::back_inserter(stripped_),
-               [&](std::byte b) { return !is_blank(b); });
-  return stripped_;
 }
 
 // `bytes` is what the array's own header says.
@@ -113,7 +67,7 @@ void ArrayReader::expect_bytes(std::uint64_t bytes) {
   source_.values = values;
 }
 
-void ArrayReader::open_plain(ByteStream stream) {
+void ArrayReader::open_plain(const ByteStream& stream) {
   const std::size_t header_bytes = source_.layout.header_bytes;
   Vector<std::byte> scratch;
   const std::byte* header = stream.view(0, header_bytes, &scratch);
@@ -128,7 +82,7 @@ void ArrayReader::open_plain(ByteStream stream) {
   chunks_ = block_count(bytes, kChunkBytes);
 }
 
-void ArrayReader::open_compressed(ByteStream stream) {
+void ArrayReader::open_compressed(const ByteStream& stream) {
   const std::size_t word = source_.layout.header_bytes;
   const bool swap = source_.layout.swap;
   const std::string cut_off = "the file ends in its header, or it is not base64";
@@ -154,11 +108,26 @@ void ArrayReader::open_compressed(ByteStream stream) {
   header = stream.view(0, header_bytes, &scratch);
   if (header == nullptr) fail(cut_off);
   data_ = stream.after(header_bytes, true);
-  const std::uint64_t limit = data_.max_bytes();
   block_begin_.resize(blocks + 1);
+  read_block_table(header + 3 * word, full_blocks, partial);
+  if (bytes >= kSmallArray) {
+    const auto [offset, count] = stream.place(0, header_bytes);
+    source_.file->dont_need_around(offset, count);
+  }
+  // Where values span blocks, a chunk is as many blocks as make whole values.
+  blocks_per_chunk_ = std::min<std::uint64_t>(
+      value_bytes_ / std::gcd<std::uint64_t>(block_bytes_, value_bytes_), blocks);
+  chunks_ = block_count(blocks, blocks_per_chunk_);
+}
+
+void ArrayReader::read_block_table(const std::byte* sizes, std::uint64_t full_blocks,
+                                   std::uint64_t partial) {
+  const std::size_t word = source_.layout.header_bytes;
+  const std::uint64_t blocks = block_begin_.size() - 1;
+  const std::uint64_t limit = data_.max_bytes();
   block_begin_[0] = 0;
   for (std::uint64_t b = 0; b < blocks; ++b) {
-    const std::uint64_t size = load_unsigned(header + (3 + b) * word, word, swap);
+    const std::uint64_t size = load_unsigned(sizes + b * word, word, source_.layout.swap);
     if (size > limit - block_begin_[b]) {
       fail("compressed block " + std::to_string(b) + " of " + std::to_string(blocks) +
            " goes past the end of the data: the file is cut off or damaged");
@@ -170,9 +139,6 @@ void ArrayReader::open_compressed(ByteStream stream) {
     }
     block_begin_[b + 1] = block_begin_[b] + size;
   }
-  // A value that spans two blocks makes the array one chunk.
-  if (block_bytes_ % value_bytes_ != 0) blocks_per_chunk_ = std::max<std::uint64_t>(blocks, 1);
-  chunks_ = block_count(blocks, blocks_per_chunk_);
 }
 
 void ArrayReader::open_ascii() {
@@ -183,12 +149,16 @@ void ArrayReader::open_ascii() {
     at = std::min<std::size_t>(at + kChunkBytes, text.size());
     while (at < text.size() && static_cast<unsigned char>(text[at]) > ' ') ++at;
     text_begin_.push_back(begin + at);
+    if (at < text.size()) source_.file->dont_need_around(begin + at, 1);
   }
   chunks_ = text_begin_.size() - 1;
   first_word_.resize(chunks_ + 1);
+  const bool small = text.size() < kSmallArray;
   for_each_block(chunks_, 1, [&](std::size_t c, std::size_t, std::size_t) {
     first_word_[c + 1] = count_words(as_text(bytes(text_begin_[c], text_begin_[c + 1])));
+    if (!small) source_.file->dont_need(text_begin_[c], text_begin_[c + 1] - text_begin_[c]);
   });
+  if (!small) source_.file->dont_need_around(begin, text.size());
   first_word_[0] = 0;
   for (std::size_t c = 0; c < chunks_; ++c) first_word_[c + 1] += first_word_[c];
   const std::uint64_t words = first_word_[chunks_];
@@ -200,16 +170,43 @@ void ArrayReader::open_ascii() {
 
 // ---- Reading ----
 
-Chunk ArrayReader::chunk(std::size_t index, DecodeScratch* scratch) const {
-  if (source_.payload.coding == Coding::kAscii) return ascii_chunk(index, scratch);
-  if (source_.layout.compressor != Compressor::kNone) return compressed_chunk(index, scratch);
-  return plain_chunk(index, scratch);
+std::uint64_t ArrayReader::chunk_bytes() const {
+  if (source_.layout.compressor == Compressor::kNone || source_.payload.coding == Coding::kAscii) {
+    return kChunkBytes;
+  }
+  return std::min(blocks_per_chunk_ * block_bytes_, values() * value_bytes_);
 }
 
-Chunk ArrayReader::plain_chunk(std::size_t index, DecodeScratch* scratch) const {
-  const std::uint64_t begin = index * kChunkBytes;
-  const std::uint64_t count = std::min(kChunkBytes, values() * value_bytes_ - begin);
-  const std::byte* data = data_.view(begin, count, &scratch->encoded);
+std::size_t ArrayReader::chunk_of(std::uint64_t value) const {
+  if (source_.payload.coding == Coding::kAscii) {
+    // The last one that begins there: those without words have none of its values.
+    const auto next = std::upper_bound(first_word_.begin(), first_word_.end(), value);
+    return static_cast<std::size_t>(next - first_word_.begin()) - 1;
+  }
+  const bool compressed = source_.layout.compressor != Compressor::kNone;
+  return value * value_bytes_ / (compressed ? blocks_per_chunk_ * block_bytes_ : kChunkBytes);
+}
+
+Chunk ArrayReader::chunk(std::size_t index, std::uint64_t first, std::uint64_t last,
+                         DecodeScratch* scratch) const {
+  const bool ascii = source_.payload.coding == Coding::kAscii;
+  if (!ascii && source_.layout.compressor == Compressor::kNone) {
+    const std::uint64_t begin = index * (kChunkBytes / value_bytes_);
+    const std::uint64_t end = begin + kChunkBytes / value_bytes_;
+    return plain_chunk(std::max(begin, first), std::min(end, last), scratch);
+  }
+  Chunk all = ascii ? ascii_chunk(index, scratch) : compressed_chunk(index, scratch);
+  const std::uint64_t begin = std::max(all.first, first);
+  all.data += (begin - all.first) * value_bytes_;
+  all.count = std::max(begin, std::min(all.first + all.count, last)) - begin;
+  all.first = begin;
+  return all;
+}
+
+Chunk ArrayReader::plain_chunk(std::uint64_t first, std::uint64_t last,
+                               DecodeScratch* scratch) const {
+  const std::uint64_t count = (last - first) * value_bytes_;
+  const std::byte* data = data_.view(first * value_bytes_, count, &scratch->encoded);
   if (data == nullptr) fail("its data is not base64, or ends too early");
   if (source_.payload.coding == Coding::kRaw) {
     // One call for the whole chunk costs less than a page fault for every few pages.
@@ -220,7 +217,7 @@ Chunk ArrayReader::plain_chunk(std::size_t index, DecodeScratch* scratch) const 
     swap_bytes(scratch->values, value_bytes_);
     data = scratch->values.data();
   }
-  return {begin / value_bytes_, count / value_bytes_, data};
+  return {first, last - first, data};
 }
 
 Chunk ArrayReader::compressed_chunk(std::size_t index, DecodeScratch* scratch) const {
@@ -261,9 +258,32 @@ Chunk ArrayReader::ascii_chunk(std::size_t index, DecodeScratch* scratch) const 
   return {first_word_[index], count, scratch->values.data()};
 }
 
-void ArrayReader::read_all(std::byte* out) const {
-  for_each_chunk([&](const Chunk& c) {
-    std::memcpy(out + c.first * value_bytes_, c.data, c.count * value_bytes_);
+void ArrayReader::release_chunks(std::size_t begin, std::size_t end, bool around) const {
+  if (values() * value_bytes_ < kSmallArray) return;
+  const auto [offset, count] = place_of_chunks(begin, end);
+  if (around) {
+    source_.file->dont_need_around(offset, count);
+  } else {
+    source_.file->dont_need(offset, count);
+  }
+}
+
+ByteStream::FileRange ArrayReader::place_of_chunks(std::size_t begin, std::size_t end) const {
+  if (source_.payload.coding == Coding::kAscii) {
+    return {text_begin_[begin], text_begin_[end] - text_begin_[begin]};
+  }
+  if (source_.layout.compressor == Compressor::kNone) {
+    const std::uint64_t first = begin * kChunkBytes;
+    return data_.place(first, std::min(end * kChunkBytes, values() * value_bytes_) - first);
+  }
+  const std::size_t blocks = block_begin_.size() - 1;
+  const std::uint64_t first = block_begin_[begin * blocks_per_chunk_];
+  return data_.place(first, block_begin_[std::min(end * blocks_per_chunk_, blocks)] - first);
+}
+
+void ArrayReader::read(std::uint64_t first, std::uint64_t count, std::byte* out) const {
+  for_each_chunk(first, count, [&](const Chunk& c) {
+    std::memcpy(out + (c.first - first) * value_bytes_, c.data, c.count * value_bytes_);
   });
 }
 

@@ -8,22 +8,13 @@
 
 #include "base/error.h"
 #include "base/vector.h"
+#include "io/byte_stream.h"
 #include "io/decode.h"
 #include "io/mapped_file.h"
 #include "mesh/blocks.h"
 #include "mesh/data_array.h"
 
 namespace tetfusion {
-
-enum class Coding : std::uint8_t { kRaw, kBase64, kAscii };
-
-// Where an array's bytes lie in the file. In appended data `end` is the end of all arrays.
-struct Payload {
-  Coding coding = Coding::kRaw;
-  bool appended = false;
-  std::uint64_t begin = 0;
-  std::uint64_t end = 0;
-};
 
 // What all binary arrays of a file have in common.
 struct BinaryLayout {
@@ -45,32 +36,7 @@ struct ArraySource {
 // The most values that a payload of this length can hold.
 std::uint64_t max_values(const Payload& payload, const BinaryLayout& layout, ValueType type);
 
-// A run of bytes in the file, as they are or as base64 text.
-class ByteStream {
- public:
-  ByteStream() = default;
-  ByteStream(std::span<const std::byte> encoded, Coding coding, std::uint64_t first = 0)
-      : encoded_(encoded), coding_(coding), first_(first) {}
-
-  std::uint64_t max_bytes() const;
-
-  // `count` bytes from `offset` on, which live as long as `scratch` is left alone; nullptr when the
-  // stream is shorter or not base64.
-  const std::byte* view(std::uint64_t offset, std::uint64_t count,
-                        Vector<std::byte>* scratch) const;
-
-  // What follows `bytes` bytes from the start. Base64 goes on in the same group of four characters,
-  // unless the bytes were encoded for themselves (`own_groups`).
-  ByteStream after(std::uint64_t bytes, bool own_groups) const;
-  bool padded_within(std::uint64_t bytes) const;  // base64 that ends within the first `bytes` bytes
-
- private:
-  std::span<const std::byte> encoded_;
-  Coding coding_ = Coding::kRaw;
-  std::uint64_t first_ = 0;  // bytes of the first group that belong to something else
-};
-
-// Values of one chunk, in native byte order but not aligned: load them with memcpy.
+// Some values, in native byte order but not aligned: load them with memcpy.
 struct Chunk {
   std::uint64_t first = 0;  // index of the first value
   std::uint64_t count = 0;
@@ -79,22 +45,35 @@ struct Chunk {
 
 // The constructor reads the array's header and compares it with the number of values expected;
 // nothing is allocated that the file is too short for. Everything throws Error(kBadInput) with path
-// and label. Safe to use from several threads, each with a scratch of its own.
+// and label. Safe to use from several threads.
+//
+// Reading takes the pages of the file that it has mapped out of the process again, but for arrays
+// of less than 64 KiB. What stays with the reader: 8 bytes for each compressed block, 16 for each
+// 256 KiB of text, 8 for each 64 KiB of base64 that has line breaks; while it reads, each thread
+// has one chunk of it and what that is decoded from.
 class ArrayReader {
  public:
   explicit ArrayReader(ArraySource source);
 
   ValueType type() const { return source_.type; }
   std::uint64_t values() const { return source_.values; }
-  std::size_t chunks() const { return chunks_; }
-  Chunk chunk(std::size_t index, DecodeScratch* scratch) const;
+  // Of the largest part that is decoded as one, decoded; 256 KiB or less, unless the array is in
+  // compressed blocks that are larger, or text of which a word is.
+  std::uint64_t chunk_bytes() const;
 
-  // Calls f(chunk) for all chunks from several threads. The lowest chunk's exception comes out.
+  // Calls f(chunk) for all values, or for those from `first` on, from several threads: each value
+  // is in one chunk. Chunks ascend with the values, and the lowest one's exception comes out. The
+  // values are there.
   template <class F>
-  void for_each_chunk(F f) const;
+  void for_each_chunk(F f) const {
+    for_each_chunk(0, values(), f);
+  }
+  template <class F>
+  void for_each_chunk(std::uint64_t first, std::uint64_t count, F f) const;
 
-  // All values into `out`, which has room for them.
-  void read_all(std::byte* out) const;
+  // These values into `out`, which has room for them.
+  void read(std::uint64_t first, std::uint64_t count, std::byte* out) const;
+  void read_all(std::byte* out) const { read(0, values(), out); }
 
   std::string message(const std::string& what) const;  // FILE: LABEL: what
   // Throws Error(kBadInput) with that message.
@@ -103,23 +82,30 @@ class ArrayReader {
   std::string where(std::uint64_t value) const;
 
  private:
-  void open_plain(ByteStream stream);
-  void open_compressed(ByteStream stream);
+  void open_plain(const ByteStream& stream);
+  void open_compressed(const ByteStream& stream);
+  void read_block_table(const std::byte* sizes, std::uint64_t full_blocks, std::uint64_t partial);
   void open_ascii();
   std::span<const std::byte> bytes(std::uint64_t begin, std::uint64_t end) const {
     return source_.file->bytes().subspan(begin, end - begin);
   }
-  std::span<const std::byte> without_blanks(std::span<const std::byte> encoded);
   void expect_bytes(std::uint64_t bytes);
-  Chunk plain_chunk(std::size_t index, DecodeScratch* scratch) const;
+
+  std::size_t chunk_of(std::uint64_t value) const;
+  // Those values of a chunk that lie in [first, last): there is one at least.
+  Chunk chunk(std::size_t index, std::uint64_t first, std::uint64_t last,
+              DecodeScratch* scratch) const;
+  Chunk plain_chunk(std::uint64_t first, std::uint64_t last, DecodeScratch* scratch) const;
   Chunk compressed_chunk(std::size_t index, DecodeScratch* scratch) const;
   Chunk ascii_chunk(std::size_t index, DecodeScratch* scratch) const;
+  // Takes their pages out of the process, and what lies `around` them.
+  void release_chunks(std::size_t begin, std::size_t end, bool around) const;
+  ByteStream::FileRange place_of_chunks(std::size_t begin, std::size_t end) const;
 
   ArraySource source_;
   std::size_t value_bytes_ = 1;
   std::size_t chunks_ = 0;
   ByteStream data_;
-  Vector<std::byte> stripped_;  // base64 text without line breaks, where it had some
 
   std::uint64_t block_bytes_ = 0;      // of a full block, decompressed
   Vector<std::uint64_t> block_begin_;  // in the compressed bytes; one entry more
@@ -130,13 +116,22 @@ class ArrayReader {
 };
 
 template <class F>
-void ArrayReader::for_each_chunk(F f) const {
-  // A few chunks in a row share one scratch.
-  constexpr std::size_t kRun = 4;
-  for_each_block(chunks_, kRun, [&](std::size_t, std::size_t begin, std::size_t end) {
-    DecodeScratch scratch;
-    for (std::size_t i = begin; i < end; ++i) f(chunk(i, &scratch));
-  });
+void ArrayReader::for_each_chunk(std::uint64_t first, std::uint64_t count, F f) const {
+  if (count == 0) return;
+  const std::uint64_t last = first + count;
+  const std::size_t first_chunk = chunk_of(first);
+  const std::size_t last_chunk = chunk_of(last - 1) + 1;
+  // A few chunks in a row share one scratch, and one system call.
+  constexpr std::size_t kRun = 8;
+  for_each_block(last_chunk - first_chunk, kRun,
+                 [&](std::size_t, std::size_t begin, std::size_t end) {
+                   DecodeScratch scratch;
+                   for (std::size_t i = first_chunk + begin; i < first_chunk + end; ++i) {
+                     f(chunk(i, first, last, &scratch));
+                   }
+                   release_chunks(first_chunk + begin, first_chunk + end, false);
+                 });
+  release_chunks(first_chunk, last_chunk, true);
 }
 
 }  // namespace tetfusion

@@ -35,6 +35,16 @@ std::uint8_t linear_type(std::uint8_t type) {
   }
 }
 
+void forget_ghosts(Association association, const ArrayInfo& info, std::span<std::byte> values) {
+  if (info.name == "vtkGhostLevels") {
+    std::fill(values.begin(), values.end(), std::byte{0});
+  } else if (info.name == "vtkGhostType" && info.type == ValueType::kUInt8) {
+    const auto gone =
+        static_cast<std::byte>(association == Association::kCell ? kGhostDropped : kGhostCopy);
+    for (std::byte& flags : values) flags &= ~gone;
+  }
+}
+
 int kept_vertices(std::uint8_t type, const OpenOptions& options) {
   const std::uint8_t linear = linear_type(type);
   if (linear != type) return options.linearize ? vtk_cell_size(linear) : -1;

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "io/mesh_source.h"
@@ -17,6 +19,10 @@ inline constexpr int kGhostCopy = 1;
 inline constexpr int kGhostRefined = 8;
 inline constexpr int kGhostHidden = 32;
 inline constexpr int kGhostDropped = kGhostCopy | kGhostRefined | kGhostHidden;
+
+// After ghost cells were dropped and points merged nothing is a copy any more: clears what says so
+// in the values of vtkGhostType and vtkGhostLevels, and leaves other arrays as they are.
+void forget_ghosts(Association association, const ArrayInfo& info, std::span<std::byte> values);
 
 // How many of a cell's vertices are kept with these options, from the first on: all of a linear
 // cell, the corners of a curved one. -1 when the cell cannot be read.

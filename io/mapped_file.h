@@ -37,11 +37,14 @@ class MappedFile {
   // after reading, and before an error about the contents is believed.
   void check() const;
 
-  // Hints, rounded outwards to whole pages; they change nothing but speed and resident memory.
+  // Hints, rounded outwards to whole pages; they change nothing but speed and resident memory, also
+  // where another thread is reading the same pages.
   void will_need(std::uint64_t offset, std::uint64_t count) const;  // start reading ahead
   void populate(std::uint64_t offset, std::uint64_t count) const;  // map the pages now, in one call
-  void dont_need(std::uint64_t offset,
-                 std::uint64_t count) const;  // take the pages out of this process
+  // Takes the pages out of this process. The second one takes their neighbours, too: where one page
+  // is touched, the system maps what it has in one piece, up to 2 MiB.
+  void dont_need(std::uint64_t offset, std::uint64_t count) const;
+  void dont_need_around(std::uint64_t offset, std::uint64_t count) const;
 
  private:
   MappedFile(std::string path, int fd, std::uint64_t size);  // takes `fd`

@@ -1,8 +1,8 @@
 // Where a mesh comes from: a file of any format, opened and described but not yet read.
 //
 // The order of use: open_mesh() reads and checks the head; description() says what is there;
-// read_geometry() and read_array() bring the parts, each when it is wanted, so that no more than one
-// carried array needs to be in memory at a time.
+// read_geometry() and read_array() bring the parts, each when it is wanted, so that no more than
+// one carried array needs to be in memory at a time.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,11 @@
 namespace tetfusion {
 
 struct MeshDescription {
-  std::string path;             // as the user gave it; "-" for standard input
-  std::string format;           // "VTK XML unstructured grid, appended raw, zlib, UInt64 headers"
+  std::string path;    // as the user gave it; "-" for standard input
+  std::string format;  // "VTK XML unstructured grid, appended raw, zlib, UInt64 headers"
   std::uint64_t pieces = 1;
-  std::uint64_t points = 0;     // all pieces, before merging
-  std::uint64_t cells = 0;      // all pieces, ghosts too
+  std::uint64_t points = 0;  // all pieces, before merging
+  std::uint64_t cells = 0;   // all pieces, ghosts too
   ValueType point_type = ValueType::kFloat32;
   std::uint64_t file_bytes = 0;
   AttributeSet point_data;
@@ -28,24 +28,37 @@ struct MeshDescription {
 };
 
 struct OpenOptions {
-  // Split hexahedra, voxels, wedges and pyramids, and the quadrilaterals on them, by smallest vertex id.
+  // Split hexahedra, voxels, wedges and pyramids, and the quadrilaterals on them, by smallest
+  // vertex id.
   bool tetrahedralize = false;
-  bool linearize = false;  // drop the mid-edge nodes of ten-node tetrahedra, their triangles and edges
+  // Drop the mid-edge nodes of ten-node tetrahedra, and those of their triangles and edges.
+  bool linearize = false;
 };
+
+class MeshStream;
 
 class MeshSource {
  public:
   virtual ~MeshSource() = default;
   virtual const MeshDescription& description() const = 0;
 
-  // Throws Error(kBadInput) for a cell that is neither a tetrahedron nor of lower dimension and for no
-  // tetrahedra at all, InvalidMesh for an index out of range and a coordinate that is not finite of a
-  // point that is used; Error(kIo) when reading fails.
+  // Throws Error(kBadInput) for a cell that is neither a tetrahedron nor of lower dimension and for
+  // no tetrahedra at all, InvalidMesh for an index out of range and a coordinate that is not finite
+  // of a point that is used; Error(kIo) when reading fails.
   virtual Geometry read_geometry() = 0;
 
-  // All tuples of the array at `index` of that association's AttributeSet, pieces one after another, in the
-  // order of the file. Geometry's *_source arrays index its rows.
+  // All tuples of the array at `index` of that association's AttributeSet, pieces one after
+  // another, in the order of the file. Geometry's *_source arrays index its rows.
   virtual DataArray read_array(Association association, std::size_t index) = 0;
+
+  // Windows of the file, or nullptr where the whole mesh must be read. open_stream()
+  // (mesh_stream.h) gives a stream in any case.
+  virtual std::unique_ptr<MeshStream> stream();
+
+  // About how many bytes of memory reading the whole mesh takes at its worst moment, when all point
+  // and cell arrays are kept and what the source itself holds is counted. Looks at no more than the
+  // types of the cells.
+  virtual std::uint64_t memory_to_read();
 };
 
 // Opens a mesh of any format that this build reads. Throws Error.

@@ -7,12 +7,15 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 #include "base/error.h"
 #include "base/numbers.h"
+#include "io/file_system.h"
 
 namespace tetfusion {
 
@@ -36,25 +39,33 @@ struct Target {
 std::string follow_links(const std::string& path) {
   std::filesystem::path current = path;
   for (int i = 0; i < kMaxLinks; ++i) {
-    std::error_code error;
-    if (!std::filesystem::is_symlink(current, error)) return current.string();
-    const auto next = std::filesystem::read_symlink(current, error);
-    if (error) refuse(path, error.message());
+    std::string target(PATH_MAX, '\0');
+    const ssize_t n = file_system().readlink(current.c_str(), target.data(), target.size());
+    if (n < 0) {
+      // Not a link, or nothing at all.
+      if (errno == EINVAL || errno == ENOENT || errno == ENOTDIR) return current.string();
+      refuse(path, std::strerror(errno));
+    }
+    const std::filesystem::path next = target.substr(0, static_cast<std::size_t>(n));
     current = next.is_absolute() ? next : current.parent_path() / next;
   }
   refuse(path, "its symbolic links lead round in a circle");
 }
 
+int look_at(const std::string& path, struct stat* status) {
+  return file_system().fstatat(AT_FDCWD, path.c_str(), status, 0);
+}
+
 void check_folder(const std::string& path, const std::string& folder) {
   struct stat status {};
-  if (::stat(folder.c_str(), &status) != 0) {
+  if (look_at(folder, &status) != 0) {
     if (errno == ENOENT) {
       refuse(path, fmt::format("the folder {} does not exist; create it first", folder));
     }
     refuse(path, fmt::format("{}: {}", folder, std::strerror(errno)));
   }
   if (!S_ISDIR(status.st_mode)) refuse(path, fmt::format("{} is not a folder", folder));
-  if (::access(folder.c_str(), W_OK | X_OK) != 0) {
+  if (file_system().access(folder.c_str(), W_OK | X_OK) != 0) {
     refuse(path, fmt::format("nothing can be created in the folder {}: {}", folder,
                              std::strerror(errno)));
   }
@@ -72,11 +83,11 @@ Target resolve(const std::string& path) {
   struct stat status {};
   // Behind a link like /dev/stdout there may be a pipe, which has no name to follow the link to.
   const bool is_special =
-      ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
+      look_at(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
   target.path = is_special ? path : follow_links(path);
-  if (::stat(target.path.c_str(), &status) == 0) {
+  if (look_at(target.path, &status) == 0) {
     if (S_ISDIR(status.st_mode)) refuse(path, "it is a folder; give a file name");
-    if (::access(target.path.c_str(), W_OK) != 0) refuse(path, std::strerror(errno));
+    if (file_system().access(target.path.c_str(), W_OK) != 0) refuse(path, std::strerror(errno));
     target.is_stream = !S_ISREG(status.st_mode);
     target.exists = !target.is_stream;
     target.mode = status.st_mode & 0777;
@@ -93,34 +104,6 @@ Target resolve(const std::string& path) {
   return target;
 }
 
-// write() until all is written. Returns 0 or errno.
-int write_all(int fd, const std::byte* data, std::size_t bytes) {
-  while (bytes > 0) {
-    const ssize_t n = ::write(fd, data, bytes);
-    if (n < 0) {
-      if (errno == EINTR) continue;
-      return errno;
-    }
-    data += n;
-    bytes -= static_cast<std::size_t>(n);
-  }
-  return 0;
-}
-
-int pwrite_all(int fd, const std::byte* data, std::size_t bytes, std::uint64_t offset) {
-  while (bytes > 0) {
-    const ssize_t n = ::pwrite(fd, data, bytes, static_cast<off_t>(offset));
-    if (n < 0) {
-      if (errno == EINTR) continue;
-      return errno;
-    }
-    data += n;
-    offset += static_cast<std::uint64_t>(n);
-    bytes -= static_cast<std::size_t>(n);
-  }
-  return 0;
-}
-
 }  // namespace
 
 void check_output_path(const std::string& path) { resolve(path); }
@@ -132,11 +115,12 @@ OutputFile::OutputFile(const std::string& path, Access access)
     target_ = target.path;
     open_temporary();
     // A file that is replaced keeps its permissions; failing to is no reason to lose the result.
-    if (target.exists) static_cast<void>(::fchmod(fd_, target.mode));
+    if (target.exists) static_cast<void>(file_system().fchmod(fd_, target.mode));
     return;
   }
-  const int fd = path == "-" ? ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0)
-                             : ::open(target.path.c_str(), O_WRONLY | O_CLOEXEC);
+  const int fd = path == "-" ? file_system().duplicate(STDOUT_FILENO) : retry([&] {
+    return file_system().openat(AT_FDCWD, target.path.c_str(), O_WRONLY | O_CLOEXEC, 0);
+  });
   if (fd < 0) fail("opening", errno);
   if (access == Access::kAppend) {
     fd_ = fd;
@@ -147,9 +131,9 @@ OutputFile::OutputFile(const std::string& path, Access access)
 }
 
 OutputFile::~OutputFile() {
-  if (fd_ >= 0) ::close(fd_);
-  if (stream_ >= 0) ::close(stream_);
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (fd_ >= 0) file_system().close(fd_);
+  if (stream_ >= 0) file_system().close(stream_);
+  if (!temporary_.empty()) file_system().unlinkat(AT_FDCWD, temporary_.c_str(), 0);
 }
 
 // A short name of its own: the target's name may be as long as the file system allows.
@@ -158,7 +142,10 @@ void OutputFile::open_temporary() {
   for (int i = 0; i < kMaxTemporaries; ++i) {
     const std::string name =
         (folder / fmt::format(".tetfusion-{}-{}.part", ::getpid(), i)).string();
-    fd_ = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    fd_ = retry([&] {
+      return file_system().openat(AT_FDCWD, name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC,
+                                  0666);
+    });
     if (fd_ >= 0) {
       temporary_ = name;
       return;
@@ -169,24 +156,23 @@ void OutputFile::open_temporary() {
 }
 
 void OutputFile::open_spool() {
-  std::error_code error;
-  const auto folder = std::filesystem::temp_directory_path(error);
-  std::string name = ((error ? "/tmp" : folder) / "tetfusion-XXXXXX").string();
-  fd_ = ::mkostemp(name.data(), O_CLOEXEC);
+  fd_ = open_nameless(temporary_folder());
   if (fd_ < 0) {
     const int reason = errno;
-    ::close(stream_);
+    file_system().close(stream_);
     stream_ = -1;
     fail("creating a temporary file for", reason);
   }
-  ::unlink(name.c_str());
   spooled_ = true;
 }
 
 void OutputFile::expect(std::uint64_t bytes) {
   expected_ = bytes;
   if ((target_.empty() && !spooled_) || bytes == 0) return;
-  if (::fallocate(fd_, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
+  const auto length = static_cast<off_t>(bytes);
+  if (retry([&] { return file_system().fallocate(fd_, FALLOC_FL_KEEP_SIZE, 0, length); }) == 0) {
+    return;
+  }
   // Other errors mean that this file system sets nothing aside.
   if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG) fail("setting space aside for", errno);
 }
@@ -213,7 +199,7 @@ void OutputFile::overwrite(std::uint64_t offset, const void* data, std::size_t b
   }
   if (target_.empty() && !spooled_) throw std::logic_error("a stream cannot be patched");
   if (offset + bytes > written_) flush();
-  const int error = pwrite_all(fd_, static_cast<const std::byte*>(data), bytes, offset);
+  const int error = pwrite_all(fd_, data, bytes, offset);
   if (error != 0) fail("writing", error);
 }
 
@@ -223,41 +209,44 @@ void OutputFile::flush() {
 }
 
 void OutputFile::write_out(const void* data, std::size_t bytes) {
-  const int error = write_all(fd_, static_cast<const std::byte*>(data), bytes);
+  const int error = write_all(fd_, data, bytes);
   if (error != 0) fail("writing", error);
   written_ += bytes;
 }
 
 void OutputFile::commit() {
+  FileSystem& system = file_system();
   flush();
   if (target_.empty()) {
     if (spooled_) copy_spool();
     // A device may refuse to sync, but close() can still report a lost write (a network pipe, a
     // quota).
-    int& last = spooled_ ? stream_ : fd_;
-    const int result = ::close(last);
-    last = -1;
-    if (result != 0) fail("closing", errno);
+    close(spooled_ ? &stream_ : &fd_);
     return;
   }
   // Space set aside beyond the end would stay with the file.
-  if (expected_ > written_ && ::ftruncate(fd_, static_cast<off_t>(written_)) != 0) {
+  const auto length = static_cast<off_t>(written_);
+  if (expected_ > written_ && retry([&] { return system.ftruncate(fd_, length); }) != 0) {
     fail("writing", errno);
   }
-  if (::fsync(fd_) != 0) fail("syncing", errno);
-  const int closed = ::close(fd_);
-  fd_ = -1;
-  if (closed != 0) fail("closing", errno);
-  if (::rename(temporary_.c_str(), target_.c_str()) != 0)
+  if (retry([&] { return system.fsync(fd_); }) != 0) fail("syncing", errno);
+  close(&fd_);
+  if (system.renameat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, target_.c_str()) != 0) {
     fail("renaming a temporary file to", errno);
+  }
   temporary_.clear();
   // The file is whole and has its name. A folder that cannot be synced (some network file systems)
   // only means that a power cut in the next seconds could bring the old file back.
   const auto folder = std::filesystem::path(target_).parent_path();
-  const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return;
-  static_cast<void>(::fsync(fd));
-  ::close(fd);
+  const Descriptor opened(system.openat(AT_FDCWD, folder.empty() ? "." : folder.c_str(),
+                                        O_RDONLY | O_DIRECTORY | O_CLOEXEC, 0));
+  if (opened) static_cast<void>(system.fsync(opened.get()));
+}
+
+void OutputFile::close(int* fd) {
+  Descriptor last(std::exchange(*fd, -1));
+  const int error = last.close();
+  if (error != 0) fail("closing", error);
 }
 
 void OutputFile::copy_spool() {
@@ -265,8 +254,8 @@ void OutputFile::copy_spool() {
   while (offset < written_) {
     const auto want =
         static_cast<std::size_t>(std::min<std::uint64_t>(kBufferBytes, written_ - offset));
-    const ssize_t n = ::pread(fd_, buffer_.get(), want, static_cast<off_t>(offset));
-    if (n < 0 && errno == EINTR) continue;
+    const ssize_t n = retry(
+        [&] { return file_system().pread(fd_, buffer_.get(), want, static_cast<off_t>(offset)); });
     if (n <= 0) fail("reading the temporary file of", n < 0 ? errno : EIO);
     const int error = write_all(stream_, buffer_.get(), static_cast<std::size_t>(n));
     if (error != 0) fail("writing", error);

@@ -50,6 +50,7 @@ class OutputFile {
   void flush();
   void write_out(const void* data, std::size_t bytes);
   void copy_spool();
+  void close(int* fd);
   [[noreturn]] void fail(const char* what, int error) const;
 
   std::string path_;       // as the user gave it, for messages

@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "io/mapped_file.h"
+#include "io/reading_memory.h"
 #include "io/vtk_plugin.h"
 
 namespace tetfusion {
@@ -32,6 +33,14 @@ class VtkSource : public MeshSource {
     Geometry geometry;
     throw_if_failed(mesh_->read_geometry(&geometry));
     return geometry;
+  }
+
+  std::uint64_t memory_to_read() override {
+    // VTK's grid stays: ids of 8 bytes for corners and ends, a byte for the type, the arrays.
+    constexpr std::uint64_t kCellBytes = 4 * 8 + 8 + 1;
+    const MeshDescription& d = description();
+    return MeshSource::memory_to_read() + d.cells * kCellBytes +
+           d.points * 3 * size_of(d.point_type) + bytes_of(d.point_data) + bytes_of(d.cell_data);
   }
 
   DataArray read_array(Association association, std::size_t index) override {

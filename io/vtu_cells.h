@@ -7,6 +7,8 @@
 
 #include "base/vector.h"
 #include "io/mesh_source.h"
+#include "io/reading_memory.h"
+#include "io/vtu_cell_arrays.h"
 #include "io/vtu_input.h"
 #include "mesh/geometry.h"
 
@@ -15,9 +17,9 @@ namespace tetfusion {
 // The cells as the file has them, pieces one after another, ghost cells marked. Vertex ids count
 // through all pieces. Either tetrahedra alone, or cells of all kinds.
 struct VtuCells {
-  static constexpr std::uint8_t kGhost = 255;  // in place of a type
+  static constexpr std::uint8_t kGhost = VtuCellArrays::kGhost;
 
-  Vector<std::uint8_t> types;
+  Vector<std::uint8_t> types;  // kGhost in place of a ghost cell's
   std::uint64_t ghosts = 0;
 
   bool tets_only = false;
@@ -31,6 +33,9 @@ struct VtuCells {
 // ghost uses (the vertices that are left of it with `options`). Throws Error(kBadInput) naming the
 // first cell that is not right, InvalidMesh for a vertex id out of range.
 VtuCells read_cells(const VtuInput& input, const OpenOptions& options, Vector<std::uint8_t>* used);
+
+// Reads no more than the types, and keeps nothing. Throws Error(kBadInput).
+CellTypeCounts count_types(const VtuInput& input);
 
 // Moves the cells into `mesh` under the points' new numbers (empty: as they are), splits what is to
 // be split, and fills tets, lower, tet_source, lower_source and ghost_cells. `path` is for

@@ -31,10 +31,10 @@ bool parse_unsigned(std::string_view text, std::uint64_t* value) {
 
 class HeadParser {
  public:
-  HeadParser(std::span<const std::byte> file, const std::string& path) : file_(file), path_(path) {}
+  explicit HeadParser(const MappedFile& file) : file_(file), path_(file.path()) {}
 
   VtuHead run() {
-    xml_ = scan_xml_head({reinterpret_cast<const char*>(file_.data()), file_.size()}, path_);
+    xml_ = scan_xml_head(file_);
     const pugi::xml_parse_result result = document_.load_buffer_inplace(
         xml_.text.data(), xml_.text.size(), pugi::parse_default, pugi::encoding_utf8);
     if (result.status == pugi::status_no_document_element) {
@@ -370,7 +370,7 @@ class HeadParser {
     if (head_.layout.swap) head_.format += ", big-endian";
   }
 
-  std::span<const std::byte> file_;
+  const MappedFile& file_;
   const std::string& path_;
   XmlHead xml_;
   pugi::xml_document document_;
@@ -384,8 +384,6 @@ class HeadParser {
 
 }  // namespace
 
-VtuHead parse_vtu_head(std::span<const std::byte> file, const std::string& path) {
-  return HeadParser(file, path).run();
-}
+VtuHead parse_vtu_head(const MappedFile& file) { return HeadParser(file).run(); }
 
 }  // namespace tetfusion

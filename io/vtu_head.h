@@ -42,7 +42,8 @@ struct VtuHead {
 };
 
 // Parses the head. All pieces have the same arrays of the same type, and no array claims more
-// values than the file has room for. Throws Error(kBadInput).
-VtuHead parse_vtu_head(std::span<const std::byte> file, const std::string& path);
+// values than the file has room for. Does not leave the file's pages in memory. Throws
+// Error(kBadInput).
+VtuHead parse_vtu_head(const MappedFile& file);
 
 }  // namespace tetfusion

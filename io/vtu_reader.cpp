@@ -1,15 +1,9 @@
 #include "io/vtu_reader.h"
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cmath>
-#include <cstring>
-#include <new>
-#include <stdexcept>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -17,8 +11,11 @@
 #include "base/error.h"
 #include "io/cell_kinds.h"
 #include "io/merge_pieces.h"
+#include "io/reading_memory.h"
 #include "io/vtu_cells.h"
 #include "io/vtu_input.h"
+#include "io/vtu_points.h"
+#include "io/vtu_stream.h"
 
 namespace tetfusion {
 
@@ -28,8 +25,8 @@ class VtuSource final : public MeshSource {
  public:
   VtuSource(MappedFile file, const OpenOptions& options)
       : input_{std::move(file), {}}, options_(options) {
-    guarded([this] {
-      input_.head = parse_vtu_head(input_.file.bytes(), input_.file.path());
+    input_.guarded([this] {
+      input_.head = parse_vtu_head(input_.file);
       describe();
     });
   }
@@ -38,13 +35,23 @@ class VtuSource final : public MeshSource {
 
   Geometry read_geometry() override {
     Geometry mesh;
-    guarded([&] { read_geometry_into(&mesh); });
+    input_.guarded([&] { read_geometry_into(&mesh); });
     return mesh;
+  }
+
+  std::unique_ptr<MeshStream> stream() override {
+    return open_vtu_stream(input_, description_, options_);
+  }
+
+  std::uint64_t memory_to_read() override {
+    CellTypeCounts cells{};
+    input_.guarded([&] { cells = count_types(input_); });
+    return tetfusion::memory_to_read(description_, cells);
   }
 
   DataArray read_array(Association association, std::size_t index) override {
     DataArray array;
-    guarded([&] {
+    input_.guarded([&] {
       array = association == Association::kField ? read_field(index)
                                                  : read_attribute(association, index);
     });
@@ -52,27 +59,7 @@ class VtuSource final : public MeshSource {
   }
 
  private:
-  // A file that was shortened under us reads as zeros from there on: that is what is wrong, whatever follows from it.
-  // No size in the file makes an allocation fail before it was compared with the file's length;
-  // what remains is a mesh that is too large for this machine.
-  template <class F>
-  void guarded(F f) const {
-    try {
-      f();
-    } catch (const Error&) {
-      input_.file.check();
-      throw;
-    } catch (const std::bad_alloc&) {
-      fail(ErrorCode::kMemory, "there is not enough memory to read the mesh");
-    } catch (const std::length_error&) {
-      fail(ErrorCode::kMemory, "there is not enough memory to read the mesh");
-    }
-    input_.file.check();
-  }
-
-  [[noreturn]] void fail(ErrorCode code, const std::string& what) const {
-    throw Error(code, input_.file.path() + ": " + what);
-  }
+  [[noreturn]] void fail(ErrorCode code, const std::string& what) const { input_.fail(code, what); }
 
   void describe() {
     MeshDescription& d = description_;
@@ -89,9 +76,7 @@ class VtuSource final : public MeshSource {
       piece_begin_.push_back(d.points);
       if (!piece.coordinates.present || found_points) continue;
       found_points = true;
-      // Integers fit into Float64 (those that a mesh can have as coordinates).
-      d.point_type = piece.coordinates.info.type == ValueType::kFloat32 ? ValueType::kFloat32
-                                                                        : ValueType::kFloat64;
+      d.point_type = point_type_for(piece.coordinates.info.type);
     }
     d.point_data = head.point_data;
     d.cell_data = head.cell_data;
@@ -159,38 +144,22 @@ class VtuSource final : public MeshSource {
       reader.read_all(array.bytes.data() + at);
       at += reader.values() * value_bytes;
     }
-    forget_ghosts(association, &array);
+    forget_ghosts(association, array.info, array.bytes);
     return array;
-  }
-
-  // Ghost cells are gone and copies of points are merged: nothing is a copy any more.
-  static void forget_ghosts(Association association, DataArray* array) {
-    if (array->info.name == "vtkGhostLevels") {
-      std::fill(array->bytes.begin(), array->bytes.end(), std::byte{0});
-    } else if (array->info.name == "vtkGhostType" && array->info.type == ValueType::kUInt8) {
-      const int gone = association == Association::kCell ? kGhostDropped : kGhostCopy;
-      for (std::uint8_t& flags : array->as<std::uint8_t>()) {
-        flags = static_cast<std::uint8_t>(flags & ~gone);
-      }
-    }
   }
 
   // ---- geometry ----
 
   void read_geometry_into(Geometry* mesh) const {
     const std::uint64_t points = description_.points;
-    if (points > kMaxPoints) {
-      fail(ErrorCode::kMemory, std::to_string(points) +
-                                   " points are more than can be held in memory at once (" +
-                                   std::to_string(kMaxPoints) + ")");
-    }
-    const bool all_finite = description_.point_type == ValueType::kFloat32
-                                ? read_points<float>(&mesh->points)
-                                : read_points<double>(&mesh->points);
+    check_point_count(input_, points);
+    const bool finite = description_.point_type == ValueType::kFloat32
+                            ? read_points<float>(&mesh->points)
+                            : read_points<double>(&mesh->points);
     Vector<std::uint8_t> used;
     used.assign(points, 0);
     VtuCells cells = read_cells(input_, options_, &used);
-    if (!all_finite) check_finite(mesh->points, used);
+    if (!finite) check_finite(mesh->points, used);
     Vector<VertexId> new_ids;
     if (input_.head.pieces.size() > 1) {
       const Vector<std::int64_t> ids = read_global_ids();
@@ -205,37 +174,17 @@ class VtuSource final : public MeshSource {
   template <class Real>
   bool read_points(Points* out) const {
     Vector<Vec3<Real>> points(description_.points);
-    std::atomic<bool> all_finite = true;
+    bool finite = true;
     for (std::size_t p = 0; p < input_.head.pieces.size(); ++p) {
-      if (input_.head.pieces[p].points == 0) continue;
-      const ArrayReader reader = open_coordinates(p);
-      Real* const to = &points[piece_begin_[p]].x;
-      visit_type(reader.type(), [&](auto zero) {
-        reader.for_each_chunk([&](const Chunk& chunk) {
-          if (!copy_coordinates<decltype(zero)>(chunk, to)) all_finite = false;
-        });
-      });
+      const std::uint64_t count = input_.head.pieces[p].points;
+      if (count == 0) continue;
+      std::byte* const to = reinterpret_cast<std::byte*>(points.data() + piece_begin_[p]);
+      if (!read_coordinates(open_coordinates(input_, p), value_type_of<Real>(), 0, count, to)) {
+        finite = false;
+      }
     }
     *out = std::move(points);
-    return all_finite;
-  }
-
-  template <class From, class Real>
-  static bool copy_coordinates(const Chunk& chunk, Real* out) {
-    std::uint32_t bad = 0;
-    for (std::uint64_t i = 0; i < chunk.count; ++i) {
-      From value;
-      std::memcpy(&value, chunk.data + i * sizeof(From), sizeof(From));
-      const Real x = static_cast<Real>(value);
-      out[chunk.first + i] = x;
-      bad |= x - x != 0 ? 1u : 0u;  // x - x is zero, but for infinities and NaN
-    }
-    return bad == 0;
-  }
-
-  ArrayReader open_coordinates(std::size_t piece) const {
-    return input_.open(input_.head.pieces[piece].coordinates,
-                       "coordinates" + input_.of_piece(piece));
+    return finite;
   }
 
   // Throws InvalidMesh for the first used point that is not finite.
@@ -245,23 +194,14 @@ class VtuSource final : public MeshSource {
           std::size_t piece = 0;
           for (std::uint64_t v = 0; v < used.size(); ++v) {
             while (v >= piece_begin_[piece + 1]) ++piece;
-            const std::array<double, 3> p{xyz[v].x, xyz[v].y, xyz[v].z};
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-              if (used[v] == 0 || std::isfinite(p[axis])) continue;
-              fail_at_coordinate(piece, v - piece_begin_[piece], axis, p[axis]);
+            if (used[v] == 0) continue;
+            if (std::isfinite(xyz[v].x) && std::isfinite(xyz[v].y) && std::isfinite(xyz[v].z)) {
+              continue;
             }
+            fail_not_finite(open_coordinates(input_, piece), v - piece_begin_[piece]);
           }
         },
         points);
-  }
-
-  [[noreturn]] void fail_at_coordinate(std::size_t piece, std::uint64_t point, std::size_t axis,
-                                       double value) const {
-    constexpr std::string_view kAxes = "xyz";
-    const ArrayReader reader = open_coordinates(piece);
-    throw InvalidMesh(reader.message("point " + std::to_string(point) + " has the " + kAxes[axis] +
-                                     " coordinate " + std::to_string(value) +
-                                     ", which is not finite" + reader.where(3 * point + axis)));
   }
 
   // Empty when the points have no such ids.

@@ -13,19 +13,39 @@ constexpr std::size_t kNone = std::string_view::npos;
 
 class Scanner {
  public:
-  Scanner(std::string_view file, const std::string& path) : file_(file), path_(path) {}
+  explicit Scanner(const MappedFile& file)
+      : mapped_(file),
+        file_(reinterpret_cast<const char*>(file.bytes().data()), file.size()),
+        path_(file.path()) {}
 
   XmlHead run() {
     while (pos_ < file_.size() && !head_.has_appended) {
-      const std::size_t tag = std::min(file_.find('<', pos_), file_.size());
+      const std::size_t tag = next_tag();
       take_text(pos_, tag);
       pos_ = tag;
       if (pos_ < file_.size()) take_markup();
     }
+    release(pos_);
     return std::move(head_);
   }
 
  private:
+  // Data between tags may be many gigabytes.
+  std::size_t next_tag() {
+    constexpr std::size_t kStep = std::size_t{4} << 20;
+    for (std::size_t at = pos_; at < file_.size(); at += kStep) {
+      if (at > released_ + kStep) release(at);
+      const std::size_t found = file_.substr(at, kStep).find('<');
+      if (found != kNone) return at + found;
+    }
+    return file_.size();
+  }
+
+  void release(std::size_t end) {
+    mapped_.dont_need_around(released_, end - released_);
+    released_ = end;
+  }
+
   [[noreturn]] void fail(const std::string& what, std::size_t position) const {
     throw Error(ErrorCode::kBadInput,
                 path_ + ": " + what + " (byte " + std::to_string(position) + ")");
@@ -117,9 +137,11 @@ class Scanner {
     head_.text += "</AppendedData></VTKFile>";
   }
 
+  const MappedFile& mapped_;
   std::string_view file_;
   const std::string& path_;
   std::size_t pos_ = 0;
+  std::size_t released_ = 0;  // what comes before is not mapped any more
   bool in_data_ = false;
   bool has_payload_ = false;
   std::size_t nested_ = 0;  // elements open inside the data element
@@ -128,9 +150,7 @@ class Scanner {
 
 }  // namespace
 
-XmlHead scan_xml_head(std::string_view file, const std::string& path) {
-  return Scanner(file, path).run();
-}
+XmlHead scan_xml_head(const MappedFile& file) { return Scanner(file).run(); }
 
 std::string_view vtk_file_type(std::string_view file) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";

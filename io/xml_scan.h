@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/mapped_file.h"
+
 namespace tetfusion {
 
 struct XmlHead {
@@ -22,8 +24,9 @@ struct XmlHead {
 
 // Walks over the tags of `file`, skipping from '<' to '<', up to appended data, which is not XML
 // and is not looked at. Checks no more than it needs: whether the result is well formed is the
-// parser's business. Throws Error(kBadInput) with `path` in the message.
-XmlHead scan_xml_head(std::string_view file, const std::string& path);
+// parser's business. Does not leave the file's pages in memory. Throws
+// Error(kBadInput).
+XmlHead scan_xml_head(const MappedFile& file);
 
 // The type attribute of the root element when that is <VTKFile>, else nothing: "UnstructuredGrid".
 // Looks at the first few kilobytes alone.

@@ -3,31 +3,67 @@
 // next time.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
-#include <span>
 
 #include "base/vector.h"
 #include "mesh/geometry.h"
 
 namespace tetfusion {
 
-struct CurveCut {
-  std::uint32_t chunks = 1;
-  Vector<std::uint32_t> chunk_of_vertex;
-
-  // A tetrahedron belongs to the chunk of its smallest vertex: there are six times fewer vertices
-  // than tetrahedra to find a place on the curve for.
-  std::uint32_t chunk_of(const Tet& t) const {
-    return chunk_of_vertex[std::min({t[0], t[1], t[2], t[3]})];
-  }
+// The bounding box of finite points. Adding nothing leaves it empty.
+struct Box {
+  Box();
+  void add(const Vec3<double>& p);  // ignores points that are not finite
+  void add(const Box& other);
+  Vec3<double> lo;
+  Vec3<double> hi;
 };
 
-// Cuts into ceil(tets / chunk_tets) chunks; chunk_tets > 0. A chunk may turn out a quarter larger
-// or smaller, and where points coincide one may be empty. A function of the arguments alone,
-// whatever the number of threads.
-template <class Real>
-CurveCut cut_curve(const Vector<Vec3<Real>>& positions, std::span<const Tet> tets,
-                   std::uint64_t chunk_tets, std::uint32_t round);
+// The curve through a cube of twice the box's extent, in which the box's place depends on the
+// round. Points outside the box are taken as on its surface.
+class ShiftedCurve {
+ public:
+  ShiftedCurve(const Box& box, std::uint32_t round);
+
+  template <class Real>
+  std::uint64_t key(const Vec3<Real>& p) const;
+
+ private:
+  std::uint32_t cell(double value, double low, double shift) const;
+
+  Vec3<double> lo_{};
+  double scale_ = 1;
+  Vec3<double> shift_{};
+};
+
+// Chunks are numbered along the curve. A tetrahedron belongs to the lowest of its vertices' chunks:
+// of the vertices near a cut only those on one side then lie on the interface.
+class CurveCut {
+ public:
+  CurveCut() = default;  // one chunk
+
+  // Cuts so that each of `chunks` > 0 chunks holds as many samples as the others. The samples are
+  // keys on the curve, in any order. Chunks may turn out empty where points coincide.
+  CurveCut(const ShiftedCurve& curve, std::uint32_t chunks, Vector<std::uint64_t> samples);
+
+  std::uint32_t chunks() const { return static_cast<std::uint32_t>(first_keys_.size()) + 1; }
+
+  template <class Real>
+  std::uint32_t chunk_of(const Vec3<Real>& p) const {
+    return first_keys_.empty() ? 0 : chunk_of_key(curve_.key(p));
+  }
+
+ private:
+  static constexpr int kTableBits = 12;
+  std::uint32_t chunk_of_key(std::uint64_t key) const;
+
+  ShiftedCurve curve_{Box(), 0};
+  Vector<std::uint64_t> first_keys_;  // of every chunk but the first, ascending
+  // The chunk in which each 2^-kTableBits of the curve begins; one entry more.
+  Vector<std::uint32_t> table_;
+};
+
+// So many samples a chunk make the sizes of chunks vary by a few percent.
+inline constexpr std::uint64_t kSamplesPerChunk = 512;
 
 }  // namespace tetfusion

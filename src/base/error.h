@@ -32,4 +32,11 @@ class InvalidMesh : public Error {
   explicit InvalidMesh(const std::string& message) : Error(ErrorCode::kBadInput, message) {}
 };
 
+// Thrown in work that was given up because other work had failed: never the reason of a failure,
+// and never what a user reads (run_tasks() prefers any other error).
+class Abandoned : public Error {
+ public:
+  Abandoned() : Error(ErrorCode::kInterrupted, "given up, because other work failed") {}
+};
+
 }  // namespace tetfusion

@@ -24,33 +24,54 @@ std::optional<double> parse_share(std::string_view text) {
   return value;
 }
 
-std::optional<std::uint64_t> parse_count(std::string_view text) {
-  double scale = 1;
-  if (!text.empty()) {
-    switch (text.back()) {
-      case 'k':
-      case 'K':
-        scale = 1e3;
-        break;
-      case 'm':
-      case 'M':
-        scale = 1e6;
-        break;
-      case 'g':
-      case 'G':
-        scale = 1e9;
-        break;
-      default:
-        break;
-    }
+namespace {
+
+// k, m, g, t in either case are 1 to 4; 0 for anything else.
+int power_of_unit(char unit) {
+  switch (unit) {
+    case 'k':
+    case 'K':
+      return 1;
+    case 'm':
+    case 'M':
+      return 2;
+    case 'g':
+    case 'G':
+      return 3;
+    case 't':
+    case 'T':
+      return 4;
+    default:
+      return 0;
   }
-  if (scale > 1) text.remove_suffix(1);
+}
+
+constexpr double kLargestWhole = 9007199254740992.0;  // 2^53: whole numbers below are exact
+
+}  // namespace
+
+std::optional<std::uint64_t> parse_count(std::string_view text) {
+  const int power = text.empty() ? 0 : power_of_unit(text.back());
+  if (power > 3) return std::nullopt;
+  if (power > 0) text.remove_suffix(1);
   const auto value = parse_number(text);
-  constexpr double kLargest = 9007199254740992.0;  // 2^53: exact as a double
-  if (!value || !(*value >= 0) || *value * scale > kLargest) return std::nullopt;
-  const double count = *value * scale;
-  if (count != std::floor(count)) return std::nullopt;
+  if (!value) return std::nullopt;
+  const double count = *value * std::pow(1000.0, power);
+  if (!(count >= 0) || count > kLargestWhole || count != std::floor(count)) return std::nullopt;
   return static_cast<std::uint64_t>(count);
+}
+
+std::optional<std::uint64_t> parse_bytes(std::string_view text) {
+  const bool binary = text.ends_with("iB");
+  if (binary) text.remove_suffix(2);
+  const int power = text.empty() ? 0 : power_of_unit(text.back());
+  if (power > 0) text.remove_suffix(1);
+  const auto value = parse_number(text);
+  if (!value || !(*value >= 0) || (binary && power == 0)) return std::nullopt;
+  if (power == 0 && *value != std::floor(*value)) return std::nullopt;
+  const double bytes = std::floor(std::ldexp(*value, 10 * power));
+  if (bytes > kLargestWhole) return std::nullopt;
+  return static_cast<std::uint64_t>(bytes);
 }
 
 std::vector<std::string> split(std::string_view text, char separator) {
@@ -79,6 +100,11 @@ std::string format_bytes(std::uint64_t bytes) {
     ++unit;
   }
   return unit == 0 ? fmt::format("{} bytes", bytes) : fmt::format("{:.1f} {}", value, kUnits[unit]);
+}
+
+std::string format_memory(std::uint64_t bytes) {
+  constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+  return fmt::format("{}M", bytes / kMiB + (bytes % kMiB != 0 ? 1 : 0));
 }
 
 }  // namespace tetfusion

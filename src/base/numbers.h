@@ -1,4 +1,4 @@
-// Numbers as users write them: 90%, 0.9, 2.5M, 1G.
+// Numbers as users write them: 90%, 0.9, 2.5M, 1G; and sizes in bytes.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,16 @@ namespace tetfusion {
 
 std::optional<double> parse_number(std::string_view text);  // all of the text, or nothing; finite
 std::optional<double> parse_share(std::string_view text);   // "0.5%" is 0.005, "0.005" too
-std::optional<std::uint64_t> parse_count(
-    std::string_view text);  // "1000000", "1M", "2.5k", "1G" (powers of 1000)
+// Whole numbers: "1000000", "1M", "2.5k", "1G" (powers of 1000).
+std::optional<std::uint64_t> parse_count(std::string_view text);
+// Sizes: "512M", "1.5G", "2GiB", "4096" (bytes); K, M, G and T are powers of 1024. Parts of a byte
+// are cut off.
+std::optional<std::uint64_t> parse_bytes(std::string_view text);
 std::vector<std::string> split(std::string_view text, char separator);
 
 std::string format_count(std::uint64_t count);  // 1,499,160
 std::string format_bytes(std::uint64_t bytes);  // 1.4 GiB
+// As parse_bytes() takes it, rounded up to a whole MiB: 1434M.
+std::string format_memory(std::uint64_t bytes);
 
 }  // namespace tetfusion

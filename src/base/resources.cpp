@@ -32,8 +32,6 @@ double cpu_seconds() {
   return seconds(u.ru_utime) + seconds(u.ru_stime);
 }
 
-std::uint64_t peak_rss_bytes() { return static_cast<std::uint64_t>(usage().ru_maxrss) * 1024; }
-
 namespace {
 int chosen_threads = 0;  // 0: one a processor
 }

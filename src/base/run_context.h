@@ -2,6 +2,8 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string_view>
 
@@ -9,10 +11,15 @@
 
 namespace tetfusion {
 
+// Workers report, too: the functions are called from any thread of the job, also from several at
+// once, and have to stand that. They should be quick, and must not throw.
 struct RunContext {
-  // Called from the thread that runs the job: the phase's name and how much of the whole run is
-  // done, 0..1.
+  // The phase's name and how much of the whole run is done, 0..1; from several threads shares may
+  // come a little out of order. A run that goes on where an earlier one stopped begins with the
+  // share that was done then.
   std::function<void(std::string_view phase, double share)> progress;
+  // Called once, when the number of tetrahedra of the input is known: for a rate.
+  std::function<void(std::uint64_t tets)> size;
   // Called with sentences that the user should read: what was locked, what was left out.
   std::function<void(std::string_view message)> notice;
   const std::atomic<bool>* cancelled = nullptr;
@@ -20,12 +27,23 @@ struct RunContext {
   void report(std::string_view phase, double share) const {
     if (progress) progress(phase, share);
   }
+  // The same for part `done` of `all` equal parts of a phase that goes from share `from` to `to`.
+  void report(std::string_view phase, double from, double to, std::size_t done,
+              std::size_t all) const {
+    report(phase, from + (to - from) * static_cast<double>(done) / static_cast<double>(all));
+  }
+  void report_size(std::uint64_t tets) const {
+    if (size) size(tets);
+  }
   void say(std::string_view message) const {
     if (notice) notice(message);
   }
+  bool is_cancelled() const {
+    return cancelled != nullptr && cancelled->load(std::memory_order_relaxed);
+  }
   // Throws Error(kInterrupted) when the caller has asked to stop.
   void check() const {
-    if (cancelled != nullptr && cancelled->load(std::memory_order_relaxed)) {
+    if (is_cancelled()) {
       throw Error(ErrorCode::kInterrupted, "interrupted; what was not whole yet was not written");
     }
   }

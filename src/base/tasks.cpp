@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "base/error.h"
+
 namespace tetfusion {
 
 void run_tasks(std::size_t tasks, int threads,
@@ -15,20 +17,26 @@ void run_tasks(std::size_t tasks, int threads,
   std::atomic<bool> failed{false};
   std::mutex mutex;
   std::exception_ptr error;
+  bool error_is_reason = false;
   std::size_t error_task = tasks;
+  const auto keep = [&](std::size_t task, bool is_reason) {
+    const std::lock_guard lock(mutex);
+    failed = true;
+    if (is_reason == error_is_reason ? task >= error_task : error_is_reason) return;
+    error_task = task;
+    error_is_reason = is_reason;
+    error = std::current_exception();
+  };
   const auto run = [&](std::size_t worker) {
     while (!failed.load()) {
       const std::size_t task = next.fetch_add(1);
       if (task >= tasks) return;
       try {
         work(task, worker);
+      } catch (const Abandoned&) {
+        keep(task, false);
       } catch (...) {
-        const std::lock_guard lock(mutex);
-        failed = true;
-        if (task < error_task) {
-          error_task = task;
-          error = std::current_exception();
-        }
+        keep(task, true);
       }
     }
   };

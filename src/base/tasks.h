@@ -3,14 +3,39 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
+#include <mutex>
+#include <utility>
 
 namespace tetfusion {
 
 // Calls work(task, worker) once for each task in [0, tasks), on up to `threads` threads; worker is
 // in [0, threads) and tells a thread's own scratch memory apart. Tasks begin in ascending order. If
 // some throw, no further task begins, and the exception of the lowest of them is thrown here when
-// the others have ended.
+// the others have ended; Abandoned only if no other kind was thrown.
 void run_tasks(std::size_t tasks, int threads,
                const std::function<void(std::size_t task, std::size_t worker)>& work);
+
+// Takes what tasks have made, in any order and from several threads, and hands it on in the order
+// of the tasks, one at a time. What comes early waits.
+template <class T>
+class InOrder {
+ public:
+  explicit InOrder(std::function<void(T)> take) : take_(std::move(take)) {}
+  void put(std::size_t task, T value) {
+    const std::lock_guard lock(mutex_);
+    waiting_.emplace(task, std::move(value));
+    for (auto it = waiting_.begin(); it != waiting_.end() && it->first == next_;
+         it = waiting_.erase(it), ++next_) {
+      take_(std::move(it->second));
+    }
+  }
+
+ private:
+  std::mutex mutex_;
+  std::function<void(T)> take_;
+  std::map<std::size_t, T> waiting_;
+  std::size_t next_ = 0;
+};
 
 }  // namespace tetfusion

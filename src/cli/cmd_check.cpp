@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <memory>
 
 #include "base/error.h"
 #include "base/numbers.h"
 #include "base/resources.h"
+#include "base/version.h"
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
@@ -151,8 +153,11 @@ Answer check(const Arguments& a) {
   } catch (const InvalidMesh& e) {
     return answer_invalid(e.what());
   }
+  context.report_size(geometry.tets.size());
   context.check();
-  return judge_geometry(a, &geometry, context);
+  const Answer answer = judge_geometry(a, &geometry, context);
+  console.detail_resources();
+  return answer;
 }
 
 void run(const Arguments& a) {
@@ -160,7 +165,7 @@ void run(const Arguments& a) {
   set_thread_count(a.threads);
   const Answer answer = check(a);
   if (!a.report.empty()) {
-    Json json{{"version", TETFUSION_VERSION}, {"path", a.input}, {"valid", answer.valid}};
+    Json json{{"version", version()}, {"path", a.input}, {"valid", answer.valid}};
     json.update(answer.json);
     json["seconds"] = {{"total", wall_seconds() - start}};
     json["cpu_seconds"] = cpu_seconds();
@@ -182,14 +187,9 @@ void add_check_command(CLI::App& app) {
       "out of range\n"
       "and coordinates that are not finite. Degenerate cells and a boundary that is no manifold "
       "are warnings.");
-  command->add_option("IN", a->input, "The mesh, or - for standard input")->required();
+  add_input_options(*command, &a->input, &a->open);
+  add_report_option(*command, &a->report);
   command->add_flag("--strict", a->strict, "Fail on warnings, too");
-  command->add_option("--report", a->report,
-                      "Write a JSON report to this file; - for standard output");
-  command->add_flag("--tetrahedralize", a->open.tetrahedralize,
-                    "Split hexahedra, voxels, wedges and pyramids into tetrahedra");
-  command->add_flag("--linearize", a->open.linearize,
-                    "Take ten-node tetrahedra as straight-edged ones");
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console);
   command->callback([a] { run(*a); });

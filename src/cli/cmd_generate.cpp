@@ -42,6 +42,7 @@ void run(Arguments* a) {
   }
   a->generate.kind = kinds().at(a->kind);
   a->generate.tets = *tets;
+  context.report_size(*tets);
   a->write.progress = [&](double share) {
     context.check();
     context.report("writing", share);
@@ -49,6 +50,7 @@ void run(Arguments* a) {
   const GeneratedSize size = generate_mesh(a->generate, a->output, a->write);
   console.detail(
       fmt::format("{} points, {} tetrahedra", format_count(size.points), format_count(size.tets)));
+  console.detail_resources();
 }
 
 void add_shape_options(CLI::App& command, GenerateOptions* options) {
@@ -94,7 +96,7 @@ void add_generate_command(CLI::App& app) {
       ->required();
   add_encoding_option(*command, &a->write.encoding);
   add_thread_option(*command, &a->threads);
-  add_console_options(*command, &a->console);
+  add_console_options(*command, &a->console, "Say more: sizes, time and memory");
   command->callback([a] { run(a.get()); });
 }
 

@@ -1,11 +1,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "base/numbers.h"
 #include "base/resources.h"
+#include "base/version.h"
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
@@ -180,6 +186,7 @@ Answer describe(const Arguments& a) {
   const auto source = open_mesh(a.input, a.open);
   const MeshDescription& mesh = source->description();
   Geometry geometry = source->read_geometry();
+  context.report_size(geometry.tets.size());
   context.check();
   context.report("inspecting", 0.4);
   const Inspection inspection = inspect(geometry);
@@ -187,12 +194,13 @@ Answer describe(const Arguments& a) {
   const std::vector<ArrayLine> arrays = measure_arrays(source.get(), context);
   const std::vector<Finding> findings = list_findings(geometry, inspection);
 
-  Json json{{"version", TETFUSION_VERSION}, {"path", mesh.path},
-            {"format", mesh.format},        {"file_bytes", mesh.file_bytes},
-            {"pieces", mesh.pieces},        {"point_type", vtk_name(mesh.point_type)}};
+  Json json{{"version", version()},  {"path", mesh.path},
+            {"format", mesh.format}, {"file_bytes", mesh.file_bytes},
+            {"pieces", mesh.pieces}, {"point_type", vtk_name(mesh.point_type)}};
   json.update(counts_json(geometry, inspection));
   json["arrays"] = arrays_json(arrays);
   json.update(findings_json(findings));
+  console.detail_resources();
   return {json, table(mesh, geometry, inspection, arrays, findings)};
 }
 
@@ -209,13 +217,8 @@ void add_info_command(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
       "info", "Say what is in a mesh: counts, arrays, boundary, what is odd about it");
-  command->add_option("IN", a->input, "The mesh, or - for standard input")->required();
-  command->add_option("--report", a->report,
-                      "Write a JSON report to this file; - for standard output");
-  command->add_flag("--tetrahedralize", a->open.tetrahedralize,
-                    "Split hexahedra, voxels, wedges and pyramids into tetrahedra");
-  command->add_flag("--linearize", a->open.linearize,
-                    "Take ten-node tetrahedra as straight-edged ones");
+  add_input_options(*command, &a->input, &a->open);
+  add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console);
   command->callback([a] { run(*a); });

@@ -1,8 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "base/numbers.h"
@@ -21,7 +26,7 @@ struct Arguments {
   ConsoleOptions console;
   std::string method;
   std::string boundary = "exact";
-  std::string reduction, tets, lods, chunk_tets, report;
+  std::string reduction, tets, lods, chunk_tets, memory, report;
   std::string scalar_tolerance = "0.025";
   std::string stretch_factor = "5";
   std::string aspect_ratio = "off";
@@ -54,6 +59,14 @@ std::uint64_t parse_tets(const std::string& option, const std::string& text) {
   return *count;
 }
 
+std::uint64_t parse_memory(const std::string& text) {
+  const auto bytes = parse_bytes(text);
+  if (!bytes || *bytes == 0) {
+    refuse(fmt::format("--memory {}: give a size, as in 2G, 512M or 1.5G (powers of 1024)", text));
+  }
+  return *bytes;
+}
+
 void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
   if (a.lods.empty()) return;
   const auto count = parse_count(a.lods);
@@ -82,6 +95,15 @@ void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
   }
 }
 
+void refuse_equal_lods(const std::string& text, const std::vector<double>& lods) {
+  const auto twin = std::adjacent_find(lods.begin(), lods.end());
+  if (twin == lods.end()) return;
+  refuse(
+      fmt::format("--lods {}: there are two levels of {:.6g}%; each must go further than the one "
+                  "before, as in 50%,80%",
+                  text, 100 * *twin));
+}
+
 void parse_arguments(Arguments* a) {
   BehaviourOptions& b = a->request.behaviour;
   if (a->method != "tetfuse")
@@ -106,6 +128,8 @@ void parse_arguments(Arguments* a) {
     b.regions = none ? std::vector<std::string>{} : a->regions;
   }
   parse_lods(*a, &b);
+  refuse_equal_lods(a->lods, b.lods);
+  if (!a->memory.empty()) a->request.performance.memory = parse_memory(a->memory);
   if (a->report == "-" && a->request.output == "-") {
     refuse("the mesh and the report cannot both go to standard output");
   }
@@ -130,6 +154,7 @@ void summarize(const SimplifyReport& r, Console* console) {
                            format_count(r.input.boundary_triangles),
                            format_count(r.output.boundary_triangles), r.input.volume, change));
   console->say(r.stop_sentence());
+  console->detail_resources();
 }
 
 void run(Arguments* a) {
@@ -138,6 +163,7 @@ void run(Arguments* a) {
     refuse_same_file(a->report, {a->request.input, a->request.output});
     check_output_path(a->report);
   }
+  if (a->request.performance.dry_run) refuse("--dry-run: this version cannot plan a run yet");
   SimplifyReport report;
   {
     Console console(a->console);
@@ -149,22 +175,27 @@ void run(Arguments* a) {
 }
 
 void add_goal_options(CLI::App& command, Arguments* a) {
+  constexpr const char* kGroup = "Goal";
   command
       .add_option("--reduction", a->reduction,
-                  "Goal: the share of the tetrahedra that is to go, as in 90% or 0.9")
-      ->check(not_empty);
-  command
-      .add_option("--tets", a->tets, "Goal: how many tetrahedra are to be left, as in 100000 or 2M")
-      ->check(not_empty);
+                  "The share of the tetrahedra that is to go, as in 90% or 0.9")
+      ->check(not_empty)
+      ->group(kGroup);
+  command.add_option("--tets", a->tets, "How many tetrahedra are to be left, as in 100000 or 2M")
+      ->check(not_empty)
+      ->group(kGroup);
   command
       .add_option("--lods", a->lods,
-                  "Write levels on the way to OUT, whose name holds {lod}: a number of levels, spaced "
-                  "geometrically from the input to the goal, or reductions, as in 50%,80%")
-      ->check(not_empty);
-  command.add_flag("--strict", a->strict, "Exit with code 6 when the goal is not reached");
+                  "Write levels on the way to OUT, whose name holds {lod}: a number of levels, "
+                  "spaced geometrically from the input to the goal, or reductions, as in 50%,80%")
+      ->check(not_empty)
+      ->group(kGroup);
+  command.add_flag("--strict", a->strict, "Exit with code 6 when the goal is not reached")
+      ->group(kGroup);
 }
 
 void add_criteria_options(CLI::App& command, Arguments* a) {
+  constexpr const char* kGroup = "Criteria";
   static const std::map<std::string, BoundaryRule> kRules{{"tets", BoundaryRule::kTets},
                                                           {"vertices", BoundaryRule::kVertices}};
   command
@@ -172,33 +203,39 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
                   "tetfuse: the paper's operation, four vertices of a tetrahedron become one. "
                   "Without a goal "
                   "it goes on until nothing fuses")
-      ->default_val("tetfuse");
+      ->default_val("tetfuse")
+      ->group(kGroup);
   command
       .add_option(
           "--boundary-rule", a->request.behaviour.boundary_rule,
           "What stays for the boundary's sake: vertices (no boundary vertex is fused) or tets (the "
           "paper's text: nor is a tetrahedron with a vertex on the boundary touched)")
       ->transform(CLI::CheckedTransformer(kRules, CLI::ignore_case).description(""))
-      ->default_str("vertices");
+      ->default_str("vertices")
+      ->group(kGroup);
   command.add_option("--boundary", a->boundary, "exact: every boundary triangle stays")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kGroup);
   command
       .add_option(
           "--scalar-tolerance", a->scalar_tolerance,
           "A prey's values may differ from their mean by this share of the field's range (0.025 or "
           "2.5%), or off; a list has one value a macroLoD, the last one repeated")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kGroup);
   command
       .add_option("--stretch-factor", a->stretch_factor,
                   "A tetrahedron's height may grow by this factor in a macroLoD, at least 1, or "
                   "off; a list "
                   "has one value a macroLoD")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kGroup);
   command
       .add_option(
           "--aspect-ratio", a->aspect_ratio,
           "Longest over shortest edge may not exceed this, at least 1, unless it was worse; or off")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kGroup);
   command
       .add_option(
           "--array", a->request.behaviour.arrays,
@@ -206,13 +243,51 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
           "given again. Default: the active scalars, else the first floating-point point array. "
           "All "
           "arrays are carried along")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->group(kGroup);
   command
       .add_option("--regions", a->regions,
                   "An integer cell array whose interfaces stay, or none; may be given again. "
                   "Default: those "
                   "named like material, region, physical, tissue, block, zone, part, label")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->group(kGroup);
+}
+
+void add_performance_options(CLI::App& command, Arguments* a) {
+  PerformanceOptions& performance = a->request.performance;
+  add_thread_option(command, &performance.threads);
+  command
+      .add_option("--memory", a->memory,
+                  "Memory that the run may take at most, as in 2G, 512M or 1.5G; what does not fit "
+                  "goes to the scratch folder. The result does not depend on it. Default: half of "
+                  "what the machine or its control group allows")
+      ->check(not_empty)
+      ->group(kPerformanceGroup);
+  command
+      .add_option("--scratch", performance.scratch,
+                  "Folder for what does not fit into memory, and for what --resume needs; removed "
+                  "when the run is done. Default: OUT.tetfusion, beside the output")
+      ->check(not_empty)
+      ->group(kPerformanceGroup);
+  command
+      .add_option(
+          "--chunk-tets", a->chunk_tets,
+          "Tetrahedra in each of the chunks that threads work on; the only performance option that "
+          "changes the result. Default: " +
+              std::to_string(BehaviourOptions().chunk_tets))
+      ->group(kPerformanceGroup);
+  command
+      .add_flag("--resume", performance.resume,
+                "Go on with a run that was interrupted, from what it left in the scratch folder: "
+                "same input, same options, but threads and memory as you like. Starts anew where "
+                "there is nothing to go on with")
+      ->group(kPerformanceGroup);
+  command
+      .add_flag("--dry-run", performance.dry_run,
+                "Say what the run would need and reach (memory, scratch space, time, reduction), "
+                "and write nothing")
+      ->group(kPerformanceGroup);
 }
 
 }  // namespace
@@ -225,24 +300,16 @@ void add_simplify_command(CLI::App& app) {
   command
       ->add_option("-o,--output", a->request.output,
                    "The result: a .vtu file, or - for standard output")
-      ->required();
+      ->required()
+      ->group(kOutputGroup);
   add_goal_options(*command, a.get());
   add_criteria_options(*command, a.get());
-  command->add_flag("--tetrahedralize", a->request.behaviour.tetrahedralize,
-                    "Split hexahedra, voxels, wedges and pyramids into tetrahedra first");
-  command->add_flag("--linearize", a->request.behaviour.linearize,
-                    "Take ten-node tetrahedra as straight-edged ones");
+  BehaviourOptions& behaviour = a->request.behaviour;
+  add_cell_options(*command, &behaviour.tetrahedralize, &behaviour.linearize);
   add_encoding_option(*command, &a->request.encoding);
-  add_thread_option(*command, &a->request.performance.threads);
-  command->add_option(
-      "--chunk-tets", a->chunk_tets,
-      "Tetrahedra in each of the chunks that threads work on; the only performance option that "
-      "changes the result. Default: " +
-          std::to_string(BehaviourOptions().chunk_tets));
-  command
-      ->add_option("--report", a->report, "Write a JSON report to this file; - for standard output")
-      ->check(not_empty);
-  add_console_options(*command, &a->console);
+  add_report_option(*command, &a->report);
+  add_performance_options(*command, a.get());
+  add_console_options(*command, &a->console, "Say more: a line for each macroLoD, time and memory");
   command->callback([a] { run(a.get()); });
 }
 

@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <csignal>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 
+#include "base/error.h"
+#include "base/numbers.h"
 #include "base/resources.h"
 #include "io/output_file.h"
 
@@ -26,25 +26,48 @@ extern "C" void on_interrupt(int signal_number) {
   std::signal(signal_number, SIG_DFL);
 }
 
-// A closed or full standard error must not end the job: what cannot be said is lost.
-void put(const std::string& text) {
-  std::fwrite(text.data(), 1, text.size(), stderr);
-  std::fflush(stderr);
+ProgressBar::Style bar_style(const ConsoleOptions& options) {
+  if (options.progress == "never") return ProgressBar::Style::kNone;
+  if (::isatty(STDERR_FILENO) == 1) {
+    const bool wanted = options.progress == "always" || !options.quiet;
+    return wanted ? ProgressBar::Style::kBar : ProgressBar::Style::kNone;
+  }
+  return options.progress == "always" ? ProgressBar::Style::kLines : ProgressBar::Style::kNone;
 }
-
-constexpr int kBarWidth = 30;
-constexpr double kSecondsBetweenDraws = 0.1;
 
 }  // namespace
 
-void add_console_options(CLI::App& command, ConsoleOptions* options) {
+void add_console_options(CLI::App& command, ConsoleOptions* options, const char* verbose) {
   command
       .add_option("--progress", options->progress,
-                  "Progress bar on standard error: auto (on a terminal), always, never")
+                  "Progress on standard error: auto (a bar, on a terminal only), always (elsewhere "
+                  "a line for each tenth), never")
       ->check(CLI::IsMember({"auto", "always", "never"}))
-      ->capture_default_str();
-  command.add_flag("--quiet,-q", options->quiet, "Say nothing but errors");
-  command.add_flag("--verbose,-v", options->verbose, "Say more: a line for each macroLoD");
+      ->capture_default_str()
+      ->group(kMessagesGroup);
+  command.add_flag("--quiet,-q", options->quiet, "Say nothing but errors")->group(kMessagesGroup);
+  command.add_flag("--verbose,-v", options->verbose, verbose)->group(kMessagesGroup);
+}
+
+void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize) {
+  command
+      .add_flag("--tetrahedralize", *tetrahedralize,
+                "Split hexahedra, voxels, wedges and pyramids into tetrahedra")
+      ->group(kInputGroup);
+  command.add_flag("--linearize", *linearize, "Take ten-node tetrahedra as straight-edged ones")
+      ->group(kInputGroup);
+}
+
+void add_input_options(CLI::App& command, std::string* input, OpenOptions* open) {
+  command.add_option("IN", *input, "The mesh, or - for standard input")->required();
+  add_cell_options(command, &open->tetrahedralize, &open->linearize);
+}
+
+void add_report_option(CLI::App& command, std::string* report) {
+  command
+      .add_option("--report", *report, "Write a JSON report to this file; - for standard output")
+      ->check(not_empty)
+      ->group(kOutputGroup);
 }
 
 void add_thread_option(CLI::App& command, int* threads) {
@@ -52,7 +75,8 @@ void add_thread_option(CLI::App& command, int* threads) {
       .add_option("--threads", *threads,
                   "Threads to use; 0 is one for each processor. The result does not depend on it")
       ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kPerformanceGroup);
 }
 
 void add_encoding_option(CLI::App& command, Encoding* encoding) {
@@ -65,57 +89,40 @@ void add_encoding_option(CLI::App& command, Encoding* encoding) {
       .add_option("--encoding", *encoding,
                   "Encoding of the .vtu written: raw, zlib, lz4 (appended), inline (base64), ascii")
       ->transform(CLI::CheckedTransformer(kNames, CLI::ignore_case).description(""))
-      ->default_str("raw");
+      ->default_str("raw")
+      ->group(kOutputGroup);
 }
 
 Console::Console(const ConsoleOptions& options)
     : quiet_(options.quiet),
       verbose_(options.verbose && !options.quiet),
-      bar_(options.progress == "always" ||
-           (options.progress == "auto" && !options.quiet && ::isatty(STDERR_FILENO) == 1)),
-      start_(wall_seconds()) {}
-
-Console::~Console() { erase_bar(); }
+      start_(wall_seconds()),
+      bar_(bar_style(options), interrupted) {}
 
 void Console::say(std::string_view message) {
-  if (quiet_) return;
-  erase_bar();
-  put(fmt::format("{}\n", message));
+  if (!quiet_) bar_.print_line(message);
 }
 
 void Console::detail(std::string_view message) {
   if (verbose_) say(message);
 }
 
+void Console::detail_resources() {
+  detail(fmt::format("{:.2f} s, {:.2f} s of processor time, {} at the peak",
+                     wall_seconds() - start_, cpu_seconds(), format_bytes(peak_rss_bytes())));
+}
+
 RunContext Console::context() {
   RunContext context;
-  if (bar_) {
-    context.progress = [this](std::string_view phase, double share) { draw(phase, share); };
-  }
+  context.progress = [this](std::string_view phase, double share) { bar_.report(phase, share); };
+  context.size = [this](std::uint64_t tets) { bar_.set_tets(tets); };
   context.notice = [this](std::string_view message) { say(message); };
   context.cancelled = &interrupted;
   return context;
 }
 
-void Console::draw(std::string_view phase, double share) {
-  const double now = wall_seconds();
-  if (share < 1 && phase == last_phase_ && now - last_draw_ < kSecondsBetweenDraws) return;
-  last_draw_ = now;
-  last_phase_ = phase;
-  share = std::clamp(share, 0.0, 1.0);
-  const int filled = static_cast<int>(share * kBarWidth);
-  put(fmt::format("\r\x1b[K[{:=<{}}{: <{}}] {:3.0f} % {:<10} {:6.1f} s", "", filled, "",
-                  kBarWidth - filled, 100 * share, phase, now - start_));
-  drawn_ = true;
-}
-
-void Console::erase_bar() {
-  if (drawn_) put("\r\x1b[K");
-  drawn_ = false;
-}
-
 void print_error(std::string_view message) {
-  put(fmt::format("tetfusion: error: {}\n", message));
+  put_on_stderr(fmt::format("tetfusion: error: {}\n", message));
 }
 
 void write_text(const std::string& path, const std::string& text) {
@@ -145,13 +152,16 @@ void refuse_same_file(const std::string& report, const std::vector<std::string>&
   };
   for (const std::string& mesh : meshes) {
     std::error_code not_there;
-    if (!std::filesystem::equivalent(report, mesh, not_there) && plain(report) != plain(mesh)) continue;
+    if (!std::filesystem::equivalent(report, mesh, not_there) && plain(report) != plain(mesh))
+      continue;
     throw Error(ErrorCode::kUsage,
-                fmt::format("--report {}: that is the mesh {}; give the report a name of its own", report,
-                            mesh));
+                fmt::format("--report {}: that is the mesh {}; give the report a name of its own",
+                            report, mesh));
   }
 }
 
-std::string not_empty(const std::string& value) { return value.empty() ? "the value is empty" : ""; }
+std::string not_empty(const std::string& value) {
+  return value.empty() ? "the value is empty" : "";
+}
 
 }  // namespace tetfusion

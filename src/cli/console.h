@@ -1,4 +1,4 @@
-// What the command says to people: notices, a progress bar, errors; all on standard error. And the
+// What the command says to people: notices, progress, errors; all on standard error. And the
 // options that several subcommands share.
 #pragma once
 
@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "base/run_context.h"
+#include "cli/progress_bar.h"
 #include "io/mesh_sink.h"
+#include "io/mesh_source.h"
 
 namespace tetfusion {
 
@@ -18,35 +20,41 @@ struct ConsoleOptions {
   bool verbose = false;
 };
 
+// The headings of --help, in the order in which options are added.
+inline constexpr const char* kInputGroup = "Input";
+inline constexpr const char* kOutputGroup = "Output";
+inline constexpr const char* kPerformanceGroup = "Performance";
+inline constexpr const char* kMessagesGroup = "Messages";
+
 // Adds --progress, --quiet and --verbose.
-void add_console_options(CLI::App& command, ConsoleOptions* options);
+void add_console_options(CLI::App& command, ConsoleOptions* options,
+                         const char* verbose = "Say more: time and memory");
+// Adds --tetrahedralize and --linearize.
+void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize);
 // Adds --threads.
 void add_thread_option(CLI::App& command, int* threads);
 // Adds --encoding.
 void add_encoding_option(CLI::App& command, Encoding* encoding);
+// Adds --report.
+void add_report_option(CLI::App& command, std::string* report);
+// Adds IN, --tetrahedralize and --linearize.
+void add_input_options(CLI::App& command, std::string* input, OpenOptions* open);
 
+// All functions may be called from any thread.
 class Console {
  public:
   explicit Console(const ConsoleOptions& options);
-  ~Console();
-  Console(const Console&) = delete;
-  Console& operator=(const Console&) = delete;
 
   void say(std::string_view message);     // unless quiet
   void detail(std::string_view message);  // with --verbose only
+  void detail_resources();                // time and memory so far, with --verbose only
   RunContext context();                   // reports here; cancelled by Ctrl-C
 
  private:
-  void draw(std::string_view phase, double share);
-  void erase_bar();
-
-  bool quiet_;
-  bool verbose_;
-  bool bar_;
-  bool drawn_ = false;
-  double start_;
-  double last_draw_ = -1;
-  std::string last_phase_;
+  const bool quiet_;
+  const bool verbose_;
+  const double start_;
+  ProgressBar bar_;
 };
 
 void print_error(std::string_view message);
@@ -65,7 +73,7 @@ std::string not_empty(const std::string& value);
 // opened.
 void open_standard_streams();
 
-// From now on Ctrl-C asks running jobs to stop; a second one ends the process.
+// From now on Ctrl-C asks running jobs to stop; a second one ends the process at once.
 void catch_interrupts();
 
 }  // namespace tetfusion

@@ -4,8 +4,11 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <new>
+#include <string>
 
 #include "base/error.h"
+#include "base/resources.h"
+#include "base/version.h"
 #include "cli/commands.h"
 #include "cli/console.h"
 
@@ -14,7 +17,7 @@ namespace {
 int run(int argc, char** argv) {
   CLI::App app{
       "Simplifies tetrahedral meshes: TetFusion (Chopra & Meyer, IEEE Visualization 2002)"};
-  app.set_version_flag("--version", "tetfusion " TETFUSION_VERSION);
+  app.set_version_flag("--version", "tetfusion " + tetfusion::version());
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   app.footer("'tetfusion COMMAND --help' explains a command.");
@@ -38,6 +41,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   tetfusion::open_standard_streams();
   tetfusion::catch_interrupts();
+  tetfusion::return_freed_memory();
   try {
     return run(argc, argv);
   } catch (const tetfusion::ExitStatus& status) {

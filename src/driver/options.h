@@ -50,6 +50,17 @@ struct BehaviourOptions {
 // May not change the result.
 struct PerformanceOptions {
   int threads = 0;  // 0: one a processor
+
+  // Bytes that the process may have resident, mapped pages counted. 0: half of what the machine or
+  // its control group allows (memory_limit()), so that the page cache and others have the rest.
+  std::uint64_t memory = 0;
+
+  // The folder for what does not fit into memory. Empty: the output's name and ".tetfusion".
+  std::string scratch;
+
+  bool on_disk = false;  // keep the mesh in the scratch folder even where it fits into memory
+  bool resume = false;   // go on from what an interrupted run left in the scratch folder
+  bool dry_run = false;  // say what the run would need and reach, and write nothing
 };
 
 struct SimplifyRequest {

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/numbers.h"
+#include "base/version.h"
 
 namespace tetfusion {
 
@@ -68,14 +70,23 @@ double SimplifyReport::reduction() const {
 
 std::string SimplifyReport::stop_sentence() const {
   if (stop_reason == StopReason::kGoal) return "The goal was reached.";
-  const std::string start = has_goal ? "The goal was not reached: no" : "No";
-  if (lods.empty()) return start + " tetrahedron may be fused.";
+  const std::string start = has_goal ? "The goal was not reached: " : "";
+  const auto say = [&](std::string text) {
+    if (start.empty())
+      text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+    return start + text;
+  };
+  if (lods.empty()) return say("no tetrahedron may be fused.");
   const PassStatistics& last = lods.back().pass;
   const auto most = std::max_element(last.rejected.begin(), last.rejected.end());
   const auto reason = static_cast<Reject>(most - last.rejected.begin());
-  return fmt::format("{} tetrahedron may be fused any more; for {} of {} this is because {}.",
-                     start, format_count(*most), format_count(last.tets_before),
-                     reason_in_words(reason));
+  const std::string because = fmt::format("for {} of {} this is because {}.", format_count(*most),
+                                          format_count(last.tets_after), reason_in_words(reason));
+  if (last.fused == 0) return say("no tetrahedron may be fused any more; " + because);
+  return say(
+      fmt::format("next to none may be fused any more (the last macroLoD has {} tetrahedra "
+                  "less than the one before); {}",
+                  format_count(last.tets_before - last.tets_after), because));
 }
 
 std::string to_json(const SimplifyReport& r) {
@@ -106,12 +117,11 @@ std::string to_json(const SimplifyReport& r) {
                      {"seconds", seconds},
                      {"cpu_seconds", r.cpu_seconds},
                      {"peak_rss_bytes", r.peak_rss_bytes},
+                     {"scratch_bytes", r.scratch_bytes},
                      {"threads", r.threads},
                      {"chunks", r.lods.empty() ? 1 : r.lods.front().chunks}};
   // A file's name need not be UTF-8, JSON must.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
-
-std::string version() { return TETFUSION_VERSION; }
 
 }  // namespace tetfusion

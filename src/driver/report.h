@@ -58,6 +58,7 @@ struct SimplifyReport {
   double total_seconds = 0;
   double cpu_seconds = 0;
   std::uint64_t peak_rss_bytes = 0;
+  std::uint64_t scratch_bytes = 0;  // of the disk, at most at once; 0: the mesh was in memory
   int threads = 1;
 
   double reduction() const;  // share of the tetrahedra that went
@@ -66,6 +67,5 @@ struct SimplifyReport {
 };
 
 std::string to_json(const SimplifyReport& report);
-std::string version();  // "0.1.0"
 
 }  // namespace tetfusion

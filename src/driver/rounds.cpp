@@ -1,6 +1,10 @@
 #include "driver/rounds.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "base/tasks.h"
 
@@ -8,16 +12,24 @@ namespace tetfusion {
 
 namespace {
 
-struct ChunkResult {
-  PassStatistics pass;
-  FuseLog log;  // ids are the whole mesh's of the round
-};
+// A chunk is put away when a pass over it has fused less than this share of its tetrahedra.
+constexpr double kIdleShare = 0.01;
+// Shares of a quota that is not spread: large enough for any cavity.
+constexpr std::uint64_t kLump = 512;
 
-// The quota of tetrahedra [begin, end) out of all.
-std::uint64_t share_of(std::uint64_t quota, std::uint64_t begin, std::uint64_t end,
-                       std::uint64_t all) {
-  if (quota >= all) return quota;
-  return quota * end / all - quota * begin / all;
+// What chunk `c` may take of the quota; `begin` and `end` are its share of all the bytes.
+std::uint64_t quota_of(const PassLimits& limits, std::uint64_t tets, std::size_t c,
+                       std::uint64_t begin, std::uint64_t end, std::uint64_t all) {
+  if (limits.quota >= tets) return limits.quota;
+  if (limits.spread) {
+    const auto up_to = [&](std::uint64_t bytes) {
+      return static_cast<std::uint64_t>(static_cast<double>(limits.quota) *
+                                        (static_cast<double>(bytes) / static_cast<double>(all)));
+    };
+    return up_to(end) - up_to(begin);
+  }
+  const std::uint64_t before = c * kLump;
+  return before < limits.quota ? std::min(kLump, limits.quota - before) : 0;
 }
 
 void add(const PassStatistics& from, PassStatistics* to) {
@@ -28,54 +40,177 @@ void add(const PassStatistics& from, PassStatistics* to) {
   for (std::size_t r = 0; r < kRejectReasons; ++r) to->rejected[r] += from.rejected[r];
 }
 
-void append(const FuseLog& from, std::span<const VertexId> point_ids, FuseLog* to) {
-  for (FuseRecord record : from.records) {
-    for (VertexId& v : record.points) v = point_ids[v];
-    to->records.push_back(record);
+template <class Real>
+void lock(const Vector<VertexId>& ids, WorkMesh<Real>* mesh) {
+  if (ids.empty()) return;
+  for (std::size_t v = 0; v < mesh->vertex_count(); ++v) {
+    if (std::binary_search(ids.begin(), ids.end(), mesh->point_ids[v])) mesh->marks[v] |= kLocked;
   }
-  to->nearest.insert(to->nearest.end(), from.nearest.begin(), from.nearest.end());
+}
+
+// Passes over one chunk.
+template <class Real>
+PassStatistics run_passes(int passes, PassLimits limits, std::span<const SteeringField> fields,
+                          GreedyPass<Real>* pass, WorkMesh<Real>* mesh) {
+  PassStatistics all;
+  all.tets_before = mesh->tets.size();
+  limits.number = kFirstPassNumber;
+  for (int i = 0; i < passes; ++i, ++limits.number) {
+    const PassStatistics one = pass->run(limits, fields, mesh);
+    all.fused += one.fused;
+    all.labelled = one.labelled;
+    all.rejected = one.rejected;
+    all.tets_after = one.tets_after;
+    const std::uint64_t removed = one.tets_before - one.tets_after;
+    limits.quota -= std::min(limits.quota, removed);
+    if (static_cast<double>(removed) <= kIdleShare * static_cast<double>(one.tets_before)) break;
+  }
+  return all;
 }
 
 }  // namespace
 
-template <class Real>
-Rounds<Real>::Rounds(std::uint64_t chunk_tets, int threads)
-    : chunk_tets_(chunk_tets), threads_(threads), workers_(static_cast<std::size_t>(threads)) {}
+std::uint64_t chunk_memory(std::uint64_t piece_bytes) {
+  // Beside columns a piece has about 20 bytes a tetrahedron. There are the piece itself, the mesh,
+  // its new pieces, and what a pass adds: 16 bytes a tetrahedron for the balls, 16 for the corners
+  // of its start, some for positions and orders.
+  return 6 * piece_bytes;
+}
 
 template <class Real>
-RoundStatistics Rounds<Real>::run(const PassLimits& limits, std::span<const SteeringField> fields,
-                                  const RunContext& context, WorkMesh<Real>* mesh, FuseLog* log) {
-  if (mesh->tets.size() <= chunk_tets_) {  // one chunk: nothing to cut, copy or join
-    context.check();
-    return {workers_[0].pass.run(limits, fields, mesh, log), 1};
+Rounds<Real>::Rounds(const WorkMesh<Real>& layout, int threads, MemoryBudget* budget,
+                     Scratch* scratch)
+    : layout_(layout), budget_(budget), scratch_(scratch) {
+  for (int i = 0; i < std::max(threads, 1); ++i) {
+    workers_.push_back(std::make_unique<Worker>(layout));
   }
-  const Chunking chunking = cut_into_chunks(*mesh, chunk_tets_, limits.number);
-  const std::uint64_t tets = mesh->tets.size();
-  std::vector<ChunkResult> results(chunking.chunks());
-  std::vector<ChunkRemains> remains(chunking.chunks());
-  std::uint64_t removed = 0;  // counts only where chunks are worked one after another
-  run_tasks(chunking.chunks(), limits.spread ? threads_ : 1, [&](std::size_t c, std::size_t w) {
-    context.check();
-    Worker& worker = workers_[w];
-    const std::uint64_t begin = chunking.begins[c];
-    PassLimits own = limits;
-    own.quota = limits.spread ? share_of(limits.quota, begin, chunking.begins[c + 1], tets)
-                              : limits.quota - removed;
-    WorkMesh<Real> chunk = worker.cutter.take(*mesh, chunking, c);
-    results[c].pass = worker.pass.run(own, fields, &chunk, &results[c].log);
-    remains[c] = put_back(std::move(chunk), mesh);
-    if (!limits.spread) removed += results[c].pass.tets_before - results[c].pass.tets_after;
-  });
+}
 
-  RoundStatistics statistics;
-  statistics.chunks = chunking.chunks();
-  for (const ChunkResult& result : results) {
-    add(result.pass, &statistics.pass);
-    append(result.log, mesh->point_ids, log);
+template <class Real>
+void Rounds<Real>::gather(const MacroLod<Real>& mesh, std::uint32_t chunk,
+                          ChunkGather<Real>* gather, WorkMesh<Real>* out) {
+  gather->gather(chunk, *mesh.pieces, mesh.interface, out);
+  lock(mesh.locks, out);
+}
+
+template <class Real>
+RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimits limits,
+                                        std::span<const SteeringField> fields,
+                                        MacroLod<Real>* mesh) {
+  WorkMesh<Real>& whole = *mesh->whole;
+  constexpr std::uint32_t kNumbers =
+      std::numeric_limits<std::uint16_t>::max() - std::uint32_t{kFirstPassNumber};
+  limits.number = static_cast<std::uint16_t>(settings.number % kNumbers + kFirstPassNumber);
+  if (limits.number == kFirstPassNumber) {  // what the mesh remembers is by number
+    std::fill(whole.flipped.begin(), whole.flipped.end(), std::uint16_t{0});
   }
-  log->pass_ends.push_back(log->records.size());
-  join_chunks(std::move(remains), mesh);
+  if (limits.boundary_rule == BoundaryRule::kTets) mark_near_boundary(&whole);
+  const RoundStatistics statistics{workers_[0]->pass.run(limits, fields, &whole), 1};
+  mesh->tets = whole.tets.size();
   return statistics;
+}
+
+template <class Real>
+RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limits,
+                                  std::span<const SteeringField> fields, const RunContext& context,
+                                  MacroLod<Real>* mesh) {
+  context.check();
+  if (mesh->whole) return run_whole(settings, limits, fields, mesh);
+  std::vector<std::uint64_t> shares{0};
+  for (std::uint32_t c = 0; c < mesh->chunks; ++c) {
+    shares.push_back(shares.back() + mesh->pieces->bytes(c));
+  }
+  begin(settings, limits, fields, mesh->tets, std::move(shares), mesh->samples);
+  run_tasks(mesh->chunks, static_cast<int>(workers_.size()), [&](std::size_t c, std::size_t w) {
+    context.check();
+    const auto chunk = static_cast<std::uint32_t>(c);
+    const auto memory =
+        budget_->wait_for(chunk_memory(mesh->pieces->bytes(chunk)), "a chunk in work");
+    const std::size_t ahead = c + workers_.size();
+    if (ahead < mesh->chunks) mesh->pieces->will_read(static_cast<std::uint32_t>(ahead));
+    WorkMesh<Real>& work_mesh = workers_[w]->mesh;
+    gather(*mesh, chunk, &workers_[w]->gather, &work_mesh);
+    mesh->pieces->forget(chunk);
+    work(chunk, w, &work_mesh);
+  });
+  return end(mesh);
+}
+
+template <class Real>
+void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits,
+                         std::span<const SteeringField> fields, std::uint64_t tets,
+                         std::vector<std::uint64_t> shares, const Vector<Vec3<Real>>& samples) {
+  round_ = {settings, limits, fields, tets, std::move(shares), {}, nullptr, {}};
+  round_.results.resize(round_.shares.size() - 1);
+  round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
+  // By what the mesh will about have shrunk to.
+  const double expected = settings.shrink * static_cast<double>(tets);
+  const auto chunks =
+      static_cast<std::uint32_t>(std::ceil(expected / static_cast<double>(settings.chunk_tets)));
+  if (chunks <= 1) return;
+  const ShiftedCurve curve(settings.box, settings.number);
+  Vector<std::uint64_t> keys;
+  keys.reserve(samples.size());
+  for (const Vec3<Real>& p : samples) keys.push_back(curve.key(p));
+  round_.next_cut = CurveCut(curve, chunks, std::move(keys));
+}
+
+template <class Real>
+void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
+  if (round_.limits.boundary_rule == BoundaryRule::kTets) mark_near_boundary(mesh);
+  PassLimits own = round_.limits;
+  own.quota = quota_of(own, round_.tets, chunk, round_.shares[chunk], round_.shares[chunk + 1],
+                       round_.shares.back());
+  ChunkResult& result = round_.results[chunk];
+  Worker& tools = *workers_[worker];
+  result.pass = run_passes(round_.settings.passes, own, round_.fields, &tools.pass, mesh);
+  tools.scatter.scatter(*mesh, round_.next_cut, chunk, round_.next.get(), &result.interface);
+  result.sizes = tools.scatter.sizes();
+  const std::uint64_t step =
+      std::max<std::uint64_t>(1, round_.settings.chunk_tets / kSamplesPerChunk);
+  for (std::size_t t = 0; t < mesh->tets.size(); t += step) {
+    result.samples.push_back(mesh->positions[mesh->tets[t][0]]);
+  }
+}
+
+template <class Real>
+RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& marks) {
+  MacroLod<Real> next;
+  next.chunks = round_.next_cut.chunks();
+  next.pieces = std::move(round_.next);
+  next.pieces->seal();
+  next.sizes.resize(next.chunks);
+  RoundStatistics statistics;
+  statistics.chunks = round_.results.size();
+  Vector<InterfaceReport> reports;
+  for (ChunkResult& result : round_.results) {
+    add(result.pass, &statistics.pass);
+    reports.insert(reports.end(), result.interface.begin(), result.interface.end());
+    next.samples.insert(next.samples.end(), result.samples.begin(), result.samples.end());
+    for (const auto& size : result.sizes) {
+      next.sizes[size.bucket].free_points += size.free_vertices;
+      next.sizes[size.bucket].tets += size.tets;
+    }
+    result = {};
+  }
+  round_ = {};
+  next.tets = statistics.pass.tets_after;
+  next.interface = InterfaceTable(std::move(reports));
+  next.interface.add_marks(marks);
+  *mesh = std::move(next);
+  if (mesh->chunks == 1) make_whole(mesh);
+  return statistics;
+}
+
+// One chunk needs no pieces.
+template <class Real>
+void Rounds<Real>::make_whole(MacroLod<Real>* mesh) {
+  WorkMesh<Real> whole(layout_);
+  gather(*mesh, 0, &workers_[0]->gather, &whole);
+  mesh->whole = std::move(whole);
+  mesh->pieces.reset();
+  mesh->interface = {};
+  mesh->sizes.clear();
 }
 
 template class Rounds<float>;

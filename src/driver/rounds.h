@@ -1,49 +1,106 @@
-// Rounds: the mesh is cut into chunks, a greedy pass runs over each of them, side by side, and the
-// chunks are joined again. A round makes one macroLoD.
+// Rounds: greedy passes run over each chunk of a macroLoD, side by side, and the chunks of the next
+// macroLoD, cut elsewhere, are made of what is left.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "base/memory_budget.h"
 #include "base/run_context.h"
-#include "kernel/fuse_log.h"
+#include "driver/macro_lod.h"
+#include "io/scratch.h"
 #include "kernel/greedy_pass.h"
-#include "mesh/work_mesh.h"
-#include "partition/chunks.h"
+#include "partition/chunk_pieces.h"
 
 namespace tetfusion {
 
 struct RoundStatistics {
-  PassStatistics pass;  // summed over the chunks
+  PassStatistics pass;  // fusions of all passes; why tetrahedra were refused in the last ones
   std::uint64_t chunks = 1;
+};
+
+struct RoundSettings {
+  Box box;                       // of the input
+  std::uint64_t chunk_tets = 1;  // at least 1
+  // Where the mesh is cut, a chunk that has been loaded is worked on until a pass fuses next to
+  // nothing, but at most so often. Loading costs more than a pass.
+  int passes = 1;
+  std::uint32_t number = 1;  // of the round; ascending from 1: it shifts the cut
+  double shrink =
+      1;  // what the last round has left of the mesh: the next cut expects the same again
 };
 
 // Keeps the threads' scratch memory from round to round.
 template <class Real>
 class Rounds {
  public:
-  // Both at least 1. The result depends on chunk_tets, not on threads.
-  Rounds(std::uint64_t chunk_tets, int threads);
+  // `layout` is empty and says what a row holds; the rest outlives this.
+  Rounds(const WorkMesh<Real>& layout, int threads, MemoryBudget* budget, Scratch* scratch);
 
   // One round. The limits' quota is shared among the chunks by their sizes; without limits.spread
-  // the chunks are worked one after another, each with what is left of it. Fusions are appended to
-  // the log, chunk by chunk. Throws Error(kInterrupted) between two chunks when the context says
-  // so; the mesh is of no use then.
-  RoundStatistics run(const PassLimits& limits, std::span<const SteeringField> fields,
-                      const RunContext& context, WorkMesh<Real>* mesh, FuseLog* log);
+  // the first ones get it. A function of the mesh, the limits and the settings alone. Throws
+  // Error(kInterrupted) between two chunks when the context says so; the mesh is of no use then.
+  RoundStatistics run(const RoundSettings& settings, PassLimits limits,
+                      std::span<const SteeringField> fields, const RunContext& context,
+                      MacroLod<Real>* mesh);
+
+  // The same, with chunks that somebody else brings: begin() a round over a mesh of so many
+  // tetrahedra, of which chunk c has about (shares[c + 1] - shares[c]) / shares.back(); work() on
+  // each chunk once, each worker below `threads` on one at a time; and end() it, with the marks
+  // that vertices on the interface have got in the meantime. The fields live until then. A round
+  // that does not end leaves nothing but its generation, which is dropped.
+  void begin(const RoundSettings& settings, const PassLimits& limits,
+             std::span<const SteeringField> fields, std::uint64_t tets,
+             std::vector<std::uint64_t> shares, const Vector<Vec3<Real>>& samples);
+  void work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh);
+  RoundStatistics end(MacroLod<Real>* mesh, const InterfaceTable& marks = {});
+
+  // Gathers a chunk, for whoever wants to look at it.
+  static void gather(const MacroLod<Real>& mesh, std::uint32_t chunk, ChunkGather<Real>* gather,
+                     WorkMesh<Real>* out);
 
  private:
   struct Worker {
-    ChunkCutter<Real> cutter;
+    explicit Worker(const WorkMesh<Real>& layout) : mesh(layout) {}
+    ChunkGather<Real> gather;
     GreedyPass<Real> pass;
+    ChunkScatter<Real> scatter;
+    WorkMesh<Real> mesh;
   };
+  struct ChunkResult {
+    PassStatistics pass;
+    Vector<InterfaceReport> interface;
+    Vector<Vec3<Real>> samples;
+    std::vector<typename ChunkScatter<Real>::PieceSize> sizes;
+  };
+  // The round that has begun.
+  struct Round {
+    RoundSettings settings;
+    PassLimits limits;
+    std::span<const SteeringField> fields;
+    std::uint64_t tets = 0;
+    std::vector<std::uint64_t> shares;
+    CurveCut next_cut;
+    std::unique_ptr<PieceStore> next;
+    std::vector<ChunkResult> results;
+  };
+  RoundStatistics run_whole(const RoundSettings& settings, PassLimits limits,
+                            std::span<const SteeringField> fields, MacroLod<Real>* mesh);
+  void make_whole(MacroLod<Real>* mesh);
 
-  std::uint64_t chunk_tets_;
-  int threads_;
-  std::vector<Worker> workers_;
+  WorkMesh<Real> layout_;
+  MemoryBudget* budget_;
+  Scratch* scratch_;
+  std::vector<std::unique_ptr<Worker>> workers_;
+  Round round_;
 };
+
+// Bytes of memory that working on a chunk takes: its pieces, the mesh made of them, what a pass
+// knows of it, and the pieces that it leaves.
+std::uint64_t chunk_memory(std::uint64_t piece_bytes);
 
 extern template class Rounds<float>;
 extern template class Rounds<double>;

@@ -4,109 +4,59 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
-#include <variant>
 
+#include "base/memory_budget.h"
 #include "base/numbers.h"
 #include "base/resources.h"
-#include "driver/prepare.h"
-#include "driver/result.h"
+#include "driver/checkpoint.h"
+#include "driver/export.h"
+#include "driver/fingerprint.h"
+#include "driver/import.h"
+#include "driver/memory_plan.h"
+#include "driver/regions.h"
 #include "driver/rounds.h"
+#include "driver/stages.h"
 #include "driver/steering.h"
 #include "io/mesh_sink.h"
 #include "io/mesh_source.h"
-#include "mesh/inspect.h"
-#include "partition/spatial_order.h"
 
 namespace tetfusion {
 
 namespace {
 
-constexpr std::string_view kLodField = "{lod}";
 // When less than this share of the tetrahedra has to go, it may go anywhere; more is spread over
 // the mesh.
 constexpr double kTrimShare = 1e-4;
 
-// After so many rounds on end without a fusion, each cut elsewhere, the run ends. With chunks of only a few thousand
-// tetrahedra some fusions on interfaces may then be left.
-constexpr int kIdleRounds = 2;
+// Without a goal, passes over a chunk before the mesh is cut anew.
+constexpr int kPassesPerRound = 8;
 
-// A mesh to write on the way, or at the end.
-struct Stage {
-  std::optional<std::uint64_t> tets;  // go on until so many are left; absent: until nothing fuses
-  std::string path;
-};
-
-std::uint64_t tets_left(std::uint64_t tets, double reduction) {
-  // Rounded up: never below the goal.
-  return std::max<std::uint64_t>(
-      1, static_cast<std::uint64_t>(std::ceil(static_cast<double>(tets) * (1 - reduction) - 1e-6)));
-}
-
-std::string level_path(const std::string& pattern, std::size_t level) {
-  std::string path = pattern;
-  const std::size_t at = path.find(kLodField);
-  if (at != std::string::npos) path.replace(at, kLodField.size(), std::to_string(level));
-  return path;
-}
-
-std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tets) {
-  const BehaviourOptions& b = request.behaviour;
-  std::vector<Stage> stages;
-  for (const double lod : b.lods) stages.push_back({tets_left(tets, lod), ""});
-  std::optional<std::uint64_t> goal = b.tets;
-  if (b.reduction) goal = tets_left(tets, *b.reduction);
-  if (stages.empty() || (goal && *goal < *stages.back().tets)) stages.push_back({goal, ""});
-  for (std::size_t i = 0; i < stages.size(); ++i) {
-    stages[i].path = level_path(request.output, i + 1);
-  }
-  return stages;
-}
+// A mesh in one piece is worked on until nothing fuses. Where it is cut, some fusions are always
+// left on interfaces, a third of them after each round: when a round has removed less than this
+// share of the tetrahedra, the run ends ...
+constexpr double kSaturatedShare = 1e-4;
+// ... if chunks have at least so many tetrahedra. Smaller ones have so much interface that they are
+// doubled first.
+constexpr std::uint64_t kSmallChunk = 100'000;
 
 double at_lod(const std::vector<double>& schedule, std::size_t lod) {
   if (schedule.empty()) return std::numeric_limits<double>::infinity();
   return schedule[std::min(lod, schedule.size() - 1)];
 }
 
-[[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::kUsage, message); }
-
-void check_options(const SimplifyRequest& request) {
-  const BehaviourOptions& b = request.behaviour;
-  if (b.reduction && b.tets) refuse("--reduction and --tets are two goals: give one of them");
-  if (b.reduction && !(*b.reduction >= 0 && *b.reduction < 1)) {
-    refuse("--reduction must be at least 0% and less than 100%");
-  }
-  if (b.tets && *b.tets == 0) refuse("--tets must be at least 1");
-  if (b.chunk_tets == 0) refuse("--chunk-tets must be at least 1");
-  const auto positive = [](double v) { return v > 0; };
-  if (!std::all_of(b.scalar_tolerance.begin(), b.scalar_tolerance.end(), positive)) {
-    refuse("--scalar-tolerance must be greater than 0 (a share of the range), or off");
-  }
-  const auto at_least_one = [](double v) { return v >= 1; };
-  if (!std::all_of(b.stretch_factor.begin(), b.stretch_factor.end(), at_least_one)) {
-    refuse("--stretch-factor must be at least 1, or off");
-  }
-  if (!at_least_one(b.aspect_ratio)) refuse("--aspect-ratio must be at least 1");
-  if (!std::is_sorted(b.lods.begin(), b.lods.end()))
-    refuse("--lods must ascend, as in 50%,80%,95%");
-  for (const double lod : b.lods) {
-    if (!(lod >= 0 && lod < 1)) refuse("--lods must be at least 0% and less than 100%");
-  }
-  const bool has_field = request.output.find(kLodField) != std::string::npos;
-  if (!b.lods.empty() && b.reduction && *b.reduction < b.lods.back()) {
-    refuse(
-        "--lods goes further than --reduction: give one of them, or a goal beyond the last level");
-  }
-  if (!b.lods.empty() && !has_field) {
-    refuse(
-        fmt::format("--lods writes several files: the name after -o must hold {{lod}}, as in "
-                    "part_{{lod}}.vtu, but it is \"{}\"",
-                    request.output));
-  }
-  if (b.lods.empty() && has_field) {
-    refuse("the name after -o holds {lod}, but there is no --lods");
-  }
+// The folder that a run keeps its mesh in, if it does not fit into memory.
+std::string scratch_folder(const SimplifyRequest& request) {
+  return request.performance.scratch.empty() ? request.output + ".tetfusion"
+                                             : request.performance.scratch;
 }
+
+struct RoundPlan {
+  RoundSettings settings;
+  PassLimits limits;
+  double start = 0;  // wall_seconds()
+};
 
 class Job {
  public:
@@ -115,26 +65,52 @@ class Job {
   SimplifyReport run();
 
  private:
-  void describe_input(const Geometry& geometry, const Inspection& inspection);
-  void say_what_is_odd(const Inspection& inspection);
+  void open_input();
+  void plan_memory();
+  void open_scratch();
   template <class Real>
-  void run_stages(WorkMesh<Real> work);
+  void run_with();
   template <class Real>
-  bool reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds, WorkMesh<Real>* work);
+  void import(const CarriedArrays& carried, const Steering& steering, Rounds<Real>* rounds,
+              RunState<Real>* state);
+  void describe_input(const InputFacts& facts);
+  void say_what_is_odd(const InputFacts& facts);
+  void plan_output(std::uint64_t tets);
   template <class Real>
-  void set_criteria(std::size_t lod, WorkMesh<Real>* work, PassLimits* limits);
+  void run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
+                  std::unique_ptr<Rounds<Real>> rounds, RunState<Real>* state);
   template <class Real>
-  Result take_result(WorkMesh<Real>* work, bool last);
-  void write(const Result& result, const std::string& path);
-  void describe_output(Result* result);
+  bool reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds, RunState<Real>* state);
+  template <class Real>
+  RoundPlan plan_round(std::uint64_t tets, const std::optional<std::uint64_t>& goal,
+                       const RunState<Real>& state) const;
+  template <class Real>
+  void end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state);
+  template <class Real>
+  StageEnd judge_round(const RoundStatistics& round, RunState<Real>* state) const;
+  template <class Real>
+  void commit(const std::string& generation, const RunState<Real>& state);
+  std::size_t schedule() const {
+    return std::max(request_.behaviour.scalar_tolerance.size(),
+                    request_.behaviour.stretch_factor.size());
+  }
+  double progress_at(std::uint64_t tets, std::size_t rounds) const;
+  [[noreturn]] void fail_with_hint(const Error& error);
 
   const SimplifyRequest& request_;
   const RunContext& context_;
   std::unique_ptr<MeshSource> source_;
-  Geometry geometry_;  // its points and tetrahedra move on; what they came from stays
-  Steering steering_;
+  std::unique_ptr<MeshStream> stream_;
+  std::vector<SteeringChoice> steering_choices_;
+  std::vector<std::size_t> regions_;
+  MemoryNeeds needs_;
+  std::unique_ptr<MemoryBudget> budget_;
+  MemoryBudget::Reservation fixed_memory_;
+  bool on_disk_ = false;
+  bool committed_ = false;  // there is something to resume
+  std::unique_ptr<Scratch> scratch_;
+  std::optional<Checkpoint> checkpoint_;
   std::vector<Stage> stages_;
-  FuseLog log_;
   PhaseClock clock_;
   SimplifyReport report_;
 };
@@ -145,222 +121,362 @@ SimplifyReport Job::run() {
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
   for (const Stage& stage : plan_stages(request_, kMaxTets)) check_mesh_output(stage.path);
-
-  context_.report("reading", 0);
-  clock_.begin("read");
-  source_ =
-      open_mesh(request_.input, {request_.behaviour.tetrahedralize, request_.behaviour.linearize});
-  const auto choices = choose_steering(source_->description(), request_.behaviour.arrays);
-  const auto regions = choose_regions(source_->description(), request_.behaviour.regions);
-  geometry_ = source_->read_geometry();
-  context_.check();
-
-  clock_.begin("order");
-  context_.report("ordering", 0.05);
-  order_along_curve(&geometry_);
-  context_.check();
-
-  clock_.begin("inspect");
-  context_.report("inspecting", 0.1);
-  const Inspection inspection = inspect(geometry_);
-  describe_input(geometry_, inspection);
-  context_.check();
-
-  clock_.begin("prepare");
-  steering_ = load_steering(choices, geometry_, context_, source_.get());
-  report_.steering = steering_.names;
-  for (const std::size_t i : regions) {
-    report_.regions.push_back(source_->description().cell_data.arrays[i].name);
-  }
-  const Vector<std::uint8_t> interfaces = find_interfaces(regions, geometry_, source_.get());
-  say_what_is_odd(inspection);
-  stages_ = plan_stages(request_, geometry_.tets.size());
-  if (request_.behaviour.tets && *stages_.back().tets < *request_.behaviour.tets) {
-    refuse("--lods goes further than --tets: give one of them, or a goal beyond the last level");
-  }
-  report_.has_goal = stages_.back().tets.has_value();
-  if (point_type(geometry_.points) == ValueType::kFloat32) {
-    run_stages(make_work_mesh<float>(inspection, interfaces, &steering_, &geometry_));
-  } else {
-    run_stages(make_work_mesh<double>(inspection, interfaces, &steering_, &geometry_));
+  open_input();
+  plan_memory();
+  try {
+    open_scratch();
+    if (source_->description().point_type == ValueType::kFloat32) {
+      run_with<float>();
+    } else {
+      run_with<double>();
+    }
+    if (scratch_) scratch_->remove();
+  } catch (const Error& error) {
+    fail_with_hint(error);
   }
   clock_.end();
   report_.seconds = clock_.seconds();
   report_.total_seconds = wall_seconds() - start;
   report_.cpu_seconds = cpu_seconds();
   report_.peak_rss_bytes = peak_rss_bytes();
+  report_.scratch_bytes = on_disk_ ? scratch_->peak_bytes() : 0;
   context_.report("done", 1);
   return std::move(report_);
 }
 
-void Job::describe_input(const Geometry& geometry, const Inspection& inspection) {
-  report_.input = {request_.input, point_count(geometry.points), geometry.tets.size(),
-                   inspection.boundary_faces, inspection.volume};
-  report_.oddities = {inspection.rewound,
-                      inspection.degenerate,
-                      inspection.inverted,
-                      inspection.duplicate_tets,
-                      inspection.foldover_faces + inspection.overfull_faces,
-                      geometry.unused_points,
-                      geometry.merged_points,
-                      geometry.ghost_cells,
-                      0};
+// A run that has come far enough to go on from says how; of any other nothing is left.
+void Job::fail_with_hint(const Error& error) {
+  if (!committed_) {
+    if (scratch_) {
+      try {
+        scratch_->remove();
+      } catch (const Error&) {
+        // The first failure is the one to report.
+      }
+    }
+    throw error;
+  }
+  throw Error(
+      error.code(),
+      fmt::format("{}; the work so far is kept in {}: the same command with --resume goes on "
+                  "from there",
+                  error.what(), scratch_folder(request_)));
 }
 
-void Job::say_what_is_odd(const Inspection& inspection) {
-  const Oddities& odd = report_.oddities;
-  const auto say = [&](std::uint64_t count, std::string_view what) {
-    if (count > 0) context_.say(fmt::format("{} {}", format_count(count), what));
-  };
-  say(odd.rewound, "tetrahedra were wound the other way: rewound");
-  say(odd.degenerate, "tetrahedra have no volume: they and their vertices stay as they are");
-  say(odd.inverted, "tetrahedra are inverted: they and their vertices stay as they are");
-  say(odd.duplicate_tets,
-      "tetrahedra are duplicates of others: they and their vertices stay as they are");
-  say(odd.nonconforming_faces, "faces do not conform: their tetrahedra stay as they are");
-  say(inspection.nonmanifold_edges, "boundary edges are not manifold: they stay as they are");
-  say(inspection.coincident_points, "points coincide with others: taken as different points");
-  say(odd.unused_points, "points are used by no cell: dropped");
-  say(odd.merged_points, "points at the seams of pieces were merged");
-  say(odd.ghost_cells, "ghost cells were dropped");
-  if (steering_.fields.empty()) context_.say("no array steers: geometry alone decides");
-  for (const std::string& name : report_.regions) {
-    context_.say(fmt::format(
-        "interfaces of cell array {} are kept (--regions none switches that off)", name));
+void Job::open_input() {
+  context_.report("reading", 0);
+  clock_.begin("read");
+  source_ =
+      open_mesh(request_.input, {request_.behaviour.tetrahedralize, request_.behaviour.linearize});
+  stream_ = source_->stream();
+  steering_choices_ = choose_steering(source_->description(), request_.behaviour.arrays);
+  regions_ = choose_regions(source_->description(), request_.behaviour.regions);
+  context_.check();
+}
+
+void Job::plan_memory() {
+  const std::uint64_t total =
+      request_.performance.memory != 0 ? request_.performance.memory : memory_limit() / 2;
+  std::uint32_t width = 0;
+  const MeshDescription& mesh = source_->description();
+  for (const SteeringChoice& choice : steering_choices_) {
+    const bool of_cells = choice.association == Association::kCell;
+    width += (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index].components;
   }
+  needs_ = estimate_needs(mesh, width, request_.behaviour.chunk_tets, thread_count(),
+                          stream_ ? 0 : source_->memory_to_read());
+  on_disk_ = request_.performance.on_disk || needs_.in_core > total;
+  if (needs_.out_of_core > total) {
+    throw Error(
+        ErrorCode::kMemory,
+        fmt::format("{}: simplifying this mesh needs about {} of memory with its chunks on "
+                    "disk (and {} with everything in memory), but it may use {}: give "
+                    "--memory {}M or more, or fewer --threads",
+                    request_.input, format_bytes(needs_.out_of_core), format_bytes(needs_.in_core),
+                    format_bytes(total), (needs_.out_of_core >> 20) + 1));
+  }
+  budget_ = std::make_unique<MemoryBudget>(total);
+}
+
+void Job::open_scratch() {
+  const std::string folder = scratch_folder(request_);
+  const bool resume = request_.performance.resume && std::filesystem::exists(folder);
+  if (!on_disk_ && !resume) {
+    scratch_ = memory_scratch();
+    return;
+  }
+  if (request_.output == "-" && request_.performance.scratch.empty()) {
+    throw Error(
+        ErrorCode::kUsage,
+        "the mesh does not fit into the memory that may be used, and beside standard output "
+        "there is no folder to keep it in: give --scratch DIR");
+  }
+  on_disk_ = true;
+  scratch_ = disk_scratch({folder, fingerprint(request_, source_->description()),
+                           request_.performance.resume, needs_.scratch});
+  if (resume) checkpoint_ = scratch_->resume();
 }
 
 template <class Real>
-void Job::run_stages(WorkMesh<Real> work) {
-  report_.oddities.locked_vertices = static_cast<std::uint64_t>(
-      std::count_if(work.marks.begin(), work.marks.end(),
-                    [](std::uint8_t m) { return (m & (kLocked | kOnBoundary)) == kLocked; }));
-  auto rounds = std::make_unique<Rounds<Real>>(request_.behaviour.chunk_tets, thread_count());
-  for (std::size_t i = 0; i < stages_.size(); ++i) {
+void Job::run_with() {
+  const MeshDescription& description = source_->description();
+  const CarriedArrays carried(description);
+  RunState<Real> state;
+  std::unique_ptr<Rounds<Real>> rounds;
+  const auto begin = [&](std::uint32_t steering_width) {
+    const auto layout = layout_of<Real>(carried, steering_width);
+    rounds = std::make_unique<Rounds<Real>>(layout, thread_count(), budget_.get(), scratch_.get());
+    return layout;
+  };
+  if (checkpoint_) {
+    load(checkpoint_->state, &state);
+    state.input.mesh.pieces = std::move(checkpoint_->pieces);
+    checkpoint_.reset();
+    committed_ = true;
+    report_.lods = state.lods;
+    report_.outputs = state.outputs;
+    context_.say(fmt::format("going on after {} rounds, with {} tetrahedra left", state.lods.size(),
+                             format_count(state.input.mesh.tets)));
+    const auto layout = begin(state.steering_width);
+    describe_input(state.input.facts);
+    plan_output(state.input.facts.tets);
+    report_.steering = state.field_names;
+    run_stages(carried, layout, std::move(rounds), &state);
+    return;
+  }
+  if (!stream_) stream_ = open_stream(source_.get());
+  context_.check();
+  const Steering steering(steering_choices_, description, *stream_, context_);
+  if (steering.fields().empty()) context_.say("no array steers: geometry alone decides");
+  const auto layout = begin(steering.width());
+  import(carried, steering, rounds.get(), &state);
+  stream_.reset();
+  trim_memory();
+  run_stages(carried, layout, std::move(rounds), &state);
+}
+
+template <class Real>
+void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<Real>* rounds,
+                 RunState<Real>* state) {
+  state->fields = steering.fields();
+  state->field_names = steering.names();
+  state->steering_width = steering.width();
+  state->chunk_tets = request_.behaviour.chunk_tets;
+  report_.steering = state->field_names;
+  ImportSettings settings{request_.behaviour.chunk_tets, {}};
+  for (const std::size_t i : regions_) {
+    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
+    if (at != carried.cell_indices.end()) {
+      settings.regions.push_back(static_cast<std::size_t>(at - carried.cell_indices.begin()));
+    }
+  }
+  RoundPlan plan;
+  FirstRound<Real> first;
+  // Under the rule of boundary tetrahedra chunks must know each other's boundary before they begin.
+  if (request_.behaviour.boundary_rule == BoundaryRule::kVertices) {
+    first.begin = [&](const Box& box, std::uint64_t tets, std::vector<std::uint64_t> shares,
+                      const Vector<Vec3<Real>>& samples) {
+      report_.input.tets = tets;
+      plan_output(tets);
+      state->input.box = box;
+      plan = plan_round(tets, stages_.front().tets, *state);
+      rounds->begin(plan.settings, plan.limits, state->fields, tets, std::move(shares), samples);
+    };
+    first.work = [&](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
+      rounds->work(chunk, worker, mesh);
+    };
+  }
+  state->input = import_mesh<Real>(source_->description(), *stream_, carried, steering, settings,
+                                   first, context_, &clock_, budget_.get(), scratch_.get());
+  describe_input(state->input.facts);
+  say_what_is_odd(state->input.facts);
+  plan_output(state->input.facts.tets);
+  if (!state->input.first_round_done) {
+    commit("import", *state);
+    return;
+  }
+  const InterfaceTable marks = std::move(state->input.mesh.interface);
+  const RoundStatistics round = rounds->end(&state->input.mesh, marks);
+  end_round(plan, round, state);
+}
+
+void Job::describe_input(const InputFacts& facts) {
+  report_.input = {request_.input, facts.points, facts.tets, facts.boundary_faces, facts.volume};
+  report_.oddities = {facts.rewound,        facts.degenerate,          facts.inverted,
+                      facts.duplicate_tets, facts.nonconforming_faces, facts.unused_points,
+                      facts.merged_points,  facts.ghost_cells,         facts.locked_vertices};
+  for (const std::size_t i : regions_) {
+    report_.regions.push_back(source_->description().cell_data.arrays[i].name);
+  }
+}
+
+void Job::say_what_is_odd(const InputFacts& facts) {
+  const auto say = [&](std::uint64_t count, std::string_view what) {
+    if (count > 0) context_.say(fmt::format("{} {}", format_count(count), what));
+  };
+  say(facts.rewound, "tetrahedra were wound the other way: rewound");
+  say(facts.degenerate, "tetrahedra have no volume: they and their vertices stay as they are");
+  say(facts.inverted, "tetrahedra are inverted: they and their vertices stay as they are");
+  say(facts.duplicate_tets,
+      "tetrahedra are duplicates of others: they and their vertices stay as they are");
+  say(facts.nonconforming_faces, "faces do not conform: their tetrahedra stay as they are");
+  say(facts.nonmanifold_edges, "boundary edges are not manifold: they stay as they are");
+  say(facts.unused_points, "points are used by no cell: dropped");
+  say(facts.merged_points, "points at the seams of pieces were merged");
+  say(facts.ghost_cells, "ghost cells were dropped");
+  for (const std::size_t i : regions_) {
+    context_.say(
+        fmt::format("interfaces of cell array {} are kept (--regions none switches that off)",
+                    source_->description().cell_data.arrays[i].name));
+  }
+}
+
+void Job::plan_output(std::uint64_t tets) {
+  context_.report_size(tets);
+  stages_ = plan_stages(request_, tets);
+  if (request_.behaviour.tets && *stages_.back().tets < *request_.behaviour.tets) {
+    throw Error(
+        ErrorCode::kUsage,
+        "--lods goes further than --tets: give one of them, or a goal beyond the last level");
+  }
+  report_.has_goal = stages_.back().tets.has_value();
+}
+
+template <class Real>
+void Job::commit(const std::string& generation, const RunState<Real>& state) {
+  if (!on_disk_ || state.input.mesh.whole) return;
+  scratch_->commit(generation, save(state));
+  committed_ = true;
+}
+
+template <class Real>
+void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
+                     std::unique_ptr<Rounds<Real>> rounds, RunState<Real>* state) {
+  for (std::size_t i = state->outputs.size(); i < stages_.size(); ++i) {
     clock_.begin("passes");
-    const bool reached = reach(stages_[i].tets, rounds.get(), &work);
+    const bool reached = reach(stages_[i].tets, rounds.get(), state);
     const bool last = i + 1 == stages_.size() || !reached;
     if (!reached && i + 1 < stages_.size()) {
-      context_.say(fmt::format("level {} of {} could not be reached: {} holds the last macroLoD",
-                               i + 1, stages_.size(), stages_[i].path));
+      context_.say(
+          fmt::format("level {} of {} could not be reached: {} holds the last macroLoD, and no "
+                      "further level is "
+                      "written",
+                      i + 1, stages_.size(), stages_[i].path));
     }
     clock_.begin("write");
     if (last) rounds.reset();
-    Result result = take_result(&work, last);
-    write(result, stages_[i].path);
-    if (!last) continue;
+    const double share = progress_at(state->input.mesh.tets, report_.lods.size());
+    const ExportSettings out{stages_[i].path, request_.encoding, thread_count(), [&](double done) {
+                               context_.check();
+                               context_.report("writing", share + (last ? 1 - share : 0) * done);
+                             }};
+    report_.output = export_mesh(state->input.mesh, layout, state->input.lower, carried,
+                                 source_.get(), out, context_, budget_.get(), scratch_.get());
+    state->outputs.push_back(stages_[i].path);
+    state->end = StageEnd::kOpen;
+    state->spread = 1;
+    report_.outputs = state->outputs;
     report_.stop_reason = reached ? StopReason::kGoal : StopReason::kSaturated;
-    describe_output(&result);
-    return;
+    if (last) return;
   }
+}
+
+// How much of the run is done. Without a goal nobody knows where passes will end; most of what goes
+// does so in the first rounds.
+double Job::progress_at(std::uint64_t tets, std::size_t rounds) const {
+  constexpr double kImportShare = 0.25;
+  constexpr double kRoundsShare = 0.55;
+  if (!stages_.back().tets) {
+    return kImportShare + kRoundsShare * (1 - std::pow(0.7, static_cast<double>(rounds)));
+  }
+  const auto first = static_cast<double>(report_.input.tets);
+  const auto goal = static_cast<double>(*stages_.back().tets);
+  const double done = first > goal ? (first - static_cast<double>(tets)) / (first - goal) : 1;
+  return kImportShare + kRoundsShare * std::min(done, 1.0);
 }
 
 // Runs rounds until the goal is reached (true) or nothing fuses (false).
 template <class Real>
 bool Job::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds,
-                WorkMesh<Real>* work) {
+                RunState<Real>* state) {
+  MacroLod<Real>& mesh = state->input.mesh;
+  while (!goal || mesh.tets > *goal) {
+    if (state->end != StageEnd::kOpen) return state->end == StageEnd::kGoal;
+    context_.report("fusing", progress_at(mesh.tets, report_.lods.size()));
+    const RoundPlan plan = plan_round(mesh.tets, goal, *state);
+    const RoundStatistics round =
+        rounds->run(plan.settings, plan.limits, state->fields, context_, &mesh);
+    end_round(plan, round, state);
+  }
+  return true;
+}
+
+template <class Real>
+RoundPlan Job::plan_round(std::uint64_t tets, const std::optional<std::uint64_t>& goal,
+                          const RunState<Real>& state) const {
   const BehaviourOptions& b = request_.behaviour;
-  const std::size_t schedule = std::max(b.scalar_tolerance.size(), b.stretch_factor.size());
-  const std::uint64_t first_tets = report_.input.tets;
-  PassLimits limits;
+  const std::size_t lod = report_.lods.size();
+  RoundPlan plan;
+  PassLimits& limits = plan.limits;
   limits.boundary_rule = b.boundary_rule;
   limits.aspect_ratio = b.aspect_ratio;
-  int idle_rounds = 0;
-  bool spread = true;
-  while (true) {
-    const std::uint64_t tets = work->tets.size();
-    if (goal && tets <= *goal) return true;
-    const double done =
-        static_cast<double>(first_tets - tets) / static_cast<double>(first_tets - goal.value_or(0));
-    context_.report("fusing", 0.2 + 0.6 * done);
-
-    const std::size_t lod = report_.lods.size();
-    set_criteria(lod, work, &limits);
-    if (goal) {
-      limits.quota = tets - *goal;
-      limits.spread =
-          spread && static_cast<double>(limits.quota) > kTrimShare * static_cast<double>(tets);
-    }
-    const double start = wall_seconds();
-    const RoundStatistics round = rounds->run(limits, steering_.fields, context_, work, &log_);
-    report_.lods.push_back({round.pass, limits.scalar_tolerance, limits.stretch_factor,
-                            round.chunks, wall_seconds() - start});
-
-    const auto rejected = [&](Reject r) {
-      return round.pass.rejected[static_cast<std::size_t>(r)] > 0;
-    };
-    if (round.pass.fused > 0) {
-      spread = true;
-      idle_rounds = 0;
-    } else if (rejected(Reject::kQuota) && limits.spread) {
-      spread = false;  // the little that is left may be anywhere
-    } else if (rejected(Reject::kQuota)) {
-      return true;  // every fusion that is allowed would go below the goal
-    } else if (lod + 1 >= schedule) {
-      // What lies on this cut's interface may still fuse: another cut has the last word.
-      if (!rejected(Reject::kInterface) || ++idle_rounds == kIdleRounds) return false;
-    }
+  limits.scalar_tolerance = at_lod(b.scalar_tolerance, lod);
+  limits.stretch_factor = at_lod(b.stretch_factor, lod);
+  if (goal) {
+    limits.quota = tets - std::min(tets, *goal);
+    const bool much = static_cast<double>(limits.quota) > kTrimShare * static_cast<double>(tets);
+    limits.spread = state.spread != 0 && much;
   }
+  plan.settings.box = state.input.box;
+  plan.settings.chunk_tets = state.chunk_tets;
+  plan.settings.number = static_cast<std::uint32_t>(lod + 1);
+  plan.settings.shrink = state.shrink;
+  // Towards a goal the cut moves on after each pass, so that what lies on an interface has the same
+  // share in what goes as everything else.
+  plan.settings.passes = !goal && lod + 1 >= schedule() ? kPassesPerRound : 1;
+  plan.start = wall_seconds();
+  return plan;
 }
 
-// The criteria of a macroLoD, and its number.
+// Notes what a round did, and whether that is the end of its stage.
 template <class Real>
-void Job::set_criteria(std::size_t lod, WorkMesh<Real>* work, PassLimits* limits) {
-  const BehaviourOptions& b = request_.behaviour;
-  const double scalar_before = limits->scalar_tolerance;
-  limits->scalar_tolerance = at_lod(b.scalar_tolerance, lod);
-  limits->stretch_factor = at_lod(b.stretch_factor, lod);
-  constexpr std::size_t kNumbers = std::numeric_limits<std::uint16_t>::max();
-  limits->number = static_cast<std::uint16_t>(lod % kNumbers + 1);
-  // What the mesh remembers is by number, and holds while the tolerance does not narrow.
-  if (limits->number == 1 || limits->scalar_tolerance < scalar_before) {
-    std::fill(work->flipped.begin(), work->flipped.end(), std::uint16_t{0});
-    std::fill(work->changed.begin(), work->changed.end(), std::uint16_t{0});
-  }
+void Job::end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state) {
+  report_.lods.push_back({round.pass, plan.limits.scalar_tolerance, plan.limits.stretch_factor,
+                          round.chunks, wall_seconds() - plan.start});
+  state->lods = report_.lods;
+  state->spread = plan.limits.spread ? 1 : 0;
+  const auto before = static_cast<double>(round.pass.tets_before);
+  const auto removed = before - static_cast<double>(round.pass.tets_after);
+  state->shrink = 1 - removed / before;
+  state->end = judge_round(round, state);
+  trim_memory();
+  commit(fmt::format("round-{}", plan.settings.number), *state);
 }
 
 template <class Real>
-Result Job::take_result(WorkMesh<Real>* work, bool last) {
-  Result result;
-  if (last) {
-    result = {{}, std::move(work->point_ids), std::move(work->tet_ids)};
-    result.mesh.tets = std::move(work->tets);
-    result.mesh.points = std::move(work->positions);
-    *work = {};
-  } else {
-    result = {{}, work->point_ids, work->tet_ids};
-    result.mesh.tets = work->tets;
-    result.mesh.points = work->positions;
-  }
-  const LowerCells& lower = geometry_.lower;
-  if (lower.size() == 0) return result;
-  Vector<VertexId> new_id;
-  new_id.assign(report_.input.points, kNoVertex);
-  for (std::size_t p = 0; p < result.point_ids.size(); ++p) {
-    new_id[result.point_ids[p]] = static_cast<VertexId>(p);
-  }
-  result.mesh.lower = lower;
-  for (VertexId& v : result.mesh.lower.connectivity) v = new_id[v];
-  return result;
-}
-
-void Job::write(const Result& result, const std::string& path) {
-  WriteOptions options;
-  options.encoding = request_.encoding;
-  options.progress = [&](double share) {
-    context_.check();
-    context_.report("writing", 0.8 + 0.2 * share);
+StageEnd Job::judge_round(const RoundStatistics& round, RunState<Real>* state) const {
+  const auto rejected = [&](Reject r) {
+    return round.pass.rejected[static_cast<std::size_t>(r)] > 0;
   };
-  const InputRows rows{geometry_.point_source, geometry_.tet_source, geometry_.lower_source};
-  write_result(result, log_, rows, path, options, source_.get());
-  report_.outputs.push_back(path);
-}
-
-void Job::describe_output(Result* result) {
-  clock_.begin("measure");
-  const Inspection inspection = inspect(result->mesh);
-  report_.output = {report_.outputs.back(), point_count(result->mesh.points),
-                    result->mesh.tets.size(), inspection.boundary_faces, inspection.volume};
+  StageEnd end = StageEnd::kSaturated;
+  if (round.pass.fused == 0 && rejected(Reject::kQuota)) {
+    if (state->spread != 0) {
+      state->spread = 0;  // the little that is left may go anywhere
+      return StageEnd::kOpen;
+    }
+    end = StageEnd::kGoal;  // every fusion that is allowed would go below it
+  } else {
+    const auto before = static_cast<double>(round.pass.tets_before);
+    const auto removed = before - static_cast<double>(round.pass.tets_after);
+    const bool next_to_nothing =
+        rejected(Reject::kInterface)
+            ? removed <= kSaturatedShare * before && !rejected(Reject::kQuota)
+            : round.pass.fused == 0;
+    if (!next_to_nothing || report_.lods.size() < schedule()) return StageEnd::kOpen;
+  }
+  if (!rejected(Reject::kInterface) || state->chunk_tets >= kSmallChunk) return end;
+  state->chunk_tets *= 2;
+  return StageEnd::kOpen;
 }
 
 }  // namespace

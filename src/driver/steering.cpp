@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
+#include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {
@@ -39,7 +40,13 @@ SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
   if (colon != std::string::npos) {
     const auto tolerance = parse_share(text.substr(colon + 1));
     auto choice = find_choice(mesh, text.substr(0, colon));
-    if (choice && tolerance && *tolerance > 0) {
+    if (choice && (!tolerance || !(*tolerance > 0))) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("--array {}: the tolerance \"{}\" must be greater than 0, a share of "
+                              "the field's range as in 0.5%",
+                              text, text.substr(colon + 1)));
+    }
+    if (choice) {
       choice->tolerance = tolerance;
       return *choice;
     }
@@ -51,87 +58,63 @@ SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
                   mesh.path, text, names_of(mesh.point_data), names_of(mesh.cell_data)));
 }
 
-// Values of a point array at the geometry's points, as doubles.
-void gather_points(const DataArray& array, const Geometry& geometry, std::uint32_t first,
-                   Steering* steering) {
-  const std::size_t points = point_count(geometry.points);
-  const std::size_t components = array.info.components;
-  visit_type(array.info.type, [&](auto zero) {
-    const auto values = array.as<decltype(zero)>();
-    for (std::size_t p = 0; p < points; ++p) {
-      const std::size_t row = geometry.point_source.empty() ? p : geometry.point_source[p];
-      for (std::size_t k = 0; k < components; ++k) {
-        steering->values[p * steering->width + first + k] =
-            static_cast<double>(values[row * components + k]);
-      }
-    }
+constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+
+void to_doubles(ValueType type, std::span<const std::byte> rows, Vector<double>* values) {
+  visit_type(type, [&](auto zero) {
+    using T = decltype(zero);
+    const std::span<const T> from(reinterpret_cast<const T*>(rows.data()), rows.size() / sizeof(T));
+    values->assign(from.begin(), from.end());
   });
+}
+
+Vector<Vec3<double>> read_positions(const MeshDescription& mesh, const MeshStream& stream) {
+  Vector<double> values;
+  const std::uint64_t points = stream.points();
+  Vector<std::byte> rows(points * 3 * size_of(mesh.point_type));
+  stream.read_points(0, points, rows);
+  to_doubles(mesh.point_type, rows, &values);
+  Vector<Vec3<double>> positions(points);
+  for (std::size_t p = 0; p < points; ++p) {
+    positions[p] = {values[3 * p], values[3 * p + 1], values[3 * p + 2]};
+  }
+  return positions;
 }
 
 // Volume-weighted means of a cell array round each point.
-void average_cells(const DataArray& array, const Geometry& geometry, std::uint32_t first,
-                   Steering* steering) {
-  const std::size_t points = point_count(geometry.points);
-  const std::size_t components = array.info.components;
-  const std::size_t width = steering->width;
-  Vector<double> weight;
-  weight.assign(points, 0.0);
-  const auto add = [&](auto values, std::size_t t, double volume) {
-    const std::size_t row = geometry.tet_source.empty() ? t : geometry.tet_source[t];
-    for (const VertexId v : geometry.tets[t]) {
-      weight[v] += volume;
-      for (std::size_t k = 0; k < components; ++k) {
-        steering->values[v * width + first + k] +=
-            volume * static_cast<double>(values[row * components + k]);
+Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
+                             const MeshStream& stream) {
+  const ArrayInfo& info = mesh.cell_data.arrays[index];
+  const std::size_t components = info.components;
+  const Vector<Vec3<double>> positions = read_positions(mesh, stream);
+  Vector<double> sums, weights, values;
+  sums.assign(positions.size() * components, 0.0);
+  weights.assign(positions.size(), 0.0);
+  Vector<std::byte> rows;
+  CellWindow window;
+  for (std::uint64_t first = 0; first < stream.cells(); first += kWindow) {
+    const std::uint64_t count = std::min(kWindow, stream.cells() - first);
+    stream.read_cells(first, count, &window);
+    rows.resize(count * components * size_of(info.type));
+    stream.read_rows(Association::kCell, index, first, count, rows);
+    to_doubles(info.type, rows, &values);
+    for (std::size_t t = 0; t < window.tets.size(); ++t) {
+      const Tet& tet = window.tets[t];
+      const double volume = std::abs(determinant(positions, tet).value);
+      const std::size_t row = window.tet_rows.empty() ? t : window.tet_rows[t] - first;
+      for (const VertexId v : tet) {
+        weights[v] += volume;
+        for (std::size_t k = 0; k < components; ++k) {
+          sums[v * components + k] += volume * values[row * components + k];
+        }
       }
     }
-  };
-  visit_type(array.info.type, [&](auto zero) {
-    const auto values = array.as<decltype(zero)>();
-    std::visit(
-        [&](const auto& positions) {
-          for (std::size_t t = 0; t < geometry.tets.size(); ++t) {
-            add(values, t, std::abs(determinant(positions, geometry.tets[t]).value));
-          }
-        },
-        geometry.points);
-  });
-  for (std::size_t p = 0; p < points; ++p) {
-    for (std::size_t k = 0; k < components; ++k) {
-      steering->values[p * width + first + k] /= weight[p] > 0 ? weight[p] : 1;
-    }
   }
-}
-
-// Scales a field's values by a power of two, so that its range lies between a half and one and no
-// square overflows or vanishes, and returns the range; 0 when all values are the same. Marks the
-// vertices where the field has no value.
-double scale_to_range(std::uint32_t first, std::uint32_t count, Steering* steering) {
-  const std::size_t points = steering->not_finite.size();
-  double half_range = 0;  // a whole one may overflow
-  for (std::uint32_t k = first; k < first + count; ++k) {
-    double lo = std::numeric_limits<double>::infinity();
-    double hi = -lo;
-    for (std::size_t p = 0; p < points; ++p) {
-      const double value = steering->values[p * steering->width + k];
-      if (!std::isfinite(value)) {
-        steering->not_finite[p] = 1;
-        continue;
-      }
-      lo = std::min(lo, value);
-      hi = std::max(hi, value);
-    }
-    if (hi > lo) half_range = std::hypot(half_range, hi / 2 - lo / 2);
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const double weight = weights[i / components];
+    sums[i] /= weight > 0 ? weight : 1;
   }
-  if (!(half_range > 0)) return 0;
-  int exponent = 0;
-  const double range = std::frexp(half_range, &exponent);
-  for (std::size_t p = 0; p < points; ++p) {
-    double* tuple = steering->values.data() + p * steering->width;
-    for (std::uint32_t k = first; k < first + count; ++k)
-      tuple[k] = std::ldexp(tuple[k], -exponent - 1);
-  }
-  return range;
+  return sums;
 }
 
 }  // namespace
@@ -155,38 +138,97 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
   return {choice};
 }
 
-Steering load_steering(const std::vector<SteeringChoice>& choices, const Geometry& geometry,
-                       const RunContext& context, MeshSource* source) {
-  const MeshDescription& mesh = source->description();
-  Steering steering;
-  for (const SteeringChoice& c : choices) {
-    const AttributeSet& set =
-        c.association == Association::kCell ? mesh.cell_data : mesh.point_data;
-    steering.width += set.arrays[c.index].components;
+void Steering::read_array(const Array& array, std::uint64_t first, std::uint64_t count,
+                          Vector<double>* values) const {
+  const std::size_t components = array.components;
+  if (!array.averages.empty()) {
+    const double* begin = array.averages.data() + first * components;
+    values->assign(begin, begin + count * components);
+    return;
   }
-  const std::size_t points = point_count(geometry.points);
-  steering.values.assign(points * steering.width, 0.0);
-  steering.not_finite.assign(points, 0);
-  std::uint32_t first = 0;
-  for (const SteeringChoice& c : choices) {
+  Vector<std::byte> rows(count * components * size_of(array.type));
+  stream_->read_rows(Association::kPoint, array.index, first, count, rows);
+  to_doubles(array.type, rows, values);
+}
+
+// The field's range in its new unit, which it sets; 0 when all values are the same.
+double Steering::measure(Array* array) const {
+  // A sixteenth, so that neither a difference nor the diagonal of a tensor's box overflows.
+  constexpr double kSixteenth = 1.0 / 16;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  struct Range {
+    double lo = kInfinity;
+    double hi = -kInfinity;
+  };
+  const std::size_t components = array->components;
+  const std::uint64_t points = stream_->points();
+  std::vector<std::vector<Range>> windows(block_count(points, kWindow));
+  for_each_block(points, kWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
+    Vector<double> values;
+    read_array(*array, begin, end - begin, &values);
+    windows[w].resize(components);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!std::isfinite(values[i])) continue;
+      Range& range = windows[w][i % components];
+      range.lo = std::min(range.lo, values[i]);
+      range.hi = std::max(range.hi, values[i]);
+    }
+  });
+  double diagonal = 0;
+  for (std::size_t k = 0; k < components; ++k) {
+    Range all;
+    for (const std::vector<Range>& window : windows) {
+      all.lo = std::min(all.lo, window[k].lo);
+      all.hi = std::max(all.hi, window[k].hi);
+    }
+    if (all.hi > all.lo) {
+      diagonal = std::hypot(diagonal, kSixteenth * all.hi - kSixteenth * all.lo);
+    }
+  }
+  if (!(diagonal > 0)) return 0;
+  int exponent = 0;
+  const double range = std::frexp(diagonal, &exponent);
+  array->exponent = -exponent - 4;
+  return range;
+}
+
+Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescription& mesh,
+                   const MeshStream& stream, const RunContext& context)
+    : stream_(&stream) {
+  for (const SteeringChoice& choice : choices) {
     context.check();
-    const DataArray array = source->read_array(c.association, c.index);
-    if (c.association == Association::kCell) {
-      average_cells(array, geometry, first, &steering);
-    } else {
-      gather_points(array, geometry, first, &steering);
-    }
-    const std::uint32_t count = array.info.components;
-    const double range = scale_to_range(first, count, &steering);
+    const bool of_cells = choice.association == Association::kCell;
+    const ArrayInfo& info = (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index];
+    Array array{choice.index, info.type, info.components, 0, {}};
+    if (of_cells) array.averages = average_cells(choice.index, mesh, stream);
+    const double range = measure(&array);
     if (range > 0) {
-      steering.fields.push_back({first, count, range, c.tolerance});
-      steering.names.push_back(c.name);
+      fields_.push_back({width_, array.components, range, choice.tolerance});
+      names_.push_back(choice.name);
+      width_ += array.components;
+      arrays_.push_back(std::move(array));
     } else {
-      context.say(fmt::format("array {} has the same value everywhere: it does not steer", c.name));
+      context.say(
+          fmt::format("array {} has the same value everywhere: it does not steer", choice.name));
     }
-    first += count;
   }
-  return steering;
+}
+
+void Steering::read(std::uint64_t first, std::uint64_t count, double* values,
+                    std::uint8_t* not_finite) const {
+  Vector<double> of_array;
+  std::size_t at = 0;
+  for (const Array& array : arrays_) {
+    read_array(array, first, count, &of_array);
+    for (std::size_t p = 0; p < count; ++p) {
+      for (std::size_t k = 0; k < array.components; ++k) {
+        const double value = of_array[p * array.components + k];
+        if (!std::isfinite(value)) not_finite[p] = 1;
+        values[p * width_ + at + k] = std::ldexp(value, array.exponent);
+      }
+    }
+    at += array.components;
+  }
 }
 
 }  // namespace tetfusion

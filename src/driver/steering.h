@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/run_context.h"
-#include "io/mesh_source.h"
+#include "io/mesh_stream.h"
 #include "kernel/criteria.h"
 
 namespace tetfusion {
@@ -25,18 +25,44 @@ struct SteeringChoice {
 std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
                                             const std::vector<std::string>& names);
 
-// The values that steer, in the order of the geometry's points, each field in a unit of its own that is a power of two.
-struct Steering {
-  std::vector<SteeringField> fields;
-  std::vector<std::string> names;  // one a field
-  std::uint32_t width = 0;         // values a point
-  Vector<double> values;
-  Vector<std::uint8_t> not_finite;  // one a point: a value is no number, the vertex must stay
-};
+// The values of the arrays that steer, at any window of points, each field in a unit of its own
+// that is a power of two: its range lies between a half and one.
+class Steering {
+ public:
+  Steering() = default;
 
-// Reads the chosen arrays. Cell arrays are averaged at the points, weighted by volume. A field
-// whose range is zero is left out, with a notice.
-Steering load_steering(const std::vector<SteeringChoice>& choices, const Geometry& geometry,
-                       const RunContext& context, MeshSource* source);
+  // Looks through the chosen arrays for their ranges. Cell arrays are averaged at the points,
+  // weighted by volume, and kept in memory (8 bytes a component and point). A field whose range is
+  // zero is left out, with a notice. The stream must outlive this.
+  Steering(const std::vector<SteeringChoice>& choices, const MeshDescription& mesh,
+           const MeshStream& stream, const RunContext& context);
+
+  const std::vector<SteeringField>& fields() const { return fields_; }
+  const std::vector<std::string>& names() const { return names_; }  // one a field
+  std::uint32_t width() const { return width_; }                    // values a point
+
+  // width() values for each point of a window into `values`; sets not_finite[i] to 1 where one is
+  // no number: the vertex must stay. Safe to call from several threads.
+  void read(std::uint64_t first, std::uint64_t count, double* values,
+            std::uint8_t* not_finite) const;
+
+ private:
+  struct Array {
+    std::size_t index = 0;  // of the point array
+    ValueType type = ValueType::kFloat64;
+    std::uint32_t components = 1;
+    int exponent = 0;         // values are scaled by 2^exponent
+    Vector<double> averages;  // of a cell array at the points; else empty
+  };
+  void read_array(const Array& array, std::uint64_t first, std::uint64_t count,
+                  Vector<double>* values) const;
+  double measure(Array* array) const;
+
+  const MeshStream* stream_ = nullptr;
+  std::vector<Array> arrays_;
+  std::vector<SteeringField> fields_;
+  std::vector<std::string> names_;
+  std::uint32_t width_ = 0;
+};
 
 }  // namespace tetfusion

@@ -88,12 +88,10 @@ std::uint64_t allowance(const PassLimits& limits, std::uint64_t t, std::uint64_t
 
 template <class Real>
 PassStatistics GreedyPass<Real>::run(const PassLimits& limits,
-                                     std::span<const SteeringField> fields, WorkMesh<Real>* mesh,
-                                     FuseLog* log) {
+                                     std::span<const SteeringField> fields, WorkMesh<Real>* mesh) {
   limits_ = &limits;
   fields_ = fields;
   mesh_ = mesh;
-  log_ = log;
   begin();
 
   PassStatistics statistics;
@@ -122,8 +120,8 @@ PassStatistics GreedyPass<Real>::run(const PassLimits& limits,
     }
     ++statistics.rejected[static_cast<std::size_t>(reason)];
   }
+  for (Column& column : mesh->point_columns) carry_point_column(fusions_, &column);
   compact();
-  log->pass_ends.push_back(log->records.size());
   statistics.tets_after = mesh->tets.size();
   return statistics;
 }
@@ -132,6 +130,7 @@ template <class Real>
 void GreedyPass<Real>::begin() {
   const std::size_t vertices = mesh_->vertex_count();
   prepared_ = false;
+  fusions_.clear();
   state_.resize(vertices);
   for (std::size_t v = 0; v < vertices; ++v) {
     state_[v] = first_state(mesh_->marks[v], limits_->boundary_rule);
@@ -333,7 +332,7 @@ bool GreedyPass<Real>::stretches_too_far(std::uint32_t entry, const std::array<V
 template <class Real>
 void GreedyPass<Real>::apply(const Tet& prey) {
   const VertexId kept = std::min({prey[0], prey[1], prey[2], prey[3]});
-  log_fusion(prey, kept);
+  note_fusion(prey, kept);
   for (const std::uint32_t entry : affected()) {
     Tet& tet = mesh_->tets[entry >> 2];
     tet[entry & 3u] = kept;
@@ -355,38 +354,36 @@ void GreedyPass<Real>::apply(const Tet& prey) {
 }
 
 template <class Real>
-void GreedyPass<Real>::log_fusion(const Tet& prey, VertexId kept) {
-  Tet order = prey;
-  std::swap(order[0], *std::find(order.begin(), order.end(), kept));
-  FuseRecord record{};
-  std::uint8_t nearest = 0;
+void GreedyPass<Real>::note_fusion(const Tet& prey, VertexId kept) {
+  Fusion fusion{prey, 0};
+  std::swap(fusion.vertices[0], *std::find(fusion.vertices.begin(), fusion.vertices.end(), kept));
   double least = std::numeric_limits<double>::infinity();
+  VertexId least_id = kNoVertex;
   for (std::uint8_t i = 0; i < 4; ++i) {
-    record.points[i] = mesh_->point_ids[order[i]];
-    const double distance = distance_squared(mesh_->positions[order[i]], position_);
-    if (distance < least || (distance == least && record.points[i] < record.points[nearest])) {
+    const VertexId v = fusion.vertices[i];
+    const double distance = distance_squared(mesh_->positions[v], position_);
+    if (distance < least || (distance == least && mesh_->point_ids[v] < least_id)) {
       least = distance;
-      nearest = i;
+      least_id = mesh_->point_ids[v];
+      fusion.nearest = i;
     }
   }
-  log_->records.push_back(record);
-  log_->nearest.push_back(nearest);
+  fusions_.push_back(fusion);
 }
 
 template <class Real>
 void GreedyPass<Real>::compact() {
   WorkMesh<Real>& mesh = *mesh_;
+  if (fusions_.empty()) return;
   std::size_t tets = 0;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     if (is_deleted(mesh.tets[t])) continue;
     mesh.tets[tets] = mesh.tets[t];
-    mesh.tet_ids[tets] = mesh.tet_ids[t];
     mesh.flipped[tets] = mesh.flipped[t];
+    for (Column& column : mesh.cell_columns) column.move_row(t, tets);
     ++tets;
   }
-  mesh.tets.resize(tets);
-  mesh.tet_ids.resize(tets);
-  mesh.flipped.resize(tets);
+  mesh.resize_tets(tets);
   for (std::size_t v = 0; v < state_.size(); ++v) {
     if ((state_[v] & kTouched) != 0) mesh.changed[v] = limits_->number;
   }

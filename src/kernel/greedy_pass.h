@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kernel/criteria.h"
-#include "kernel/fuse_log.h"
+#include "kernel/fusions.h"
 #include "mesh/vertex_tets.h"
 #include "mesh/work_mesh.h"
 
@@ -48,17 +48,19 @@ template <class Real>
 class GreedyPass {
  public:
   // Takes the tetrahedra in order and fuses those that the limits allow, then compacts the mesh:
-  // ids are stale afterwards, their order is kept. Fusions are appended to the log. A pure function
-  // of the mesh and the limits; what the mesh remembers of earlier passes (`changed`, `flipped`)
-  // saves time and changes nothing, as long as no scalar tolerance is narrower than in the pass
-  // that remembered it.
+  // ids are stale afterwards, their order is kept. Carried columns follow. A pure function of the
+  // mesh and the limits; what the mesh remembers of earlier passes (`changed`, `flipped`) saves
+  // time and does not change the mesh that comes out.
   //
   // Preconditions: every vertex whose ball is not a topological ball of positively wound
   // tetrahedra, all of them in this mesh, is marked kOnBoundary, kLocked or kOnInterface (the
   // argument for the validity test needs it, see README.md); every steering value of an unmarked
   // vertex is finite.
   PassStatistics run(const PassLimits& limits, std::span<const SteeringField> fields,
-                     WorkMesh<Real>* mesh, FuseLog* log);
+                     WorkMesh<Real>* mesh);
+
+  // What the last pass did, by the ids from before it.
+  std::span<const Fusion> fusions() const { return fusions_; }
 
  private:
   void begin();
@@ -78,14 +80,14 @@ class GreedyPass {
   bool stretches_too_far(std::uint32_t entry, const std::array<Vec3<Real>, 4>& now,
                          const std::array<Vec3<Real>, 4>& after) const;
   void apply(const Tet& prey);
-  void log_fusion(const Tet& prey, VertexId kept);
+  void note_fusion(const Tet& prey, VertexId kept);
   void compact();
 
   const PassLimits* limits_ = nullptr;
   std::span<const SteeringField> fields_;
   WorkMesh<Real>* mesh_ = nullptr;
-  FuseLog* log_ = nullptr;
 
+  Vector<Fusion> fusions_;
   bool prepared_ = false;
   VertexTets balls_;  // of the start of the pass; stays right all through it, as fused vertices are
                       // not touched again

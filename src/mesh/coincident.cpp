@@ -1,7 +1,14 @@
 #include "mesh/coincident.h"
 
+#include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "mesh/blocks.h"
 
 namespace tetfusion {
 
@@ -17,26 +24,82 @@ std::uint64_t hash_point(const Vec3<Real>& p) {
   return hash;
 }
 
+using Pairs = Vector<std::pair<VertexId, VertexId>>;
+
+constexpr std::size_t kBlock = 1 << 16;  // points
+constexpr std::size_t kShards = 256;     // points with the same coordinates are in the same one
+
 template <class Real>
-Vector<std::pair<VertexId, VertexId>> find(const Vector<Vec3<Real>>& points) {
-  Vector<std::pair<VertexId, VertexId>> found;
-  const std::size_t mask = std::bit_ceil(2 * points.size() + 1) - 1;
+std::size_t shard_of(const Vec3<Real>& p) {
+  return hash_point(p) >> 56;
+}
+
+// The points of each shard, ascending: those of shard s are points[offsets[s]] up to
+// points[offsets[s + 1]].
+struct Shards {
+  Vector<std::size_t> offsets;
+  Vector<VertexId> points;
+};
+
+template <class Real>
+Shards make_shards(const Vector<Vec3<Real>>& points) {
+  const std::size_t blocks = block_count(points.size(), kBlock);
+  Vector<std::size_t> places(blocks * kShards, 0);  // counts, then where to put the next point
+  for_each_block(points.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) ++places[b * kShards + shard_of(points[v])];
+  });
+  Shards shards;
+  std::size_t sum = 0;
+  for (std::size_t s = 0; s < kShards; ++s) {
+    shards.offsets.push_back(sum);
+    for (std::size_t b = 0; b < blocks; ++b) {
+      sum += std::exchange(places[b * kShards + s], sum);
+    }
+  }
+  shards.offsets.push_back(sum);
+  shards.points.resize(sum);
+  for_each_block(points.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      shards.points[places[b * kShards + shard_of(points[v])]++] = static_cast<VertexId>(v);
+    }
+  });
+  return shards;
+}
+
+template <class Real>
+Pairs find_in(const Vector<Vec3<Real>>& points, std::span<const VertexId> shard) {
+  Pairs found;
+  const std::size_t mask = std::bit_ceil(2 * shard.size() + 1) - 1;
   Vector<VertexId> slots(mask + 1, kNoVertex);
-  for (std::size_t v = 0; v < points.size(); ++v) {
+  for (const VertexId v : shard) {
     const Vec3<Real>& p = points[v];
     for (std::size_t i = hash_point(p);; ++i) {
       VertexId& slot = slots[i & mask];
       if (slot == kNoVertex) {
-        slot = static_cast<VertexId>(v);
+        slot = v;
         break;
       }
       const Vec3<Real>& q = points[slot];
       if (p.x == q.x && p.y == q.y && p.z == q.z) {
-        found.push_back({static_cast<VertexId>(v), slot});
+        found.push_back({v, slot});
         break;
       }
     }
   }
+  return found;
+}
+
+template <class Real>
+Pairs find(const Vector<Vec3<Real>>& points) {
+  const Shards shards = make_shards(points);
+  std::vector<Pairs> parts(kShards);
+  for_each_block(kShards, 1, [&](std::size_t s, std::size_t, std::size_t) {
+    parts[s] = find_in(points, {shards.points.data() + shards.offsets[s],
+                                shards.points.data() + shards.offsets[s + 1]});
+  });
+  Pairs found;
+  for (const Pairs& part : parts) found.insert(found.end(), part.begin(), part.end());
+  std::sort(found.begin(), found.end());
   return found;
 }
 

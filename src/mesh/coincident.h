@@ -9,7 +9,7 @@
 namespace tetfusion {
 
 // Each point with the coordinates of an earlier one, and the earliest of those; ascending. -0
-// equals 0.
+// equals 0. The result does not depend on the number of threads.
 Vector<std::pair<VertexId, VertexId>> coincident_points(const Points& points);
 
 }  // namespace tetfusion

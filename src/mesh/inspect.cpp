@@ -5,66 +5,31 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
 #include "mesh/blocks.h"
+#include "mesh/clusters.h"
 #include "mesh/coincident.h"
 #include "mesh/faces.h"
 #include "mesh/predicates.h"
 #include "mesh/sums.h"
 #include "mesh/surface.h"
 #include "mesh/union_find.h"
-#include "mesh/vertex_tets.h"
+#include "mesh/vertex_ranges.h"
 
 namespace tetfusion {
 
 namespace {
 
 constexpr std::size_t kCellBlock = 1 << 16;
-constexpr std::size_t kVertexBlock = 1 << 12;
 
 enum CellState : std::uint8_t { kSound = 0, kNoVolume = 1, kRewound = 2 };
-
-// Distinct vertices round one vertex.
-class Neighbours {
- public:
-  void clear() {
-    count_ = 0;
-    ++epoch_;
-  }
-  void add(VertexId v) {
-    if (2 * count_ >= slots_.size()) grow();
-    count_ += put(v) ? 1 : 0;
-  }
-  std::size_t count() const { return count_; }
-
- private:
-  bool put(VertexId v) {
-    const std::uint64_t wanted = epoch_ << 32 | v;
-    for (std::size_t i = v * 0x9E3779B1u;; ++i) {
-      std::uint64_t& slot = slots_[i & (slots_.size() - 1)];
-      if (slot == wanted) return false;
-      if (slot >> 32 != epoch_) {
-        slot = wanted;
-        return true;
-      }
-    }
-  }
-  void grow() {
-    const Vector<std::uint64_t> old = std::move(slots_);
-    slots_.assign(std::max<std::size_t>(128, 2 * old.size()), 0);
-    for (const std::uint64_t slot : old) {
-      if (slot >> 32 == epoch_) put(static_cast<VertexId>(slot));
-    }
-  }
-
-  Vector<std::uint64_t> slots_;  // epoch << 32 | vertex; a power of two of them
-  std::uint64_t epoch_ = 1;      // slots of other epochs are free
-  std::size_t count_ = 0;
-};
 
 struct CellFindings {
   std::uint64_t rewound = 0;
@@ -73,26 +38,76 @@ struct CellFindings {
   CompensatedSum six_volumes;
 };
 
+// Adds to a number to which other threads add at the same time.
+void add_to(std::int32_t* sum, std::int32_t x) {
+  std::atomic_ref<std::int32_t>(*sum).fetch_add(x, std::memory_order_relaxed);
+}
+
+// Of a range of vertices.
 struct FaceFindings {
   std::uint64_t duplicates = 0;
   std::uint64_t foldovers = 0;
   std::uint64_t overfull = 0;
   FirstIds duplicate_samples, foldover_samples, overfull_samples;
   Vector<Triangle> boundary;
+  VertexId begin = 0;
+  Vector<std::int32_t> sums;  // what is to be added to the sums of the range's own vertices
+
+  // The larger neighbours of a vertex of the range. Most lie in the range too.
+  void add_neighbours(VertexId v, std::span<const VertexId> neighbours,
+                      Vector<std::int32_t>* all_sums) {
+    sums[v - begin] += 2 * static_cast<std::int32_t>(neighbours.size());
+    for (const VertexId w : neighbours) {
+      if (w - begin < sums.size()) {
+        sums[w - begin] += 2;
+      } else {
+        add_to(&(*all_sums)[w], 2);
+      }
+    }
+  }
+};
+
+// Matchers that no thread uses at the moment: they keep their memory from range to range.
+class MatcherPool {
+ public:
+  std::unique_ptr<FaceMatcher> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<FaceMatcher>();
+    auto matcher = std::move(free_.back());
+    free_.pop_back();
+    return matcher;
+  }
+  void give_back(std::unique_ptr<FaceMatcher> matcher) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(matcher));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<FaceMatcher>> free_;
 };
 
 class Inspector {
  public:
-  explicit Inspector(Geometry& geometry) : geometry_(geometry), tets_(geometry.tets) {}
+  explicit Inspector(Geometry& geometry)
+      : geometry_(geometry), tets_(geometry.tets), points_(point_count(geometry.points)) {}
 
   Inspection run() {
-    const std::size_t points = point_count(geometry_.points);
-    out_.vertex_flags.assign(points, 0);
+    if (points_ + tets_.size() > std::numeric_limits<std::uint32_t>::max()) {
+      throw Error(
+          ErrorCode::kBadInput,
+          "the mesh has more than 4,294,967,295 points and tetrahedra together; cut it into "
+          "smaller ones");
+    }
+    out_.vertex_flags.assign(points_, 0);
+    sums_.assign(points_, 0);
     judge_cells();
-    build_vertex_tets(points, tets_, &vertex_tets_);
+    ranges_.emplace(points_, tets_);
     judge_faces();
+    judge_surface();
     if (out_.foldover_faces > 0) find_inverted();
-    judge_surface_and_balls();
+    judge_balls();
+    count_components();
     mark_carried();
     find_coincident();
     measure_box();
@@ -112,28 +127,58 @@ class Inspector {
   void mark_cell(TetId t, std::uint8_t flag) {
     for (const VertexId v : tets_[t]) mark(v, flag);
   }
+  bool is_marked(VertexId v, std::uint8_t flag) {
+    const std::atomic_ref<std::uint8_t> flags(out_.vertex_flags[v]);
+    return (flags.load(std::memory_order_relaxed) & flag) != 0;
+  }
   bool has_volume(TetId t) const { return (states_[t] & kNoVolume) == 0; }
 
+  template <class F>
+  void for_each_range(F f);
   void judge_cells();
   void judge_faces();
+  void judge_star(VertexId v, FaceMatcher* matcher, FaceFindings* found);
   void judge_face(VertexId v, std::span<const FaceSide> sides, FaceFindings* found);
   void find_duplicates(std::span<const FaceSide> sides, FaceFindings* found);
   bool folds(const FaceSide& a, const FaceSide& b) const;
   void join_face_findings(std::vector<FaceFindings>* blocks);
+  bool ball_is_sound(VertexId v) const;
+  bool is_good(VertexId v) const { return good_[v] != 0; }
+  std::uint32_t element_of(TetId t) const;
+  template <class F>
+  UnionFind connect_cells(F join);
   void find_inverted();
-  void judge_surface_and_balls();
-  void judge_balls(const Surface& surface);
-  bool ball_is_sound(VertexId v, std::size_t boundary_triangles, Neighbours* neighbours) const;
+  void judge_surface();
+  void judge_balls();
+  void count_components();
   void mark_carried();
   void find_coincident();
   void measure_box();
 
   Geometry& geometry_;
   Vector<Tet>& tets_;
+  const std::size_t points_;
   Vector<std::uint8_t> states_;  // CellState bits
-  VertexTets vertex_tets_;
+  std::optional<CellsByRange> ranges_;
+  MatcherPool matchers_;
+  Vector<std::int32_t> sums_;         // of each vertex: twice its neighbours, less its cells
+  Vector<std::uint32_t> surface_at_;  // Surface::offsets
+  // 1: all cells round the vertex are connected by faces that use it. For connect_cells().
+  Vector<std::uint8_t> good_;
   Inspection out_;
 };
+
+// Calls f(range, begin, end, matcher) for each range of vertices that has cells, side by side.
+template <class F>
+void Inspector::for_each_range(F f) {
+  for_each_block(points_, CellsByRange::kRangeVertices,
+                 [&](std::size_t r, std::size_t begin, std::size_t end) {
+                   const auto cells = ranges_->of(r);
+                   auto matcher = matchers_.take();
+                   f(r, static_cast<VertexId>(begin), static_cast<VertexId>(end), matcher.get());
+                   matchers_.give_back(std::move(matcher));
+                 });
+}
 
 void Inspector::judge_cells() {
   states_.resize(tets_.size());
@@ -174,8 +219,7 @@ void Inspector::judge_cells() {
 // Do two cells of a face lie on the same side of it? The copies of one cell do not count: they are
 // duplicates.
 bool Inspector::folds(const FaceSide& a, const FaceSide& b) const {
-  return a.odd == b.odd && has_volume(a.tet()) && has_volume(b.tet()) &&
-         tets_[a.tet()][a.corner()] != tets_[b.tet()][b.corner()];
+  return a.odd == b.odd && a.apex != b.apex && has_volume(a.tet) && has_volume(b.tet);
 }
 
 // A cell is met here with the face that lacks its largest vertex; so are its copies, and they have
@@ -184,8 +228,7 @@ void Inspector::find_duplicates(std::span<const FaceSide> sides, FaceFindings* f
   // Sorted, because hostile files have faces with very many cells.
   std::vector<std::pair<VertexId, TetId>> apexes;
   for (const FaceSide& side : sides) {
-    const VertexId apex = tets_[side.tet()][side.corner()];
-    if (apex >= side.largest()) apexes.emplace_back(apex, side.tet());
+    if (side.apex >= side.largest()) apexes.emplace_back(side.apex, side.tet);
   }
   std::sort(apexes.begin(), apexes.end());
   for (std::size_t i = 1; i < apexes.size(); ++i) {
@@ -200,7 +243,6 @@ void Inspector::judge_face(VertexId v, std::span<const FaceSide> sides, FaceFind
   const FaceSide& first = sides[0];
   if (sides.size() == 1) {
     Triangle t{v, first.middle(), first.largest()};
-    for (const VertexId w : t) mark(w, kBoundaryVertex);
     if (first.odd != 0) std::swap(t[1], t[2]);
     found->boundary.push_back(t);
     return;
@@ -208,33 +250,63 @@ void Inspector::judge_face(VertexId v, std::span<const FaceSide> sides, FaceFind
   find_duplicates(sides, found);
   if (sides.size() > 2) {
     ++found->overfull;
-    found->overfull_samples.add(first.tet());
+    found->overfull_samples.add(first.tet);
     for (const VertexId w : {v, first.middle(), first.largest()}) mark(w, kBrokenVertex);
   } else if (folds(first, sides[1])) {
     ++found->foldovers;
-    found->foldover_samples.add(first.tet());
-    mark_cell(first.tet(), kBrokenVertex);
-    mark_cell(sides[1].tet(), kBrokenVertex);
+    found->foldover_samples.add(first.tet);
+    mark_cell(first.tet, kBrokenVertex);
+    mark_cell(sides[1].tet, kBrokenVertex);
   }
 }
 
+// A cell without volume may be wound either way, and is not matched for what it is: its vertices
+// are broken, and take the slow way.
+void Inspector::judge_star(VertexId v, FaceMatcher* matcher, FaceFindings* found) {
+  if (is_marked(v, kBrokenVertex) || !matcher->match(v)) {
+    matcher->for_each_face(v,
+                           [&](std::span<const FaceSide> sides) { judge_face(v, sides, found); });
+    found->add_neighbours(v, matcher->larger_neighbours(v), &sums_);
+    return;
+  }
+  const std::size_t first = found->boundary.size();
+  matcher->for_each_single([&](VertexId m, VertexId l) { found->boundary.push_back({v, m, l}); });
+  if (found->boundary.size() > first) {  // in the order of the slow way
+    std::sort(found->boundary.begin() + static_cast<std::ptrdiff_t>(first), found->boundary.end(),
+              [](const Triangle& a, const Triangle& b) {
+                return std::minmax(a[1], a[2]) < std::minmax(b[1], b[2]);
+              });
+  }
+  found->add_neighbours(v, matcher->neighbours(), &sums_);
+}
+
 void Inspector::judge_faces() {
-  const std::size_t points = out_.vertex_flags.size();
-  std::vector<FaceFindings> blocks(block_count(points, kVertexBlock));
-  UnionFind parts(tets_.size());
-  for_each_block(points, kVertexBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-    FaceMatcher matcher;
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto v = static_cast<VertexId>(i);
-      if (vertex_tets_.of(v).empty()) mark(v, kUnusedVertex);
-      matcher.for_each_face(v, tets_, vertex_tets_, [&](std::span<const FaceSide> sides) {
-        judge_face(v, sides, &blocks[b]);
-        for (std::size_t s = 1; s < sides.size(); ++s) parts.unite(sides[0].tet(), sides[s].tet());
-      });
+  std::vector<FaceFindings> blocks(block_count(points_, CellsByRange::kRangeVertices));
+  for_each_range([&](std::size_t r, VertexId begin, VertexId end, FaceMatcher* matcher) {
+    FaceFindings& found = blocks[r];
+    found.begin = begin;
+    found.sums.assign(end - begin, 0);
+    if (!ranges_->of(r).empty()) {
+      matcher->load(tets_, ranges_->of(r), begin, end, points_);
+      for (VertexId v = begin; v < end; ++v) {
+        const std::uint32_t cells = matcher->cell_count(v);
+        found.sums[v - begin] -= static_cast<std::int32_t>(cells);
+        if (cells > 0) {
+          judge_star(v, matcher, &found);
+        } else if (!is_marked(v, kBrokenVertex)) {
+          mark(v, kUnusedVertex);
+        }
+      }
+    } else {
+      for (VertexId v = begin; v < end; ++v) mark(v, kUnusedVertex);
     }
+    for (const Triangle& t : found.boundary) {
+      for (const VertexId v : t) mark(v, kBoundaryVertex);
+    }
+    for (VertexId v = begin; v < end; ++v) add_to(&sums_[v], found.sums[v - begin]);
+    found.sums = {};
   });
   join_face_findings(&blocks);
-  for (TetId t = 0; t < tets_.size(); ++t) out_.components += parts.is_root(t) ? 1 : 0;
 }
 
 void Inspector::join_face_findings(std::vector<FaceFindings>* blocks) {
@@ -260,100 +332,133 @@ void Inspector::join_face_findings(std::vector<FaceFindings>* blocks) {
   }
 }
 
-// After rewinding, the cells of a sound mesh lie on both sides of their faces. Give every cell a
-// colour that changes at fold-over faces only: in each part of the mesh, the colour of the fewer
-// cells is the inverted one; of two that are as many, the one with more cells that had to be
-// rewound, then the one without the first cell. Rare, and so on one thread: the colours then do not
-// depend on chance where they contradict each other.
-void Inspector::find_inverted() {
-  ColourUnionFind colours(tets_.size());
-  FaceMatcher matcher;
-  for (std::size_t v = 0; v < out_.vertex_flags.size(); ++v) {
-    matcher.for_each_face(static_cast<VertexId>(v), tets_, vertex_tets_,
-                          [&](std::span<const FaceSide> sides) {
-                            if (sides.size() != 2) return;
-                            const TetId a = sides[0].tet(), b = sides[1].tet();
-                            if (!has_volume(a) || !has_volume(b)) return;
-                            colours.unite(a, b, folds(sides[0], sides[1]));
-                          });
+bool Inspector::ball_is_sound(VertexId v) const {
+  return sums_[v] ==
+         sum_of_sound_ball(static_cast<std::int32_t>(surface_at_[v + 1] - surface_at_[v]));
+}
+
+// What stands for a cell where cells are connected: a good vertex of it, or itself.
+std::uint32_t Inspector::element_of(TetId t) const {
+  for (const VertexId v : tets_[t]) {
+    if (is_good(v)) return v;
   }
-  struct Part {
-    std::array<std::uint32_t, 2> cells{};
-    std::array<std::uint32_t, 2> rewound{};
-    std::uint32_t inverted_colour() const {
-      if (cells[0] != cells[1]) return cells[1] < cells[0] ? 1 : 0;
-      return rewound[0] > rewound[1] ? 0 : 1;
+  return static_cast<std::uint32_t>(points_) + t;
+}
+
+// The components of the mesh, as sets of what stands for cells. Only faces without good vertices
+// are looked at: join(sides) says whether the first two, or all, are connected.
+template <class F>
+UnionFind Inspector::connect_cells(F join) {
+  good_.resize(points_);
+  for_each_block(points_, kCellBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto v = static_cast<VertexId>(i);
+      const bool is_odd = (out_.vertex_flags[v] & (kBrokenVertex | kUnusedVertex)) != 0;
+      good_[v] = !is_odd && ball_is_sound(v) ? 1 : 0;
     }
-  };
-  Vector<Part> parts(tets_.size(), Part{});
+  });
+  UnionFind sets(points_ + tets_.size());
+  for_each_block(tets_.size(), kCellBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      // Most are connected already.
+      std::uint32_t root = kNoVertex;
+      for (const VertexId v : tets_[t]) {
+        if (!is_good(v)) continue;
+        if (root == kNoVertex) {
+          root = sets.find(v);
+        } else if (sets.find(v) != root) {
+          sets.unite(root, v);
+        }
+      }
+    }
+  });
+  for_each_range([&](std::size_t r, VertexId begin, VertexId end, FaceMatcher* matcher) {
+    bool loaded = false;
+    for (VertexId v = begin; v < end; ++v) {
+      if (is_good(v) || (out_.vertex_flags[v] & kUnusedVertex) != 0) continue;
+      if (!loaded) matcher->load(tets_, ranges_->of(r), begin, end, points_);
+      loaded = true;
+      matcher->for_each_face(v, [&](std::span<const FaceSide> sides) {
+        if (is_good(sides[0].middle()) || is_good(sides[0].largest()) || !join(sides)) return;
+        for (std::size_t s = 1; s < sides.size(); ++s) {
+          sets.unite(element_of(sides[0].tet), element_of(sides[s].tet));
+        }
+      });
+    }
+  });
+  return sets;
+}
+
+// After rewinding, the cells of a sound mesh lie on both sides of their faces.
+void Inspector::find_inverted() {
+  std::mutex mutex;
+  std::vector<std::array<TetId, 2>> folded;
+  UnionFind sets = connect_cells([&](std::span<const FaceSide> sides) {
+    if (sides.size() != 2) return false;
+    if (folds(sides[0], sides[1])) {
+      const std::lock_guard lock(mutex);
+      folded.push_back({sides[0].tet, sides[1].tet});
+      return false;
+    }
+    return has_volume(sides[0].tet) && has_volume(sides[1].tet);
+  });
+  Vector<std::uint32_t> number(points_ + tets_.size(), kNoVertex);
+  Vector<std::uint32_t> cluster_of(tets_.size());
+  Vector<Cluster> clusters;
   for (TetId t = 0; t < tets_.size(); ++t) {
-    const auto root = colours.find(t);
-    ++parts[root.id].cells[root.other ? 1 : 0];
-    if ((states_[t] & kRewound) != 0) ++parts[root.id].rewound[root.other ? 1 : 0];
+    std::uint32_t& cluster = number[sets.find(element_of(t))];
+    if (cluster == kNoVertex) {
+      cluster = static_cast<std::uint32_t>(clusters.size());
+      clusters.push_back({});
+    }
+    cluster_of[t] = cluster;
+    clusters[cluster].add({1, (states_[t] & kRewound) != 0 ? 1u : 0u, t});
   }
+  Vector<Fold> folds_between;
+  for (const auto& [a, b] : folded) folds_between.push_back({cluster_of[a], cluster_of[b]});
+  const Vector<std::uint8_t> inverted = find_inverted_clusters(clusters, folds_between);
   for (TetId t = 0; t < tets_.size(); ++t) {
-    const auto root = colours.find(t);
-    const Part& part = parts[root.id];
-    if (part.cells[1] == 0 || part.inverted_colour() != (root.other ? 1u : 0u)) continue;
+    if (inverted[cluster_of[t]] == 0) continue;
     ++out_.inverted;
     if ((states_[t] & kRewound) != 0) --out_.rewound;
     samples(Defect::kInverted).add(t);
-    mark_cell(t, kBrokenVertex);
+    if (clusters[cluster_of[t]].cells <= kMaxBrokenCluster) mark_cell(t, kBrokenVertex);
   }
 }
 
-void Inspector::judge_surface_and_balls() {
-  const Surface surface = judge_surface(out_.vertex_flags.size(), out_.boundary_triangles);
+void Inspector::judge_surface() {
+  Surface surface = tetfusion::judge_surface(points_, out_.boundary_triangles);
   out_.boundary_vertices = surface.vertices;
   out_.boundary_edges = surface.edges;
   out_.surface_components = surface.components;
   out_.nonmanifold_edges = surface.nonmanifold_edges;
   samples(Defect::kNonmanifoldEdge) = surface.nonmanifold_edge_samples;
-  // Balls first: they are judged only where nothing else is wrong, and that includes the surface.
   out_.nonmanifold_vertices = surface.nonmanifold_vertices.size();
   for (const VertexId v : surface.nonmanifold_vertices) {
     mark(v, kBrokenVertex);
     samples(Defect::kNonmanifoldVertex).add(v);
   }
-  judge_balls(surface);
+  surface_at_ = std::move(surface.offsets);
 }
 
-// The link of a sound vertex, the surface of its ball, is a sphere, or a disc for a boundary
-// vertex: its Euler number is 2 or 1. With n cells and b boundary triangles round the vertex the
-// link has n triangles and (3 n + b) / 2 edges, as long as no face has more than two cells.
-bool Inspector::ball_is_sound(VertexId v, std::size_t boundary_triangles,
-                              Neighbours* neighbours) const {
-  const auto ball = vertex_tets_.of(v);
-  neighbours->clear();
-  for (const std::uint32_t entry : ball) {
-    const Tet& t = tets_[entry >> 2];
-    for (std::uint32_t k = 1; k < 4; ++k) neighbours->add(t[(entry + k) & 3]);
+// Balls are judged only where nothing else is wrong.
+void Inspector::judge_balls() {
+  for (VertexId v = 0; v < points_; ++v) {
+    if ((out_.vertex_flags[v] & (kBrokenVertex | kUnusedVertex)) != 0 || ball_is_sound(v)) continue;
+    mark(v, kBrokenVertex);
+    ++out_.nonmanifold_vertices;
+    samples(Defect::kNonmanifoldVertex).add(v);
   }
-  const std::size_t euler = boundary_triangles > 0 ? 1 : 2;
-  return 2 * neighbours->count() == 2 * euler + ball.size() + boundary_triangles;
 }
 
-void Inspector::judge_balls(const Surface& surface) {
-  const std::size_t points = out_.vertex_flags.size();
-  struct Found {
-    std::uint64_t count = 0;
-    FirstIds samples;
-  };
-  std::vector<Found> blocks(block_count(points, kVertexBlock));
-  for_each_block(points, kVertexBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-    Neighbours neighbours;
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto v = static_cast<VertexId>(i);
-      if ((out_.vertex_flags[v] & (kBrokenVertex | kUnusedVertex)) != 0) continue;
-      if (ball_is_sound(v, surface.offsets[i + 1] - surface.offsets[i], &neighbours)) continue;
-      mark(v, kBrokenVertex);
-      ++blocks[b].count;
-      blocks[b].samples.add(v);
-    }
-  });
-  for (const Found& found : blocks) {
-    out_.nonmanifold_vertices += found.count;
-    samples(Defect::kNonmanifoldVertex).add(found.samples);
+void Inspector::count_components() {
+  UnionFind sets = connect_cells([](std::span<const FaceSide>) { return true; });
+  for (TetId t = 0; t < tets_.size(); ++t) {
+    const std::uint32_t element = element_of(t);
+    if (element >= points_ && sets.is_root(element)) ++out_.components;
+  }
+  for (VertexId v = 0; v < points_; ++v) {
+    if (is_good(v) && sets.is_root(v)) ++out_.components;
   }
 }
 

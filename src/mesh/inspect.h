@@ -35,6 +35,10 @@ enum class Defect : std::uint8_t {
 };
 inline constexpr std::size_t kDefectKinds = 8;
 
+// The vertices of inverted cells are broken. But of a cluster of inverted cells (clusters.h) larger
+// than this only those of its fold-over faces' cells: inside it is as good as any mesh.
+inline constexpr std::uint64_t kMaxBrokenCluster = 4096;
+
 // Ids of cells and points are the geometry's.
 struct Inspection {
   Vector<std::uint8_t> vertex_flags;  // VertexFlag bits
@@ -75,7 +79,8 @@ struct Inspection {
 };
 
 // Rewinds, in place, the cells that are wound the other way, then judges the mesh. All ids must be
-// in range. The result does not depend on the number of threads.
+// in range, and points and tetrahedra together countable in 32 bits. The result does not depend on
+// the number of threads.
 Inspection inspect(Geometry& geometry);
 
 }  // namespace tetfusion

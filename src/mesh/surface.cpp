@@ -18,13 +18,15 @@ constexpr std::size_t kBlock = 4096;  // vertices
 class Umbrella {
  public:
   struct Findings {
-    std::uint64_t edges = 0;              // to larger vertices
+    std::uint64_t edges = 0;              // ours
     std::uint64_t nonmanifold_edges = 0;  // of those, the ones whose triangles are not two
     bool one_fan = false;
   };
 
+  // is_ours(v, w): whether the edge is to be counted.
+  template <class IsOurs>
   Findings judge(VertexId v, std::span<const Triangle> triangles,
-                 std::span<const std::uint32_t> corners) {
+                 std::span<const std::uint32_t> corners, const IsOurs& is_ours) {
     ends_.clear();
     for (const std::uint32_t corner : corners) {
       const Triangle& t = triangles[corner / 3];
@@ -34,20 +36,21 @@ class Umbrella {
       }
     }
     std::sort(ends_.begin(), ends_.end());
-    return pair_up(v);
+    return pair_up(v, is_ours);
   }
 
  private:
   // Ends 2i and 2i + 1 belong to triangle i. Two ends at the same link vertex are partners.
-  Findings pair_up(VertexId v) {
+  template <class IsOurs>
+  Findings pair_up(VertexId v, const IsOurs& is_ours) {
     Findings found;
     bool paired = true;
     partner_.resize(ends_.size());
     for (std::size_t begin = 0, end; begin < ends_.size(); begin = end) {
-      const std::uint64_t vertex = ends_[begin] >> 32;
+      const auto vertex = static_cast<VertexId>(ends_[begin] >> 32);
       end = begin + 1;
       while (end < ends_.size() && ends_[end] >> 32 == vertex) ++end;
-      if (vertex > v) ++found.edges;
+      if (is_ours(v, vertex)) ++found.edges;
       if (end - begin == 2) {
         const auto a = static_cast<std::uint32_t>(ends_[begin]);
         const auto b = static_cast<std::uint32_t>(ends_[begin + 1]);
@@ -55,7 +58,7 @@ class Umbrella {
         partner_[b] = a;
       } else {
         paired = false;
-        if (vertex > v) ++found.nonmanifold_edges;
+        if (is_ours(v, vertex)) ++found.nonmanifold_edges;
       }
     }
     found.one_fan = paired && fan_size() == ends_.size() / 2;
@@ -76,13 +79,23 @@ class Umbrella {
   std::vector<std::uint32_t> partner_;
 };
 
-struct BlockFindings {
-  std::uint64_t vertices = 0;
-  std::uint64_t edges = 0;
-  std::uint64_t nonmanifold_edges = 0;
-  FirstIds nonmanifold_edge_samples;
-  std::vector<VertexId> nonmanifold_vertices;
-};
+// Judges the vertices begin up to end and adds what it finds to `surface`.
+template <class IsOurs>
+void judge_vertices(std::span<const Triangle> triangles, const Vector<std::uint32_t>& offsets,
+                    const Vector<std::uint32_t>& entries, std::size_t begin, std::size_t end,
+                    const IsOurs& is_ours, Umbrella* umbrella, Surface* surface) {
+  for (std::size_t i = begin; i < end; ++i) {
+    if (offsets[i] == offsets[i + 1]) continue;
+    const auto v = static_cast<VertexId>(i);
+    const auto u = umbrella->judge(
+        v, triangles, {entries.data() + offsets[i], entries.data() + offsets[i + 1]}, is_ours);
+    ++surface->vertices;
+    surface->edges += u.edges;
+    surface->nonmanifold_edges += u.nonmanifold_edges;
+    if (u.nonmanifold_edges > 0) surface->nonmanifold_edge_samples.add(v);
+    if (!u.one_fan) surface->nonmanifold_vertices.push_back(v);
+  }
+}
 
 std::uint64_t count_components(std::span<const Triangle> triangles,
                                const Vector<std::uint32_t>& offsets) {
@@ -104,25 +117,14 @@ Surface judge_surface(std::size_t points, std::span<const Triangle> triangles) {
   Surface surface;
   Vector<std::uint32_t> entries;
   build_incidence<3>(points, triangles, &surface.offsets, &entries);
-  const auto& offsets = surface.offsets;
 
-  std::vector<BlockFindings> blocks(block_count(points, kBlock));
+  const auto is_ours = [](VertexId v, VertexId w) { return w > v; };
+  std::vector<Surface> blocks(block_count(points, kBlock));
   for_each_block(points, kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-    BlockFindings& found = blocks[b];
     Umbrella umbrella;
-    for (std::size_t i = begin; i < end; ++i) {
-      if (offsets[i] == offsets[i + 1]) continue;
-      const auto v = static_cast<VertexId>(i);
-      const auto u = umbrella.judge(v, triangles,
-                                    {entries.data() + offsets[i], entries.data() + offsets[i + 1]});
-      ++found.vertices;
-      found.edges += u.edges;
-      found.nonmanifold_edges += u.nonmanifold_edges;
-      if (u.nonmanifold_edges > 0) found.nonmanifold_edge_samples.add(v);
-      if (!u.one_fan) found.nonmanifold_vertices.push_back(v);
-    }
+    judge_vertices(triangles, surface.offsets, entries, begin, end, is_ours, &umbrella, &blocks[b]);
   });
-  for (const BlockFindings& found : blocks) {
+  for (const Surface& found : blocks) {
     surface.vertices += found.vertices;
     surface.edges += found.edges;
     surface.nonmanifold_edges += found.nonmanifold_edges;
@@ -131,7 +133,23 @@ Surface judge_surface(std::size_t points, std::span<const Triangle> triangles) {
                                         found.nonmanifold_vertices.begin(),
                                         found.nonmanifold_vertices.end());
   }
-  surface.components = count_components(triangles, offsets);
+  surface.components = count_components(triangles, surface.offsets);
+  return surface;
+}
+
+Surface judge_surface_part(const SurfacePart& part, std::span<const Triangle> triangles) {
+  Surface surface;
+  Vector<std::uint32_t> entries;
+  build_incidence<3>(part.foreign.size(), triangles, &surface.offsets, &entries);
+
+  const auto is_ours = [&](VertexId v, VertexId w) {
+    return part.foreign[w] != 0 ? part.mixed_edges : w > v;
+  };
+  Umbrella umbrella;
+  for (std::size_t v = 0; v < part.foreign.size(); ++v) {
+    if (part.foreign[v] != 0) continue;
+    judge_vertices(triangles, surface.offsets, entries, v, v + 1, is_ours, &umbrella, &surface);
+  }
   return surface;
 }
 

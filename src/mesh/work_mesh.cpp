@@ -5,10 +5,37 @@
 namespace tetfusion {
 
 template <class Real>
+void WorkMesh<Real>::resize_vertices(std::size_t vertices) {
+  positions.resize(vertices);
+  marks.resize(vertices);
+  steering.resize(vertices * steering_width);
+  point_ids.resize(vertices);
+  incidence.resize(vertices);
+  changed.resize(vertices);
+  for (Column& column : point_columns) column.resize(vertices);
+}
+
+template <class Real>
+void WorkMesh<Real>::resize_tets(std::size_t count) {
+  tets.resize(count);
+  flipped.resize(count);
+  for (Column& column : cell_columns) column.resize(count);
+}
+
+template <class Real>
 void count_incidence(WorkMesh<Real>* mesh) {
   mesh->incidence.assign(mesh->vertex_count(), 0);
   for (const Tet& t : mesh->tets) {
     for (const VertexId v : t) ++mesh->incidence[v];
+  }
+}
+
+template <class Real>
+void mark_near_boundary(WorkMesh<Real>* mesh) {
+  Vector<std::uint8_t>& marks = mesh->marks;
+  for (const Tet& t : mesh->tets) {
+    if (((marks[t[0]] | marks[t[1]] | marks[t[2]] | marks[t[3]]) & kOnBoundary) == 0) continue;
+    for (const VertexId v : t) marks[v] |= kNearBoundary;
   }
 }
 
@@ -18,27 +45,28 @@ Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh) {
   VertexId kept = 0;
   const std::size_t width = mesh->steering_width;
   for (std::size_t v = 0; v < new_ids.size(); ++v) {
-    if (mesh->incidence[v] == 0 && (mesh->marks[v] & (kLocked | kOnInterface)) == 0) continue;
+    if (mesh->incidence[v] == 0 && (mesh->marks[v] & kLocked) == 0) continue;
     const VertexId to = kept++;
     new_ids[v] = to;
+    if (to == v) continue;
     mesh->positions[to] = mesh->positions[v];
     mesh->marks[to] = mesh->marks[v];
     mesh->point_ids[to] = mesh->point_ids[v];
     mesh->incidence[to] = mesh->incidence[v];
     mesh->changed[to] = mesh->changed[v];
     std::copy_n(mesh->steering.data() + v * width, width, mesh->steering.data() + to * width);
+    for (Column& column : mesh->point_columns) column.move_row(v, to);
   }
-  mesh->positions.resize(kept);
-  mesh->marks.resize(kept);
-  mesh->point_ids.resize(kept);
-  mesh->incidence.resize(kept);
-  mesh->changed.resize(kept);
-  mesh->steering.resize(kept * width);
+  mesh->resize_vertices(kept);
   return new_ids;
 }
 
+template struct WorkMesh<float>;
+template struct WorkMesh<double>;
 template void count_incidence(WorkMesh<float>*);
 template void count_incidence(WorkMesh<double>*);
+template void mark_near_boundary(WorkMesh<float>*);
+template void mark_near_boundary(WorkMesh<double>*);
 template Vector<VertexId> drop_unused_vertices(WorkMesh<float>*);
 template Vector<VertexId> drop_unused_vertices(WorkMesh<double>*);
 

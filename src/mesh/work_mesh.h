@@ -1,10 +1,13 @@
-// The mesh as passes see it: flat arrays, ids that change from pass to pass, and for each vertex
-// and tetrahedron the id it had in the beginning. A chunk is one of these too.
+// The mesh as passes see it: flat arrays, and ids that change from pass to pass. A chunk is one of
+// these too.
 #pragma once
 
 #include <cstdint>
+#include <cstring>
+#include <vector>
 
 #include "base/vector.h"
+#include "mesh/data_array.h"
 #include "mesh/geometry.h"
 
 namespace tetfusion {
@@ -12,10 +15,27 @@ namespace tetfusion {
 // What a pass may not do with a vertex, as bits.
 enum VertexMark : std::uint8_t {
   kOnBoundary = 1 << 0,  // lies on the boundary surface
-  kLocked = 1 << 1,  // must stay for another reason: a broken cell, a carried cell, a value that is
-                     // no number
-  kNearBoundary = 1 << 2,  // one of its tetrahedra is a boundary tetrahedron
+  kLocked = 1 << 1,      // must stay for another reason: a broken cell, a carried cell, a region's
+                         // interface, a value that is no number
+  kNearBoundary =
+      1 << 2,             // one of its tetrahedra is a boundary tetrahedron; see mark_near_boundary
   kOnInterface = 1 << 3,  // in a chunk: other chunks have tetrahedra of it; it stays for this round
+  kAway = 1 << 4,         // in a chunk, of a vertex on the interface: a lower chunk has it, too
+  kLast = 1 << 5,         // in a chunk, of a vertex on the interface: no higher chunk has it
+};
+
+// The rows of an array that is carried along: tuples of one type, in native byte order.
+struct Column {
+  ValueType type = ValueType::kFloat32;
+  std::uint32_t components = 1;
+  Vector<std::byte> rows;
+
+  std::size_t stride() const { return components * size_of(type); }  // bytes a tuple
+  void resize(std::size_t tuples) { rows.resize(tuples * stride()); }
+  void move_row(std::size_t from, std::size_t to) {
+    const std::size_t n = stride();
+    std::memcpy(rows.data() + to * n, rows.data() + from * n, n);
+  }
 };
 
 template <class Real>
@@ -24,25 +44,34 @@ struct WorkMesh {
   Vector<std::uint8_t> marks;  // VertexMark bits, one a vertex
   Vector<double> steering;     // steering_width values a vertex
   std::uint32_t steering_width = 0;
-  Vector<VertexId>
-      point_ids;  // each vertex's id in the beginning; a fused one keeps one of its four
-  Vector<std::uint32_t> incidence;  // tetrahedra that use the vertex
+  // Each vertex's id in the beginning: the same in every chunk that has the vertex. A fused one
+  // keeps one of its four.
+  Vector<VertexId> point_ids;
+  Vector<std::uint32_t> incidence;  // tetrahedra here that use the vertex
   Vector<std::uint16_t> changed;    // the last pass that changed the vertex's ball; 0: none yet
-  Vector<Tet> tets;                 // all of positive volume, but for those at locked vertices
-  Vector<TetId> tet_ids;            // each tetrahedron's id in the beginning
-  Vector<std::uint16_t>
-      flipped;  // the last pass that refused the tetrahedron as a flip; 0: none yet
+  std::vector<Column> point_columns;
+
+  Vector<Tet> tets;  // all of positive volume, but for those at locked vertices
+  // The last pass that refused the tetrahedron as a flip; 0: none yet.
+  Vector<std::uint16_t> flipped;
+  std::vector<Column> cell_columns;
 
   std::size_t vertex_count() const { return positions.size(); }
+  void resize_vertices(std::size_t vertices);
+  void resize_tets(std::size_t tets);
 };
 
 // Counts the incidence of every vertex.
 template <class Real>
 void count_incidence(WorkMesh<Real>* mesh);
 
-// Drops the vertices of incidence 0, but for locked ones (a carried cell may be all they have) and
-// those on an interface (whose incidence counts changes). The others keep their order; returns
-// their new ids, which the tetrahedra are yet to be given.
+// Sets kNearBoundary where it belongs. Passes do not change whether a vertex is near the boundary
+// as long as they touch no vertex that is.
+template <class Real>
+void mark_near_boundary(WorkMesh<Real>* mesh);
+
+// Drops the vertices of incidence 0, but for locked ones (a carried cell may be all they have). The
+// others keep their order; returns their new ids, which the tetrahedra are yet to be given.
 template <class Real>
 Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh);
 

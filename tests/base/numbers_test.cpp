@@ -24,12 +24,33 @@ TEST(Numbers, Counts) {
   }
 }
 
+TEST(Numbers, Bytes) {
+  constexpr std::uint64_t kGiB = std::uint64_t{1} << 30;
+  EXPECT_EQ(*parse_bytes("4096"), 4096u);
+  EXPECT_EQ(*parse_bytes("0"), 0u);
+  EXPECT_EQ(*parse_bytes("2k"), 2048u);
+  EXPECT_EQ(*parse_bytes("512M"), kGiB / 2);
+  EXPECT_EQ(*parse_bytes("1.5g"), kGiB / 2 * 3);
+  EXPECT_EQ(*parse_bytes("2GiB"), 2 * kGiB);
+  EXPECT_EQ(*parse_bytes("512MiB"), kGiB / 2);
+  EXPECT_EQ(*parse_bytes("1T"), 1024 * kGiB);
+  EXPECT_EQ(*parse_bytes("0.1G"), 107374182u);
+  for (const char* bad : {"", "G", "GiB", "iB", "4iB", "-1G", "2GB", "2 G", "1.5", "nan", "inf",
+                          "1e300G", "99999T"}) {
+    EXPECT_FALSE(parse_bytes(bad)) << bad;
+  }
+}
+
 TEST(Numbers, Formats) {
   EXPECT_EQ(format_count(0), "0");
   EXPECT_EQ(format_count(999), "999");
   EXPECT_EQ(format_count(1499160), "1,499,160");
   EXPECT_EQ(format_bytes(10), "10 bytes");
   EXPECT_EQ(format_bytes(1536), "1.5 KiB");
+  EXPECT_EQ(format_memory(0), "0M");
+  EXPECT_EQ(format_memory(1), "1M");
+  EXPECT_EQ(format_memory(1048577), "2M");
+  EXPECT_EQ(format_memory(std::uint64_t{3} << 30), "3072M");
 }
 
 TEST(Numbers, Splits) {

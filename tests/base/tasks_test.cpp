@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <barrier>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "base/error.h"
 
 namespace tetfusion {
 namespace {
@@ -39,6 +42,23 @@ TEST(RunTasks, ThrowsTheLowestTasksError) {
       EXPECT_STREQ(e.what(), "2");
     }
   }
+}
+
+TEST(RunTasks, PrefersTheReasonToWhatItMadeOthersGiveUp) {
+  for (const std::size_t failing : {0u, 1u, 2u}) {
+    std::barrier all_began(3);
+    try {
+      run_tasks(3, 3, [&](std::size_t task, std::size_t) {
+        all_began.arrive_and_wait();
+        if (task == failing) throw std::runtime_error("the reason");
+        throw Abandoned();
+      });
+      FAIL() << "nothing was thrown";
+    } catch (const std::runtime_error& e) {
+      EXPECT_STREQ(e.what(), "the reason");
+    }
+  }
+  EXPECT_THROW(run_tasks(2, 2, [](std::size_t, std::size_t) { throw Abandoned(); }), Abandoned);
 }
 
 }  // namespace

@@ -197,8 +197,7 @@ option_case("levels that fall", ["--lods", "80%,50%", "-o", "{out}/a_{lod}.vtu"]
 option_case("levels without a goal", ["--lods", "3", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
 option_case("a place without levels", ["-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
 option_case("mesh and report to standard output", ["-o", "-", "--report", "-"], USAGE, "standard output")
-for option in (["--memory", "2G"], ["--resume"], ["--max-error", "1%"], ["--max-rms", "1%"], ["--dry-run"],
-               ["--scratch", "/tmp"], ["--map", "m"], ["--original-ids"], ["--no-such-option"]):
+for option in (["--max-error", "1%"], ["--max-rms", "1%"], ["--map", "m"], ["--original-ids"], ["--no-such-option"]):
     option_case(f"not available: {option[0]}", option, USAGE, option[0])
 
 

@@ -3,129 +3,359 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <numeric>
 
-#include "mesh/inspect.h"
-#include "mesh/predicates.h"
+#include "support/brute_check.h"
 #include "support/meshes.h"
+#include "support/rounds_engine.h"
+#include "support/temp_dir.h"
 #include "support/work_meshes.h"
 
 namespace tetfusion {
 namespace {
 
-template <class Real>
-double volume(const WorkMesh<Real>& mesh) {
-  double sum = 0;
-  for (const Tet& t : mesh.tets) sum += determinant(mesh.positions, t).value / 6;
-  return sum;
+using testing::contents;
+using testing::five_split_cube;
+using testing::RoundsEngine;
+using testing::to_work_mesh;
+
+// Boundary triangles by the ids of the beginning.
+std::set<std::array<VertexId, 3>> boundary(const WorkMesh<double>& mesh,
+                                           const testing::BruteReport& report) {
+  std::set<std::array<VertexId, 3>> out;
+  for (std::array<VertexId, 3> t : report.boundary) {
+    for (VertexId& v : t) v = mesh.point_ids[v];
+    std::sort(t.begin(), t.end());
+    out.insert(t);
+  }
+  return out;
 }
 
-struct Outcome {
-  WorkMesh<double> mesh;
-  FuseLog log;
-  std::vector<RoundStatistics> rounds;
-};
+void expect_same_domain(const WorkMesh<double>& mesh, const WorkMesh<double>& before) {
+  const auto report = testing::brute_check(testing::to_geometry(mesh));
+  const auto expected = testing::brute_check(testing::to_geometry(before));
+  EXPECT_TRUE(report.valid());
+  EXPECT_EQ(report.nonmanifold_vertices, 0u);
+  EXPECT_EQ(report.nonmanifold_edges, 0u);
+  EXPECT_EQ(report.components, expected.components);
+  EXPECT_EQ(boundary(mesh, report), boundary(before, expected));
+  EXPECT_NEAR(double(report.volume / expected.volume), 1, 1e-12);
+}
 
-Outcome run(WorkMesh<double> mesh, std::uint64_t chunk_tets, int threads, int rounds) {
-  Outcome outcome{std::move(mesh), {}, {}};
-  Rounds<double> engine(chunk_tets, threads);
-  PassLimits limits;
-  limits.stretch_factor = 5;
-  for (int i = 0; i < rounds; ++i, ++limits.number) {
-    outcome.rounds.push_back(engine.run(limits, {}, {}, &outcome.mesh, &outcome.log));
+void expect_same_pieces(const MacroLod<double>& a, const MacroLod<double>& b) {
+  ASSERT_EQ(a.chunks, b.chunks);
+  for (std::uint32_t c = 0; c < a.chunks; ++c) {
+    const auto p = a.pieces->read(c), q = b.pieces->read(c);
+    EXPECT_TRUE(std::ranges::equal(p->pieces(), q->pieces(),
+                                   [](auto x, auto y) { return std::ranges::equal(x, y); }))
+        << "chunk " << c;
   }
-  return outcome;
 }
 
 TEST(Rounds, ChunksMakeAValidMesh) {
-  const WorkMesh<double> before = testing::to_work_mesh(testing::five_split_cube(16, 0.2, 5));
-  for (const std::uint64_t chunk_tets : {300, 2000, 10000}) {
-    const Outcome outcome = run(before, chunk_tets, 2, 6);
-    EXPECT_GT(outcome.rounds[0].chunks, 1u);
-    Geometry g;
-    g.points = outcome.mesh.positions;
-    g.tets = outcome.mesh.tets;
-    const Inspection inspection = inspect(g);
-    EXPECT_EQ(inspection.rewound + inspection.degenerate + inspection.inverted, 0u);
-    EXPECT_EQ(
-        inspection.foldover_faces + inspection.overfull_faces + inspection.nonmanifold_vertices,
-        0u);
-    EXPECT_EQ(inspection.boundary_faces, 16u * 16 * 12);
-    EXPECT_EQ(inspection.components, 1u);
-    EXPECT_NEAR(volume(outcome.mesh), 4096.0, 1e-9);
-    EXPECT_LT(outcome.mesh.tets.size(), before.tets.size() * 19 / 20);
-    WorkMesh<double> counted = outcome.mesh;
-    count_incidence(&counted);
-    EXPECT_EQ(counted.incidence, outcome.mesh.incidence);
+  const WorkMesh<double> before = to_work_mesh(five_split_cube(14, 0.2, 5));
+  for (const std::uint64_t chunk_tets : {300, 2000, 7000}) {
+    RoundsEngine engine(before, chunk_tets);
+    EXPECT_GT(engine.lod.chunks, 1u);
+    std::uint64_t fused = 0;
+    for (int i = 0; i < 6; ++i) {
+      const RoundStatistics round = engine.run();
+      EXPECT_EQ(round.pass.tets_after, engine.lod.tets);
+      fused += round.pass.fused;
+    }
+    const WorkMesh<double> mesh = engine.mesh();
+    EXPECT_EQ(mesh.tets.size(), engine.lod.tets);
+    expect_same_domain(mesh, before);
+    EXPECT_LT(mesh.tets.size(), before.tets.size() * 19 / 20);
     // Three vertices a fusion, and now and then one that a cavity swallows.
-    EXPECT_LE(outcome.mesh.vertex_count(), before.vertex_count() - 3 * outcome.log.size());
-    EXPECT_EQ(std::count(outcome.mesh.incidence.begin(), outcome.mesh.incidence.end(), 0u), 0);
+    EXPECT_LE(mesh.vertex_count(), before.vertex_count() - 3 * fused);
   }
 }
 
-TEST(Rounds, TheResultDoesNotDependOnThreads) {
-  const WorkMesh<double> before = testing::to_work_mesh(testing::kuhn_box(14, 13, 12, 0.2, 8));
-  const Outcome one = run(before, 700, 1, 5);
-  for (const int threads : {2, 3, 8}) {
-    const Outcome many = run(before, 700, threads, 5);
-    EXPECT_EQ(many.mesh.tets, one.mesh.tets);
-    EXPECT_EQ(many.mesh.point_ids, one.mesh.point_ids);
-    EXPECT_EQ(many.mesh.tet_ids, one.mesh.tet_ids);
-    EXPECT_EQ(many.log.nearest, one.log.nearest);
-    for (std::size_t r = 0; r < one.rounds.size(); ++r) {
-      EXPECT_EQ(many.rounds[r].pass.rejected, one.rounds[r].pass.rejected);
+TEST(Rounds, StayValidOverManyRoundsAndPasses) {
+  for (const BoundaryRule rule : {BoundaryRule::kVertices, BoundaryRule::kTets}) {
+    const WorkMesh<double> before = to_work_mesh(testing::kuhn_box(13, 11, 9, 0.2, 5));
+    RoundsEngine engine(before, 250, 3);
+    engine.limits.boundary_rule = rule;
+    for (int i = 0; i < 20; ++i) {
+      engine.settings.passes = 1 + i % 4;
+      engine.limits.stretch_factor = i % 2 == 0 ? 3 : 20;
+      engine.run();
     }
+    const WorkMesh<double> mesh = engine.mesh();
+    expect_same_domain(mesh, before);
+    EXPECT_LT(mesh.tets.size(), before.tets.size() * (rule == BoundaryRule::kTets ? 9 : 7) / 10);
+  }
+}
+
+// Tetrahedra at the boundary are as they were.
+TEST(Rounds, TheTetsRuleHoldsInEveryChunk) {
+  WorkMesh<double> before = to_work_mesh(five_split_cube(12, 0.2, 5));
+  testing::number_tets(&before);
+  RoundsEngine engine(before, 700);
+  engine.limits.boundary_rule = BoundaryRule::kTets;
+  engine.run(5);
+  const WorkMesh<double> mesh = engine.mesh();
+  EXPECT_LT(mesh.tets.size(), before.tets.size() * 9 / 10);
+  const auto at_boundary = [](const WorkMesh<double>& m) {
+    std::set<TetId> numbers;
+    for (std::size_t t = 0; t < m.tets.size(); ++t) {
+      const auto on_boundary = [&](VertexId v) { return (m.marks[v] & kOnBoundary) != 0; };
+      if (std::ranges::any_of(m.tets[t], on_boundary)) numbers.insert(testing::tet_numbers(m)[t]);
+    }
+    return numbers;
+  };
+  EXPECT_EQ(at_boundary(mesh), at_boundary(before));
+}
+
+TEST(Rounds, TheBytesDoNotDependOnThreads) {
+  const WorkMesh<double> before = to_work_mesh(testing::kuhn_box(14, 13, 12, 0.2, 8));
+  RoundsEngine one(before, 700, 1);
+  std::vector<std::unique_ptr<RoundsEngine>> others;
+  for (const int threads : {2, 3, 8}) {
+    others.push_back(std::make_unique<RoundsEngine>(before, 700, threads));
+  }
+  for (int round = 0; round < 5; ++round) {
+    const RoundStatistics expected = one.run();
+    EXPECT_GT(expected.pass.fused, 0u);
+    for (const auto& other : others) {
+      EXPECT_EQ(other->run().pass.rejected, expected.pass.rejected);
+      expect_same_pieces(other->lod, one.lod);
+    }
+  }
+}
+
+// Nor on where the pieces are, and on how much memory there is: with room for two chunks or
+// three, eight threads wait for each other.
+TEST(Rounds, TheBytesDoNotDependOnMemory) {
+  const testing::TempDir folder = testing::TempDir::in_memory();
+  const WorkMesh<double> before = to_work_mesh(testing::kuhn_box(12, 12, 12, 0.2, 8));
+  RoundsEngine ample(before, 500, 2);
+  std::uint64_t largest = 0;
+  for (std::uint32_t c = 0; c < ample.lod.chunks; ++c) {
+    largest = std::max(largest, ample.lod.pieces->bytes(c));
+  }
+  RoundsEngine scarce(before, 500, 8, disk_scratch({folder.file("scratch"), "a test", false, 0}),
+                      chunk_memory(largest) * 5 / 2);
+  for (int round = 0; round < 4; ++round) {
+    ample.run();
+    scarce.run();
+    expect_same_pieces(scarce.lod, ample.lod);
   }
 }
 
 // Interfaces dissolve: with several small chunks nearly as much is fused in the end as with one.
 TEST(Rounds, CutsCostNothingInTheEnd) {
-  const WorkMesh<double> before = testing::to_work_mesh(testing::kuhn_box(16, 16, 16, 0.15, 2));
-  const std::size_t whole = run(before, 1'000'000, 1, 12).mesh.tets.size();
-  const std::size_t cut = run(before, 5000, 1, 24).mesh.tets.size();
-  EXPECT_LT(static_cast<double>(cut), 1.1 * static_cast<double>(whole));
+  const WorkMesh<double> before = to_work_mesh(testing::kuhn_box(16, 16, 16, 0.15, 2));
+  RoundsEngine whole(before, 1'000'000), cut(before, 5000);
+  EXPECT_TRUE(whole.lod.whole);
+  EXPECT_FALSE(cut.lod.whole);
+  whole.run(12);
+  cut.run(24);
+  EXPECT_LT(static_cast<double>(cut.lod.tets), 1.1 * static_cast<double>(whole.lod.tets));
+}
+
+TEST(Rounds, AMeshBecomesWholeWhenItIsSmallEnough) {
+  WorkMesh<double> before = to_work_mesh(testing::kuhn_box(14, 14, 14, 0.1, 2));
+  testing::number_tets(&before);
+  RoundsEngine engine(before, before.tets.size() * 3 / 5);
+  ASSERT_EQ(engine.lod.chunks, 2u);
+  for (int i = 0; i < 10 && !engine.lod.whole; ++i) {
+    EXPECT_EQ(engine.run().chunks, 2u);
+    const double expected = engine.settings.shrink * double(engine.lod.tets);
+    EXPECT_GE(engine.lod.chunks, 1u);
+    EXPECT_LE(expected, double(before.tets.size()));
+  }
+  ASSERT_TRUE(engine.lod.whole);
+  EXPECT_EQ(engine.lod.chunks, 1u);
+  EXPECT_EQ(engine.lod.pieces, nullptr);
+  EXPECT_TRUE(engine.lod.interface.entries().empty());
+  EXPECT_EQ(engine.lod.whole->tets.size(), engine.lod.tets);
+  const auto on_interface = [](std::uint8_t m) { return (m & (kOnInterface | kAway)) != 0; };
+  EXPECT_EQ(std::ranges::count_if(engine.lod.whole->marks, on_interface), 0);
+  const std::size_t left = engine.lod.tets;
+  engine.run(3);
+  EXPECT_LT(engine.lod.tets, left);
+  expect_same_domain(engine.mesh(), before);
+}
+
+// The next cut expects the mesh to shrink as it did.
+TEST(Rounds, ChunksBecomeFewer) {
+  RoundsEngine engine(to_work_mesh(testing::kuhn_box(12, 12, 12, 0.1, 2)), 500);
+  EXPECT_EQ(engine.lod.chunks, 21u);
+  engine.settings.shrink = 0.5;
+  engine.run();
+  EXPECT_EQ(engine.lod.chunks, 11u);
+  engine.settings.shrink = 1;
+  const std::uint64_t tets = engine.lod.tets;
+  engine.run();
+  EXPECT_EQ(engine.lod.chunks, (tets + 499) / 500);
 }
 
 TEST(Rounds, TheQuotaIsSharedAndNeverExceeded) {
-  const WorkMesh<double> before = testing::to_work_mesh(testing::five_split_cube(16, 0.1, 5));
-  for (const bool spread : {true, false}) {
-    WorkMesh<double> mesh = before;
-    PassLimits limits;
-    limits.quota = 1500;
-    limits.spread = spread;
-    FuseLog log;
-    Rounds<double> engine(2000, 2);
-    engine.run(limits, {}, {}, &mesh, &log);
-    const std::size_t removed = before.tets.size() - mesh.tets.size();
-    EXPECT_LE(removed, 1500u);
-    EXPECT_GT(removed, spread ? 800u : 1440u);
+  const WorkMesh<double> before = to_work_mesh(five_split_cube(14, 0.1, 5));
+  for (const std::uint64_t chunk_tets : {400, 2000, 6000}) {
+    for (const std::uint64_t quota : {0, 1, 11, 30, 100, 1500, 13'000, 13'720}) {
+      for (const bool spread : {true, false}) {
+        RoundsEngine engine(before, chunk_tets);
+        engine.limits.quota = quota;
+        engine.limits.spread = spread;
+        engine.settings.passes = 3;
+        engine.run();
+        EXPECT_LE(before.tets.size() - engine.lod.tets, quota);
+      }
+    }
   }
 }
 
-// The log's fusions name the points of the beginning, so that arrays can follow.
-TEST(Rounds, TheLogLeadsBackToTheInput) {
-  const WorkMesh<double> before = testing::to_work_mesh(testing::five_split_cube(14, 0.2, 6));
-  const Outcome outcome = run(before, 1500, 2, 5);
-  Vector<double> xs;
-  for (const auto& p : before.positions) xs.push_back(p.x);
-  DataArray array;
-  array.info = {"x", ValueType::kFloat64, 1, {}, xs.size()};
-  array.bytes.resize(xs.size() * sizeof(double));
-  std::copy(xs.begin(), xs.end(), array.as<double>().begin());
-  carry_point_array(outcome.log, {}, &array);
-  for (std::size_t v = 0; v < outcome.mesh.vertex_count(); ++v) {
-    EXPECT_NEAR(array.as<double>()[outcome.mesh.point_ids[v]], outcome.mesh.positions[v].x, 1e-12);
+// A quota that is spread takes from every chunk alike; one that is not can be met to a few
+// tetrahedra.
+TEST(Rounds, TheQuotaIsUsed) {
+  WorkMesh<double> before = to_work_mesh(five_split_cube(16, 0.1, 5));
+  testing::number_tets(&before);
+  RoundsEngine engine(before, 2000);
+  engine.limits.quota = 1500;
+  engine.run();
+  EXPECT_GT(before.tets.size() - engine.lod.tets, 1000u);
+  std::array<int, 4> left{};  // by the quarter of the numbers, which run through the box in z
+  const WorkMesh<double> mesh = engine.mesh();
+  for (const TetId t : testing::tet_numbers(mesh))
+    ++left.at(4 * std::size_t{t} / before.tets.size());
+  for (const int l : left) EXPECT_NEAR(l, double(engine.lod.tets) / 4, 120);
+
+  RoundsEngine trim(before, 2000);
+  trim.limits.spread = false;
+  for (int i = 0; i < 8; ++i) {
+    trim.limits.quota = trim.lod.tets - (before.tets.size() - 700);
+    trim.run();
+  }
+  EXPECT_LT(trim.lod.tets - (before.tets.size() - 700), 20u);
+}
+
+// What a mesh remembers of refused flips saves time; the result is the same without it.
+TEST(Rounds, RememberedFlipsChangeNothing) {
+  for (const std::uint64_t chunk_tets : {300, 1500, 4000}) {
+    const WorkMesh<double> before = to_work_mesh(five_split_cube(11, 0.2, 7));
+    RoundsEngine knowing(before, chunk_tets), forgetting(before, chunk_tets);
+    std::ptrdiff_t remembered = 0;
+    for (int round = 0; round < 12; ++round) {
+      const double stretch = round % 3 == 0 ? 2 : 6;
+      knowing.limits.stretch_factor = forgetting.limits.stretch_factor = stretch;
+      knowing.settings.passes = forgetting.settings.passes = 1 + round % 3;
+      const RoundStatistics a = knowing.run(), b = forgetting.run();
+      EXPECT_EQ(a.pass.fused, b.pass.fused);
+      EXPECT_EQ(a.pass.rejected, b.pass.rejected);
+      ASSERT_EQ(contents(knowing.mesh()), contents(forgetting.mesh())) << "round " << round;
+      forgetting.forget_flips();
+      for (std::uint32_t c = 0; !knowing.lod.whole && c < knowing.lod.chunks; ++c) {
+        const WorkMesh<double> chunk = knowing.chunk(c);
+        remembered += std::ranges::count(chunk.flipped, 1);
+      }
+      if (knowing.lod.whole) {
+        const auto& flipped = knowing.lod.whole->flipped;
+        remembered += std::ranges::count_if(flipped, [](std::uint16_t f) { return f > 0; });
+      }
+    }
+    EXPECT_GT(remembered, 0);
   }
 }
+
+// A cut alone changes nothing.
+TEST(Rounds, ARoundWithoutFusionsKeepsTheMesh) {
+  WorkMesh<double> before = to_work_mesh(five_split_cube(9, 0.2, 7));
+  testing::number_tets(&before);
+  testing::steer_by([](double x, double y, double) { return x - y; }, &before);
+  RoundsEngine engine(before, 250);
+  engine.limits.quota = 0;
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(engine.run().pass.fused, 0u);
+    EXPECT_EQ(contents(engine.mesh()), contents(before));
+  }
+}
+
+TEST(Rounds, LateLocksHold) {
+  const WorkMesh<double> before = to_work_mesh(five_split_cube(12, 0.1, 6));
+  RoundsEngine engine(before, 600);
+  for (VertexId v = 0; v < before.vertex_count(); v += 2) engine.lod.locks.push_back(v);
+  engine.run(4);  // the first round takes them over
+  EXPECT_TRUE(engine.lod.locks.empty());
+  const WorkMesh<double> mesh = engine.mesh();
+  std::set<VertexId> ids(mesh.point_ids.begin(), mesh.point_ids.end());
+  for (VertexId v = 0; v < before.vertex_count(); v += 2) EXPECT_TRUE(ids.contains(v));
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (mesh.point_ids[v] % 2 != 0) continue;
+    EXPECT_EQ(mesh.positions[v].x, before.positions[mesh.point_ids[v]].x);
+  }
+  RoundsEngine all(before, 600);
+  all.lod.locks = count_up<VertexId>(before.vertex_count());
+  EXPECT_EQ(all.run().pass.fused, 0u);
+}
+
+// Counts the pieces that are added, and calls `added` after each source.
+class WatchedStore : public PieceStore {
+ public:
+  WatchedStore(std::unique_ptr<PieceStore> store, std::function<void()> added)
+      : store_(std::move(store)), added_(std::move(added)) {}
+  void add(std::uint32_t source, std::span<const PieceRef> pieces) override {
+    store_->add(source, pieces);
+    added_();
+  }
+  void seal() override { store_->seal(); }
+  void will_read(std::uint32_t bucket) const override { store_->will_read(bucket); }
+  std::unique_ptr<BucketPieces> read(std::uint32_t bucket) const override {
+    return store_->read(bucket);
+  }
+  void forget(std::uint32_t bucket) override { store_->forget(bucket); }
+  std::uint64_t bytes(std::uint32_t bucket) const override { return store_->bytes(bucket); }
+  std::uint64_t bytes() const override { return store_->bytes(); }
+
+ private:
+  std::unique_ptr<PieceStore> store_;
+  std::function<void()> added_;
+};
+
+class WatchedScratch : public Scratch {
+ public:
+  explicit WatchedScratch(std::function<void()> added) : added_(std::move(added)) {}
+  std::unique_ptr<PieceStore> begin(const std::string& name) override {
+    return std::make_unique<WatchedStore>(scratch_->begin(name), added_);
+  }
+  void commit(const std::string&, std::span<const std::byte>) override {}
+  std::optional<Checkpoint> resume() override { return {}; }
+  void remove() override {}
+  std::uint64_t peak_bytes() const override { return 0; }
+
+ private:
+  std::unique_ptr<Scratch> scratch_ = memory_scratch();
+  std::function<void()> added_;
+};
 
 TEST(Rounds, StopBetweenChunksWhenCancelled) {
-  WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(10, 0.1, 6));
+  const WorkMesh<double> mesh = to_work_mesh(five_split_cube(10, 0.1, 6));
   std::atomic<bool> cancelled{true};
   RunContext context;
   context.cancelled = &cancelled;
-  FuseLog log;
-  Rounds<double> engine(500, 2);
-  EXPECT_THROW(engine.run({}, {}, context, &mesh, &log), Error);
+  RoundsEngine none(mesh, 500), whole(mesh, 10'000);
+  EXPECT_THROW(none.run(context), Error);
+  EXPECT_THROW(whole.run(context), Error);
+  for (const int threads : {1, 3}) {
+    std::atomic<int> chunks{0};
+    cancelled = false;
+    RoundsEngine engine(mesh, 500, threads, std::make_unique<WatchedScratch>([&] {
+                          if (++chunks == 5) cancelled = true;
+                        }));
+    chunks = 0;  // but for the one that made the first cut
+    try {
+      engine.run(context);
+      FAIL() << "was not interrupted";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::kInterrupted);
+    }
+    EXPECT_GE(chunks, 5);
+    EXPECT_LT(chunks, 5 + threads);
+  }
 }
 
 }  // namespace

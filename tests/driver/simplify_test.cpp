@@ -15,97 +15,33 @@
 
 #include "base/error.h"
 #include "base/resources.h"
-#include "driver/prepare.h"
-#include "io/mesh_sink.h"
+#include "driver/regions.h"
 #include "io/mesh_source.h"
 #include "mesh/inspect.h"
 #include "mesh/predicates.h"
-#include "support/meshes.h"
+#include "support/mesh_file.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::bytes_of;
 using ::testing::ElementsAre;
 using testing::five_split_cube;
 using ::testing::HasSubstr;
+using testing::make_array;
+using testing::MeshFile;
+using testing::point_array;
+using testing::read_cell_array;
+using testing::read_point_array;
 using testing::TempDir;
 
 using P = Vec3<double>;
-
-// A mesh file in the making: a geometry and its arrays.
-struct MeshFile {
-  Geometry geometry;
-  std::vector<DataArray> point_arrays, cell_arrays, field_arrays;
-  std::map<std::string, std::string> point_markers;
-
-  std::size_t cells() const { return geometry.tets.size() + geometry.lower.size(); }
-
-  void write(const std::string& path) const {
-    OutputMesh mesh;
-    mesh.points = &geometry.points;
-    mesh.tets = &geometry.tets;
-    mesh.lower = &geometry.lower;
-    for (const DataArray& a : point_arrays) mesh.point_data.arrays.push_back(a.info);
-    for (const DataArray& a : cell_arrays) mesh.cell_data.arrays.push_back(a.info);
-    for (const DataArray& a : field_arrays) mesh.field_data.arrays.push_back(a.info);
-    mesh.point_data.active = point_markers;
-    mesh.read_array = [&](Association association, std::size_t i) {
-      switch (association) {
-        case Association::kPoint:
-          return point_arrays[i];
-        case Association::kCell:
-          return cell_arrays[i];
-        case Association::kField:
-          break;
-      }
-      return field_arrays[i];
-    };
-    write_mesh(mesh, path);
-  }
-};
-
-template <class T, class F>
-DataArray make_array(const std::string& name, std::size_t tuples, std::uint32_t components,
-                     F&& value) {
-  DataArray array;
-  array.info = {name, value_type_of<T>(), components, {}, tuples};
-  array.bytes.resize(tuples * components * sizeof(T));
-  for (std::size_t i = 0; i < tuples * components; ++i) {
-    array.as<T>()[i] = static_cast<T>(value(i / components, i % components));
-  }
-  return array;
-}
-
-// An array over the points, from their coordinates.
-template <class T, class F>
-DataArray point_array(const MeshFile& file, const std::string& name, F&& f) {
-  return make_array<T>(name, point_count(file.geometry.points), 1, [&](std::size_t i, std::size_t) {
-    return f(testing::point(file.geometry, static_cast<VertexId>(i)));
-  });
-}
 
 MeshFile box(std::uint32_t n, double jitter = 0.15) {
   MeshFile file;
   file.geometry = five_split_cube(n, jitter, 4);
   return file;
-}
-
-const DataArray read_point_array(MeshSource* source, const std::string& name) {
-  const std::size_t i = source->description().point_data.find(name);
-  if (i == AttributeSet::npos) throw std::runtime_error("no point array " + name);
-  return source->read_array(Association::kPoint, i);
-}
-
-const DataArray read_cell_array(MeshSource* source, const std::string& name) {
-  const std::size_t i = source->description().cell_data.find(name);
-  if (i == AttributeSet::npos) throw std::runtime_error("no cell array " + name);
-  return source->read_array(Association::kCell, i);
-}
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 class Simplify : public ::testing::Test {
@@ -373,17 +309,20 @@ TEST_F(Simplify, TheBytesDoNotDependOnThreads) {
 TEST_F(Simplify, TheGoalIsMetFromAbove) {
   const MeshFile file = box(16);
   const auto tets = static_cast<double>(file.geometry.tets.size());
-  for (const double reduction : {0.0, 0.01, 0.1, 0.25, 0.4}) {
-    request.behaviour.reduction = reduction;
+  for (const std::uint64_t chunk_tets : {200'000, 3000, 500}) {
+    request.behaviour.chunk_tets = chunk_tets;
+    for (const double reduction : {0.0, 0.001, 0.01, 0.1, 0.25, 0.4}) {
+      request.behaviour.reduction = reduction;
+      const SimplifyReport report = run(file);
+      EXPECT_EQ(report.stop_reason, StopReason::kGoal) << reduction;
+      EXPECT_GE(static_cast<double>(report.output.tets), tets * (1 - reduction) - 1e-6);
+      EXPECT_LT(static_cast<double>(report.output.tets), tets * (1 - reduction) + 60);
+    }
+    request.behaviour.reduction = 0.99;
     const SimplifyReport report = run(file);
-    EXPECT_EQ(report.stop_reason, StopReason::kGoal) << reduction;
-    EXPECT_GE(static_cast<double>(report.output.tets), tets * (1 - reduction) - 1e-6);
-    EXPECT_LT(static_cast<double>(report.output.tets), tets * (1 - reduction) + 60);
+    EXPECT_EQ(report.stop_reason, StopReason::kSaturated);
+    EXPECT_THAT(report.stop_sentence(), HasSubstr("The goal was not reached"));
   }
-  request.behaviour.reduction = 0.99;
-  const SimplifyReport report = run(file);
-  EXPECT_EQ(report.stop_reason, StopReason::kSaturated);
-  EXPECT_THAT(report.stop_sentence(), HasSubstr("The goal was not reached"));
 }
 
 TEST_F(Simplify, AnInterruptedRunLeavesTheOldFile) {

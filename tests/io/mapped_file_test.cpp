@@ -60,6 +60,9 @@ TEST(MappedFile, HintsChangeNothing) {
   file.will_need(5000, 100);
   file.populate(4097, 20000);
   file.dont_need(0, 10000);
+  file.dont_need_around(5000, 1);
+  file.dont_need_around(9999, 10);
+  file.dont_need_around(10000, 1);
   file.populate(10000, 1);
   file.populate(0, 0);
   EXPECT_EQ(text_of(file), std::string(10000, 'x'));

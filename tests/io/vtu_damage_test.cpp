@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "io/mesh_source.h"
+#include "support/stream_check.h"
 #include "support/temp_dir.h"
 #include "support/vtu_text.h"
 
@@ -65,6 +66,7 @@ class VtuDamage : public ::testing::Test {
   void expect_error(const std::string& bytes, const std::string& words, int code = 3,
                     const OpenOptions& options = {}) {
     write_file(path_, bytes);
+    testing::expect_windows_like_whole(path_, options);
     try {
       read_everything(path_, options);
       ADD_FAILURE() << "no error, expected: " << words;
@@ -83,6 +85,7 @@ class VtuDamage : public ::testing::Test {
   // True when the file could be read, false after an Error; anything else fails the test.
   bool survives(const std::string& bytes) {
     write_file(path_, bytes);
+    testing::expect_windows_like_whole(path_, {true, true}, false);
     try {
       read_everything(path_, {true, true});
       return true;

@@ -3,16 +3,39 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <map>
 
-#include "base/resources.h"
+#include "support/cut_meshes.h"
 #include "support/meshes.h"
+#include "support/work_meshes.h"
 
 namespace tetfusion {
 namespace {
+
+using testing::make_column;
+using testing::values_of;
+
+// Points only.
+template <class Real>
+WorkMesh<Real> cloud(Vector<Vec3<Real>> points) {
+  WorkMesh<Real> mesh;
+  mesh.resize_vertices(points.size());
+  mesh.positions = std::move(points);
+  mesh.marks.assign(mesh.vertex_count(), 0);
+  mesh.incidence.assign(mesh.vertex_count(), 0);
+  mesh.changed.assign(mesh.vertex_count(), 0);
+  mesh.point_ids = count_up<VertexId>(mesh.vertex_count());
+  return mesh;
+}
+
+template <class Real>
+WorkMesh<Real> ordered(const WorkMesh<Real>& mesh, std::uint32_t round = 0) {
+  WorkMesh<Real> out;
+  order_along_curve(ShiftedCurve(testing::box_of(mesh), round), mesh, &out);
+  return out;
+}
 
 Vector<Vec3<float>> grid(int side) {
   Vector<Vec3<float>> points;
@@ -26,81 +49,103 @@ Vector<Vec3<float>> grid(int side) {
   return points;
 }
 
-TEST(PointsAlongCurve, IsAPermutationWhoseStepsAreShort) {
-  const Vector<Vec3<float>> points = grid(16);
-  const Vector<VertexId> order = points_along_curve(Points(points));
-  Vector<VertexId> sorted = order;
+TEST(OrderAlongCurve, IsAPermutationWhoseStepsAreShort) {
+  const WorkMesh<float> mesh = ordered(cloud(grid(16)));
+  Vector<VertexId> sorted = mesh.point_ids;
   std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(sorted, count_up<VertexId>(16 * 16 * 16));
   double length = 0;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    ASSERT_EQ(sorted[i], i);
-    if (i == 0) continue;
-    const Vec3<float>&a = points[order[i - 1]], &b = points[order[i]];
+  for (std::size_t i = 1; i < mesh.vertex_count(); ++i) {
+    const Vec3<float>&a = mesh.positions[i - 1], &b = mesh.positions[i];
     length += std::abs(a.x - b.x) + std::abs(a.y - b.y) + std::abs(a.z - b.z);
   }
   // The curve steps from cell to neighbouring cell, so the mean step is one, give or take the
   // grid's rounding.
-  EXPECT_LT(length / static_cast<double>(order.size()), 1.2);
+  EXPECT_LT(length / static_cast<double>(mesh.vertex_count()), 1.2);
 }
 
-TEST(PointsAlongCurve, TakesPointsThatAreAllTheSame) {
-  const Vector<Vec3<float>> points(5, Vec3<float>{1, 2, 3});
-  const Vector<VertexId> order = points_along_curve(Points(points));
-  for (VertexId i = 0; i < 5; ++i) EXPECT_EQ(order[i], i);
+TEST(OrderAlongCurve, TakesPointsThatAreAllTheSame) {
+  const auto mesh = ordered(cloud(Vector<Vec3<float>>(5, Vec3<float>{1, 2, 3})));
+  EXPECT_EQ(mesh.point_ids, count_up<VertexId>(5));
 }
 
-TEST(PointsAlongCurve, TakesTheWholeRangeOfDoubles) {
+TEST(OrderAlongCurve, TakesTheWholeRangeOfDoubles) {
   constexpr double kHuge = std::numeric_limits<double>::max();
-  const Vector<Vec3<double>> points{{kHuge, 0, 0}, {-kHuge, 0, 0}, {0, 0, 0}};
-  Vector<VertexId> order = points_along_curve(Points(points));
-  std::sort(order.begin(), order.end());
-  for (VertexId i = 0; i < 3; ++i) EXPECT_EQ(order[i], i);
+  auto mesh = ordered(cloud<double>({{kHuge, 0, 0}, {-kHuge, 0, 0}, {0, 0, 0}}));
+  std::sort(mesh.point_ids.begin(), mesh.point_ids.end());
+  EXPECT_EQ(mesh.point_ids, count_up<VertexId>(3));
 }
 
-TEST(PointsAlongCurve, DoesNotDependOnThreads) {
-  const Points points = grid(20);
-  set_thread_count(1);
-  const Vector<VertexId> one = points_along_curve(points);
-  set_thread_count(3);
-  EXPECT_EQ(points_along_curve(points), one);
-  set_thread_count(0);
+TEST(OrderAlongCurve, TakesPointsThatAreNoNumbers) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  auto mesh = ordered(cloud<double>({{kNan, 0, 0}, {1, 1, -kInfinity}, {0, 0, 0}, {1, 2, 3}}));
+  std::sort(mesh.point_ids.begin(), mesh.point_ids.end());
+  EXPECT_EQ(mesh.point_ids, count_up<VertexId>(4));
 }
 
-TEST(TetsByFirstVertex, SortsStably) {
-  const Vector<Tet> tets{{5, 6, 7, 2}, {9, 8, 0, 4}, {2, 3, 4, 5}, {1, 9, 8, 7}};
-  const Vector<TetId> order = tets_by_first_vertex(tets, 10);
-  EXPECT_EQ(order, (Vector<TetId>{1, 3, 0, 2}));
+TEST(OrderAlongCurve, TakesAnEmptyMesh) {
+  const WorkMesh<double> mesh = ordered(WorkMesh<double>{});
+  EXPECT_EQ(mesh.vertex_count(), 0u);
+  EXPECT_TRUE(mesh.tets.empty());
 }
 
-TEST(OrderAlongCurve, KeepsTheMeshAndKnowsWhereItCameFrom) {
-  Geometry before = testing::five_split_cube(4, 0.1);
-  before.lower.types = {1, 3};
-  before.lower.offsets = {0, 1, 3};
-  before.lower.connectivity = {7, 3, 100};
-  before.tet_source.assign(before.tets.size(), 0);
-  for (std::size_t t = 0; t < before.tets.size(); ++t) before.tet_source[t] = 1000 + t;
-  Geometry after = before;
-  order_along_curve(&after);
-
-  ASSERT_EQ(after.tets.size(), before.tets.size());
-  ASSERT_EQ(point_count(after.points), point_count(before.points));
-  const auto at = [](const Geometry& g, VertexId v) {
-    const auto p = testing::point(g, v);
-    return std::array<double, 3>{p.x, p.y, p.z};
-  };
-  for (VertexId v = 0; v < point_count(after.points); ++v) {
-    EXPECT_EQ(at(after, v), at(before, static_cast<VertexId>(after.point_source[v])));
+TEST(OrderAlongCurve, PutsTetrahedraByTheirSmallestVertexStably) {
+  WorkMesh<float> mesh = cloud(grid(3));
+  for (std::uint64_t t = 0; t < 200; ++t) {  // any four points
+    Tet& tet = mesh.tets.emplace_back();
+    for (std::size_t k = 0; k < 4; ++k) {
+      tet[k] = static_cast<VertexId>(27 * testing::uniform(3, 4 * t + k));
+    }
   }
-  VertexId last = 0;
-  for (std::size_t t = 0; t < after.tets.size(); ++t) {
-    const Tet& old = before.tets[after.tet_source[t] - 1000];
-    for (std::size_t c = 0; c < 4; ++c) EXPECT_EQ(at(after, after.tets[t][c]), at(before, old[c]));
-    const VertexId first = *std::min_element(after.tets[t].begin(), after.tets[t].end());
-    EXPECT_GE(first, last);
-    last = first;
+  mesh.flipped.assign(200, 0);
+  testing::number_tets(&mesh);
+  const WorkMesh<float> out = ordered(mesh);
+  Vector<VertexId> new_ids(27);
+  for (VertexId v = 0; v < 27; ++v) new_ids[out.point_ids[v]] = v;
+  Vector<TetId> expected = count_up<TetId>(200);
+  std::ranges::stable_sort(expected, {}, [&](TetId t) {
+    const Tet& tet = mesh.tets[t];
+    return std::min({new_ids[tet[0]], new_ids[tet[1]], new_ids[tet[2]], new_ids[tet[3]]});
+  });
+  EXPECT_TRUE(std::ranges::equal(testing::tet_numbers(out), expected));
+}
+
+TEST(OrderAlongCurve, KeepsTheMeshAndAllThatItKnows) {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(5, 0.1));
+  mesh.steering_width = 2;
+  mesh.resize_vertices(mesh.vertex_count());
+  for (std::size_t i = 0; i < mesh.steering.size(); ++i) mesh.steering[i] = 7.0 * double(i);
+  testing::number_tets(&mesh);
+  Vector<float> triples;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const auto x = static_cast<float>(v);
+    triples.insert(triples.end(), {x, -x, 2 * x});
+    mesh.changed[v] = static_cast<std::uint16_t>(v % 7);
   }
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(at(after, after.lower.connectivity[i]), at(before, before.lower.connectivity[i]));
+  mesh.point_columns = {make_column(3, triples)};
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    mesh.flipped[t] = static_cast<std::uint16_t>(t % 5);
+  }
+  for (const std::uint32_t round : {0u, 1u, 17u}) {
+    const WorkMesh<double> out = ordered(mesh, round);
+    EXPECT_EQ(testing::contents(out), testing::contents(mesh));
+    EXPECT_NE(out.point_ids, mesh.point_ids);
+    const auto numbers = testing::tet_numbers(out);
+    VertexId last = 0;
+    for (std::size_t t = 0; t < out.tets.size(); ++t) {
+      EXPECT_EQ(out.flipped[t], mesh.flipped[numbers[t]]);
+      const VertexId first = *std::min_element(out.tets[t].begin(), out.tets[t].end());
+      EXPECT_GE(first, last);
+      last = first;
+    }
+    const ShiftedCurve curve(testing::box_of(mesh), round);
+    EXPECT_TRUE(
+        std::ranges::is_sorted(out.positions, {}, [&](const auto& p) { return curve.key(p); }));
+    for (std::size_t v = 0; v < out.vertex_count(); ++v) {
+      EXPECT_EQ(out.incidence[v], mesh.incidence[out.point_ids[v]]);
+      EXPECT_EQ(out.changed[v], mesh.changed[out.point_ids[v]]);
+    }
   }
 }
 

@@ -9,6 +9,8 @@ namespace tetfusion::testing {
 class TempDir {
  public:
   TempDir();
+  // In a file system that is kept in memory, where there is one: for thousands of small files.
+  static TempDir in_memory();
   ~TempDir();
   TempDir(const TempDir&) = delete;
   TempDir& operator=(const TempDir&) = delete;
@@ -16,6 +18,8 @@ class TempDir {
   std::string file(const std::string& name) const { return (path_ / name).string(); }
 
  private:
+  explicit TempDir(const std::filesystem::path& parent);
+
   std::filesystem::path path_;
 };
 

@@ -1,7 +1,5 @@
 #include "support/work_meshes.h"
 
-#include <numeric>
-
 #include "mesh/inspect.h"
 
 namespace tetfusion::testing {
@@ -12,33 +10,22 @@ template <class Real>
 WorkMesh<Real> convert(Geometry geometry) {
   const Inspection inspection = inspect(geometry);
   WorkMesh<Real> mesh;
-  std::visit(
-      [&](const auto& points) {
-        for (const auto& p : points) {
-          mesh.positions.push_back(
-              {static_cast<Real>(p.x), static_cast<Real>(p.y), static_cast<Real>(p.z)});
-        }
-      },
-      geometry.points);
-  mesh.tets = geometry.tets;
-  mesh.point_ids.resize(mesh.positions.size());
-  std::iota(mesh.point_ids.begin(), mesh.point_ids.end(), VertexId{0});
-  mesh.tet_ids.resize(mesh.tets.size());
-  std::iota(mesh.tet_ids.begin(), mesh.tet_ids.end(), TetId{0});
-  count_incidence(&mesh);
-  mesh.changed.assign(mesh.positions.size(), 0);
-  mesh.flipped.assign(mesh.tets.size(), 0);
-  for (const std::uint8_t flags : inspection.vertex_flags) {
-    mesh.marks.push_back(
+  mesh.resize_vertices(point_count(geometry.points));
+  mesh.resize_tets(geometry.tets.size());
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const Point p = point(geometry, static_cast<VertexId>(v));
+    mesh.positions[v] = {static_cast<Real>(p.x), static_cast<Real>(p.y), static_cast<Real>(p.z)};
+    const std::uint8_t flags = inspection.vertex_flags[v];
+    mesh.marks[v] =
         static_cast<std::uint8_t>(((flags & kBoundaryVertex) != 0 ? kOnBoundary : 0) |
-                                  ((flags & (kBrokenVertex | kCarriedVertex)) != 0 ? kLocked : 0)));
+                                  ((flags & (kBrokenVertex | kCarriedVertex)) != 0 ? kLocked : 0));
   }
-  for (const Tet& t : mesh.tets) {
-    int any = 0;
-    for (const VertexId v : t) any |= mesh.marks[v];
-    if ((any & kOnBoundary) == 0) continue;
-    for (const VertexId v : t) mesh.marks[v] |= kNearBoundary;
-  }
+  mesh.tets = geometry.tets;
+  mesh.point_ids = count_up<VertexId>(mesh.vertex_count());
+  mesh.changed.assign(mesh.vertex_count(), 0);
+  mesh.flipped.assign(mesh.tets.size(), 0);
+  count_incidence(&mesh);
+  mark_near_boundary(&mesh);
   return mesh;
 }
 

@@ -1,0 +1,123 @@
+#include "io/durable_sync.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "base/error.h"
+
+namespace tetfusion {
+
+DurableSync::DurableSync(std::shared_ptr<ScratchFolder> folder, std::shared_ptr<Manifest> manifest)
+    : folder_(std::move(folder)), manifest_(std::move(manifest)) {}
+
+DurableSync::~DurableSync() { stop(); }
+
+void DurableSync::commit(std::shared_ptr<Generation> generation, bool durable) {
+  std::shared_ptr<Generation> dropped;  // its files go when the lock is open again
+  const std::lock_guard lock(mutex_);
+  generation->set_needed(true);
+  if (newest_ != nullptr && newest_ != durable_) {
+    newest_->set_needed(false);
+    dropped = std::move(newest_);
+  }
+  newest_ = std::move(generation);
+  if (durable) durable_ = newest_;
+  if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
+  changed_.notify_all();
+}
+
+bool DurableSync::holds(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  return (newest_ != nullptr && newest_->name() == name) ||
+         (durable_ != nullptr && durable_->name() == name);
+}
+
+bool DurableSync::empty() const {
+  const std::lock_guard lock(mutex_);
+  return newest_ == nullptr;
+}
+
+void DurableSync::drop_all() {
+  stop();
+  const std::lock_guard lock(mutex_);
+  for (auto* generation : {&newest_, &durable_}) {
+    if (*generation != nullptr) (*generation)->set_needed(false);
+    generation->reset();
+  }
+}
+
+void DurableSync::stop() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+    changed_.notify_all();
+  }
+  if (worker_.joinable()) worker_.join();
+}
+
+void DurableSync::work() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [&] { return stop_ || (newest_ != durable_ && !failed_); });
+    if (stop_) return;
+    std::shared_ptr<Generation> generation = newest_;
+    lock.unlock();
+    // Spares that the generation before this one had no use for.
+    folder_->trim_spares(false);
+    try {
+      if (sync(*generation)) keep(generation);
+    } catch (const std::exception& e) {
+      folder_->remember_failure(e.what());
+      lock.lock();
+      failed_ = true;
+      continue;
+    }
+    generation.reset();  // its files may go
+    lock.lock();
+  }
+}
+
+// It is durable; what was durable before goes.
+void DurableSync::keep(const std::shared_ptr<Generation>& generation) {
+  std::shared_ptr<Generation> dropped;
+  {
+    const std::lock_guard lock(mutex_);
+    if (newest_ != generation) return;
+    if (durable_ != nullptr) durable_->set_needed(false);
+    dropped = std::exchange(durable_, generation);
+  }
+  manifest_->mark_durable(generation->name());
+}
+
+bool DurableSync::superseded(const Generation& generation) const {
+  const std::lock_guard lock(mutex_);
+  return stop_ || newest_.get() != &generation;
+}
+
+bool DurableSync::sync(const Generation& generation) {
+  FileSystem& system = file_system();
+  for (const Generation::File& entry : generation.files()) {
+    if (superseded(generation)) return false;
+    const std::string name = scratch_name(generation.name(), entry.source);
+    const Descriptor file = folder_->open(name);
+    if (retry([&] { return system.fsync(file.get()); }) != 0) {
+      throw Error(ErrorCode::kIo, fmt::format("{}: cannot sync it: {}; see whether its disk fails",
+                                              folder_->path_of(name), std::strerror(errno)));
+    }
+  }
+  // Some network file systems cannot sync a folder.
+  if (retry([&] { return system.fsync(folder_->fd()); }) != 0 && errno != EINVAL) {
+    throw Error(ErrorCode::kIo,
+                fmt::format("{}: cannot sync it: {}", folder_->path(), std::strerror(errno)));
+  }
+  if (const int error = manifest_->sync(); error != 0) {
+    throw Error(ErrorCode::kIo, fmt::format("{}: cannot sync it: {}",
+                                            folder_->path_of(kManifestName), std::strerror(error)));
+  }
+  return true;
+}
+
+}  // namespace tetfusion

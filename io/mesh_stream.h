@@ -1,0 +1,76 @@
+// A mesh read in windows, in any order and again and again, so that no more than a window needs to
+// be in memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "base/vector.h"
+#include "io/mesh_source.h"
+#include "mesh/geometry.h"
+
+namespace tetfusion {
+
+// The cells of a window that stay, in order. Rows are what leads to the tuples of cell arrays;
+// those of a window's cells ascend and lie within the window, so that its arrays are read_rows() of
+// the same range.
+struct CellWindow {
+  Vector<Tet> tets;  // ids of points; not rewound; a tetrahedron may name a point twice
+  Vector<std::uint64_t> tet_rows;  // empty: tets[i] is row first + i
+  LowerCells lower;
+  Vector<std::uint64_t> lower_rows;  // one for each cell of `lower`
+  std::uint64_t ghost_cells = 0;     // dropped; over windows that cover the mesh, all there are
+};
+
+// Points are numbered from 0 to points() - 1; some may be used by no cell. Windows of cells lie in
+// [0, cells()): in the order of the file where windows of it are read, where the whole mesh is in
+// memory its tetrahedra and then its cells of lower dimension.
+//
+// Several threads may read at once. Reading is parallel inside (OpenMP) where it is called from
+// outside a parallel region: a std::thread that must not start threads of its own calls
+// omp_set_num_threads(1) first. A window that does not lie within the mesh throws
+// std::out_of_range.
+class MeshStream {
+ public:
+  virtual ~MeshStream() = default;
+
+  virtual std::uint64_t points() const = 0;
+  virtual std::uint64_t cells() const = 0;  // those of lower dimension, too, and ghosts, if windows
+                                            // of the file are read
+
+  // What reading left out, as in Geometry. Known from the start.
+  virtual std::uint64_t ghost_cells() const = 0;
+  virtual std::uint64_t merged_points() const = 0;
+  virtual std::uint64_t dropped_points() const = 0;  // unused points that have no number here
+
+  // Three coordinates a point, of the description's point_type, into `out`, in native byte order.
+  virtual void read_points(std::uint64_t first, std::uint64_t count,
+                           std::span<std::byte> out) const = 0;
+
+  // Replaces *out. Throws Error(kBadInput) for cells that cannot be taken; InvalidMesh for an id
+  // out of range, naming the window's lowest cell with one, and for a tetrahedron or cell of lower
+  // dimension that uses a point with a coordinate that is not finite.
+  virtual void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const = 0;
+
+  // Tuples of the array at `index` of the description's point_data or cell_data, in native byte
+  // order: kPoint by the points' numbers, kCell by rows.
+  virtual void read_rows(Association association, std::size_t index, std::uint64_t first,
+                         std::uint64_t count, std::span<std::byte> out) const = 0;
+
+  // False: the whole mesh is in memory, and so is each array from its first read_rows() on. True:
+  // nothing that was read stays in memory, mapped pages included.
+  virtual bool streams_from_disk() const = 0;
+};
+
+// A stream over a source, which must outlive it. Sources that can give windows do (a .vtu of one
+// piece whose cells need no splitting or linearizing); of others the whole mesh is read here, after
+// `reserve`, where there is one, has been called with source->memory_to_read(): it may throw.
+// Throws what read_geometry() throws, what can only be seen in a window at the latest when it is
+// read.
+std::unique_ptr<MeshStream> open_stream(
+    MeshSource* source, const std::function<void(std::uint64_t bytes)>& reserve = {});
+
+}  // namespace tetfusion

@@ -1,0 +1,70 @@
+// Where a long run keeps its generations of pieces: in memory, or in a folder of its own from which
+// a run that was killed goes on.
+//
+// The folder holds a manifest, appended to and never rewritten, and the files of the generations
+// that are still needed. Nothing in it is trusted before its length and checksum have been
+// compared.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/vector.h"
+#include "io/piece_store.h"
+
+namespace tetfusion {
+
+// What a committed generation left: its pieces, sealed, and the state that was committed with it.
+struct Checkpoint {
+  std::string generation;
+  std::unique_ptr<PieceStore> pieces;
+  Vector<std::byte> state;
+};
+
+class Scratch {
+ public:
+  virtual ~Scratch() = default;
+
+  // Begins a generation. `name` is of [a-z0-9-], and not in use. Destroying the store of a
+  // generation that was not committed removes its files.
+  virtual std::unique_ptr<PieceStore> begin(const std::string& name) = 0;
+
+  // From here on a resumed run begins with this generation, which is sealed, and this state.
+  // Returns at once: its files are synced behind the run's back, and what is older goes when they
+  // are durable, or when a still newer one is committed first. A process that is killed loses
+  // nothing that was committed; a machine that loses its power at most what was not durable yet.
+  // Throws Error(kIo), also for what has failed behind the run's back since.
+  virtual void commit(const std::string& name, std::span<const std::byte> state) = 0;
+
+  // Takes back what an interrupted run left: the latest committed generation that is whole. Nothing
+  // when there is none. Call once, first.
+  virtual std::optional<Checkpoint> resume() = 0;
+
+  // The job is done, or cannot be resumed: removes the folder and all in it that is ours.
+  virtual void remove() = 0;
+
+  virtual std::uint64_t peak_bytes() const = 0;  // the most that all generations took at once
+};
+
+std::unique_ptr<Scratch> memory_scratch();
+
+struct ScratchOptions {
+  std::string folder;       // made if it is not there; its parent must be
+  std::string fingerprint;  // of the program, the options and the input: what the result depends on
+  bool resume = false;      // go on with what is there, if it has the same fingerprint
+  std::uint64_t expected_bytes = 0;  // about what the run will need at most; 0: not known
+};
+
+// Throws Error(kUsage) when the folder holds another run's work (resume: of another fingerprint,
+// naming what differs; else: any, saying to give --resume or to remove it) or things that are not
+// ours, or when another process is using it; Error(kIo) when it cannot be made, or the disk has
+// less room than expected_bytes (saying how much is needed and how much is there). Files are
+// private (folder 0700, files 0600, O_EXCL), no link is followed.
+std::unique_ptr<Scratch> disk_scratch(const ScratchOptions& options);
+
+}  // namespace tetfusion

@@ -1,0 +1,375 @@
+// The out-of-core side: a folder that a killed run can be resumed from (FORMAT.md).
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <utility>
+
+#include "base/error.h"
+#include "base/numbers.h"
+#include "io/durable_sync.h"
+#include "io/file_system.h"
+#include "io/manifest.h"
+#include "io/piece_store_disk.h"
+#include "io/scratch.h"
+#include "io/scratch_folder.h"
+#include "io/section_file.h"
+
+namespace tetfusion {
+
+namespace {
+
+// A committed generation that is whole.
+struct Found {
+  std::shared_ptr<Generation> generation;
+  std::vector<SectionTable> tables;  // of all its files
+};
+
+std::unique_ptr<BucketPieces> map_sections(const std::shared_ptr<Generation>& generation,
+                                           const SectionTable& table) {
+  std::vector<PieceOnDisk> pieces;
+  for (const Section& section : table.sections) pieces.push_back({table.source, section});
+  return map_pieces(generation, std::move(pieces));
+}
+
+class DiskScratch : public Scratch {
+ public:
+  // `fresh`: there is nothing to resume.
+  DiskScratch(std::shared_ptr<ScratchFolder> folder, std::shared_ptr<Manifest> manifest, bool fresh)
+      : folder_(std::move(folder)),
+        manifest_(std::move(manifest)),
+        ready_(fresh),
+        sync_(folder_, manifest_) {}
+  ~DiskScratch() override;
+
+  std::unique_ptr<PieceStore> begin(const std::string& name) override;
+  void commit(const std::string& name, std::span<const std::byte> state) override;
+  std::optional<Checkpoint> resume() override;
+  void remove() override;
+  std::uint64_t peak_bytes() const override { return folder_->peak_bytes(); }
+
+ private:
+  Found find(const Commit& commit, const std::vector<std::string>& names) const;
+  Checkpoint open(const Found& found);
+
+  std::shared_ptr<ScratchFolder> folder_;
+  std::shared_ptr<Manifest> manifest_;
+  bool ready_;  // nothing of an interrupted run is in the way
+  std::map<std::string, std::weak_ptr<Generation>> begun_;
+  DurableSync sync_;
+};
+
+// What was not committed cannot be resumed: no folder is left behind for that.
+DiskScratch::~DiskScratch() {
+  if (!ready_ || !sync_.empty()) return;
+  try {
+    remove();
+  } catch (const std::exception&) {
+  }
+}
+
+std::unique_ptr<PieceStore> DiskScratch::begin(const std::string& name) {
+  if (!ready_) throw std::logic_error("begin() before resume()");
+  if (!is_generation_name(name)) throw std::logic_error("not a generation's name: " + name);
+  std::erase_if(begun_, [](const auto& entry) { return entry.second.expired(); });
+  if (begun_.contains(name) || sync_.holds(name)) {
+    throw std::logic_error("a generation of this name is in use: " + name);
+  }
+  auto generation = std::make_shared<Generation>(folder_, name);
+  begun_[name] = generation;
+  return std::make_unique<DiskPieceStore>(std::move(generation));
+}
+
+void DiskScratch::commit(const std::string& name, std::span<const std::byte> state) {
+  folder_->throw_failure();
+  const auto found = begun_.find(name);
+  const std::shared_ptr<Generation> generation =
+      found == begun_.end() ? nullptr : found->second.lock();
+  if (generation == nullptr) throw std::logic_error("no such generation: " + name);
+  std::vector<PieceRef> pieces;
+  if (!state.empty()) pieces.push_back({0, state});
+  const std::uint64_t files = generation->files().size();
+  generation->write(plan_sections(generation->id(), kStateSource, pieces), pieces);
+  manifest_->commit({name, files, Generation::digest(generation->files()), false});
+  sync_.commit(generation);
+}
+
+// Throws DamagedFile unless the files of a commit are what was committed: by their tables, and by
+// all their bytes where a loss of power may have taken some.
+Found DiskScratch::find(const Commit& commit, const std::vector<std::string>& names) const {
+  Found found;
+  found.generation = std::make_shared<Generation>(folder_, commit.name);
+  // Nothing of it is lost before something newer takes its place.
+  found.generation->set_needed(true);
+  for (const std::string& name : names) {
+    const auto parsed = parse_scratch_name(name);
+    if (!parsed || parsed->generation != commit.name) continue;
+    SectionTable table = read_sections(folder_->open(name).get(), folder_->path_of(name));
+    if (table.generation != found.generation->id() || table.source != parsed->source) {
+      throw_damaged(folder_->path_of(name), "it was written as another file");
+    }
+    found.generation->adopt(table);
+    found.tables.push_back(std::move(table));
+  }
+  const std::vector<Generation::File> files = found.generation->files();
+  if (files.size() != commit.files + 1 || Generation::digest(files) != commit.digest) {
+    throw_damaged(folder_->path(), "not the files of generation " + commit.name);
+  }
+  if (!commit.durable) {
+    for (const SectionTable& table : found.tables) map_sections(found.generation, table);
+  }
+  return found;
+}
+
+Checkpoint DiskScratch::open(const Found& found) {
+  Checkpoint checkpoint;
+  checkpoint.generation = found.generation->name();
+  auto store = std::make_unique<DiskPieceStore>(found.generation);
+  for (const SectionTable& table : found.tables) {
+    if (table.source != kStateSource) {
+      store->enter(table);
+      continue;
+    }
+    const auto mapped = map_sections(found.generation, table);
+    if (mapped->pieces().empty()) continue;
+    const auto state = mapped->pieces().front();
+    checkpoint.state.assign(state.begin(), state.end());
+  }
+  store->seal();
+  begun_[checkpoint.generation] = found.generation;
+  checkpoint.pieces = std::move(store);
+  return checkpoint;
+}
+
+std::optional<Checkpoint> DiskScratch::resume() {
+  if (ready_) return std::nullopt;
+  const std::vector<std::string> names = folder_->names();
+  std::optional<Checkpoint> checkpoint;
+  std::shared_ptr<Generation> newest;
+  std::shared_ptr<Generation> durable;
+  const std::vector<Commit>& commits = manifest_->commits();
+  for (auto commit = commits.rbegin(); commit != commits.rend() && !durable; ++commit) {
+    // Behind one that is not durable stays the last one that is.
+    if (checkpoint && !commit->durable) continue;
+    try {
+      const Found found = find(*commit, names);
+      if (!checkpoint) {
+        checkpoint = open(found);
+        newest = found.generation;
+      }
+      if (commit->durable) durable = found.generation;
+    } catch (const DamagedFile&) {
+      // Not whole: an older one may be.
+    }
+  }
+  for (const std::string& name : names) {
+    const auto parsed = parse_scratch_name(name);
+    if (!parsed || parsed->kind == ScratchFileName::Kind::kManifest) continue;
+    if (newest && parsed->generation == newest->name()) continue;
+    if (durable && parsed->generation == durable->name()) continue;
+    folder_->unlink(name);
+  }
+  if (durable) sync_.commit(durable, true);
+  if (newest && newest != durable) sync_.commit(newest);
+  if (!checkpoint) manifest_->start(manifest_->fingerprint());
+  ready_ = true;
+  return checkpoint;
+}
+
+// Whatever is left in the folder is not ours, and stays.
+void remove_folder(const ScratchFolder& folder) {
+  int error = 0;
+  for (const std::string& name : folder.names()) {
+    if (!parse_scratch_name(name) || name == kManifestName) continue;
+    if (const int failed = folder.unlink(name); failed != 0 && failed != ENOENT) error = failed;
+  }
+  // The manifest goes last: as long as it is there, the folder is known to be ours.
+  if (error == 0) error = folder.unlink(kManifestName);
+  if (error == 0 && file_system().unlinkat(AT_FDCWD, folder.path().c_str(), AT_REMOVEDIR) != 0) {
+    error = errno;
+  }
+  if (error == 0 || error == ENOENT || error == ENOTEMPTY || error == EEXIST) return;
+  throw Error(ErrorCode::kIo,
+              fmt::format("cannot remove the scratch folder {}: {}; remove it by hand",
+                          folder.path(), std::strerror(error)));
+}
+
+void DiskScratch::remove() {
+  sync_.drop_all();
+  folder_->trim_spares(true);
+  remove_folder(*folder_);
+  ready_ = false;
+}
+
+[[noreturn]] void refuse(const std::string& folder, const std::string& why) {
+  throw Error(ErrorCode::kUsage, fmt::format("scratch folder {}: {}", folder, why));
+}
+
+[[noreturn]] void fail(const std::string& folder, const std::string& what, int error) {
+  throw Error(ErrorCode::kIo,
+              fmt::format("scratch folder {}: {}: {}", folder, what, std::strerror(error)));
+}
+
+// The first line that differs.
+std::string difference(const std::string& there, const std::string& here) {
+  const auto before = split(there, '\n');
+  const auto now = split(here, '\n');
+  for (std::size_t i = 0; i < std::max(before.size(), now.size()); ++i) {
+    const std::string a = i < before.size() ? before[i] : "";
+    const std::string b = i < now.size() ? now[i] : "";
+    if (a != b) return fmt::format("it has '{}', this run has '{}'", a, b);
+  }
+  return "";
+}
+
+std::shared_ptr<ScratchFolder> open_folder(const std::string& path) {
+  FileSystem& system = file_system();
+  if (path.empty()) throw Error(ErrorCode::kUsage, "the scratch folder's name is empty");
+  if (retry([&] { return system.mkdir(path.c_str(), 0700); }) != 0 && errno != EEXIST) {
+    if (errno == ENOENT)
+      fail(path, "the folder that is to hold it does not exist; create it first", errno);
+    fail(path, "cannot make it", errno);
+  }
+  Descriptor folder(retry([&] {
+    return system.openat(AT_FDCWD, path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC,
+                         0);
+  }));
+  if (!folder) {
+    if (errno == ENOTDIR || errno == ELOOP) {
+      refuse(path, "a file or a link has this name; give another one (--scratch)");
+    }
+    fail(path, "cannot open it", errno);
+  }
+  return std::make_shared<ScratchFolder>(std::move(folder), path);
+}
+
+// Throws when something else lies in the folder.
+bool holds_manifest(const ScratchFolder& folder) {
+  const std::vector<std::string> names = folder.names();
+  const bool found = std::binary_search(names.begin(), names.end(), kManifestName);
+  for (const std::string& name : names) {
+    if (found && parse_scratch_name(name)) continue;
+    refuse(folder.path(), fmt::format("it holds {}, which is not ours; give a folder that is empty "
+                                      "or does not exist (--scratch)",
+                                      name));
+  }
+  return found;
+}
+
+Descriptor lock_manifest(const ScratchFolder& folder) {
+  FileSystem& system = file_system();
+  Descriptor file(retry([&] {
+    return system.openat(folder.fd(), kManifestName, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC,
+                         0600);
+  }));
+  if (!file) fail(folder.path(), "cannot open its manifest", errno);
+  if (retry([&] { return system.flock(file.get(), LOCK_EX | LOCK_NB); }) != 0) {
+    if (errno == EWOULDBLOCK) {
+      refuse(folder.path(),
+             "another process is using it; wait for it, or give another folder "
+             "(--scratch)");
+    }
+    fail(folder.path(), "cannot lock its manifest; use another file system (--scratch)", errno);
+  }
+  struct stat status {};
+  if (system.fstat(file.get(), &status) != 0)
+    fail(folder.path(), "cannot look at its manifest", errno);
+  // Who had it open before may have removed it since.
+  if (status.st_nlink == 0) refuse(folder.path(), "another process has just removed it; try again");
+  if (!S_ISREG(status.st_mode)) refuse(folder.path(), "its manifest is not a file");
+  return file;
+}
+
+std::uint64_t bytes_in(const ScratchFolder& folder) {
+  std::uint64_t bytes = 0;
+  for (const std::string& name : folder.names()) {
+    struct stat status {};
+    if (file_system().fstatat(folder.fd(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0) {
+      bytes += static_cast<std::uint64_t>(status.st_size);
+    }
+  }
+  return bytes;
+}
+
+void check_room(const ScratchFolder& folder, std::uint64_t expected) {
+  if (expected == 0) return;
+  const std::uint64_t room = folder.free_bytes() + bytes_in(folder);
+  if (room >= expected) return;
+  throw Error(
+      ErrorCode::kIo,
+      fmt::format("scratch folder {}: the run needs about {} ({} bytes) there, the disk has "
+                  "room for {} ({} bytes); free some, or use a folder on another disk "
+                  "(--scratch)",
+                  folder.path(), format_bytes(expected), expected, format_bytes(room), room));
+}
+
+// Without a commit in it the manifest holds no work, and the folder is taken over.
+bool has_work(const ScratchFolder& folder, const Manifest& manifest) {
+  if (!manifest.blank()) return !manifest.commits().empty();
+  if (manifest.file_bytes() == 0 || folder.names().size() == 1) return false;
+  throw Error(ErrorCode::kIo,
+              fmt::format("{}: its beginning is damaged, so nothing can be resumed: remove the "
+                          "scratch folder and start the run again",
+                          folder.path_of(kManifestName)));
+}
+
+void start_anew(const ScratchFolder& folder, Manifest* manifest, const std::string& fingerprint) {
+  for (const std::string& name : folder.names()) {
+    if (parse_scratch_name(name) && name != kManifestName) folder.unlink(name);
+  }
+  manifest->start(fingerprint);
+  if (const int error = manifest->sync(); error != 0) {
+    fail(folder.path(), "cannot sync its manifest", error);
+  }
+}
+
+// Throws what disk_scratch() throws.
+std::unique_ptr<Scratch> take_folder(const std::shared_ptr<ScratchFolder>& folder,
+                                     const ScratchOptions& options) {
+  const auto manifest =
+      std::make_shared<Manifest>(lock_manifest(*folder), folder->path_of(kManifestName));
+  const bool work = has_work(*folder, *manifest);
+  if (work && !options.resume) {
+    refuse(options.folder,
+           "it holds the work of a run that was interrupted; give --resume to go on with it, or "
+           "remove the folder");
+  }
+  if (work && manifest->fingerprint() != options.fingerprint) {
+    refuse(
+        options.folder,
+        fmt::format("it holds the work of a run that is not this one: {}; go on as it was begun, "
+                    "or remove the folder",
+                    difference(manifest->fingerprint(), options.fingerprint)));
+  }
+  check_room(*folder, options.expected_bytes);
+  if (!work) start_anew(*folder, manifest.get(), options.fingerprint);
+  return std::make_unique<DiskScratch>(folder, manifest, !work);
+}
+
+}  // namespace
+
+std::unique_ptr<Scratch> disk_scratch(const ScratchOptions& options) {
+  const std::shared_ptr<ScratchFolder> folder = open_folder(options.folder);
+  const bool is_new = !holds_manifest(*folder);
+  try {
+    return take_folder(folder, options);
+  } catch (const Error& e) {
+    if (!is_new || e.code() == ErrorCode::kUsage) throw;  // another process may have taken it
+    try {
+      remove_folder(*folder);
+    } catch (const Error&) {  // the first failure is the one to tell
+    }
+    throw;
+  }
+}
+
+}  // namespace tetfusion

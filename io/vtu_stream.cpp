@@ -1,0 +1,332 @@
+#include "io/vtu_stream.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "io/cell_kinds.h"
+#include "io/vtu_cell_arrays.h"
+#include "io/vtu_points.h"
+#include "mesh/blocks.h"
+#include "mesh/split_cells.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::uint64_t kMaxChunkBytes = std::uint64_t{16} << 20;
+// Of cells or points that are looked at when the stream is opened.
+constexpr std::uint64_t kScanned = std::uint64_t{1} << 20;
+constexpr std::size_t kCellsPerBlock = 65536;
+
+// What the types and ghost flags of all cells say.
+struct CellSurvey {
+  bool tets_only = true;    // ghosts too
+  bool as_they_are = true;  // none is to be split or linearized
+  std::uint64_t tets = 0;
+  std::uint64_t ghosts = 0;
+};
+
+class VtuStream final : public MeshStream {
+ public:
+  // The readers are opened and the arrays looked at in the order of read_geometry(), so that the
+  // same fault is found first.
+  VtuStream(const VtuInput& input, const MeshDescription& description, const OpenOptions& options)
+      : input_(input),
+        description_(description),
+        options_(options),
+        coordinates_(open_coordinates(input, 0)),
+        bad_points_(find_bad_points()),
+        arrays_(input, 0),
+        types_(arrays_.open_types()),
+        ghosts_(arrays_.open_ghosts()),
+        survey_(survey()),
+        offsets_(arrays_.open_offsets()),
+        connectivity_(arrays_.open_connectivity()),
+        point_readers_(description.point_data.arrays.size()),
+        cell_readers_(description.cell_data.arrays.size()) {
+    if (!can_stream()) return;
+    if (survey_.tets_only) {
+      arrays_.check_tet_offsets(offsets_);
+      arrays_.check_length(connectivity_, 4 * cells());
+    }
+    if (survey_.tets == 0) input_.fail(ErrorCode::kBadInput, "the mesh has no tetrahedra");
+  }
+
+  // False: the mesh must be read whole, and this object is of no use.
+  bool can_stream() const {
+    return survey_.as_they_are && connectivity_.chunk_bytes() <= kMaxChunkBytes;
+  }
+
+  std::uint64_t points() const override { return description_.points; }
+  std::uint64_t cells() const override { return description_.cells; }
+  std::uint64_t ghost_cells() const override { return survey_.ghosts; }
+  std::uint64_t merged_points() const override { return 0; }
+  std::uint64_t dropped_points() const override { return 0; }
+  bool streams_from_disk() const override { return true; }
+
+  void read_points(std::uint64_t first, std::uint64_t count,
+                   std::span<std::byte> out) const override {
+    check_window(first, count, points());
+    input_.guarded(
+        [&] { read_coordinates(coordinates_, description_.point_type, first, count, out.data()); });
+  }
+
+  void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const override {
+    check_window(first, count, cells());
+    clear(out);
+    if (count == 0) return;
+    input_.guarded([&] {
+      if (survey_.tets_only) {
+        read_tets(first, count, out);
+      } else {
+        read_mixed(first, count, out);
+      }
+      if (!bad_points_.empty()) check_finite(*out);
+    });
+  }
+
+  void read_rows(Association association, std::size_t index, std::uint64_t first,
+                 std::uint64_t count, std::span<std::byte> out) const override {
+    const bool of_points = association == Association::kPoint;
+    check_window(first, count, of_points ? points() : cells());
+    const AttributeSet& set = of_points ? description_.point_data : description_.cell_data;
+    const ArrayInfo& info = set.arrays.at(index);
+    input_.guarded([&] {
+      const ArrayReader& reader = attribute(of_points, index);
+      reader.read(first * info.components, count * info.components, out.data());
+    });
+    forget_ghosts(association, info, out.first(count * info.components * size_of(info.type)));
+  }
+
+ private:
+  static void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) {
+    if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
+  }
+
+  // ---- opening ----
+
+  Vector<std::uint64_t> find_bad_points() const {
+    check_point_count(input_, points());
+    Vector<std::uint64_t> bad;
+    if (all_finite(coordinates_)) return bad;
+    bad.assign((points() + 63) / 64, 0);
+    Vector<Vec3<double>> window(std::min(points(), kScanned));
+    for (std::uint64_t first = 0; first < points(); first += kScanned) {
+      const std::uint64_t count = std::min(kScanned, points() - first);
+      std::byte* const to = reinterpret_cast<std::byte*>(window.data());
+      if (read_coordinates(coordinates_, ValueType::kFloat64, first, count, to)) continue;
+      for (std::uint64_t i = 0; i < count; ++i) {
+        const Vec3<double>& p = window[i];
+        if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
+        bad[(first + i) / 64] |= std::uint64_t{1} << ((first + i) % 64);
+      }
+    }
+    return bad;
+  }
+
+  CellSurvey survey() const {
+    CellSurvey found;
+    Vector<std::uint8_t> types(std::min(cells(), kScanned));
+    for (std::uint64_t first = 0; first < cells(); first += kScanned) {
+      const std::uint64_t count = std::min(kScanned, cells() - first);
+      arrays_.read_types(types_, first, count, types.data());
+      const auto end = types.begin() + static_cast<std::ptrdiff_t>(count);
+      const auto tets = static_cast<std::uint64_t>(std::count(types.begin(), end, kVtkTetra));
+      found.tets_only = found.tets_only && tets == count;
+      const std::uint64_t ghosts = arrays_.mark_ghosts(ghosts_, first, count, types.data());
+      found.ghosts += ghosts;
+      if (tets == count) {
+        found.tets += tets - ghosts;
+        continue;
+      }
+      for (std::uint64_t i = 0; i < count; ++i) look_at(first + i, types[i], &found);
+    }
+    return found;
+  }
+
+  void look_at(std::uint64_t cell, std::uint8_t type, CellSurvey* found) const {
+    if (type == kVtkTetra) ++found->tets;
+    if (type == kVtkTetra || type == VtuCellArrays::kGhost) return;
+    const int kept = kept_vertices(type, options_);
+    if (kept < 0) arrays_.refuse(cell, type);
+    const bool lower = type == kVtkVertex || type == kVtkLine || type == kVtkTriangle;
+    found->as_they_are = found->as_they_are && lower;
+  }
+
+  // Opened when it is first asked for.
+  const ArrayReader& attribute(bool of_points, std::size_t index) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::unique_ptr<ArrayReader>& reader = (of_points ? point_readers_ : cell_readers_)[index];
+    if (reader == nullptr) {
+      const VtuPiece& piece = input_.head.pieces[0];
+      const VtuArray& array = (of_points ? piece.point_data : piece.cell_data)[index];
+      reader = std::make_unique<ArrayReader>(input_.open(
+          array, std::string(of_points ? "point" : "cell") + " array \"" + array.info.name + "\""));
+    }
+    return *reader;
+  }
+
+  // ---- cells ----
+
+  // Its memory stays, for the next window.
+  static void clear(CellWindow* window) {
+    window->tets.clear();
+    window->tet_rows.clear();
+    window->lower.types.clear();
+    window->lower.offsets.clear();
+    window->lower.connectivity.clear();
+    window->lower_rows.clear();
+    window->ghost_cells = 0;
+  }
+
+  void read_tets(std::uint64_t first, std::uint64_t count, CellWindow* out) const {
+    out->tets.resize(count);
+    arrays_.read_ids(
+        connectivity_, {4 * first, 4 * count, 0}, [](std::uint64_t value) { return value / 4; },
+        nullptr, out->tets.data()->data());
+    if (survey_.ghosts == 0) return;
+    const Vector<std::uint8_t> types = read_types(first, count, out);
+    if (out->ghost_cells == 0) return;
+    std::size_t kept = 0;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      if (types[i] == VtuCellArrays::kGhost) continue;
+      out->tets[kept++] = out->tets[i];
+      out->tet_rows.push_back(first + i);
+    }
+    out->tets.resize(kept);
+  }
+
+  Vector<std::uint8_t> read_types(std::uint64_t first, std::uint64_t count, CellWindow* out) const {
+    Vector<std::uint8_t> types(count);
+    arrays_.read_types(types_, first, count, types.data());
+    out->ghost_cells = arrays_.mark_ghosts(ghosts_, first, count, types.data());
+    return types;
+  }
+
+  void read_mixed(std::uint64_t first, std::uint64_t count, CellWindow* out) const {
+    const Vector<std::uint8_t> types = read_types(first, count, out);
+    Vector<std::uint64_t> ends(count + 1);
+    arrays_.read_ends(offsets_, first, count, ends.data());
+    arrays_.check_cells(offsets_, options_, first, count, types.data(), ends.data(),
+                        connectivity_.values());
+    if (first + count == cells()) arrays_.check_length(connectivity_, ends[count]);
+    Vector<VertexId> ids(ends[count] - ends[0]);
+    arrays_.read_ids(
+        connectivity_, {ends[0], ids.size(), 0},
+        [&](std::uint64_t value) {
+          const auto next = std::upper_bound(ends.begin() + 1, ends.end(), value);
+          return first + static_cast<std::uint64_t>(next - (ends.begin() + 1));
+        },
+        nullptr, ids.data());
+    sort_out({first, types, ends, ids}, out);
+  }
+
+  // A window of cells of all kinds, as the file has it.
+  struct MixedCells {
+    std::uint64_t first = 0;
+    const Vector<std::uint8_t>& types;  // kGhost for what is dropped
+    const Vector<std::uint64_t>& ends;  // one entry more; in the connectivity of the file
+    const Vector<VertexId>& ids;
+  };
+
+  // Where a block's cells go.
+  struct Places {
+    std::uint64_t tets = 0;
+    std::uint64_t lower = 0;
+    std::uint64_t lower_ids = 0;
+  };
+
+  static void sort_out(const MixedCells& cells, CellWindow* out) {
+    const std::size_t count = cells.types.size();
+    std::vector<Places> places(block_count(count, kCellsPerBlock) + 1);
+    for_each_block(count, kCellsPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        if (cells.types[i] == VtuCellArrays::kGhost) continue;
+        const bool tet = cells.types[i] == kVtkTetra;
+        places[b + 1].tets += tet ? 1 : 0;
+        places[b + 1].lower += tet ? 0 : 1;
+        places[b + 1].lower_ids += tet ? 0 : cells.ends[i + 1] - cells.ends[i];
+      }
+    });
+    for (std::size_t b = 1; b < places.size(); ++b) {
+      places[b].tets += places[b - 1].tets;
+      places[b].lower += places[b - 1].lower;
+      places[b].lower_ids += places[b - 1].lower_ids;
+    }
+    const Places& all = places.back();
+    out->tets.resize(all.tets);
+    if (all.tets < count) out->tet_rows.resize(all.tets);
+    out->lower_rows.resize(all.lower);
+    out->lower.types.resize(all.lower);
+    out->lower.connectivity.resize(all.lower_ids);
+    if (all.lower > 0) out->lower.offsets.assign(all.lower + 1, 0);
+    for_each_block(count, kCellsPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+      put_block(cells, begin, end, places[b], out);
+    });
+  }
+
+  static void put_block(const MixedCells& cells, std::size_t begin, std::size_t end, Places at,
+                        CellWindow* out) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint8_t type = cells.types[i];
+      if (type == VtuCellArrays::kGhost) continue;
+      const std::uint64_t vertices = cells.ends[i + 1] - cells.ends[i];
+      const VertexId* const v = cells.ids.data() + (cells.ends[i] - cells.ends[0]);
+      if (type == kVtkTetra) {
+        if (!out->tet_rows.empty()) out->tet_rows[at.tets] = cells.first + i;
+        out->tets[at.tets++] = {v[0], v[1], v[2], v[3]};
+        continue;
+      }
+      std::copy_n(v, vertices, out->lower.connectivity.data() + at.lower_ids);
+      at.lower_ids += vertices;
+      out->lower.types[at.lower] = type;
+      out->lower_rows[at.lower++] = cells.first + i;
+      out->lower.offsets[at.lower] = at.lower_ids;
+    }
+  }
+
+  // Throws InvalidMesh for the lowest point of a cell that is not finite.
+  void check_finite(const CellWindow& window) const {
+    VertexId lowest = kNoVertex;
+    const auto look = [&](VertexId v) {
+      if ((bad_points_[v / 64] >> (v % 64) & 1) != 0) lowest = std::min(lowest, v);
+    };
+    for (const Tet& tet : window.tets) std::for_each(tet.begin(), tet.end(), look);
+    std::for_each(window.lower.connectivity.begin(), window.lower.connectivity.end(), look);
+    if (lowest != kNoVertex) fail_not_finite(coordinates_, lowest);
+  }
+
+  const VtuInput& input_;
+  const MeshDescription& description_;
+  const OpenOptions& options_;
+  ArrayReader coordinates_;
+  Vector<std::uint64_t> bad_points_;  // a bit a point that is not finite; empty when all are
+  VtuCellArrays arrays_;
+  ArrayReader types_;
+  std::vector<VtuCellArrays::GhostArray> ghosts_;
+  CellSurvey survey_;
+  ArrayReader offsets_;
+  ArrayReader connectivity_;
+  mutable std::mutex mutex_;
+  mutable std::vector<std::unique_ptr<ArrayReader>> point_readers_;
+  mutable std::vector<std::unique_ptr<ArrayReader>> cell_readers_;
+};
+
+}  // namespace
+
+std::unique_ptr<MeshStream> open_vtu_stream(const VtuInput& input,
+                                            const MeshDescription& description,
+                                            const OpenOptions& options) {
+  if (input.head.pieces.size() != 1) return nullptr;
+  std::unique_ptr<VtuStream> stream;
+  input.guarded([&] { stream = std::make_unique<VtuStream>(input, description, options); });
+  return stream->can_stream() ? std::move(stream) : nullptr;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,24 @@
+// Windows of a .vtu file, read without holding more of it than the window.
+#pragma once
+
+#include <memory>
+
+#include "io/mesh_stream.h"
+#include "io/vtu_input.h"
+
+namespace tetfusion {
+
+// A stream over the file's one piece: cells and points have the numbers that the file gives them,
+// and a cell's row is its number. Nothing when the mesh must be read whole: several pieces, cells
+// that `options` split or linearize, or connectivity in compressed blocks of more than 16 MiB.
+//
+// Looks once at types, ghost flags, offsets of a mesh of tetrahedra alone, and coordinates, and
+// throws what is wrong with them, as read_geometry() does. What it keeps is what its ArrayReaders
+// keep, and a bit for each point if a coordinate of any is not finite.
+//
+// All three outlive the stream.
+std::unique_ptr<MeshStream> open_vtu_stream(const VtuInput& input,
+                                            const MeshDescription& description,
+                                            const OpenOptions& options);
+
+}  // namespace tetfusion

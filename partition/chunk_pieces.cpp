@@ -1,0 +1,346 @@
+// A piece: a header, then one column after another, each at a multiple of 8 bytes:
+//
+//   vertices  positions, point_ids, marks, steering, point columns
+//   tets      corners (by place among the piece's vertices), settled (1 byte), cell columns
+//
+// Of the marks kOnInterface says that the vertex lies on the interface of the round to come, and
+// kUndecided that the interface table knows.
+#include "partition/chunk_pieces.h"
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+#include <type_traits>
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::uint8_t kUndecided = 1 << 7;
+constexpr std::uint8_t kLasting = kOnBoundary | kLocked;  // marks that outlive a round
+constexpr std::size_t kPieceAlignment = 64;
+
+struct PieceHeader {
+  std::uint64_t vertices = 0;
+  std::uint64_t tets = 0;
+};
+
+constexpr std::size_t padded(std::size_t bytes, std::size_t to = 8) {
+  return (bytes + to - 1) / to * to;
+}
+
+template <class Real>
+std::size_t piece_bytes(const WorkMesh<Real>& layout, std::size_t vertices, std::size_t tets) {
+  std::size_t bytes = sizeof(PieceHeader);
+  bytes += padded(vertices * sizeof(Vec3<Real>)) + padded(vertices * sizeof(VertexId)) +
+           padded(vertices) + vertices * layout.steering_width * sizeof(double);
+  for (const Column& c : layout.point_columns) bytes += padded(vertices * c.stride());
+  bytes += tets * sizeof(Tet) + padded(tets);
+  for (const Column& c : layout.cell_columns) bytes += padded(tets * c.stride());
+  return bytes;
+}
+
+// Hands out the columns of a piece one after another.
+template <class Byte>
+class Cursor {
+ public:
+  explicit Cursor(Byte* at) : at_(at) {}
+  Byte* take(std::size_t bytes) {
+    Byte* column = at_;
+    at_ += padded(bytes);
+    if constexpr (!std::is_const_v<Byte>) std::fill(column + bytes, at_, Byte{});
+    return column;
+  }
+
+ private:
+  Byte* at_;
+};
+
+template <class T>
+T* as(std::byte* p) {
+  return reinterpret_cast<T*>(p);
+}
+template <class T>
+const T* as(const std::byte* p) {
+  return reinterpret_cast<const T*>(p);
+}
+
+void copy_rows(const Column& from, std::span<const std::uint32_t> rows, std::byte* to) {
+  const std::size_t stride = from.stride();
+  for (const std::uint32_t row : rows) {
+    std::memcpy(to, from.rows.data() + row * stride, stride);
+    to += stride;
+  }
+}
+
+// Would a pass refuse the tetrahedron as a flip without looking, as nothing round it has moved
+// since?
+template <class Real>
+bool is_settled(const WorkMesh<Real>& mesh, TetId t) {
+  const std::uint16_t flipped = mesh.flipped[t];
+  const Tet& tet = mesh.tets[t];
+  return flipped != 0 && mesh.changed[tet[0]] < flipped && mesh.changed[tet[1]] < flipped &&
+         mesh.changed[tet[2]] < flipped && mesh.changed[tet[3]] < flipped;
+}
+
+}  // namespace
+
+template <class Real>
+void ChunkScatter<Real>::scatter(const WorkMesh<Real>& mesh, const CurveCut& next,
+                                 std::uint32_t source, PieceStore* to,
+                                 Vector<InterfaceReport>* reports) {
+  choose_buckets(mesh, next);
+  sort_tets(mesh);
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const bool was_between = (mesh.marks[v] & kOnInterface) != 0;
+    if (low_[v] > high_[v] || (low_[v] == high_[v] && !was_between)) continue;
+    const bool touched = was_between && mesh.changed[v] >= kFirstPassNumber;
+    reports->push_back({mesh.point_ids[v], low_[v], high_[v], 0, touched});
+  }
+  add_pieces(mesh, source, to);
+}
+
+template <class Real>
+void ChunkScatter<Real>::keep(const WorkMesh<Real>& mesh, std::uint32_t chunk, PieceStore* to) {
+  low_.assign(mesh.vertex_count(), chunk);
+  high_.assign(mesh.vertex_count(), chunk);
+  tet_bucket_.assign(mesh.tets.size(), chunk);
+  buckets_.clear();
+  if (!mesh.tets.empty()) buckets_.push_back(chunk);
+  if (slot_of_bucket_.size() <= chunk) slot_of_bucket_.resize(chunk + 1, kNoVertex);
+  sort_tets(mesh);
+  add_pieces(mesh, chunk, to);
+}
+
+// A tetrahedron's bucket is the chunk of the next round that gets it.
+template <class Real>
+void ChunkScatter<Real>::choose_buckets(const WorkMesh<Real>& mesh, const CurveCut& next) {
+  const std::size_t vertices = mesh.vertex_count();
+  bucket_.resize(vertices);
+  for (std::size_t v = 0; v < vertices; ++v) bucket_[v] = next.chunk_of(mesh.positions[v]);
+  low_.assign(vertices, kNoVertex);
+  high_.assign(vertices, 0);
+  tet_bucket_.resize(mesh.tets.size());
+  buckets_.clear();
+  if (slot_of_bucket_.size() < next.chunks()) slot_of_bucket_.resize(next.chunks(), kNoVertex);
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    const Tet& tet = mesh.tets[t];
+    const std::uint32_t bucket =
+        std::min({bucket_[tet[0]], bucket_[tet[1]], bucket_[tet[2]], bucket_[tet[3]]});
+    tet_bucket_[t] = bucket;
+    for (const VertexId v : tet) {
+      low_[v] = std::min(low_[v], bucket);
+      high_[v] = std::max(high_[v], bucket);
+    }
+    if (slot_of_bucket_[bucket] == kNoVertex) {
+      slot_of_bucket_[bucket] = 0;
+      buckets_.push_back(bucket);
+    }
+  }
+  std::sort(buckets_.begin(), buckets_.end());
+}
+
+// A counting sort by bucket; leaves slot_of_bucket_ without slots.
+template <class Real>
+void ChunkScatter<Real>::sort_tets(const WorkMesh<Real>& mesh) {
+  for (std::uint32_t s = 0; s < buckets_.size(); ++s) slot_of_bucket_[buckets_[s]] = s;
+  begins_.assign(buckets_.size() + 1, 0);
+  for (const std::uint32_t bucket : tet_bucket_) ++begins_[slot_of_bucket_[bucket] + 1];
+  for (std::size_t s = 0; s < buckets_.size(); ++s) begins_[s + 1] += begins_[s];
+  order_.resize(mesh.tets.size());
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    order_[begins_[slot_of_bucket_[tet_bucket_[t]]]++] = static_cast<std::uint32_t>(t);
+  }
+  for (std::size_t s = buckets_.size(); s > 0; --s) begins_[s] = begins_[s - 1];
+  begins_[0] = 0;
+  for (const std::uint32_t bucket : buckets_) slot_of_bucket_[bucket] = kNoVertex;
+}
+
+template <class Real>
+void ChunkScatter<Real>::add_pieces(const WorkMesh<Real>& mesh, std::uint32_t source,
+                                    PieceStore* to) {
+  stamp_.assign(mesh.vertex_count(), kNoVertex);
+  local_.resize(mesh.vertex_count());
+  buffer_.clear();
+  extents_.clear();
+  sizes_.clear();
+  for (std::uint32_t s = 0; s < buckets_.size(); ++s) put_piece(mesh, s);
+  std::vector<PieceRef> pieces;
+  for (std::size_t s = 0; s < buckets_.size(); ++s) {
+    const auto& [begin, bytes] = extents_[s];
+    pieces.push_back({buckets_[s], {buffer_.data() + begin, bytes}});
+  }
+  to->add(source, pieces);
+}
+
+template <class Real>
+void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slot) {
+  const std::span<const std::uint32_t> tets(order_.data() + begins_[slot],
+                                            begins_[slot + 1] - begins_[slot]);
+  used_.clear();
+  for (const std::uint32_t t : tets) {
+    for (const VertexId v : mesh.tets[t]) {
+      if (stamp_[v] == slot) continue;
+      stamp_[v] = slot;
+      local_[v] = static_cast<VertexId>(used_.size());
+      used_.push_back(v);
+    }
+  }
+
+  const std::size_t n = used_.size();
+  const std::size_t begin = padded(buffer_.size(), kPieceAlignment);
+  const std::size_t bytes = piece_bytes(mesh, n, tets.size());
+  extents_.emplace_back(begin, bytes);
+  buffer_.resize(begin + bytes);
+  Cursor<std::byte> cursor(buffer_.data() + begin);
+  const PieceHeader header{n, tets.size()};
+  std::memcpy(cursor.take(sizeof header), &header, sizeof header);
+  auto* positions = as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>)));
+  auto* point_ids = as<VertexId>(cursor.take(n * sizeof(VertexId)));
+  auto* marks = as<std::uint8_t>(cursor.take(n));
+  const std::size_t width = mesh.steering_width;
+  auto* steering = as<double>(cursor.take(n * width * sizeof(double)));
+  PieceSize& size = sizes_.emplace_back(PieceSize{buckets_[slot], 0, tets.size()});
+  for (std::size_t i = 0; i < n; ++i) {
+    const VertexId v = used_[i];
+    positions[i] = mesh.positions[v];
+    point_ids[i] = mesh.point_ids[v];
+    std::uint8_t mark = mesh.marks[v] & kLasting;
+    if ((mesh.marks[v] & kOnInterface) != 0) {
+      mark |= kUndecided;
+    } else if (low_[v] != high_[v]) {
+      mark |= kOnInterface;
+      if (low_[v] != buckets_[slot]) mark |= kAway;
+      if (high_[v] == buckets_[slot]) mark |= kLast;
+    } else {
+      ++size.free_vertices;
+    }
+    marks[i] = mark;
+    std::copy_n(mesh.steering.data() + v * width, width, steering + i * width);
+  }
+  for (const Column& c : mesh.point_columns) copy_rows(c, used_, cursor.take(n * c.stride()));
+  auto* corners = as<Tet>(cursor.take(tets.size() * sizeof(Tet)));
+  auto* settled = as<std::uint8_t>(cursor.take(tets.size()));
+  for (std::size_t i = 0; i < tets.size(); ++i) {
+    const Tet& tet = mesh.tets[tets[i]];
+    corners[i] = {local_[tet[0]], local_[tet[1]], local_[tet[2]], local_[tet[3]]};
+    settled[i] = is_settled(mesh, tets[i]) ? 1 : 0;
+  }
+  for (const Column& c : mesh.cell_columns) {
+    copy_rows(c, tets, cursor.take(tets.size() * c.stride()));
+  }
+}
+
+template <class Real>
+typename ChunkGather<Real>::Known* ChunkGather<Real>::look_up(VertexId point_id) {
+  const std::size_t mask = known_.size() - 1;
+  for (std::size_t i = point_id * 0x9E3779B1u;; ++i) {
+    Known& known = known_[i & mask];
+    if (known.point_id == point_id || known.point_id == kNoVertex) return &known;
+  }
+}
+
+template <class Real>
+void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
+                               const InterfaceTable& interface, WorkMesh<Real>* mesh) {
+  const std::unique_ptr<BucketPieces> bucket = from.read(chunk);
+  std::size_t vertices = 0, tets = 0, undecided = 0;
+  for (const std::span<const std::byte> piece : bucket->pieces()) {
+    const auto* header = as<PieceHeader>(piece.data());
+    if (piece.size() < sizeof(PieceHeader) ||
+        piece.size() != piece_bytes(*mesh, header->vertices, header->tets)) {
+      throw std::logic_error("a piece is not of this layout");
+    }
+    vertices += header->vertices;
+    tets += header->tets;
+  }
+  mesh->resize_vertices(vertices);
+  mesh->resize_tets(tets);
+  mesh->incidence.assign(vertices, 0);
+
+  // Room for all vertices that may have to be known again: a third of all is seldom exceeded.
+  known_.clear();
+  for (const std::span<const std::byte> piece : bucket->pieces()) {
+    const auto* header = as<PieceHeader>(piece.data());
+    Cursor<const std::byte> cursor(piece.data());
+    cursor.take(sizeof(PieceHeader));
+    cursor.take(header->vertices * sizeof(Vec3<Real>));
+    cursor.take(header->vertices * sizeof(VertexId));
+    const auto* marks = as<std::uint8_t>(cursor.take(header->vertices));
+    for (std::size_t i = 0; i < header->vertices; ++i) undecided += marks[i] >> 7;
+  }
+  std::size_t slots = 16;
+  while (slots < 2 * undecided) slots *= 2;
+  known_.assign(slots, Known{});
+
+  std::size_t v0 = 0, t0 = 0;  // so many are there already
+  const std::size_t width = mesh->steering_width;
+  for (const std::span<const std::byte> piece : bucket->pieces()) {
+    Cursor<const std::byte> cursor(piece.data());
+    const PieceHeader header = *as<PieceHeader>(cursor.take(sizeof(PieceHeader)));
+    const std::size_t n = header.vertices;
+    const auto* positions = as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>)));
+    const auto* point_ids = as<VertexId>(cursor.take(n * sizeof(VertexId)));
+    const auto* marks = as<std::uint8_t>(cursor.take(n));
+    const auto* steering = as<double>(cursor.take(n * width * sizeof(double)));
+    new_ids_.resize(n);
+    std::size_t next = v0;
+    for (std::size_t i = 0; i < n; ++i) {
+      std::uint8_t mark = marks[i];
+      std::uint16_t changed = 0;
+      if ((mark & kUndecided) != 0) {
+        Known* known = look_up(point_ids[i]);
+        if (known->point_id != kNoVertex) {
+          new_ids_[i] = known->vertex;
+          continue;
+        }
+        *known = {point_ids[i], static_cast<VertexId>(next)};
+        const InterfaceReport* report = interface.find(point_ids[i]);
+        if (report == nullptr) throw std::logic_error("a vertex is missing in the interface table");
+        mark = static_cast<std::uint8_t>((mark & kLasting) | report->marks);
+        if (report->low != report->high) mark |= kOnInterface;
+        if (report->low != chunk) mark |= kAway;
+        if (report->high == chunk) mark |= kLast;
+        changed = report->touched ? 1 : 0;
+      }
+      mesh->positions[next] = positions[i];
+      mesh->point_ids[next] = point_ids[i];
+      mesh->marks[next] = mark;
+      mesh->changed[next] = changed;
+      std::copy_n(steering + i * width, width, mesh->steering.data() + next * width);
+      new_ids_[i] = static_cast<VertexId>(next++);
+    }
+    for (Column& c : mesh->point_columns) {
+      const std::size_t stride = c.stride();
+      const std::byte* rows = cursor.take(n * stride);
+      for (std::size_t i = 0; i < n; ++i) {
+        if (new_ids_[i] < v0) continue;  // of a piece before
+        std::memcpy(c.rows.data() + new_ids_[i] * stride, rows + i * stride, stride);
+      }
+    }
+    const auto* corners = as<Tet>(cursor.take(header.tets * sizeof(Tet)));
+    const auto* settled = as<std::uint8_t>(cursor.take(header.tets));
+    for (std::size_t i = 0; i < header.tets; ++i) {
+      Tet& tet = mesh->tets[t0 + i];
+      for (std::size_t k = 0; k < 4; ++k) {
+        tet[k] = new_ids_[corners[i][k]];
+        ++mesh->incidence[tet[k]];
+      }
+      mesh->flipped[t0 + i] = settled[i];
+    }
+    for (Column& c : mesh->cell_columns) {
+      std::memcpy(c.rows.data() + t0 * c.stride(), cursor.take(header.tets * c.stride()),
+                  header.tets * c.stride());
+    }
+    v0 = next;
+    t0 += header.tets;
+  }
+  mesh->resize_vertices(v0);
+}
+
+template class ChunkScatter<float>;
+template class ChunkScatter<double>;
+template class ChunkGather<float>;
+template class ChunkGather<double>;
+
+}  // namespace tetfusion

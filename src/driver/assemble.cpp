@@ -1,0 +1,334 @@
+#include "driver/assemble.h"
+
+#include <algorithm>
+#include <atomic>
+#include <stdexcept>
+
+#include "base/resources.h"
+#include "base/tasks.h"
+#include "driver/rounds.h"
+#include "driver/windows.h"
+#include "mesh/chunk_inspection.h"
+#include "mesh/inspect.h"
+#include "mesh/interface_inspection.h"
+#include "partition/chunk_pieces.h"
+#include "partition/radix_sort.h"
+#include "partition/spatial_order.h"
+
+namespace tetfusion {
+
+namespace {
+
+// The region of the tetrahedra round a vertex on the interface, as one chunk sees it.
+struct RegionReport {
+  VertexId id;
+  std::uint64_t region;
+};
+
+std::uint64_t mix(std::uint64_t h, std::uint64_t value) {
+  h = (h ^ value) * 0x9E3779B97F4A7C15u;
+  return h ^ (h >> 29);
+}
+
+// Finds a point's place among a chunk's.
+class IdMap {
+ public:
+  void reset(std::size_t ids) {
+    std::size_t slots = 16;
+    while (slots < 2 * ids) slots *= 2;
+    slots_.assign(slots, Slot{kNoVertex, 0});
+  }
+  void add(VertexId id, VertexId place) { *find(id) = {id, place}; }
+  VertexId at(VertexId id) {
+    const Slot* slot = find(id);
+    if (slot->id != id) throw std::logic_error("a chunk lacks a point of its tetrahedra");
+    return slot->place;
+  }
+
+ private:
+  struct Slot {
+    VertexId id;
+    VertexId place;
+  };
+  Slot* find(VertexId id) {
+    const std::size_t mask = slots_.size() - 1;
+    for (std::size_t i = id * 0x9E3779B1u;; ++i) {
+      Slot& slot = slots_[i & mask];
+      if (slot.id == id || slot.id == kNoVertex) return &slot;
+    }
+  }
+  Vector<Slot> slots_;
+};
+
+template <class Real>
+class Assembler {
+ public:
+  Assembler(const WorkMesh<Real>& layout, const Box& box, const std::vector<std::size_t>& regions)
+      : curve_(box, 0), regions_(regions), raw_(layout), mesh_(layout) {}
+
+  // What a chunk contributes to the whole.
+  struct Share {
+    ChunkFindings findings;
+    Vector<InterfaceReport> interface;
+    Vector<RegionReport> regions;
+    std::uint64_t tets = 0;
+    std::uint64_t free_vertices = 0;
+    std::uint64_t locked_vertices = 0;  // free, and not on the boundary
+  };
+  Share assemble(std::uint32_t chunk, PieceStore& tets, PieceStore& points);
+  WorkMesh<Real>& mesh() { return mesh_; }
+  ChunkScatter<Real>& scatter() { return scatter_; }
+
+ private:
+  void read_points(const std::vector<std::span<const std::byte>>& pieces);
+  void read_tets(const std::vector<std::span<const std::byte>>& pieces);
+  void inspect(Share* share);
+  void mark_regions(Share* share);
+
+  ShiftedCurve curve_;
+  const std::vector<std::size_t>& regions_;
+  WorkMesh<Real> raw_, mesh_;
+  IdMap places_;
+  ChunkInspector inspector_;
+  ChunkScatter<Real> scatter_;
+};
+
+std::size_t items_in(const std::vector<std::span<const std::byte>>& pieces) {
+  std::size_t items = 0;
+  for (const std::span<const std::byte> piece : pieces) items += RowReader(piece).items();
+  return items;
+}
+
+void append_column(RowReader* reader, std::size_t at, Column* column) {
+  const std::size_t bytes = reader->items() * column->stride();
+  std::copy_n(reader->take_bytes(bytes), bytes, column->rows.data() + at * column->stride());
+}
+
+template <class Real>
+void Assembler<Real>::read_points(const std::vector<std::span<const std::byte>>& pieces) {
+  const std::size_t all = items_in(pieces);
+  raw_.resize_vertices(all);
+  raw_.incidence.assign(all, 0);
+  raw_.changed.assign(all, 0);
+  places_.reset(all);
+  std::size_t at = 0;
+  for (const std::span<const std::byte> piece : pieces) {
+    RowReader reader(piece);
+    const std::size_t n = reader.items();
+    std::copy_n(reader.take<VertexId>(), n, raw_.point_ids.data() + at);
+    std::copy_n(reader.take<std::uint8_t>(), n, raw_.marks.data() + at);
+    std::copy_n(reader.take<Vec3<Real>>(), n, raw_.positions.data() + at);
+    const std::size_t width = raw_.steering_width;
+    for (std::size_t k = 0; k < width; ++k) {
+      const double* values = reader.take<double>();
+      for (std::size_t i = 0; i < n; ++i) raw_.steering[(at + i) * width + k] = values[i];
+    }
+    for (Column& column : raw_.point_columns) append_column(&reader, at, &column);
+    for (std::size_t i = 0; i < n; ++i) {
+      places_.add(raw_.point_ids[at + i], static_cast<VertexId>(at + i));
+    }
+    at += n;
+  }
+}
+
+template <class Real>
+void Assembler<Real>::read_tets(const std::vector<std::span<const std::byte>>& pieces) {
+  const std::size_t all = items_in(pieces);
+  raw_.resize_tets(all);
+  raw_.flipped.assign(all, 0);
+  std::size_t at = 0;
+  for (const std::span<const std::byte> piece : pieces) {
+    RowReader reader(piece);
+    const std::size_t n = reader.items();
+    const Tet* tets = reader.take<Tet>();
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        const VertexId place = places_.at(tets[i][k]);
+        raw_.tets[at + i][k] = place;
+        ++raw_.incidence[place];
+      }
+    }
+    for (Column& column : raw_.cell_columns) append_column(&reader, at, &column);
+    at += n;
+  }
+}
+
+template <class Real>
+typename Assembler<Real>::Share Assembler<Real>::assemble(std::uint32_t chunk, PieceStore& tets,
+                                                          PieceStore& points) {
+  read_points(points.read(chunk)->pieces());
+  read_tets(tets.read(chunk)->pieces());
+  order_along_curve(curve_, raw_, &mesh_);
+
+  Share share;
+  share.tets = mesh_.tets.size();
+  inspect(&share);
+  mark_regions(&share);
+  for (std::size_t v = 0; v < mesh_.vertex_count(); ++v) {
+    const std::uint8_t marks = mesh_.marks[v];
+    if ((marks & kOnInterface) != 0) {
+      share.interface.push_back({mesh_.point_ids[v], chunk, chunk, marks, false});
+      continue;
+    }
+    ++share.free_vertices;
+    if ((marks & (kLocked | kOnBoundary)) == kLocked) ++share.locked_vertices;
+  }
+  for (InterfaceReport& report : share.interface) report.marks &= kLocked | kOnBoundary;
+  return share;
+}
+
+template <class Real>
+void Assembler<Real>::inspect(Share* share) {
+  Vector<std::uint8_t> on_interface(mesh_.vertex_count());
+  for (std::size_t v = 0; v < on_interface.size(); ++v) {
+    on_interface[v] = sharing_of(mesh_.marks[v]);
+  }
+  Points points = std::move(mesh_.positions);
+  share->findings = inspector_.inspect({&points, mesh_.point_ids, on_interface, {}}, &mesh_.tets);
+  mesh_.positions = std::move(std::get<Vector<Vec3<Real>>>(points));
+  for (std::size_t v = 0; v < on_interface.size(); ++v) {
+    const std::uint8_t flags = share->findings.vertex_flags[v];
+    if ((flags & kBoundaryVertex) != 0) mesh_.marks[v] |= kOnBoundary;
+    if ((flags & kBrokenVertex) != 0) mesh_.marks[v] |= kLocked;
+  }
+}
+
+// A tetrahedron's region is what all the region arrays together say.
+template <class Real>
+void Assembler<Real>::mark_regions(Share* share) {
+  if (regions_.empty()) return;
+  Vector<std::uint64_t> region_of_vertex;
+  region_of_vertex.assign(mesh_.vertex_count(), 0);
+  Vector<std::uint8_t> seen;
+  seen.assign(mesh_.vertex_count(), 0);
+  for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
+    std::uint64_t region = 0;
+    for (const std::size_t c : regions_) {
+      const Column& column = mesh_.cell_columns[c];
+      std::uint64_t value = 0;
+      std::memcpy(&value, column.rows.data() + t * column.stride(), column.stride());
+      region = mix(region, value);
+    }
+    for (const VertexId v : mesh_.tets[t]) {
+      if (seen[v] != 0 && region_of_vertex[v] != region) mesh_.marks[v] |= kLocked;
+      seen[v] = 1;
+      region_of_vertex[v] = region;
+    }
+  }
+  for (std::size_t v = 0; v < mesh_.vertex_count(); ++v) {
+    if ((mesh_.marks[v] & kOnInterface) == 0) continue;
+    share->regions.push_back({mesh_.point_ids[v], region_of_vertex[v]});
+  }
+}
+
+template <class Real>
+void apply_verdict(InterfaceVerdict verdict, Assembly<Real>* out) {
+  const std::span<InterfaceReport> entries = out->mesh.interface.entries();
+  auto entry = entries.begin();
+  for (std::size_t i = 0; i < verdict.ids.size(); ++i) {
+    while (entry != entries.end() && entry->id < verdict.ids[i]) ++entry;
+    if (entry == entries.end()) break;
+    if (entry->id != verdict.ids[i]) continue;
+    if ((verdict.flags[i] & kBoundaryVertex) != 0) entry->marks |= kOnBoundary;
+    if ((verdict.flags[i] & kBrokenVertex) != 0) entry->marks |= kLocked;
+  }
+  InputFacts& facts = out->facts;
+  facts.locked_vertices += verdict.overrides.size();
+  out->mesh.locks = std::move(verdict.overrides);
+  facts.boundary_faces = verdict.boundary_faces;
+  facts.volume = verdict.volume;
+  facts.rewound = verdict.rewound;
+  facts.degenerate = verdict.degenerate;
+  facts.inverted = verdict.inverted;
+  facts.duplicate_tets = verdict.duplicate_tets;
+  facts.nonconforming_faces = verdict.foldover_faces + verdict.overfull_faces;
+  facts.nonmanifold_edges = verdict.nonmanifold_edges;
+}
+
+// Locks the vertices whose tetrahedra are of one region in one chunk and of another in the next.
+void lock_between_regions(Vector<RegionReport> reports, std::span<InterfaceReport> interface) {
+  radix_sort<32>(&reports, [](const RegionReport& r) { return r.id; });
+  auto entry = interface.begin();
+  for (std::size_t i = 1; i < reports.size(); ++i) {
+    if (reports[i].id != reports[i - 1].id || reports[i].region == reports[i - 1].region) continue;
+    while (entry->id != reports[i].id) ++entry;
+    entry->marks |= kLocked;
+  }
+}
+
+}  // namespace
+
+template <class Real>
+Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunks,
+                               const std::vector<std::size_t>& regions, PieceStore& tets,
+                               PieceStore& points, const ChunkWork<Real>& work,
+                               const RunContext& context, MemoryBudget* budget, Scratch* scratch) {
+  Assembly<Real> out;
+  out.mesh.chunks = chunks;
+  const bool whole = chunks == 1;
+  if (!whole && !work) {
+    out.mesh.pieces = scratch->begin("import");
+    out.mesh.sizes.resize(chunks);
+  }
+  std::vector<std::unique_ptr<Assembler<Real>>> workers;
+  for (int i = 0; i < thread_count(); ++i) {
+    workers.push_back(std::make_unique<Assembler<Real>>(layout, box, regions));
+  }
+  using Share = typename Assembler<Real>::Share;
+  InterfaceInspection between;
+  Vector<InterfaceReport> reports;
+  Vector<RegionReport> region_reports;
+  InOrder<Share> join([&](Share share) {
+    between.add(&share.findings);
+    reports.insert(reports.end(), share.interface.begin(), share.interface.end());
+    region_reports.insert(region_reports.end(), share.regions.begin(), share.regions.end());
+    out.mesh.tets += share.tets;
+    out.facts.points += share.free_vertices;
+    out.facts.locked_vertices += share.locked_vertices;
+  });
+  std::atomic<std::size_t> done{0};
+  run_tasks(chunks, thread_count(), [&](std::size_t c, std::size_t w) {
+    context.check();
+    const auto chunk = static_cast<std::uint32_t>(c);
+    const auto memory = budget->wait_for(chunk_memory(tets.bytes(chunk) + points.bytes(chunk)),
+                                         "a chunk to be put together");
+    Assembler<Real>& worker = *workers[w];
+    Share share = worker.assemble(chunk, tets, points);
+    const ChunkSize size{share.free_vertices, share.tets};
+    join.put(c, std::move(share));
+    if (whole) {
+      out.mesh.whole = std::move(worker.mesh());
+    } else if (work) {
+      work(chunk, w, &worker.mesh());
+    } else {
+      points.forget(chunk);
+      tets.forget(chunk);
+      worker.scatter().keep(worker.mesh(), chunk, out.mesh.pieces.get());
+      out.mesh.sizes[chunk] = size;
+    }
+    context.report("assembling", 0.12, 0.25, ++done, chunks);
+  });
+  workers.clear();
+  if (out.mesh.pieces) out.mesh.pieces->seal();
+
+  out.mesh.interface = InterfaceTable(std::move(reports));
+  apply_verdict(between.finish(), &out);
+  lock_between_regions(std::move(region_reports), out.mesh.interface.entries());
+  out.facts.tets = out.mesh.tets;
+  out.facts.points += out.mesh.interface.entries().size();
+  for (const InterfaceReport& entry : out.mesh.interface.entries()) {
+    if ((entry.marks & (kLocked | kOnBoundary)) == kLocked) ++out.facts.locked_vertices;
+  }
+  return out;
+}
+
+template Assembly<float> assemble_chunks(const WorkMesh<float>&, const Box&, std::uint32_t,
+                                         const std::vector<std::size_t>&, PieceStore&, PieceStore&,
+                                         const ChunkWork<float>&, const RunContext&, MemoryBudget*,
+                                         Scratch*);
+template Assembly<double> assemble_chunks(const WorkMesh<double>&, const Box&, std::uint32_t,
+                                          const std::vector<std::size_t>&, PieceStore&, PieceStore&,
+                                          const ChunkWork<double>&, const RunContext&,
+                                          MemoryBudget*, Scratch*);
+
+}  // namespace tetfusion

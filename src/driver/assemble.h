@@ -1,0 +1,47 @@
+// Chunks, put together from what the import has scattered for them: ordered, judged, and marked.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "base/memory_budget.h"
+#include "base/run_context.h"
+#include "driver/input_facts.h"
+#include "driver/macro_lod.h"
+#include "io/scratch.h"
+
+namespace tetfusion {
+
+template <class Real>
+struct Assembly {
+  // Where chunks were handed to `work`: its interface table, with marks alone, and locks.
+  MacroLod<Real> mesh;
+  InputFacts facts;
+};
+
+// Does something with a chunk that has been put together; a worker is a thread.
+template <class Real>
+using ChunkWork = std::function<void(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*)>;
+
+// `layout` is empty and says what a row holds. `tets` has, for each chunk, pieces of
+//
+//   count, tetrahedra by the points' ids in the input, cell columns
+//
+// and `points` those of
+//
+//   count, ids, marks (kLocked, kOnInterface, kLast), positions, each steering component, point
+//   columns
+//
+// both as RowWriter makes them. `regions` are cell columns: a vertex where tetrahedra of different
+// regions meet is locked.
+//
+// With `work` the chunks go there and not into pieces, `tets` and `points` stay as they are, and
+// what only other chunks know of a chunk's vertices on the interface is not marked in it yet.
+template <class Real>
+Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunks,
+                               const std::vector<std::size_t>& regions, PieceStore& tets,
+                               PieceStore& points, const ChunkWork<Real>& work,
+                               const RunContext& context, MemoryBudget* budget, Scratch* scratch);
+
+}  // namespace tetfusion

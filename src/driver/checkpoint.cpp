@@ -1,0 +1,110 @@
+#include "driver/checkpoint.h"
+
+namespace tetfusion {
+
+namespace {
+
+// One list of fields for both ways: `stream` is a writer or a reader.
+struct Putting {
+  ByteWriter* writer;
+  template <class T>
+  void value(const T& v) {
+    writer->put(v);
+  }
+  template <class T>
+  void all(const T& v) {
+    writer->put_all(v);
+  }
+};
+
+struct Getting {
+  ByteReader* reader;
+  template <class T>
+  void value(T& v) {
+    reader->get(&v);
+  }
+  template <class T>
+  void all(T& v) {
+    reader->get_all(&v);
+  }
+};
+
+// Grows a list that is read one by one: its size is not to be trusted before its elements are
+// there.
+template <class Stream, class List, class PassOne>
+void pass_list(Stream stream, List& list, PassOne pass_one) {
+  std::uint64_t size = list.size();
+  stream.value(size);
+  if constexpr (!std::is_const_v<List>) list.clear();
+  for (std::uint64_t i = 0; i < size; ++i) {
+    if constexpr (!std::is_const_v<List>) list.emplace_back();
+    pass_one(list[i]);
+  }
+}
+
+template <class Stream, class Strings>
+void pass_strings(Stream stream, Strings& strings) {
+  pass_list(stream, strings, [&](auto& s) { stream.all(s); });
+}
+
+template <class Stream, class Columns>
+void pass_columns(Stream stream, Columns& columns) {
+  pass_list(stream, columns, [&](auto& c) {
+    stream.value(c.type);
+    stream.value(c.components);
+    stream.all(c.rows);
+  });
+}
+
+template <class Stream, class State>
+void pass(Stream stream, State& state) {
+  auto& mesh = state.input.mesh;
+  stream.value(mesh.tets);
+  stream.value(mesh.chunks);
+  stream.all(mesh.interface.entries());
+  stream.all(mesh.sizes);
+  stream.all(mesh.locks);
+  stream.all(mesh.samples);
+  stream.value(state.input.box);
+  stream.value(state.input.facts);
+  auto& lower = state.input.lower;
+  stream.all(lower.cells.types);
+  stream.all(lower.cells.offsets);
+  stream.all(lower.cells.connectivity);
+  pass_columns(stream, lower.columns);
+  stream.all(lower.vertices);
+  stream.all(lower.loose_ids);
+  stream.all(lower.loose_positions);
+  pass_columns(stream, lower.loose_columns);
+  stream.all(state.fields);
+  pass_strings(stream, state.field_names);
+  stream.value(state.steering_width);
+  stream.all(state.lods);
+  pass_strings(stream, state.outputs);
+  stream.value(state.chunk_tets);
+  stream.value(state.shrink);
+  stream.value(state.spread);
+  stream.value(state.end);
+}
+
+}  // namespace
+
+template <class Real>
+Vector<std::byte> save(const RunState<Real>& state) {
+  ByteWriter writer;
+  pass(Putting{&writer}, state);
+  return writer.take();
+}
+
+template <class Real>
+void load(std::span<const std::byte> bytes, RunState<Real>* state) {
+  ByteReader reader(bytes);
+  pass(Getting{&reader}, *state);
+}
+
+template Vector<std::byte> save(const RunState<float>&);
+template Vector<std::byte> save(const RunState<double>&);
+template void load(std::span<const std::byte>, RunState<float>*);
+template void load(std::span<const std::byte>, RunState<double>*);
+
+}  // namespace tetfusion

@@ -1,0 +1,162 @@
+#include "driver/convert.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "driver/carried_arrays.h"
+#include "io/mesh_stream.h"
+#include "io/output_file.h"
+#include "io/vtu_writer.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::uint8_t kVtkTetra = 10;
+constexpr std::uint64_t kWindow = std::uint64_t{1} << 19;
+
+class Converter {
+ public:
+  explicit Converter(MeshSource* source)
+      : source_(source), stream_(open_stream(source)), carried_(source->description()) {}
+
+  void run(const std::string& path, const WriteOptions& options) {
+    count_cells();
+    OutputFile file(path, VtuWriter::access(options.encoding));
+    VtuWriter writer(&file, layout(options.encoding), options.progress);
+    for (std::size_t i = 0; i < carried_.point_indices.size(); ++i) put_point_array(i, &writer);
+    for (std::size_t i = 0; i < carried_.cell_indices.size(); ++i) put_cell_array(i, &writer);
+    put_points(&writer);
+    put_cells(&writer);
+    writer.finish();
+    file.commit();
+  }
+
+ private:
+  // Calls f(first, count) for the windows of [0, all).
+  template <class F>
+  static void for_each_window(std::uint64_t all, F f) {
+    for (std::uint64_t first = 0; first < all; first += kWindow) {
+      f(first, std::min(kWindow, all - first));
+    }
+  }
+  template <class F>
+  void for_each_cell_window(F f) {
+    CellWindow window;
+    for_each_window(stream_->cells(), [&](std::uint64_t first, std::uint64_t count) {
+      stream_->read_cells(first, count, &window);
+      f(first, count, window);
+    });
+  }
+
+  void count_cells() {
+    for_each_cell_window([&](std::uint64_t, std::uint64_t, const CellWindow& window) {
+      tets_ += window.tets.size();
+      lower_cells_ += window.lower.size();
+      lower_corners_ += window.lower.connectivity.size();
+    });
+  }
+
+  VtuLayout layout(Encoding encoding) {
+    VtuLayout file;
+    file.points = stream_->points();
+    file.cells = tets_ + lower_cells_;
+    file.corners = 4 * tets_ + lower_corners_;
+    file.point_type = source_->description().point_type;
+    file.point_data = carried_.point_data;
+    file.cell_data = carried_.cell_data;
+    for (std::size_t i = 0; i < source_->description().field_data.arrays.size(); ++i) {
+      file.field_data.push_back(source_->read_array(Association::kField, i));
+    }
+    file.encoding = encoding;
+    return file;
+  }
+
+  void put_point_array(std::size_t i, VtuWriter* writer) {
+    const ArrayInfo& info = carried_.point_data.arrays[i];
+    Vector<std::byte> rows;
+    for_each_window(stream_->points(), [&](std::uint64_t first, std::uint64_t count) {
+      rows.resize(count * info.components * size_of(info.type));
+      stream_->read_rows(Association::kPoint, carried_.point_indices[i], first, count, rows);
+      writer->put(rows);
+    });
+  }
+
+  void put_cell_array(std::size_t i, VtuWriter* writer) {
+    const ArrayInfo& info = carried_.cell_data.arrays[i];
+    const std::size_t stride = info.components * size_of(info.type);
+    Vector<std::byte> rows, chosen, lower;
+    for_each_cell_window([&](std::uint64_t first, std::uint64_t count, const CellWindow& window) {
+      rows.resize(count * stride);
+      stream_->read_rows(Association::kCell, carried_.cell_indices[i], first, count, rows);
+      chosen.resize(window.tets.size() * stride);
+      for (std::size_t t = 0; t < window.tets.size(); ++t) {
+        const std::uint64_t row = window.tet_rows.empty() ? t : window.tet_rows[t] - first;
+        std::memcpy(chosen.data() + t * stride, rows.data() + row * stride, stride);
+      }
+      for (const std::uint64_t row : window.lower_rows) {
+        const std::byte* begin = rows.data() + (row - first) * stride;
+        lower.insert(lower.end(), begin, begin + stride);
+      }
+      writer->put(chosen);
+    });
+    if (!lower.empty()) writer->put(lower);
+  }
+
+  void put_points(VtuWriter* writer) {
+    Vector<std::byte> values;
+    for_each_window(stream_->points(), [&](std::uint64_t first, std::uint64_t count) {
+      values.resize(count * 3 * size_of(source_->description().point_type));
+      stream_->read_points(first, count, values);
+      writer->put(values);
+    });
+  }
+
+  void put_cells(VtuWriter* writer) {
+    Vector<std::int64_t> corners, lower_corners, lower_ends;
+    Vector<std::uint8_t> lower_types;
+    const auto tet_corners = static_cast<std::int64_t>(4 * tets_);
+    for_each_cell_window([&](std::uint64_t, std::uint64_t, const CellWindow& window) {
+      corners.clear();
+      for (const Tet& t : window.tets) corners.insert(corners.end(), t.begin(), t.end());
+      writer->put(std::as_bytes(std::span(corners)));
+      const LowerCells& lower = window.lower;
+      const auto before = tet_corners + static_cast<std::int64_t>(lower_corners.size());
+      lower_corners.insert(lower_corners.end(), lower.connectivity.begin(),
+                           lower.connectivity.end());
+      for (std::size_t c = 0; c < lower.size(); ++c) {
+        lower_ends.push_back(before + static_cast<std::int64_t>(lower.offsets[c + 1]));
+        lower_types.push_back(lower.types[c]);
+      }
+    });
+    if (!lower_corners.empty()) writer->put(std::as_bytes(std::span(lower_corners)));
+    writer->put_computed<std::int64_t>(
+        [&](std::uint64_t first, std::uint64_t count, std::int64_t* out) {
+          for (std::uint64_t i = first; i < first + count; ++i) {
+            *out++ = i < tets_ ? static_cast<std::int64_t>(4 * (i + 1)) : lower_ends[i - tets_];
+          }
+        });
+    writer->put_computed<std::uint8_t>(
+        [&](std::uint64_t first, std::uint64_t count, std::uint8_t* out) {
+          for (std::uint64_t i = first; i < first + count; ++i) {
+            *out++ = i < tets_ ? kVtkTetra : lower_types[i - tets_];
+          }
+        });
+  }
+
+  MeshSource* source_;
+  std::unique_ptr<MeshStream> stream_;
+  CarriedArrays carried_;
+  std::uint64_t tets_ = 0;
+  std::uint64_t lower_cells_ = 0;
+  std::uint64_t lower_corners_ = 0;
+};
+
+}  // namespace
+
+void convert_mesh(MeshSource* source, const std::string& path, const WriteOptions& options) {
+  check_mesh_output(path);
+  Converter(source).run(path, options);
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,33 @@
+// From a macroLoD to a file: chunks are compacted, every vertex gets its number, and the sections
+// of the file are written one after another from the chunks.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "base/memory_budget.h"
+#include "base/run_context.h"
+#include "driver/import.h"
+#include "driver/report.h"
+#include "driver/rounds.h"
+#include "io/mesh_sink.h"
+
+namespace tetfusion {
+
+struct ExportSettings {
+  std::string path;
+  Encoding encoding = Encoding::kRaw;
+  int threads = 1;
+  std::function<void(double share)> progress;  // may throw: nothing is written then
+};
+
+// Writes the mesh with the carried arrays and the input's field data. Points are numbered chunk by
+// chunk, a point between chunks with the lowest of them, those that only cells of lower dimension
+// use last. The mesh stays as it is. Returns what was written.
+template <class Real>
+MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
+                        const LowerPart<Real>& lower, const CarriedArrays& carried,
+                        MeshSource* source, const ExportSettings& settings,
+                        const RunContext& context, MemoryBudget* budget, Scratch* scratch);
+
+}  // namespace tetfusion

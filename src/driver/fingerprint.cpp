@@ -1,0 +1,76 @@
+#include "driver/fingerprint.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <fstream>
+
+#include "base/version.h"
+
+namespace tetfusion {
+
+namespace {
+
+std::string join(const std::vector<double>& values) {
+  std::string text;
+  for (const double v : values) text += fmt::format("{} ", v);
+  return text;
+}
+std::string join(const std::vector<std::string>& values) {
+  std::string text;
+  for (const std::string& v : values) text += fmt::format("\"{}\" ", v);
+  return text;
+}
+
+// FNV-1a over blocks at even distances, the first and the last among them. Reading all of a file of
+// many gigabytes would cost as much as the run.
+std::uint64_t sample_hash(const std::string& path, std::uint64_t bytes) {
+  constexpr std::uint64_t kBlocks = 64;
+  constexpr std::size_t kBlockBytes = 4096;
+  std::ifstream file(path, std::ios::binary);
+  std::uint64_t hash = 0xCBF29CE484222325u;
+  std::array<char, kBlockBytes> block{};
+  for (std::uint64_t i = 0; i < kBlocks; ++i) {
+    const std::uint64_t last = bytes > kBlockBytes ? bytes - kBlockBytes : 0;
+    file.clear();
+    file.seekg(static_cast<std::streamoff>(last / (kBlocks - 1) * i +
+                                           last % (kBlocks - 1) * i / (kBlocks - 1)));
+    file.read(block.data(), kBlockBytes);
+    for (std::streamsize k = 0; k < file.gcount(); ++k) {
+      hash =
+          (hash ^ static_cast<unsigned char>(block[static_cast<std::size_t>(k)])) * 0x100000001B3u;
+    }
+  }
+  return hash;
+}
+
+}  // namespace
+
+std::string fingerprint(const SimplifyRequest& request, const MeshDescription& mesh) {
+  const BehaviourOptions& b = request.behaviour;
+  std::string text = fmt::format("program: tetfusion {}\n", version());
+  text += fmt::format("boundary rule: {}\n", static_cast<int>(b.boundary_rule));
+  text += fmt::format("reduction: {}\n", b.reduction ? fmt::format("{}", *b.reduction) : "none");
+  text += fmt::format("tets: {}\n", b.tets ? fmt::format("{}", *b.tets) : "none");
+  text += fmt::format("scalar tolerance: {}\n", join(b.scalar_tolerance));
+  text += fmt::format("stretch factor: {}\n", join(b.stretch_factor));
+  text += fmt::format("aspect ratio: {}\n", b.aspect_ratio);
+  text += fmt::format("arrays: {}\n", join(b.arrays));
+  text += fmt::format("regions: {}\n", b.regions ? join(*b.regions) : "default");
+  text += fmt::format("lods: {}\n", join(b.lods));
+  text += fmt::format("chunk tets: {}\n", b.chunk_tets);
+  text += fmt::format("tetrahedralize: {}\nlinearize: {}\n", b.tetrahedralize, b.linearize);
+  text +=
+      fmt::format("output: {}\nencoding: {}\n", request.output, static_cast<int>(request.encoding));
+  text += fmt::format("input: {}\ninput bytes: {}\n", mesh.path, mesh.file_bytes);
+  struct stat status {};
+  if (mesh.path != "-" && ::stat(mesh.path.c_str(), &status) == 0) {
+    text +=
+        fmt::format("input changed at: {}.{:09}\n", status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+    text += fmt::format("input samples: {:016x}\n", sample_hash(mesh.path, mesh.file_bytes));
+  }
+  return text;
+}
+
+}  // namespace tetfusion

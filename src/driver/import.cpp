@@ -1,0 +1,419 @@
+#include "driver/import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+
+#include "driver/assemble.h"
+#include "driver/windows.h"
+#include "mesh/blocks.h"
+#include "partition/vertex_chunks.h"
+
+namespace tetfusion {
+
+namespace {
+
+// Cells and points a window: a few megabytes of each.
+constexpr std::uint64_t kCellWindow = std::uint64_t{1} << 19;
+constexpr std::uint64_t kPointWindow = std::uint64_t{1} << 18;
+// What reading one and sorting it takes.
+constexpr std::uint64_t kWindowMemory = std::uint64_t{48} << 20;
+
+// Reads `count` rows of each of some arrays.
+void read_columns(const MeshStream& stream, Association association,
+                  const std::vector<std::size_t>& indices, std::uint64_t first, std::uint64_t count,
+                  std::vector<Column>* columns) {
+  for (std::size_t c = 0; c < columns->size(); ++c) {
+    (*columns)[c].resize(count);
+    stream.read_rows(association, indices[c], first, count, (*columns)[c].rows);
+  }
+}
+
+std::vector<Column> columns_like(const AttributeSet& set) {
+  std::vector<Column> columns;
+  for (const ArrayInfo& info : set.arrays) columns.push_back({info.type, info.components, {}});
+  return columns;
+}
+
+void append_row(const Column& from, std::size_t row, Column* to) {
+  const std::byte* begin = from.rows.data() + row * from.stride();
+  to->rows.insert(to->rows.end(), begin, begin + from.stride());
+}
+
+template <class Real>
+class Importer {
+ public:
+  Importer(const MeshDescription& description, const MeshStream& stream,
+           const CarriedArrays& carried, const Steering& steering, const ImportSettings& settings,
+           const FirstRound<Real>& first_round, const RunContext& context, PhaseClock* clock,
+           MemoryBudget* budget, Scratch* scratch)
+      : description_(description),
+        stream_(stream),
+        carried_(carried),
+        steering_(steering),
+        settings_(settings),
+        first_round_(first_round),
+        context_(context),
+        clock_(clock),
+        budget_(budget),
+        scratch_(scratch),
+        layout_(layout_of<Real>(carried, steering.width())),
+        table_(stream.points()) {}
+
+  ImportedMesh<Real> run() {
+    const std::uint64_t chunks = block_count(stream_.cells(), settings_.chunk_tets);
+    if (chunks > VertexChunks::kMaxChunks) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("--chunk-tets {} would cut this mesh into {} chunks; at most {} are "
+                              "possible: give at least {}",
+                              settings_.chunk_tets, chunks, VertexChunks::kMaxChunks,
+                              block_count(stream_.cells(), VertexChunks::kMaxChunks)));
+    }
+    chunks_ = static_cast<std::uint32_t>(std::max<std::uint64_t>(chunks, 1));
+    clock_->begin("locate");
+    find_homes();
+    clock_->begin("scatter cells");
+    const auto tets = scratch_->begin("tets");
+    scatter_tets(tets.get());
+    clock_->begin("scatter points");
+    const auto points = scratch_->begin("points");
+    scatter_points(points.get());
+    clock_->begin("assemble");
+    Assembly<Real> assembly = assemble(tets.get(), points.get());
+    out_.mesh = std::move(assembly.mesh);
+    out_.mesh.chunks = chunks_;
+    out_.mesh.samples = std::move(samples_);
+    settle_facts(assembly);
+    return std::move(out_);
+  }
+
+ private:
+  void find_homes();
+  Vector<Vec3<Real>> read_positions(std::uint64_t first, std::uint64_t count) const;
+  void scatter_tets(PieceStore* to);
+  void scatter_window(std::size_t window, std::uint64_t first, std::uint64_t count, PieceStore* to);
+  void take_lower(std::size_t window, std::uint64_t first, const CellWindow& cells,
+                  const std::vector<Column>& columns);
+  void join_lower();
+  void scatter_points(PieceStore* to);
+  void scatter_point_window(std::size_t window, std::uint64_t first, std::uint64_t count,
+                            PieceStore* to);
+  Assembly<Real> assemble(PieceStore* tets, PieceStore* points);
+  void settle_facts(const Assembly<Real>& assembly);
+
+  const MeshDescription& description_;
+  const MeshStream& stream_;
+  const CarriedArrays& carried_;
+  const Steering& steering_;
+  const ImportSettings& settings_;
+  const FirstRound<Real>& first_round_;
+  const RunContext& context_;
+  PhaseClock* clock_;
+  MemoryBudget* budget_;
+  Scratch* scratch_;
+  WorkMesh<Real> layout_;  // empty; says what a row holds
+  std::uint32_t chunks_ = 1;
+  VertexChunks table_;
+  ImportedMesh<Real> out_;
+
+  // Of the windows, by number: what has no place in chunks.
+  struct LowerWindow {
+    LowerCells cells;
+    std::vector<Column> columns;
+  };
+  struct LooseWindow {
+    Vector<VertexId> ids;
+    Vector<Vec3<Real>> positions;
+    std::vector<Column> columns;
+  };
+  std::vector<LowerWindow> lower_;
+  std::vector<LooseWindow> loose_;
+  std::vector<std::uint64_t> ghosts_;
+  std::atomic<std::uint64_t> tet_count_{0};
+  Vector<Vec3<Real>> samples_;  // points, for cuts
+};
+
+template <class Real>
+Vector<Vec3<Real>> Importer<Real>::read_positions(std::uint64_t first, std::uint64_t count) const {
+  Vector<Vec3<Real>> positions(count);
+  stream_.read_points(first, count, std::as_writable_bytes(std::span(positions)));
+  return positions;
+}
+
+// The first cut: a point's chunk by its place on the curve.
+template <class Real>
+void Importer<Real>::find_homes() {
+  const std::uint64_t points = stream_.points();
+  const std::uint64_t step =
+      std::max<std::uint64_t>(1, points / (kSamplesPerChunk * std::uint64_t{chunks_}));
+  struct Window {
+    Box box;
+    Vector<Vec3<Real>> samples;
+  };
+  std::vector<Window> windows(block_count(points, kPointWindow));
+  for_each_block(points, kPointWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
+    context_.check();
+    const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const Vec3<Real>& p = positions[i];
+      windows[w].box.add({p.x, p.y, p.z});
+      if ((begin + i) % step == 0) windows[w].samples.push_back(p);
+    }
+  });
+  for (const Window& window : windows) out_.box.add(window.box);
+  if (chunks_ == 1) return;
+  const ShiftedCurve curve(out_.box, 0);
+  Vector<std::uint64_t> keys;
+  for (const Window& window : windows) {
+    samples_.insert(samples_.end(), window.samples.begin(), window.samples.end());
+    for (const Vec3<Real>& p : window.samples) keys.push_back(curve.key(p));
+  }
+  const CurveCut cut(curve, chunks_, std::move(keys));
+  for_each_block(points, kPointWindow, [&](std::size_t, std::size_t begin, std::size_t end) {
+    context_.check();
+    const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
+    for (std::size_t v = begin; v < end; ++v) {
+      table_.set_home(static_cast<VertexId>(v), cut.chunk_of(positions[v - begin]));
+    }
+  });
+}
+
+template <class Real>
+void Importer<Real>::scatter_tets(PieceStore* to) {
+  const std::uint64_t cells = stream_.cells();
+  const std::size_t windows = block_count(cells, kCellWindow);
+  lower_.resize(windows);
+  ghosts_.assign(windows, 0);
+  std::atomic<std::size_t> done{0};
+  for_each_block(cells, kCellWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
+    context_.check();
+    const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
+    scatter_window(w, begin, end - begin, to);
+    context_.report("reading", 0.02, 0.09, ++done, windows);
+  });
+  to->seal();
+  table_.finish();
+  join_lower();
+}
+
+template <class Real>
+void Importer<Real>::scatter_window(std::size_t window, std::uint64_t first, std::uint64_t count,
+                                    PieceStore* to) {
+  CellWindow cells;
+  stream_.read_cells(first, count, &cells);
+  std::vector<Column> columns = layout_.cell_columns;
+  read_columns(stream_, Association::kCell, carried_.cell_indices, first, count, &columns);
+  ghosts_[window] = cells.ghost_cells;
+  tet_count_ += cells.tets.size();
+  take_lower(window, first, cells, columns);
+
+  Vector<std::uint32_t> chunk_of(cells.tets.size());
+  {
+    VertexChunks::Notes notes(&table_);
+    for (std::size_t t = 0; t < cells.tets.size(); ++t) {
+      const Tet& tet = cells.tets[t];
+      const std::uint32_t chunk = std::min(
+          {table_.home(tet[0]), table_.home(tet[1]), table_.home(tet[2]), table_.home(tet[3])});
+      chunk_of[t] = chunk;
+      for (const VertexId v : tet) notes.add(v, chunk);
+    }
+  }
+  if (!cells.tet_rows.empty()) {
+    for (std::uint64_t& row : cells.tet_rows) row -= first;
+  }
+  WindowPieces pieces(chunk_of, chunks_);
+  pieces.add_to(static_cast<std::uint32_t>(window), to,
+                [&](std::span<const std::uint32_t> items, RowWriter* writer) {
+                  writer->put<Tet>(items, [&](std::size_t t) { return cells.tets[t]; });
+                  for (const Column& c : columns) {
+                    writer->put_rows(c, items, cells.tet_rows);
+                  }
+                });
+}
+
+template <class Real>
+void Importer<Real>::take_lower(std::size_t window, std::uint64_t first, const CellWindow& cells,
+                                const std::vector<Column>& columns) {
+  if (cells.lower.size() == 0) return;
+  LowerWindow& lower = lower_[window];
+  lower.cells = cells.lower;
+  lower.columns = layout_.cell_columns;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    for (const std::uint64_t row : cells.lower_rows) {
+      append_row(columns[c], row - first, &lower.columns[c]);
+    }
+  }
+}
+
+template <class Real>
+void Importer<Real>::join_lower() {
+  LowerPart<Real>& all = out_.lower;
+  all.columns = layout_.cell_columns;
+  for (LowerWindow& window : lower_) {
+    const LowerCells& cells = window.cells;
+    if (cells.size() == 0) continue;
+    if (all.cells.size() == 0) all.cells.offsets.push_back(0);
+    const std::uint64_t begin = all.cells.connectivity.size();
+    all.cells.types.insert(all.cells.types.end(), cells.types.begin(), cells.types.end());
+    for (std::size_t i = 1; i < cells.offsets.size(); ++i) {
+      all.cells.offsets.push_back(begin + cells.offsets[i]);
+    }
+    all.cells.connectivity.insert(all.cells.connectivity.end(), cells.connectivity.begin(),
+                                  cells.connectivity.end());
+    for (std::size_t c = 0; c < all.columns.size(); ++c) {
+      const Vector<std::byte>& rows = window.columns[c].rows;
+      all.columns[c].rows.insert(all.columns[c].rows.end(), rows.begin(), rows.end());
+    }
+    window = {};
+  }
+  all.vertices = all.cells.connectivity;
+  std::sort(all.vertices.begin(), all.vertices.end());
+  all.vertices.erase(std::unique(all.vertices.begin(), all.vertices.end()), all.vertices.end());
+}
+
+template <class Real>
+void Importer<Real>::scatter_points(PieceStore* to) {
+  const std::uint64_t points = stream_.points();
+  loose_.resize(block_count(points, kPointWindow));
+  std::atomic<std::size_t> done{0};
+  for_each_block(points, kPointWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
+    context_.check();
+    const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
+    scatter_point_window(w, begin, end - begin, to);
+    context_.report("reading", 0.09, 0.12, ++done, loose_.size());
+  });
+  to->seal();
+  LowerPart<Real>& all = out_.lower;
+  all.loose_columns = layout_.point_columns;
+  for (LooseWindow& window : loose_) {
+    all.loose_ids.insert(all.loose_ids.end(), window.ids.begin(), window.ids.end());
+    all.loose_positions.insert(all.loose_positions.end(), window.positions.begin(),
+                               window.positions.end());
+    for (std::size_t c = 0; c < window.columns.size(); ++c) {
+      const Vector<std::byte>& rows = window.columns[c].rows;
+      all.loose_columns[c].rows.insert(all.loose_columns[c].rows.end(), rows.begin(), rows.end());
+    }
+    window = {};
+  }
+}
+
+template <class Real>
+void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t first,
+                                          std::uint64_t count, PieceStore* to) {
+  const Vector<Vec3<Real>> positions = read_positions(first, count);
+  std::vector<Column> columns = layout_.point_columns;
+  read_columns(stream_, Association::kPoint, carried_.point_indices, first, count, &columns);
+  const std::size_t width = steering_.width();
+  Vector<double> steering(count * width);
+  Vector<std::uint8_t> not_finite;
+  not_finite.assign(count, 0);
+  steering_.read(first, count, steering.data(), not_finite.data());
+
+  // A point on the interface goes to several chunks.
+  const Vector<VertexId>& carried = out_.lower.vertices;
+  auto next_carried =
+      std::lower_bound(carried.begin(), carried.end(), static_cast<VertexId>(first));
+  Vector<std::uint8_t> marks(count);
+  Vector<std::uint32_t> last(count);  // of its chunks
+  Vector<std::uint32_t> items, chunk_of;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto v = static_cast<VertexId>(first + i);
+    const std::size_t before = chunk_of.size();
+    table_.chunks_of(v, &chunk_of);
+    const std::size_t chunks = chunk_of.size() - before;
+    items.insert(items.end(), chunks, static_cast<std::uint32_t>(i));
+    const bool is_carried = next_carried != carried.end() && *next_carried == v;
+    if (is_carried) ++next_carried;
+    marks[i] = static_cast<std::uint8_t>((chunks > 1 ? kOnInterface : 0) |
+                                         (is_carried || not_finite[i] != 0 ? kLocked : 0));
+    last[i] = chunks > 0 ? chunk_of.back() : 0;
+    if (chunks > 0 || !is_carried) continue;
+    LooseWindow& loose = loose_[window];
+    if (loose.columns.empty()) loose.columns = layout_.point_columns;
+    loose.ids.push_back(v);
+    loose.positions.push_back(positions[i]);
+    for (std::size_t c = 0; c < columns.size(); ++c) append_row(columns[c], i, &loose.columns[c]);
+  }
+  WindowPieces pieces(chunk_of, chunks_);
+  Vector<std::uint64_t> rows(items.begin(), items.end());
+  pieces.add_to(
+      static_cast<std::uint32_t>(window), to,
+      [&](std::span<const std::uint32_t> places, RowWriter* writer) {
+        writer->put<VertexId>(
+            places, [&](std::size_t i) { return static_cast<VertexId>(first + items[i]); });
+        writer->put<std::uint8_t>(places, [&](std::size_t i) {
+          const bool is_last = chunk_of[i] == last[items[i]];
+          return static_cast<std::uint8_t>(marks[items[i]] | (is_last ? kLast : 0));
+        });
+        writer->put<Vec3<Real>>(places, [&](std::size_t i) { return positions[items[i]]; });
+        for (std::size_t k = 0; k < width; ++k) {
+          writer->put<double>(places,
+                              [&](std::size_t i) { return steering[items[i] * width + k]; });
+        }
+        for (const Column& c : columns) writer->put_rows(c, places, rows);
+      });
+}
+
+template <class Real>
+Assembly<Real> Importer<Real>::assemble(PieceStore* tets, PieceStore* points) {
+  const auto chunks_to = [&](const ChunkWork<Real>& work) {
+    return assemble_chunks<Real>(layout_, out_.box, chunks_, settings_.regions, *tets, *points,
+                                 work, context_, budget_, scratch_);
+  };
+  if (chunks_ > 1 && first_round_.begin) {
+    std::vector<std::uint64_t> shares{0};
+    for (std::uint32_t c = 0; c < chunks_; ++c) shares.push_back(shares.back() + tets->bytes(c));
+    first_round_.begin(out_.box, tet_count_, std::move(shares), samples_);
+    Assembly<Real> assembly = chunks_to(first_round_.work);
+    out_.first_round_done = assembly.mesh.locks.empty();
+    if (out_.first_round_done) return assembly;
+  }
+  return chunks_to({});
+}
+
+template <class Real>
+void Importer<Real>::settle_facts(const Assembly<Real>& assembly) {
+  InputFacts& facts = out_.facts;
+  facts = assembly.facts;
+  facts.points += out_.lower.loose_ids.size();
+  facts.unused_points = stream_.points() - facts.points + stream_.dropped_points();
+  facts.merged_points = stream_.merged_points();
+  for (const std::uint64_t ghosts : ghosts_) facts.ghost_cells += ghosts;
+}
+
+}  // namespace
+
+template <class Real>
+WorkMesh<Real> layout_of(const CarriedArrays& carried, std::uint32_t steering_width) {
+  WorkMesh<Real> layout;
+  layout.steering_width = steering_width;
+  layout.point_columns = columns_like(carried.point_data);
+  layout.cell_columns = columns_like(carried.cell_data);
+  return layout;
+}
+
+template <class Real>
+ImportedMesh<Real> import_mesh(const MeshDescription& description, const MeshStream& stream,
+                               const CarriedArrays& carried, const Steering& steering,
+                               const ImportSettings& settings, const FirstRound<Real>& first_round,
+                               const RunContext& context, PhaseClock* clock, MemoryBudget* budget,
+                               Scratch* scratch) {
+  return Importer<Real>(description, stream, carried, steering, settings, first_round, context,
+                        clock, budget, scratch)
+      .run();
+}
+
+template WorkMesh<float> layout_of(const CarriedArrays&, std::uint32_t);
+template WorkMesh<double> layout_of(const CarriedArrays&, std::uint32_t);
+template ImportedMesh<float> import_mesh(const MeshDescription&, const MeshStream&,
+                                         const CarriedArrays&, const Steering&,
+                                         const ImportSettings&, const FirstRound<float>&,
+                                         const RunContext&, PhaseClock*, MemoryBudget*, Scratch*);
+template ImportedMesh<double> import_mesh(const MeshDescription&, const MeshStream&,
+                                          const CarriedArrays&, const Steering&,
+                                          const ImportSettings&, const FirstRound<double>&,
+                                          const RunContext&, PhaseClock*, MemoryBudget*, Scratch*);
+
+}  // namespace tetfusion

@@ -1,0 +1,25 @@
+// What an import found out about its mesh.
+#pragma once
+
+#include <cstdint>
+
+namespace tetfusion {
+
+struct InputFacts {
+  std::uint64_t points = 0;  // used ones
+  std::uint64_t tets = 0;
+  std::uint64_t boundary_faces = 0;
+  double volume = 0;
+  std::uint64_t rewound = 0;
+  std::uint64_t degenerate = 0;
+  std::uint64_t inverted = 0;
+  std::uint64_t duplicate_tets = 0;
+  std::uint64_t nonconforming_faces = 0;
+  std::uint64_t nonmanifold_edges = 0;
+  std::uint64_t unused_points = 0;
+  std::uint64_t merged_points = 0;
+  std::uint64_t ghost_cells = 0;
+  std::uint64_t locked_vertices = 0;  // for another reason than the boundary
+};
+
+}  // namespace tetfusion

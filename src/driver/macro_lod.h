@@ -1,0 +1,49 @@
+// A macroLoD between two rounds: cut into chunks, or in one piece where it is no larger than one.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "io/piece_store.h"
+#include "mesh/chunk_inspection.h"
+#include "mesh/work_mesh.h"
+#include "partition/curve_cut.h"
+#include "partition/interface_table.h"
+
+namespace tetfusion {
+
+// What a chunk's judge wants to know of a vertex with these marks.
+inline std::uint8_t sharing_of(std::uint8_t marks) {
+  if ((marks & kOnInterface) == 0) return kOwn;
+  return (marks & kLast) != 0 ? kSharedLast : kShared;
+}
+
+// How much of the mesh a chunk will have.
+struct ChunkSize {
+  std::uint64_t free_points = 0;  // but for those whose table entry says that they are free now
+  std::uint64_t tets = 0;
+};
+
+template <class Real>
+struct MacroLod {
+  std::uint64_t tets = 0;
+  std::uint32_t chunks = 1;
+
+  // Exactly one of the two: the whole mesh, or the pieces of its chunks and what they need to know
+  // of the vertices between them.
+  std::optional<WorkMesh<Real>> whole;
+  std::unique_ptr<PieceStore> pieces;
+  std::vector<ChunkSize> sizes;  // one a chunk
+  InterfaceTable interface;
+  // Vertices that are free in their chunk, but turned out to be at something broken between chunks:
+  // to be locked when they are read. Ascending ids; nearly always empty.
+  Vector<VertexId> locks;
+
+  // Vertices spread over the mesh as its tetrahedra are, from which the next cut is made; none
+  // where the mesh is whole.
+  Vector<Vec3<Real>> samples;
+};
+
+}  // namespace tetfusion

@@ -1,0 +1,65 @@
+#include "driver/memory_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+// The program, its libraries, stacks and what the allocator keeps.
+constexpr std::uint64_t kProcess = 40 * kMiB;
+// Windows of the input and what is made of them, a thread; the writer's buffers are less.
+constexpr std::uint64_t kWindows = 48 * kMiB;
+// Points that several chunks have are there more than once.
+constexpr double kCopies = 1.2;
+
+std::uint64_t row_bytes(const AttributeSet& set) {
+  std::uint64_t bytes = 0;
+  for (const ArrayInfo& a : set.arrays) bytes += a.components * size_of(a.type);
+  return bytes;
+}
+
+// Vertices on the interface of a chunk. A cube of n vertices has 6 n^(2/3) on its surface; pieces
+// of the curve are less compact than cubes, and each interface is counted on one side.
+double interface_vertices(double tets) {
+  constexpr double kTetsPerVertex = 5.5;
+  constexpr double kSurface = 6;
+  return kSurface * std::pow(tets / kTetsPerVertex, 2.0 / 3.0);
+}
+
+}  // namespace
+
+MemoryNeeds estimate_needs(const MeshDescription& mesh, std::uint32_t steering_width,
+                           std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read) {
+  const auto cells = static_cast<double>(mesh.cells);
+  const auto points = static_cast<double>(mesh.points);
+  const double real = mesh.point_type == ValueType::kFloat32 ? 4 : 8;
+  const double vertex =
+      3 * real + 5 + 8.0 * steering_width + static_cast<double>(row_bytes(mesh.point_data));
+  const double tet = 17 + static_cast<double>(row_bytes(mesh.cell_data));
+  const double pieces = cells * tet + kCopies * points * vertex;
+  const double chunks = std::ceil(cells / static_cast<double>(chunk_tets));
+  const double chunk = pieces / std::max(chunks, 1.0);
+
+  // Reports of the interface, twice while they are sorted, and what judging it needs.
+  constexpr double kInterfaceBytes = 160;
+  const double between =
+      chunks > 1 ? chunks * interface_vertices(static_cast<double>(chunk_tets)) * kInterfaceBytes
+                 : 0;
+  const double of_points = 4 * points;
+  const double work = threads * (static_cast<double>(kWindows) + 6 * chunk);
+  const double fixed = static_cast<double>(kProcess) + static_cast<double>(memory_to_read) + work +
+                       std::max(of_points, between);
+  MemoryNeeds needs;
+  needs.pieces = static_cast<std::uint64_t>(pieces);
+  needs.out_of_core = static_cast<std::uint64_t>(fixed);
+  // While chunks are made of what was scattered for them, some of both is there.
+  needs.in_core = static_cast<std::uint64_t>(fixed + 1.25 * pieces);
+  // The generation that is read, the one that is written, and the one that is durable.
+  needs.scratch = static_cast<std::uint64_t>(3 * pieces);
+  return needs;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,19 @@
+// Which cell arrays say what the mesh is made of: interfaces between materials stay.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/mesh_source.h"
+
+namespace tetfusion {
+
+// The cell arrays whose interfaces are kept: the named ones, or by default the integer arrays of
+// one component named like materials (material, region, physical, tissue, block, zone, part,
+// label); a partition's rank is none. Throws Error(kUsage) for a name that is no integer cell
+// array.
+std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
+                                        const std::optional<std::vector<std::string>>& names);
+
+}  // namespace tetfusion

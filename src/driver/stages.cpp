@@ -1,0 +1,85 @@
+#include "driver/stages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "base/error.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::string_view kLodField = "{lod}";
+
+std::uint64_t tets_left(std::uint64_t tets, double reduction) {
+  // Rounded up: never below the goal.
+  return std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>(std::ceil(static_cast<double>(tets) * (1 - reduction) - 1e-6)));
+}
+
+std::string level_path(const std::string& pattern, std::size_t level) {
+  std::string path = pattern;
+  const std::size_t at = path.find(kLodField);
+  if (at != std::string::npos) path.replace(at, kLodField.size(), std::to_string(level));
+  return path;
+}
+
+[[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::kUsage, message); }
+
+}  // namespace
+
+std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tets) {
+  const BehaviourOptions& b = request.behaviour;
+  std::vector<Stage> stages;
+  for (const double lod : b.lods) stages.push_back({tets_left(tets, lod), ""});
+  std::optional<std::uint64_t> goal = b.tets;
+  if (b.reduction) goal = tets_left(tets, *b.reduction);
+  if (stages.empty() || (goal && *goal < *stages.back().tets)) stages.push_back({goal, ""});
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    stages[i].path = level_path(request.output, i + 1);
+  }
+  return stages;
+}
+
+void check_options(const SimplifyRequest& request) {
+  const BehaviourOptions& b = request.behaviour;
+  if (b.reduction && b.tets) refuse("--reduction and --tets are two goals: give one of them");
+  if (b.reduction && !(*b.reduction >= 0 && *b.reduction < 1)) {
+    refuse("--reduction must be at least 0% and less than 100%");
+  }
+  if (b.tets && *b.tets == 0) refuse("--tets must be at least 1");
+  if (b.chunk_tets == 0) refuse("--chunk-tets must be at least 1");
+  const auto positive = [](double v) { return v > 0; };
+  if (!std::all_of(b.scalar_tolerance.begin(), b.scalar_tolerance.end(), positive)) {
+    refuse("--scalar-tolerance must be greater than 0 (a share of the range), or off");
+  }
+  const auto at_least_one = [](double v) { return v >= 1; };
+  if (!std::all_of(b.stretch_factor.begin(), b.stretch_factor.end(), at_least_one)) {
+    refuse("--stretch-factor must be at least 1, or off");
+  }
+  if (!at_least_one(b.aspect_ratio)) refuse("--aspect-ratio must be at least 1");
+  if (!std::is_sorted(b.lods.begin(), b.lods.end()))
+    refuse("--lods must ascend, as in 50%,80%,95%");
+  for (const double lod : b.lods) {
+    if (!(lod >= 0 && lod < 1)) refuse("--lods must be at least 0% and less than 100%");
+  }
+  const bool has_field = request.output.find(kLodField) != std::string::npos;
+  if (!b.lods.empty() && b.reduction && *b.reduction < b.lods.back()) {
+    refuse(
+        "--lods goes further than --reduction: give one of them, or a goal beyond the last level");
+  }
+  if (!b.lods.empty() && !has_field) {
+    refuse(
+        fmt::format("--lods writes several files: the name after -o must hold {{lod}}, as in "
+                    "part_{{lod}}.vtu, but it is \"{}\"",
+                    request.output));
+  }
+  if (b.lods.empty() && has_field) {
+    refuse("the name after -o holds {lod}, but there is no --lods");
+  }
+}
+
+}  // namespace tetfusion

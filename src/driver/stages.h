@@ -1,0 +1,25 @@
+// What a run has to write: one mesh, or several on the way to the last.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driver/options.h"
+
+namespace tetfusion {
+
+// Throws Error(kUsage) for options that contradict each other.
+void check_options(const SimplifyRequest& request);
+
+// A mesh to write on the way, or at the end.
+struct Stage {
+  std::optional<std::uint64_t> tets;  // go on until so many are left; absent: until nothing fuses
+  std::string path;
+};
+
+// The stages for a mesh of so many tetrahedra, ascending by reduction; at least one.
+std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tets);
+
+}  // namespace tetfusion

@@ -1,0 +1,24 @@
+// What a pass did, as a list, so that arrays which do not steer can follow afterwards.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "mesh/geometry.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// One TetFuse: four vertices become one, which goes on as the first one.
+struct Fusion {
+  std::array<VertexId, 4> vertices;
+  std::uint8_t nearest;  // which of the four was nearest to the fused one
+};
+
+// Gives each fused vertex the value that the old cavity's piecewise-linear interpolant has at the
+// barycenter of the prey: the mean of its four values; integers take the nearest vertex's. The rows
+// of the first vertices are overwritten. No fusion may name a vertex that an earlier one names.
+void carry_point_column(std::span<const Fusion> fusions, Column* column);
+
+}  // namespace tetfusion

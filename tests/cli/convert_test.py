@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Conversions between formats and encodings. Usage: convert_test.py TETFUSION"""
+import pathlib
+
+import numpy as np
+
+from harness import BAD, INVALID, IO, USAGE, FolderTest, command, finish, main, report_of, run
+from independent_check import Vtu
+from sample_meshes import HEXAHEDRA, STRUCTURED, mesh_of_all_sorts
+from tiny_vtu import TinyVtu
+
+
+class Convert(FolderTest):
+    def assert_same(self, before, after):
+        """`after` has the tetrahedra of `before` first, then its other cells, each with its values."""
+        np.testing.assert_array_equal(before.points, after.points)
+        np.testing.assert_array_equal(before.tets, after.tets)
+        self.assertEqual([(k, list(ids)) for k, ids in before.others], [(k, list(ids)) for k, ids in after.others])
+        for association in ("point", "cell"):
+            self.assertEqual(list(before.arrays[association]), list(after.arrays[association]))
+            for name, (info, values) in before.arrays[association].items():
+                self.assertEqual(info, after.arrays[association][name][0], name)
+                if association == "cell":
+                    values = np.concatenate([values[2:-1], values[:2], values[-1:]]) if before.others else values
+                np.testing.assert_array_equal(values, after.arrays[association][name][1], name)
+
+    def test_round_trips_through_every_encoding(self):
+        original = self.write(mesh_of_all_sorts())
+        raw, back, coded = self.folder / "raw.vtu", self.folder / "back.vtu", self.folder / "coded.vtu"
+        run("convert", original, raw)
+        self.assert_same(Vtu(original), Vtu(raw))
+        for encoding in ("raw", "zlib", "lz4", "inline", "ascii"):
+            run("convert", original, coded, "--encoding", encoding)
+            if encoding != "lz4":
+                self.assert_same(Vtu(original), Vtu(coded))
+            run("convert", coded, back)
+            self.assertEqual(back.read_bytes(), raw.read_bytes(), encoding)
+
+    def test_onto_itself(self):
+        path = self.write(mesh_of_all_sorts())
+        original = Vtu(path)
+        path.chmod(0o640)
+        for encoding in ("zlib", "raw"):
+            run("convert", path, path, "--encoding", encoding)
+            self.assertEqual(path.stat().st_mode & 0o777, 0o640)
+        self.assert_same(original, Vtu(path))
+        self.assertEqual(self.files(), ["mesh.vtu"])
+
+    def test_a_failed_conversion_leaves_the_output_alone(self):
+        out = self.write(b"precious", "out.vtu")
+        run("convert", self.write(TinyVtu().bytes()[:2000]), out, code=BAD)
+        run("convert", self.folder / "missing.vtu", out, code=IO)
+        self.assertEqual(out.read_bytes(), b"precious")
+        self.assertEqual(self.files(), ["mesh.vtu", "out.vtu"])
+
+    def test_bad_outputs(self):
+        path = self.write(TinyVtu())
+        run("convert", path, self.folder / "no" / "out.vtu", code=IO)
+        (self.folder / "folder.vtu").mkdir()
+        run("convert", path, self.folder / "folder.vtu", code=IO)
+        run("convert", path, "/dev/full", code=IO)
+        run("convert", path, code=USAGE)
+
+    def test_hexahedra_in_a_vtu(self):
+        mesh = TinyVtu(1)
+        mesh.arrays = [a for a in mesh.arrays if a[1] != "id"]
+        mesh.array("connectivity")[4] = [0, 1, 3, 2, 4, 5, 7, 6] + [1, 3, 7, 5] + [0, 1, 2, 3]
+        mesh.array("offsets")[4] = [8, 12, 16]
+        mesh.array("types")[4] = [12, 9, 8]
+        mesh.counts["NumberOfCells"] = "3"
+        path, out = self.write(mesh), self.folder / "out.vtu"
+        result = finish("convert", path, out)
+        self.assertEqual(result.returncode, BAD)
+        self.assertIn(b"--tetrahedralize", result.stderr)
+        self.assertFalse(out.exists())
+        run("convert", path, out, "--tetrahedralize")
+        report = report_of("check", out, "--strict")
+        self.assertEqual((report["volume"], report["lower_cells"], report["boundary_triangles"]), (1.0, 4, 12))
+        faces = {frozenset(np.delete(t, k).tolist()) for t in Vtu(out).tets for k in range(4)}
+        for kind, ids in Vtu(out).others:
+            self.assertEqual(kind, 5)
+            self.assertIn(frozenset(ids.tolist()), faces, "a carried triangle is no face")
+
+
+class OtherFormats(FolderTest):
+    def setUp(self):
+        super().setUp()
+        plugin = pathlib.Path(command()).resolve().parent / "tetfusion-vtk.so"
+        if not plugin.exists():
+            self.skipTest(f"{plugin} is not built: VTK was not found")
+
+    def test_hexahedra_need_the_option(self):
+        for name, data in (("a.vtk", HEXAHEDRA), ("a.vts", STRUCTURED)):
+            path = self.write(data, name)
+            for arguments in (["info", path], ["check", path], ["convert", path, self.folder / "out.vtu"],
+                              ["simplify", path, "-o", self.folder / "out.vtu"]):
+                result = finish(*arguments)
+                self.assertEqual((result.returncode, result.stdout), (BAD, b""))
+                self.assertRegex(result.stderr.decode(), rf"{name}: cell 0 is a hexahedron .*--tetrahedralize")
+            path.unlink()
+        self.assertEqual(self.files(), [])
+
+    def test_hexahedra_are_split(self):
+        for name, data, lower, array in (("a.vtk", HEXAHEDRA, 2, ("cell", "number")),
+                                         ("a.vts", STRUCTURED, 0, ("point", "height"))):
+            path, out = self.write(data, name), self.folder / "out.vtu"
+            before = report_of("check", path, "--tetrahedralize", "--strict")
+            self.assertEqual((before["volume"], before["points"], before["lower_cells"]), (2.0, 12, lower))
+            run("convert", path, out, "--tetrahedralize")
+            after = report_of("check", out, "--strict")
+            self.assertEqual([after[k] for k in ("volume", "tets", "points", "lower_cells", "boundary_triangles")],
+                             [before[k] for k in ("volume", "tets", "points", "lower_cells", "boundary_triangles")])
+            self.assertIn(array[1], Vtu(out).arrays[array[0]])
+            run("simplify", path, "-o", out, "--tetrahedralize", "--quiet")
+            self.assertEqual(report_of("check", out, "--strict")["volume"], 2.0)
+
+    def test_broken_indices_are_an_invalid_mesh(self):
+        path = self.write(HEXAHEDRA.replace(b"8 1 2 5 4 7 8 11 10", b"8 1 2 5 4 7 8 11 12"), "a.vtk")
+        report = report_of("check", path, "--tetrahedralize", code=INVALID)
+        self.assertFalse(report["valid"])
+        self.assertIn("cell 1 uses point 12", report["error"])
+        run("simplify", path, "-o", self.folder / "out.vtu", "--tetrahedralize", code=BAD)
+
+    def test_damaged_files(self):
+        path = self.write(HEXAHEDRA[:300], "a.vtk")
+        run("check", path, "--tetrahedralize", code=BAD)
+
+
+if __name__ == "__main__":
+    main()

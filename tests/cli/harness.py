@@ -1,0 +1,65 @@
+"""What the tests of the command share: running it, and a folder for each test. The command is the first argument of
+the test program."""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parent / "support")]
+
+INVALID, USAGE, BAD, IO, MEMORY, INTERRUPTED = 1, 2, 3, 4, 5, 130
+COMMANDS = ("simplify", "info", "check", "convert", "generate")
+_command = None
+
+
+def main():
+    """For the end of a test program: TEST TETFUSION [unittest's arguments]."""
+    global _command
+    _command = os.path.abspath(sys.argv.pop(1))
+    unittest.main(module="__main__")
+
+
+def command():
+    return _command
+
+
+def run(*arguments, code=0, **keywords):
+    """Runs the command and returns what it wrote to standard output; its standard error must say why where it fails."""
+    result = finish(*arguments, **keywords)
+    if result.returncode != code:
+        raise AssertionError(f"{arguments}: exit code {result.returncode}, not {code}\n{result.stderr.decode()}")
+    if code > INVALID and b"tetfusion: error: " not in result.stderr:
+        raise AssertionError(f"{arguments}: no error message but {result.stderr}")
+    return result.stdout
+
+
+def finish(*arguments, **keywords):
+    return subprocess.run([command(), *map(str, arguments)], capture_output=True, timeout=300, **keywords)
+
+
+def report_of(command, *arguments, code=0, **keywords):
+    return json.loads(run(command, *arguments, "--report", "-", code=code, **keywords))
+
+
+class FolderTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def write(self, mesh, name="mesh.vtu"):
+        path = self.folder / name
+        path.write_bytes(mesh if isinstance(mesh, bytes) else mesh.bytes())
+        return path
+
+    def generate(self, *options, kind="bcc", tets="20k", name="generated.vtu"):
+        path = self.folder / name
+        run("generate", kind, "--tets", tets, "-o", path, *options)
+        return path
+
+    def files(self):
+        return sorted(p.name for p in self.folder.iterdir())

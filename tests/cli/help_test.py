@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""What --help and --version say. Usage: help_test.py TETFUSION"""
+import unittest
+
+from harness import COMMANDS, finish, main, run
+
+
+EVERYWHERE = ["--help", "--threads", "--progress", "--quiet", "--verbose"]
+READING = ["--tetrahedralize", "--linearize"]
+OPTIONS = {
+    "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio",
+                           "--method", "--boundary-rule", "--boundary", "--array", "--regions", "--lods", "--encoding",
+                           "--report", "--strict", "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run"],
+    "info": READING + ["--report"],
+    "check": READING + ["--report", "--strict"],
+    "convert": READING + ["--encoding"],
+    "generate": ["--tets", "--output", "--jitter", "--grading", "--shuffle", "--seed", "--encoding"]}
+
+
+class Help(unittest.TestCase):
+    def test_version(self):
+        self.assertRegex(run("--version").decode(), r"^tetfusion \d+\.\d+\.\d+\n$")
+
+    def test_the_command_lists_its_subcommands(self):
+        for option in ("--help", "-h"):
+            text = run(option).decode()
+            for word in (*COMMANDS, "--version"):
+                self.assertIn(word, text)
+
+    def test_each_subcommand_lists_its_options(self):
+        for command in COMMANDS:
+            result = finish(command, "--help")
+            self.assertEqual((result.returncode, result.stderr), (0, b""))
+            listed = result.stdout.decode().replace(",", " ").split()
+            for option in EVERYWHERE + OPTIONS[command]:
+                self.assertIn(option, listed, command)
+            self.assertGreater(len(result.stdout.splitlines()), 8)
+
+    def test_options_are_grouped(self):
+        text = run("simplify", "--help").decode()
+        found = [text.index(f"\n{group}:\n") for group in ("Output", "Goal", "Criteria", "Input", "Performance", "Messages")]
+        self.assertEqual(found, sorted(found))
+
+    def test_the_defaults_of_tetfuse_are_stated(self):
+        text = run("simplify", "--help").decode()
+        for default in ("tetfuse", "--scalar-tolerance TEXT=0.025", "--stretch-factor TEXT=5", "--encoding ENUM=raw"):
+            self.assertIn(default, text)
+
+
+if __name__ == "__main__":
+    main()

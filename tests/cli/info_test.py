@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""What info says about a mesh. Usage: info_test.py TETFUSION"""
+import os
+
+import numpy as np
+
+from harness import FolderTest, main, report_of, run
+from independent_check import Vtu
+from sample_meshes import rebuilt
+from tiny_vtu import TinyVtu
+
+
+class Info(FolderTest):
+    def test_what_it_says(self):
+        path = self.generate("--time", "2.5", "--double")
+        report = report_of("info", path)
+        for key in ("version", "path", "format", "file_bytes", "points", "tets", "boundary_triangles", "volume",
+                    "bounding_box", "arrays", "pieces"):
+            self.assertIn(key, report)
+        self.assertEqual((report["point_type"], report["pieces"]), ("Float64", 1))
+        self.assertEqual(report["file_bytes"], path.stat().st_size)
+        arrays = {(a["association"], a["name"]): a for a in report["arrays"]}
+        self.assertEqual(arrays["cell", "region"]["ranges"], [[1, 4]])
+        self.assertEqual(arrays["point", "velocity"]["components"], 3)
+        self.assertEqual(arrays["field", "TimeValue"]["ranges"], [[2.5, 2.5]])
+        mesh = Vtu(path)
+        self.assertEqual((report["points"], report["tets"]), (len(mesh.points), len(mesh.tets)))
+        np.testing.assert_allclose(report["bounding_box"], [mesh.points.min(axis=0), mesh.points.max(axis=0)])
+        text = run("info", path).decode()
+        for word in ("temperature", "velocity", "region", "TimeValue", "Float64", "bounding box", "boundary", f"{report['tets']:,}"):
+            self.assertIn(word, text)
+
+    def test_what_is_odd(self):
+        mesh = TinyVtu(2)
+        mesh.points.append((5, 5, 5))
+        mesh.tets.append(mesh.tets[0])
+        path = self.write(rebuilt(mesh))
+        text = run("info", path).decode()
+        self.assertIn("1 duplicate cells", text)
+        self.assertIn("1 unused points", text)
+        self.assertEqual(report_of("info", path)["duplicate_tets"], 1)
+        self.assertIn("odd           nothing", run("info", self.write(TinyVtu())).decode())
+
+    def test_names_that_are_no_json(self):
+        mesh = TinyVtu(1)
+        mesh.array("temperature")[1] = 'a"\\b'.replace('"', "&quot;")
+        report = report_of("info", self.write(mesh))
+        self.assertIn('a"\\b', [a["name"] for a in report["arrays"]])
+
+    def test_values_that_are_not_finite(self):
+        mesh = TinyVtu(1)
+        mesh.array("temperature")[4][2] = float("nan")
+        report = report_of("info", self.write(mesh))
+        self.assertEqual(report["arrays"][0]["non_finite"], 1)
+
+    def test_an_input_in_a_folder_that_may_not_be_written(self):
+        folder = self.folder / "read_only"
+        folder.mkdir()
+        (folder / "mesh.vtu").write_bytes(TinyVtu().bytes())
+        folder.chmod(0o555)
+        self.addCleanup(folder.chmod, 0o755)
+        run("info", folder / "mesh.vtu")
+        run("check", folder / "mesh.vtu")
+        run("simplify", folder / "mesh.vtu", "-o", self.folder / "out.vtu")
+        self.assertEqual(os.listdir(folder), ["mesh.vtu"])
+
+
+if __name__ == "__main__":
+    main()

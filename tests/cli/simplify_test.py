@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""The options and the report of simplify. Usage: simplify_test.py TETFUSION"""
+from harness import USAGE, FolderTest, finish, main, report_of, run
+from independent_check import Vtu
+from tiny_vtu import TinyVtu
+
+
+class Options(FolderTest):
+    def refused(self, *options, output="out.vtu"):
+        """The message, for options that make no sense."""
+        result = finish("simplify", self.write(TinyVtu(3)), "-o", self.folder / output, *options)
+        self.assertEqual(result.returncode, USAGE, result.stderr)
+        self.assertEqual(self.files(), ["mesh.vtu"])
+        return result.stderr.decode()
+
+    def test_memory(self):
+        path = self.write(TinyVtu(3))
+        for size in ("2G", "512M", "1.5G", "1GiB", "900MiB", "0.001T", "1000000k", str(2**30)):
+            run("simplify", path, "-o", self.folder / "out.vtu", "--memory", size)
+        (self.folder / "out.vtu").unlink()
+        for size in ("0", "-1G", "2GB", "much", "G", "1.5", "1e30G", " 1G"):
+            message = self.refused(f"--memory={size}")
+            self.assertIn(f"--memory {size}:", message)
+            self.assertIn("as in 2G, 512M or 1.5G", message)
+        for option in ("--memory", "--scratch", "--report"):
+            self.assertIn("empty", self.refused(option, ""))
+
+    def test_levels_must_differ(self):
+        for options in (["--lods", "50%,50%"], ["--lods", "10%,0.1,20%"], ["--lods", "3", "--reduction", "0%"]):
+            self.assertRegex(self.refused(*options, output="{lod}.vtu"), "--lods .* two levels of")
+
+    def test_a_tolerance_that_is_none(self):
+        for tolerance in ("0", "-1%", "nan"):
+            message = self.refused("--array", f"temperature:{tolerance}")
+            self.assertIn(f"--array temperature:{tolerance}: the tolerance", message)
+        self.assertIn("no array \"colour:1%\"", self.refused("--array", "colour:1%"))
+
+
+class Report(FolderTest):
+    def test_the_report_of_simplify(self):
+        path, out = self.generate(), self.folder / "out.vtu"
+        report = report_of("simplify", path, "-o", out, "--reduction", "20%", "--threads", "2")
+        for key in ("version", "reduction", "stop_reason", "lods", "cpu_seconds", "peak_rss_bytes", "threads", "chunks"):
+            self.assertIn(key, report)
+        for side in ("input", "output"):
+            for key in ("points", "tets", "boundary_triangles", "volume"):
+                self.assertIn(key, report[side])
+        for lod in report["lods"]:
+            for key in ("tets", "fused", "rejected"):
+                self.assertIn(key, lod)
+        self.assertGreater(report["seconds"]["total"], 0)
+        self.assertEqual(report["threads"], 2)
+        self.assertEqual(report["output"]["tets"], len(Vtu(out).tets))
+        self.assertEqual(report["lods"][-1]["tets"], report["output"]["tets"])
+        self.assertAlmostEqual(report["reduction"], 1 - report["output"]["tets"] / report["input"]["tets"])
+
+    def test_verbose_says_time_and_memory(self):
+        path, out = self.generate(), self.folder / "out.vtu"
+        for arguments in (["simplify", path, "-o", out], ["info", path], ["check", path], ["convert", path, out],
+                          ["generate", "five", "--tets", "1k", "-o", out]):
+            text = finish(*arguments, "-v").stderr.decode()
+            self.assertRegex(text.splitlines()[-1], r"^[\d.]+ s, [\d.]+ s of processor time, [\d.]+ MiB at the peak$")
+        self.assertRegex(finish("simplify", path, "-o", out, "-v").stderr.decode(), "macroLoD 1: ")
+
+
+if __name__ == "__main__":
+    main()

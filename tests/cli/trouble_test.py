@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""Interruption, and disks too small. Usage: trouble_test.py TETFUSION"""
+import os
+import resource
+import signal
+import subprocess
+import time
+
+from harness import INTERRUPTED, IO, FolderTest, command, finish, main, run
+from tiny_vtu import TinyVtu
+
+
+class Trouble(FolderTest):
+    TETS = "4M"
+
+    def start(self, *arguments, until, **keywords):
+        """Starts the command and comes back when its progress bar shows that phase."""
+        process = subprocess.Popen([command(), *map(str, arguments), "--progress", "always"], stderr=subprocess.PIPE,
+                                   stdout=subprocess.DEVNULL, **keywords)
+        seen = b""
+        while until.encode() not in seen:
+            chunk = os.read(process.stderr.fileno(), 4096)
+            if not chunk:
+                raise AssertionError(f"ended before '{until}': {seen}")
+            seen += chunk
+        return process
+
+    def end(self, process):
+        message = process.stderr.read().decode()
+        process.stderr.close()
+        return process.wait(timeout=60), message
+
+    def test_ctrl_c(self):
+        mesh, out = self.generate("--shuffle", tets=self.TETS), self.folder / "out.vtu"
+        jobs = [(["simplify", mesh, "-o", out, "--encoding", "ascii"], phase)
+                for phase in ("reading", "assembling", "fusing", "writing")]
+        jobs += [(["convert", mesh, out, "--encoding", "ascii"], phase) for phase in ("reading", "writing")]
+        jobs += [(["check", mesh], "reading"), (["info", mesh], "reading"),
+                 (["generate", "five", "--tets", "20M", "-o", out], "writing")]
+        for arguments, phase in jobs:
+            with self.subTest(command=arguments[0], phase=phase):
+                process = self.start(*arguments, until=phase)
+                process.send_signal(signal.SIGINT)
+                code, message = self.end(process)
+                self.assertEqual(code, INTERRUPTED, message)
+                self.assertIn("interrupted", message)
+                self.assertEqual(self.files(), ["generated.vtu"], "something was left behind")
+
+    def test_a_second_ctrl_c_ends_at_once(self):
+        mesh, out = self.generate("--shuffle", tets=self.TETS), self.folder / "out.vtu"
+        process = self.start("simplify", mesh, "-o", out, until="reading")
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        code, _ = self.end(process)
+        self.assertIn(code, (-signal.SIGINT, INTERRUPTED))
+        self.assertFalse(out.exists())
+
+    def test_kill_leaves_the_old_output(self):
+        mesh, out = self.generate(tets=self.TETS), self.write(b"precious", "out.vtu")
+        for phase in ("fusing", "writing"):
+            process = self.start("simplify", mesh, "-o", out, "--encoding", "ascii", until=phase)
+            process.kill()
+            code, _ = self.end(process)
+            self.assertEqual(code, -signal.SIGKILL)
+            self.assertEqual(out.read_bytes(), b"precious")
+        # What the killed run left does not hinder the next one.
+        run("simplify", mesh, "-o", out, "--reduction", "10%", "--quiet")
+        run("check", out, "--quiet")
+
+    def limited(self, *arguments, limit, code=IO):
+        set_limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+        result = finish(*arguments, preexec_fn=set_limit)
+        self.assertEqual(result.returncode, code, result.stderr)
+        return result.stderr.decode()
+
+    def test_a_disk_too_small(self):
+        mesh, out = self.generate(tets="300k"), self.write(b"precious", "out.vtu")
+        size = mesh.stat().st_size
+        for limit in (0, 1000, size // 10):
+            for arguments in (["simplify", mesh, "-o", out], ["convert", mesh, out],
+                              ["convert", mesh, out, "--encoding", "zlib"],
+                              ["generate", "five", "--tets", "300k", "-o", out],
+                              ["check", mesh, "--report", out] if limit == 0 else ["convert", mesh, out]):
+                with self.subTest(command=arguments[0], limit=limit):
+                    message = self.limited(*arguments, limit=limit)
+                    self.assertRegex(message, r"out\.vtu.*(too large|space)")
+                    self.assertEqual(out.read_bytes(), b"precious")
+                    self.assertEqual(self.files(), ["generated.vtu", "out.vtu"])
+
+    def test_a_full_device(self):
+        mesh = self.write(TinyVtu())
+        for arguments in (["simplify", mesh, "-o", "/dev/full"], ["convert", mesh, "/dev/full"],
+                          ["generate", "five", "--tets", "1k", "-o", "/dev/full"], ["info", mesh, "--report", "/dev/full"]):
+            self.assertIn(b"no space left", finish(*arguments).stderr)
+            run(*arguments, code=IO)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,331 @@
+// Runs with the mesh in memory and on disk, to the end, and stopped on the way.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include "base/error.h"
+#include "base/resources.h"
+#include "driver/memory_plan.h"
+#include "driver/simplify.h"
+#include "support/mesh_file.h"
+#include "support/temp_dir.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::bytes_of;
+using ::testing::HasSubstr;
+using testing::MeshFile;
+using testing::rich_box;
+using testing::TempDir;
+
+constexpr double kOff = std::numeric_limits<double>::infinity();
+
+class OutOfCore : public ::testing::Test {
+ protected:
+  OutOfCore() {
+    request.input = folder.file("in.vtu");
+    request.output = folder.file("out.vtu");
+    request.behaviour.scalar_tolerance = {0.2};
+    request.behaviour.chunk_tets = 700;
+    rich_box(11).write(request.input);
+  }
+  ~OutOfCore() override { set_thread_count(0); }
+
+  std::string scratch() const { return request.output + ".tetfusion"; }
+  // What lies in the folder but for the input.
+  std::set<std::string> files() const {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+      if (entry.path() != request.input) names.insert(entry.path().filename().string());
+    }
+    return names;
+  }
+  // The output's bytes; the output is removed.
+  std::string take_output() {
+    std::string bytes = bytes_of(request.output);
+    std::filesystem::remove(request.output);
+    return bytes;
+  }
+  std::string run_in_core() {
+    SimplifyRequest in_core = request;
+    in_core.performance = {};
+    simplify(in_core);
+    return take_output();
+  }
+  // Stops at the given call of progress (of that phase); gives the message, or nothing if the run
+  // ended before.
+  std::optional<std::string> run_until(int report, std::string_view phase = {}) {
+    std::atomic<bool> cancelled{false};
+    std::atomic<int> reports{0};
+    RunContext context;
+    context.cancelled = &cancelled;
+    context.progress = [&](std::string_view now, double) {
+      if ((phase.empty() || now == phase) && ++reports == report) cancelled = true;
+    };
+    try {
+      simplify(request, context);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::kInterrupted) << e.what();
+      return e.what();
+    }
+    return std::nullopt;
+  }
+  // Where to stop: at every report but of those of writing, which is one for each percent.
+  std::vector<int> stops() {
+    std::vector<int> out;
+    int report = 0, in_row = 0;
+    RunContext context;
+    context.progress = [&](std::string_view phase, double) {
+      ++report;
+      in_row = phase == "writing" ? in_row + 1 : 0;
+      if (in_row < 3 || in_row % 40 == 0) out.push_back(report);
+    };
+    simplify(request, context);
+    out.pop_back();  // the last one comes when all is done
+    return out;
+  }
+  ErrorCode refusal(std::string* message = nullptr) {
+    try {
+      simplify(request);
+    } catch (const Error& e) {
+      if (message != nullptr) *message = e.what();
+      return e.code();
+    }
+    ADD_FAILURE() << "was not refused";
+    return {};
+  }
+
+  TempDir folder = TempDir::in_memory();
+  SimplifyRequest request;
+};
+
+TEST_F(OutOfCore, TheBytesDoNotDependOnThreadsAndMemory) {
+  for (const bool has_goal : {false, true}) {
+    if (has_goal) request.behaviour.reduction = 0.2;
+    request.encoding = has_goal ? Encoding::kZlib : Encoding::kRaw;
+    const std::string expected = run_in_core();
+    ASSERT_FALSE(expected.empty());
+    for (const int threads : {1, 2, 3, 8}) {
+      for (const bool on_disk : {false, true}) {
+        request.performance.threads = threads;
+        request.performance.on_disk = on_disk;
+        const SimplifyReport report = simplify(request);
+        EXPECT_GT(report.lods.front().chunks, 8u);
+        EXPECT_EQ(report.scratch_bytes > 0, on_disk);
+        EXPECT_EQ(files(), std::set<std::string>{"out.vtu"});
+        EXPECT_EQ(take_output() == expected, true) << threads << " threads, on disk: " << on_disk;
+      }
+    }
+  }
+}
+
+TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
+  const std::string expected = run_in_core();
+  const auto source = open_mesh(request.input);
+  request.performance.threads = 2;
+  const MemoryNeeds needs =
+      estimate_needs(source->description(), 1, request.behaviour.chunk_tets, 2, 0);
+  request.performance.memory = needs.in_core;
+  EXPECT_EQ(simplify(request).scratch_bytes, 0u);
+  EXPECT_EQ(take_output() == expected, true);
+  for (const std::uint64_t memory : {needs.in_core - 1, needs.out_of_core}) {
+    request.performance.memory = memory;
+    EXPECT_GT(simplify(request).scratch_bytes, 0u);
+    EXPECT_EQ(take_output() == expected, true);
+  }
+  request.performance.memory = needs.out_of_core - 1;
+  std::string message;
+  EXPECT_EQ(refusal(&message), ErrorCode::kMemory);
+  EXPECT_THAT(message, HasSubstr("--memory"));
+  EXPECT_TRUE(files().empty());
+}
+
+TEST_F(OutOfCore, TheScratchFolderMayBeElsewhere) {
+  request.performance.on_disk = true;
+  request.performance.scratch = folder.file("elsewhere");
+  const auto message = run_until(3, "fusing");
+  ASSERT_TRUE(message);
+  EXPECT_THAT(*message, HasSubstr(request.performance.scratch));
+  EXPECT_EQ(files(), std::set<std::string>{"elsewhere"});
+  request.performance.resume = true;
+  simplify(request);
+  EXPECT_EQ(files(), std::set<std::string>{"out.vtu"});
+}
+
+// Stopped anywhere, and gone on with.
+class StoppedRun : public OutOfCore {
+ protected:
+  void expect_same_bytes_wherever_it_stops() {
+    const std::string expected = run_in_core();
+    int stops_with_work = 0;
+    for (const int report : stops()) {
+      std::filesystem::remove(request.output);
+      request.performance = {};
+      request.performance.on_disk = true;
+      const auto message = run_until(report);
+      ASSERT_TRUE(message);
+      const bool keeps_work = message->find("--resume") != std::string::npos;
+      EXPECT_EQ(files(),
+                keeps_work ? std::set<std::string>{"out.vtu.tetfusion"} : std::set<std::string>{});
+      stops_with_work += keeps_work ? 1 : 0;
+      request.performance.resume = true;
+      request.performance.threads = 1 + report % 3;
+      simplify(request);
+      EXPECT_EQ(files(), std::set<std::string>{"out.vtu"});
+      EXPECT_EQ(take_output() == expected, true) << "stopped at report " << report;
+    }
+    EXPECT_GT(stops_with_work, 10);
+  }
+};
+
+TEST_F(StoppedRun, EndsInTheSameBytesWithoutAGoal) { expect_same_bytes_wherever_it_stops(); }
+
+TEST_F(StoppedRun, EndsInTheSameBytesWithAGoal) {
+  // A goal that no fusion meets exactly: the last rounds find that out.
+  request.behaviour.tets = 5000;
+  expect_same_bytes_wherever_it_stops();
+}
+
+TEST_F(StoppedRun, EndsInTheSameBytesWithFloats) {
+  MeshFile file = rich_box(9);
+  file.geometry = testing::to_float(file.geometry);
+  file.write(request.input);
+  request.behaviour.scalar_tolerance = {0.05, 0.1, kOff};
+  request.behaviour.stretch_factor = {2, 5};
+  request.behaviour.regions.emplace();
+  expect_same_bytes_wherever_it_stops();
+}
+
+// Stopped again and again, each time a little later.
+TEST_F(StoppedRun, ComesToAnEnd) {
+  const std::string expected = run_in_core();
+  request.performance.on_disk = true;
+  request.performance.resume = true;
+  int stops = 0;
+  while (run_until(5 + stops / 4)) ASSERT_LT(++stops, 100);
+  EXPECT_GT(stops, 3);
+  EXPECT_EQ(take_output() == expected, true);
+  EXPECT_TRUE(files().empty());
+}
+
+TEST_F(StoppedRun, LevelsThatAreWholeStay) {
+  request.output = folder.file("level_{lod}.vtu");
+  request.performance.scratch = folder.file("scratch");
+  request.behaviour.lods = {0.1, 0.2};
+  request.behaviour.scalar_tolerance = {kOff};
+  const auto level = [&](int i) { return folder.file("level_" + std::to_string(i) + ".vtu"); };
+  SimplifyRequest in_core = request;
+  simplify(in_core);
+  const std::string first = bytes_of(level(1)), second = bytes_of(level(2));
+  ASSERT_FALSE(first.empty());
+  ASSERT_NE(first, second);
+  int stopped_between = 0;
+  for (const int report : stops()) {
+    std::filesystem::remove(level(1));
+    std::filesystem::remove(level(2));
+    request.performance.on_disk = true;
+    request.performance.resume = false;
+    ASSERT_TRUE(run_until(report));
+    if (std::filesystem::exists(level(1))) {
+      ++stopped_between;
+      EXPECT_EQ(bytes_of(level(1)) == first, true);
+    }
+    EXPECT_FALSE(std::filesystem::exists(level(2)));
+    request.performance.resume = true;
+    simplify(request);
+    EXPECT_EQ(bytes_of(level(1)) == first, true) << report;
+    EXPECT_EQ(bytes_of(level(2)) == second, true) << report;
+    EXPECT_EQ(files(), (std::set<std::string>{"level_1.vtu", "level_2.vtu"}));
+  }
+  EXPECT_GT(stopped_between, 1);
+}
+
+TEST_F(StoppedRun, InMemoryLeavesNothing) {
+  for (int report = 1; run_until(report); report += 3) EXPECT_TRUE(files().empty());
+  EXPECT_EQ(files(), std::set<std::string>{"out.vtu"});
+}
+
+TEST_F(StoppedRun, IsRefusedWithOtherOptionsAndAnotherInput) {
+  const std::string expected = run_in_core();
+  request.performance.on_disk = true;
+  ASSERT_TRUE(run_until(3, "fusing"));
+  ASSERT_TRUE(std::filesystem::exists(scratch()));
+  std::string message;
+  EXPECT_EQ(refusal(&message), ErrorCode::kUsage);  // without --resume
+  EXPECT_THAT(message, HasSubstr("--resume"));
+
+  request.performance.resume = true;
+  const SimplifyRequest same = request;
+  request.behaviour.stretch_factor = {4};
+  EXPECT_EQ(refusal(&message), ErrorCode::kUsage);
+  EXPECT_THAT(message, HasSubstr("stretch factor"));
+  request = same;
+  request.behaviour.chunk_tets = 701;
+  EXPECT_EQ(refusal(), ErrorCode::kUsage);
+  request = same;
+  request.encoding = Encoding::kZlib;
+  EXPECT_EQ(refusal(), ErrorCode::kUsage);
+  request = same;
+  const auto changed = std::filesystem::last_write_time(request.input);
+  std::filesystem::last_write_time(request.input, changed + std::chrono::seconds(1));
+  EXPECT_EQ(refusal(&message), ErrorCode::kUsage);
+  EXPECT_THAT(message, HasSubstr("input"));
+  std::filesystem::last_write_time(request.input, changed);
+  EXPECT_EQ(files(), std::set<std::string>{"out.vtu.tetfusion"});
+
+  simplify(request);  // after all that the work is still there
+  EXPECT_EQ(take_output() == expected, true);
+}
+
+TEST_F(StoppedRun, MayResumeWhereNothingIs) {
+  const std::string expected = run_in_core();
+  request.performance.resume = true;
+  for (const bool on_disk : {false, true}) {
+    request.performance.on_disk = on_disk;
+    simplify(request);
+    EXPECT_EQ(take_output() == expected, true);
+  }
+  EXPECT_TRUE(files().empty());
+}
+
+// A resumed run tells the whole story, not only its own part.
+TEST_F(StoppedRun, ReportsAllRounds) {
+  const SimplifyReport whole = simplify(request);
+  request.performance.on_disk = true;
+  ASSERT_TRUE(run_until(4, "fusing"));
+  request.performance.resume = true;
+  double first = -1, last = 0;
+  RunContext context;
+  std::vector<std::string> notices;
+  context.progress = [&](std::string_view phase, double share) {
+    if (first < 0 && phase == "fusing") first = share;
+    last = share;
+  };
+  context.notice = [&](std::string_view s) { notices.emplace_back(s); };
+  const SimplifyReport report = simplify(request, context);
+  EXPECT_GT(first, 0.25);
+  EXPECT_EQ(last, 1);
+  EXPECT_THAT(notices, ::testing::Contains(HasSubstr("going on after")));
+  ASSERT_EQ(report.lods.size(), whole.lods.size());
+  for (std::size_t i = 0; i < whole.lods.size(); ++i) {
+    EXPECT_EQ(report.lods[i].pass.fused, whole.lods[i].pass.fused);
+    EXPECT_EQ(report.lods[i].pass.rejected, whole.lods[i].pass.rejected);
+    EXPECT_EQ(report.lods[i].chunks, whole.lods[i].chunks);
+  }
+  EXPECT_EQ(report.input.tets, whole.input.tets);
+  EXPECT_EQ(report.input.volume, whole.input.volume);
+  EXPECT_EQ(report.output.points, whole.output.points);
+  EXPECT_EQ(report.steering, whole.steering);
+  EXPECT_EQ(report.regions, whole.regions);
+  EXPECT_EQ(report.oddities.unused_points, whole.oddities.unused_points);
+  EXPECT_EQ(report.oddities.locked_vertices, whole.oddities.locked_vertices);
+  EXPECT_EQ(report.stop_sentence(), whole.stop_sentence());
+}
+
+}  // namespace
+}  // namespace tetfusion

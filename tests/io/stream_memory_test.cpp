@@ -1,0 +1,139 @@
+// How much memory reading takes: resident, mapped pages included.
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "base/resources.h"
+#include "io/mesh_sink.h"
+#include "io/mesh_stream.h"
+#include "support/meshes.h"
+#include "support/temp_dir.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::TempDir;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
+// Of this process, in bytes: "VmRSS:" or "VmHWM:".
+std::uint64_t resident(const std::string& name) {
+  std::ifstream status("/proc/self/status");
+  std::string word;
+  while (status >> word) {
+    std::uint64_t kilobytes = 0;
+    if (word == name && status >> kilobytes) return kilobytes << 10;
+  }
+  return 0;
+}
+
+// The most that was resident during f() beyond what was before. Nothing where the system cannot
+// tell.
+template <class F>
+std::optional<std::uint64_t> peak_of(F f) {
+  ::malloc_trim(0);
+  const std::uint64_t before = resident("VmRSS:");
+  if (!(std::ofstream("/proc/self/clear_refs") << "5" << std::flush)) return std::nullopt;
+  if (before == 0 || resident("VmHWM:") > before + (std::uint64_t{8} << 20)) return std::nullopt;
+  f();
+  return resident("VmHWM:") - before;
+}
+
+constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+
+class StreamMemory : public ::testing::TestWithParam<Encoding> {
+ protected:
+  void SetUp() override {
+    if (kSanitized) GTEST_SKIP() << "sanitizers take memory of their own";
+    // As long as the threshold adapts itself, memory that is freed may stay.
+    ::mallopt(M_MMAP_THRESHOLD, 1 << 20);
+    set_thread_count(2);
+    write();
+  }
+  void TearDown() override { set_thread_count(0); }
+
+  // 1.3 million tetrahedra, 275,000 points, arrays: 76 MB when it is raw.
+  void write() {
+    const Geometry mesh = testing::five_split_cube(64);
+    OutputMesh out;
+    out.points = &mesh.points;
+    out.tets = &mesh.tets;
+    out.point_data.arrays = {{"f", ValueType::kFloat64, 2, {}, 0}};
+    out.cell_data.arrays = {{"g", ValueType::kFloat32, 1, {}, 0}};
+    out.read_array = [&](Association association, std::size_t) {
+      DataArray array;
+      const bool of_points = association == Association::kPoint;
+      array.info = of_points ? out.point_data.arrays[0] : out.cell_data.arrays[0];
+      array.info.tuples = of_points ? point_count(mesh.points) : mesh.tets.size();
+      array.bytes.assign(array.info.values() * size_of(array.info.type), std::byte{1});
+      return array;
+    };
+    write_mesh(out, path_, {GetParam(), {}});
+  }
+
+  TempDir dir_;
+  std::string path_ = dir_.file("mesh.vtu");
+};
+
+// All cells, points and arrays.
+void read_windows(const std::string& path, std::uint64_t window) {
+  const auto source = open_mesh(path);
+  const auto stream = open_stream(source.get());
+  CellWindow cells;
+  for (std::uint64_t first = 0; first < stream->cells(); first += window) {
+    stream->read_cells(first, std::min(window, stream->cells() - first), &cells);
+  }
+  Vector<std::byte> rows(window * 3 * sizeof(double));
+  for (std::uint64_t first = 0; first < stream->points(); first += window) {
+    const std::uint64_t count = std::min(window, stream->points() - first);
+    stream->read_points(first, count, rows);
+    stream->read_rows(Association::kPoint, 0, first, count, rows);
+  }
+  for (std::uint64_t first = 0; first < stream->cells(); first += window) {
+    const std::uint64_t count = std::min(window, stream->cells() - first);
+    stream->read_rows(Association::kCell, 0, first, count, rows);
+  }
+}
+
+TEST_P(StreamMemory, DoesNotGrowWithTheFile) {
+  constexpr std::uint64_t kWindow = 100'000;  // 1.6 MB of tetrahedra, 2.4 MB of points
+  const auto peak = peak_of([&] { read_windows(path_, kWindow); });
+  if (!peak) GTEST_SKIP() << "the system does not tell";
+  EXPECT_LT(*peak, 32 * kMiB);
+}
+
+TEST_P(StreamMemory, OfTheWholeMeshIsKnownBefore) {
+  const auto source = open_mesh(path_);
+  const std::uint64_t estimate = source->memory_to_read();
+  const auto peak = peak_of([&] {
+    const Geometry mesh = source->read_geometry();
+    const DataArray f = source->read_array(Association::kPoint, 0);
+    const DataArray g = source->read_array(Association::kCell, 0);
+  });
+  if (!peak) GTEST_SKIP() << "the system does not tell";
+  EXPECT_GT(estimate, *peak * 6 / 10);
+  EXPECT_LT(estimate, *peak * 14 / 10);
+}
+
+std::string name_of(const ::testing::TestParamInfo<Encoding>& info) {
+  constexpr std::array kNames = {"Raw", "Zlib", "Lz4", "Inline", "Ascii"};
+  return kNames[static_cast<std::size_t>(info.param)];
+}
+
+INSTANTIATE_TEST_SUITE_P(Encodings, StreamMemory,
+                         ::testing::Values(Encoding::kRaw, Encoding::kZlib, Encoding::kLz4,
+                                           Encoding::kInline, Encoding::kAscii),
+                         name_of);
+
+}  // namespace
+}  // namespace tetfusion
