@@ -203,13 +203,31 @@ void OutputFile::overwrite(std::uint64_t offset, const void* data, std::size_t b
   if (error != 0) fail("writing", error);
 }
 
+std::uint64_t OutputFile::leave_room(std::uint64_t bytes) {
+  if (!can_leave_room()) throw std::logic_error("a stream has to be written in order");
+  flush();
+  const std::uint64_t offset = size_;
+  size_ += bytes;
+  written_ += bytes;
+  return offset;
+}
+
+void OutputFile::place(std::uint64_t offset, const void* data, std::size_t bytes) const {
+  if (offset > written_ || bytes > written_ - offset) {
+    throw std::logic_error("OutputFile::place() past the end");
+  }
+  const int error = pwrite_all(fd_, data, bytes, offset);
+  if (error != 0) fail("writing", error);
+}
+
 void OutputFile::flush() {
   write_out(buffer_.get(), buffered_);
   buffered_ = 0;
 }
 
 void OutputFile::write_out(const void* data, std::size_t bytes) {
-  const int error = write_all(fd_, data, bytes);
+  const int error = can_leave_room() ? pwrite_all(fd_, data, bytes, written_)
+                                     : write_all(fd_, data, bytes);
   if (error != 0) fail("writing", error);
   written_ += bytes;
 }

@@ -41,6 +41,12 @@ class OutputFile {
   void overwrite(std::uint64_t offset, const void* data, std::size_t bytes);
   std::uint64_t size() const { return size_; }  // bytes appended so far
 
+  // A regular file may also be written out of order: leave_room() appends bytes that place() fills
+  // later, each byte once, from several threads at once. Returns where the room begins.
+  bool can_leave_room() const { return !target_.empty(); }
+  std::uint64_t leave_room(std::uint64_t bytes);
+  void place(std::uint64_t offset, const void* data, std::size_t bytes) const;
+
   // Makes the file durable and gives it its name. Call once, last.
   void commit();
 

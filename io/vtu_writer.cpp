@@ -220,6 +220,17 @@ void VtuWriter::put(std::span<const std::byte> values) {
   begin_arrays();
 }
 
+std::uint64_t VtuWriter::leave_room() {
+  if (current() == nullptr || slot_bytes_ > 0 || !can_leave_room()) {
+    throw std::logic_error("VtuWriter::leave_room() where there is none");
+  }
+  const std::uint64_t offset = file_->leave_room(slots_[next_].bytes);
+  done_bytes_ += slots_[next_].bytes;
+  end_array();
+  begin_arrays();
+  return offset;
+}
+
 void VtuWriter::stage(std::span<const std::byte> values) {
   while (!values.empty()) {
     const auto part = values.first(std::min(values.size(), kStageBytes - stage_.size()));

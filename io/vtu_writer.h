@@ -55,6 +55,12 @@ class VtuWriter {
   template <class T, class Fill>
   void put_computed(const Fill& fill);
 
+  // Instead of putting the current array's values: leaves room for them in the file, and returns
+  // where it begins; they are written as they are with OutputFile::place(). Only raw values in a
+  // regular file.
+  bool can_leave_room() const { return encoding_ == Encoding::kRaw && file_->can_leave_room(); }
+  std::uint64_t leave_room();
+
   // Ends the file. All arrays must be complete; the OutputFile still has to be committed.
   void finish();
 

@@ -3,14 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 #include "base/tasks.h"
 #include "io/output_file.h"
 #include "io/vtu_writer.h"
 #include "mesh/interface_inspection.h"
-#include "partition/radix_sort.h"
 
 namespace tetfusion {
 
@@ -18,15 +19,14 @@ namespace {
 
 constexpr std::uint8_t kVtkTetra = 10;
 
-// A point that more than its own chunk needs to name, and its place among its chunk's own points.
-struct Owned {
+// A point that a cell of lower dimension uses, and its number in the file.
+struct Numbered {
   VertexId id;
-  std::uint32_t chunk;
-  std::uint32_t place;
+  std::uint32_t number;
 };
 
-// The sections of a compacted chunk, each a piece of its own: bucket = section * chunks + chunk.
-enum Section : std::uint32_t { kPositions, kCorners, kForeign, kFirstColumn };
+// The sections of the file that come from chunks, in the order in which the columns follow.
+enum Section : std::uint32_t { kPositions, kCorners, kFirstColumn };
 
 template <class Real>
 class Exporter {
@@ -45,9 +45,17 @@ class Exporter {
         scratch_(scratch) {}
 
   MeshSummary run() {
-    compact();
     number();
-    write();
+    OutputFile file(settings_.path, VtuWriter::access(settings_.encoding));
+    VtuWriter writer(&file, layout_of_file(), settings_.progress);
+    if (writer.can_leave_room()) {
+      write_in_place(&writer, &file);
+    } else {
+      write_in_order(&writer);
+    }
+    context_.check();
+    writer.finish();
+    file.commit();
     return summary_;
   }
 
@@ -57,33 +65,45 @@ class Exporter {
     ChunkGather<Real> gather;
     WorkMesh<Real> mesh;
     ChunkInspector inspector;
-    Vector<std::uint32_t>
-        names;  // of a vertex: its place among the own points, or the foreign ones
+    Vector<std::uint32_t> own;      // vertices that the chunk writes, in the order of their numbers
+    Vector<std::uint32_t> numbers;  // in the file, of each vertex
   };
-  struct ChunkShare {
-    ChunkFindings findings;
-    Vector<Owned> owned;  // that others may ask for
-    std::uint64_t points = 0;
-    std::uint64_t tets = 0;
+  // Where in the file the values of the chunks' sections begin.
+  struct Places {
+    std::vector<std::uint64_t> sections;
+    std::uint64_t offsets = 0;
+    std::uint64_t types = 0;
   };
 
-  void compact();
-  void compact_chunk(std::uint32_t chunk, WorkMesh<Real>& mesh, Worker* worker);
-  bool is_asked_for(VertexId id, std::uint8_t marks) const;
   void number();
-  std::uint64_t number_of(VertexId id) const;
-
-  void write();
+  std::uint32_t number_on_interface(VertexId id, std::uint32_t* low) const;
+  std::int64_t number_of_lower(VertexId id) const;
+  void name_vertices(std::uint32_t chunk, Worker* worker);
+  template <class Emit>
+  void for_each_chunk(Emit emit);
+  void settle_lower();
   VtuLayout layout_of_file() const;
+
+  void write_in_place(VtuWriter* writer, const OutputFile* file);
+  void place_chunk(std::uint32_t chunk, const Worker& worker, const Places& places,
+                   const OutputFile& file) const;
+  void place_lower(const Places& places, const OutputFile& file) const;
+
+  void write_in_order(VtuWriter* writer);
+  void store_chunk(std::uint32_t chunk, const Worker& worker);
   template <class F>
   void for_each_piece(std::uint32_t section, F put);
-  void put_corners(VtuWriter* writer);
-  void put_offsets_and_types(VtuWriter* writer) const;
-  std::uint64_t points_of(std::uint32_t chunk) const {
-    return first_point_[chunk + 1] - first_point_[chunk];
+
+  Vector<Vec3<Real>> own_positions(const Worker& worker) const;
+  Vector<std::byte> own_rows(const Column& column, const Worker& worker) const;
+  Vector<std::int64_t> lower_corners() const;
+  std::int64_t cell_end(std::uint64_t cell) const {
+    const std::uint64_t tets = summary_.tets;
+    return static_cast<std::int64_t>(
+        cell < tets ? 4 * (cell + 1) : 4 * tets + lower_.cells.offsets[cell - tets + 1]);
   }
-  std::uint32_t bucket(std::uint32_t section, std::uint32_t chunk) const {
-    return section * mesh_.chunks + chunk;
+  std::uint8_t cell_type(std::uint64_t cell) const {
+    return cell < summary_.tets ? kVtkTetra : lower_.cells.types[cell - summary_.tets];
   }
 
   const MacroLod<Real>& mesh_;
@@ -96,134 +116,155 @@ class Exporter {
   MemoryBudget* budget_;
   Scratch* scratch_;
 
-  std::unique_ptr<PieceStore> compacted_;
-  std::vector<ChunkShare> shares_;
   Vector<std::uint64_t> first_point_, first_tet_;  // of each chunk; one entry more
-  Vector<Owned> owned_;                            // ascending by id
+  Vector<std::uint32_t> rank_;     // of each interface table entry, among those of its lowest chunk
+  Vector<std::uint32_t> between_;  // of each chunk: how many such entries it has
+  std::vector<Vector<Numbered>> asked_for_;  // of each chunk: what cells of lower dimension use
+  Vector<Numbered> numbered_;                // all of them, ascending by id
+  std::unique_ptr<PieceStore> compacted_;
   MeshSummary summary_;
 };
 
 std::span<const std::byte> bytes_of(const auto& values) { return std::as_bytes(std::span(values)); }
 
+// A chunk's own points are those that no lower chunk has: first those between chunks, by their ids,
+// then the free ones, as they come. So every number is known before any chunk is read.
 template <class Real>
-bool Exporter<Real>::is_asked_for(VertexId id, std::uint8_t marks) const {
-  if ((marks & kOnInterface) != 0) return true;
-  return (marks & kLocked) != 0 &&
-         std::binary_search(lower_.vertices.begin(), lower_.vertices.end(), id);
-}
-
-// A chunk's own points are those that no lower chunk has. Corners name own points by their place,
-// and others, from the number of own points on, by their place in a list of ids.
-template <class Real>
-void Exporter<Real>::compact_chunk(std::uint32_t chunk, WorkMesh<Real>& mesh, Worker* worker) {
-  ChunkShare& share = shares_[chunk];
-  Vector<std::uint32_t> own;
-  Vector<VertexId> foreign;
-  worker->names.resize(mesh.vertex_count());
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    if ((mesh.marks[v] & kAway) != 0) continue;
-    const auto place = static_cast<std::uint32_t>(own.size());
-    worker->names[v] = place;
-    own.push_back(static_cast<std::uint32_t>(v));
-    const VertexId id = mesh.point_ids[v];
-    if (is_asked_for(id, mesh.marks[v])) share.owned.push_back({id, chunk, place});
-  }
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    if ((mesh.marks[v] & kAway) == 0) continue;
-    worker->names[v] = static_cast<std::uint32_t>(own.size() + foreign.size());
-    foreign.push_back(mesh.point_ids[v]);
-  }
-  share.points = own.size();
-  share.tets = mesh.tets.size();
-
-  Vector<Vec3<Real>> positions(own.size());
-  for (std::size_t i = 0; i < own.size(); ++i) positions[i] = mesh.positions[own[i]];
-  Vector<Tet> corners = mesh.tets;
-  for (Tet& t : corners) {
-    for (VertexId& v : t) v = worker->names[v];
-  }
-  std::vector<Vector<std::byte>> rows;
-  for (const Column& c : mesh.point_columns) {
-    const std::size_t stride = c.stride();
-    Vector<std::byte>& to = rows.emplace_back(own.size() * stride);
-    for (std::size_t i = 0; i < own.size(); ++i) {
-      std::memcpy(to.data() + i * stride, c.rows.data() + own[i] * stride, stride);
+void Exporter<Real>::number() {
+  const Vector<InterfaceReport>& entries = mesh_.interface.entries();
+  Vector<std::uint64_t> points, tets;
+  points.assign(mesh_.chunks, 0);
+  tets.assign(mesh_.chunks, 0);
+  between_.assign(mesh_.chunks, 0);
+  if (mesh_.whole) {
+    points[0] = mesh_.whole->vertex_count();
+    tets[0] = mesh_.whole->tets.size();
+  } else {
+    rank_.resize(entries.size());
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      ++points[entries[i].low];
+      if (entries[i].low != entries[i].high) rank_[i] = between_[entries[i].low]++;
+    }
+    for (std::uint32_t c = 0; c < mesh_.chunks; ++c) {
+      points[c] += mesh_.sizes[c].free_points;
+      tets[c] = mesh_.sizes[c].tets;
     }
   }
-  std::vector<PieceRef> pieces{{bucket(kPositions, chunk), bytes_of(positions)},
-                               {bucket(kCorners, chunk), bytes_of(corners)},
-                               {bucket(kForeign, chunk), bytes_of(foreign)}};
-  std::uint32_t section = kFirstColumn;
-  for (const Vector<std::byte>& r : rows) pieces.push_back({bucket(section++, chunk), r});
-  for (const Column& c : mesh.cell_columns) {
-    pieces.push_back({bucket(section++, chunk), {c.rows.data(), mesh.tets.size() * c.stride()}});
+  first_point_.push_back(0);
+  first_tet_.push_back(0);
+  for (std::uint32_t c = 0; c < mesh_.chunks; ++c) {
+    first_point_.push_back(first_point_.back() + points[c]);
+    first_tet_.push_back(first_tet_.back() + tets[c]);
   }
-  std::erase_if(pieces, [](const PieceRef& p) { return p.bytes.empty(); });
-  compacted_->add(chunk, pieces);
-
-  Vector<std::uint8_t> on_interface(mesh.vertex_count());
-  for (std::size_t v = 0; v < on_interface.size(); ++v) {
-    on_interface[v] = sharing_of(mesh.marks[v]);
-  }
-  Points points = std::move(mesh.positions);
-  share.findings =
-      worker->inspector.inspect({&points, mesh.point_ids, on_interface, {}}, &mesh.tets);
-  mesh.positions = std::move(std::get<Vector<Vec3<Real>>>(points));
+  summary_.path = settings_.path;
+  summary_.points = first_point_.back() + lower_.loose_ids.size();
+  summary_.tets = first_tet_.back();
+  asked_for_.resize(mesh_.chunks);
 }
 
 template <class Real>
-void Exporter<Real>::compact() {
-  compacted_ = scratch_->begin(fmt::format("output-{}", mesh_.tets));
-  shares_.resize(mesh_.chunks);
+std::uint32_t Exporter<Real>::number_on_interface(VertexId id, std::uint32_t* low) const {
+  const InterfaceReport* entry = mesh_.interface.find(id);
+  if (entry == nullptr) throw std::logic_error("a vertex is missing in the interface table");
+  *low = entry->low;
+  const auto i = static_cast<std::size_t>(entry - mesh_.interface.entries().data());
+  return static_cast<std::uint32_t>(first_point_[entry->low] + rank_[i]);
+}
+
+template <class Real>
+void Exporter<Real>::name_vertices(std::uint32_t chunk, Worker* worker) {
+  const WorkMesh<Real>& mesh = worker->mesh;
+  const std::uint64_t first = first_point_[chunk];
+  worker->own.resize(first_point_[chunk + 1] - first);
+  worker->numbers.resize(mesh.vertex_count());
+  std::size_t next_free = between_[chunk];
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const VertexId id = mesh.point_ids[v];
+    std::uint32_t low = chunk;
+    worker->numbers[v] = (mesh.marks[v] & kOnInterface) != 0
+                             ? number_on_interface(id, &low)
+                             : static_cast<std::uint32_t>(first + next_free++);
+    if (low != chunk) continue;
+    const std::size_t place = worker->numbers[v] - first;
+    if (place >= worker->own.size()) throw std::logic_error("a chunk has more points than counted");
+    worker->own[place] = static_cast<std::uint32_t>(v);
+    if ((mesh.marks[v] & kLocked) != 0 &&
+        std::binary_search(lower_.vertices.begin(), lower_.vertices.end(), id)) {
+      asked_for_[chunk].push_back({id, worker->numbers[v]});
+    }
+  }
+  if (next_free != worker->own.size())
+    throw std::logic_error("a chunk has fewer points than counted");
+}
+
+// Gathers every chunk once, names its vertices, calls emit(chunk, worker), and judges it.
+template <class Real>
+template <class Emit>
+void Exporter<Real>::for_each_chunk(Emit emit) {
   std::vector<std::unique_ptr<Worker>> workers;
   for (int i = 0; i < settings_.threads; ++i) workers.push_back(std::make_unique<Worker>(layout_));
+  InterfaceInspection between;
+  InOrder<ChunkFindings> join([&](ChunkFindings findings) { between.add(&findings); });
+  std::atomic<std::size_t> done{0};
   run_tasks(mesh_.chunks, settings_.threads, [&](std::size_t c, std::size_t w) {
     context_.check();
     const auto chunk = static_cast<std::uint32_t>(c);
     Worker& worker = *workers[w];
+    MemoryBudget::Reservation memory;
     if (mesh_.whole) {
       worker.mesh = *mesh_.whole;
-      compact_chunk(chunk, worker.mesh, &worker);
-      return;
+    } else {
+      memory = budget_->wait_for(chunk_memory(mesh_.pieces->bytes(chunk)), "a chunk to be written");
+      const std::size_t ahead = c + workers.size();
+      if (ahead < mesh_.chunks) mesh_.pieces->will_read(static_cast<std::uint32_t>(ahead));
+      Rounds<Real>::gather(mesh_, chunk, &worker.gather, &worker.mesh);
     }
-    const auto memory =
-        budget_->wait_for(chunk_memory(mesh_.pieces->bytes(chunk)), "a chunk to be written");
-    Rounds<Real>::gather(mesh_, chunk, &worker.gather, &worker.mesh);
-    compact_chunk(chunk, worker.mesh, &worker);
+    name_vertices(chunk, &worker);
+    emit(chunk, worker);
+    Vector<std::uint8_t> sharing(worker.mesh.vertex_count());
+    for (std::size_t v = 0; v < sharing.size(); ++v) sharing[v] = sharing_of(worker.mesh.marks[v]);
+    Points points = std::move(worker.mesh.positions);
+    join.put(c, worker.inspector.inspect({&points, worker.mesh.point_ids, sharing, {}},
+                                         &worker.mesh.tets));
+    worker.mesh.positions = std::move(std::get<Vector<Vec3<Real>>>(points));
+    if (settings_.progress) {
+      settings_.progress(static_cast<double>(++done) / static_cast<double>(mesh_.chunks));
+    }
   });
-  compacted_->seal();
-}
-
-template <class Real>
-void Exporter<Real>::number() {
-  first_point_.push_back(0);
-  first_tet_.push_back(0);
-  InterfaceInspection between;
-  for (ChunkShare& share : shares_) {
-    first_point_.push_back(first_point_.back() + share.points);
-    first_tet_.push_back(first_tet_.back() + share.tets);
-    owned_.insert(owned_.end(), share.owned.begin(), share.owned.end());
-    between.add(&share.findings);
-    share = {};
-  }
-  radix_sort<32>(&owned_, [](const Owned& o) { return o.id; });
   const InterfaceVerdict verdict = between.finish();
-  summary_ = {settings_.path, first_point_.back() + lower_.loose_ids.size(), first_tet_.back(),
-              verdict.boundary_faces, verdict.volume};
+  summary_.boundary_triangles = verdict.boundary_faces;
+  summary_.volume = verdict.volume;
+  settle_lower();
 }
 
-// The number of a point in the file, of those that are asked for.
 template <class Real>
-std::uint64_t Exporter<Real>::number_of(VertexId id) const {
-  const auto owned =
-      std::lower_bound(owned_.begin(), owned_.end(), id,
-                       [](const Owned& o, VertexId wanted) { return o.id < wanted; });
-  if (owned != owned_.end() && owned->id == id) return first_point_[owned->chunk] + owned->place;
-  const auto loose = std::lower_bound(lower_.loose_ids.begin(), lower_.loose_ids.end(), id);
-  if (loose == lower_.loose_ids.end() || *loose != id) {
+void Exporter<Real>::settle_lower() {
+  for (const Vector<Numbered>& of_chunk : asked_for_) {
+    numbered_.insert(numbered_.end(), of_chunk.begin(), of_chunk.end());
+  }
+  for (std::size_t i = 0; i < lower_.loose_ids.size(); ++i) {
+    numbered_.push_back({lower_.loose_ids[i], static_cast<std::uint32_t>(first_point_.back() + i)});
+  }
+  std::sort(numbered_.begin(), numbered_.end(),
+            [](const Numbered& a, const Numbered& b) { return a.id < b.id; });
+}
+
+template <class Real>
+std::int64_t Exporter<Real>::number_of_lower(VertexId id) const {
+  const auto at =
+      std::lower_bound(numbered_.begin(), numbered_.end(), id,
+                       [](const Numbered& n, VertexId wanted) { return n.id < wanted; });
+  if (at == numbered_.end() || at->id != id) {
     throw std::logic_error("a point of the result has no number");
   }
-  return first_point_.back() + static_cast<std::uint64_t>(loose - lower_.loose_ids.begin());
+  return at->number;
+}
+
+template <class Real>
+Vector<std::int64_t> Exporter<Real>::lower_corners() const {
+  Vector<std::int64_t> corners;
+  for (const VertexId v : lower_.cells.connectivity) corners.push_back(number_of_lower(v));
+  return corners;
 }
 
 template <class Real>
@@ -243,104 +284,180 @@ VtuLayout Exporter<Real>::layout_of_file() const {
   return file;
 }
 
+template <class Real>
+Vector<Vec3<Real>> Exporter<Real>::own_positions(const Worker& worker) const {
+  Vector<Vec3<Real>> positions(worker.own.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    positions[i] = worker.mesh.positions[worker.own[i]];
+  }
+  return positions;
+}
+
+template <class Real>
+Vector<std::byte> Exporter<Real>::own_rows(const Column& column, const Worker& worker) const {
+  const std::size_t stride = column.stride();
+  Vector<std::byte> rows(worker.own.size() * stride);
+  for (std::size_t i = 0; i < worker.own.size(); ++i) {
+    std::memcpy(rows.data() + i * stride, column.rows.data() + worker.own[i] * stride, stride);
+  }
+  return rows;
+}
+
+// Raw values have places that are known from the start: chunks write themselves there, side by
+// side.
+template <class Real>
+void Exporter<Real>::write_in_place(VtuWriter* writer, const OutputFile* file) {
+  Places places;
+  places.sections.resize(kFirstColumn + layout_.point_columns.size() + layout_.cell_columns.size());
+  // An array without values has no room, and nothing is placed in it.
+  const auto leave_room = [&](std::uint64_t values) {
+    return values > 0 ? writer->leave_room() : 0;
+  };
+  const std::uint64_t cells = summary_.tets + lower_.cells.size();
+  std::size_t section = kFirstColumn;
+  for (std::size_t c = 0; c < layout_.point_columns.size(); ++c) {
+    places.sections[section++] = leave_room(summary_.points * layout_.point_columns[c].components);
+  }
+  for (std::size_t c = 0; c < layout_.cell_columns.size(); ++c) {
+    places.sections[section++] = leave_room(cells * layout_.cell_columns[c].components);
+  }
+  places.sections[kPositions] = leave_room(summary_.points);
+  places.sections[kCorners] = leave_room(cells);
+  places.offsets = leave_room(cells);
+  places.types = leave_room(cells);
+  for_each_chunk([&](std::uint32_t chunk, const Worker& worker) {
+    place_chunk(chunk, worker, places, *file);
+  });
+  place_lower(places, *file);
+}
+
+template <class Real>
+void Exporter<Real>::place_chunk(std::uint32_t chunk, const Worker& worker, const Places& places,
+                                 const OutputFile& file) const {
+  const std::uint64_t point = first_point_[chunk];
+  const std::uint64_t cell = first_tet_[chunk];
+  const auto place = [&](std::uint64_t section, std::uint64_t before,
+                         std::span<const std::byte> bytes) {
+    file.place(section + before, bytes.data(), bytes.size());
+  };
+  const WorkMesh<Real>& mesh = worker.mesh;
+  place(places.sections[kPositions], point * sizeof(Vec3<Real>), bytes_of(own_positions(worker)));
+  std::size_t section = kFirstColumn;
+  for (const Column& c : mesh.point_columns) {
+    place(places.sections[section++], point * c.stride(), own_rows(c, worker));
+  }
+  for (const Column& c : mesh.cell_columns) {
+    place(places.sections[section++], cell * c.stride(),
+          {c.rows.data(), mesh.tets.size() * c.stride()});
+  }
+  Vector<std::array<std::int64_t, 4>> corners(mesh.tets.size());
+  Vector<std::int64_t> ends(mesh.tets.size());
+  Vector<std::uint8_t> types(mesh.tets.size());
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    for (std::size_t k = 0; k < 4; ++k) corners[t][k] = worker.numbers[mesh.tets[t][k]];
+    ends[t] = cell_end(cell + t);
+    types[t] = cell_type(cell + t);
+  }
+  place(places.sections[kCorners], cell * sizeof(corners[0]), bytes_of(corners));
+  place(places.offsets, cell * sizeof(ends[0]), bytes_of(ends));
+  place(places.types, cell, bytes_of(types));
+}
+
+template <class Real>
+void Exporter<Real>::place_lower(const Places& places, const OutputFile& file) const {
+  const std::uint64_t point = first_point_.back();
+  const std::uint64_t cell = first_tet_.back();
+  const auto place = [&](std::uint64_t offset, std::span<const std::byte> bytes) {
+    if (!bytes.empty()) file.place(offset, bytes.data(), bytes.size());
+  };
+  place(places.sections[kPositions] + point * sizeof(Vec3<Real>), bytes_of(lower_.loose_positions));
+  std::size_t section = kFirstColumn;
+  for (const Column& c : lower_.loose_columns) {
+    place(places.sections[section++] + point * c.stride(), c.rows);
+  }
+  section = kFirstColumn + layout_.point_columns.size();
+  for (const Column& c : lower_.columns) {
+    place(places.sections[section++] + cell * c.stride(), c.rows);
+  }
+  Vector<std::int64_t> ends;
+  for (std::uint64_t i = 0; i < lower_.cells.size(); ++i) ends.push_back(cell_end(cell + i));
+  place(places.sections[kCorners] + 4 * cell * sizeof(std::int64_t), bytes_of(lower_corners()));
+  place(places.offsets + cell * sizeof(std::int64_t), bytes_of(ends));
+  place(places.types + cell,
+        lower_.cells.size() > 0 ? bytes_of(lower_.cells.types) : std::span<const std::byte>());
+}
+
+// What is encoded, or goes to a stream, must be written in the order of the file: chunks are put
+// away by sections, and each section is put together from them.
+template <class Real>
+void Exporter<Real>::write_in_order(VtuWriter* writer) {
+  compacted_ = scratch_->begin(fmt::format("output-{}", mesh_.tets));
+  for_each_chunk([&](std::uint32_t chunk, const Worker& worker) { store_chunk(chunk, worker); });
+  compacted_->seal();
+  const auto put = [&](std::span<const std::byte> bytes) { writer->put(bytes); };
+  std::uint32_t section = kFirstColumn;
+  for (std::size_t c = 0; c < layout_.point_columns.size(); ++c) {
+    for_each_piece(section++, put);
+    if (!lower_.loose_ids.empty()) writer->put(lower_.loose_columns[c].rows);
+  }
+  for (std::size_t c = 0; c < layout_.cell_columns.size(); ++c) {
+    for_each_piece(section++, put);
+    if (lower_.cells.size() > 0) writer->put(lower_.columns[c].rows);
+  }
+  for_each_piece(kPositions, put);
+  writer->put(bytes_of(lower_.loose_positions));
+  Vector<std::int64_t> corners;
+  for_each_piece(kCorners, [&](std::span<const std::byte> bytes) {
+    const auto* numbers = reinterpret_cast<const std::uint32_t*>(bytes.data());
+    corners.assign(numbers, numbers + bytes.size() / sizeof(std::uint32_t));
+    writer->put(bytes_of(corners));
+  });
+  writer->put(bytes_of(lower_corners()));
+  writer->template put_computed<std::int64_t>(
+      [&](std::uint64_t first, std::uint64_t count, std::int64_t* out) {
+        for (std::uint64_t i = first; i < first + count; ++i) *out++ = cell_end(i);
+      });
+  writer->template put_computed<std::uint8_t>(
+      [&](std::uint64_t first, std::uint64_t count, std::uint8_t* out) {
+        for (std::uint64_t i = first; i < first + count; ++i) *out++ = cell_type(i);
+      });
+  compacted_.reset();
+}
+
+// Each section is a piece of its own: bucket = section * chunks + chunk.
+template <class Real>
+void Exporter<Real>::store_chunk(std::uint32_t chunk, const Worker& worker) {
+  const WorkMesh<Real>& mesh = worker.mesh;
+  const auto bucket = [&](std::uint32_t section) { return section * mesh_.chunks + chunk; };
+  const Vector<Vec3<Real>> positions = own_positions(worker);
+  Vector<Tet> corners = mesh.tets;
+  for (Tet& t : corners) {
+    for (VertexId& v : t) v = worker.numbers[v];
+  }
+  std::vector<Vector<std::byte>> rows;
+  for (const Column& c : mesh.point_columns) rows.push_back(own_rows(c, worker));
+  std::vector<PieceRef> pieces{{bucket(kPositions), bytes_of(positions)},
+                               {bucket(kCorners), bytes_of(corners)}};
+  std::uint32_t section = kFirstColumn;
+  for (const Vector<std::byte>& r : rows) pieces.push_back({bucket(section++), r});
+  for (const Column& c : mesh.cell_columns) {
+    pieces.push_back({bucket(section++), {c.rows.data(), mesh.tets.size() * c.stride()}});
+  }
+  std::erase_if(pieces, [](const PieceRef& p) { return p.bytes.empty(); });
+  compacted_->add(chunk, pieces);
+}
+
 // Calls put(bytes) for a section of all chunks, in order, and drops it.
 template <class Real>
 template <class F>
 void Exporter<Real>::for_each_piece(std::uint32_t section, F put) {
   for (std::uint32_t c = 0; c < mesh_.chunks; ++c) {
     context_.check();
-    const std::uint32_t b = bucket(section, c);
-    if (compacted_->bytes(b) == 0) continue;
-    {
-      const auto pieces = compacted_->read(b);
-      put(pieces->pieces()[0]);
-    }
-    compacted_->forget(b);
+    const std::uint32_t bucket = section * mesh_.chunks + c;
+    if (compacted_->bytes(bucket) == 0) continue;
+    put(compacted_->read(bucket)->pieces()[0]);
+    compacted_->forget(bucket);
   }
-}
-
-template <class Real>
-void Exporter<Real>::put_corners(VtuWriter* writer) {
-  const auto batch = static_cast<std::uint32_t>(4 * settings_.threads);
-  std::vector<Vector<std::int64_t>> encoded(batch);
-  for (std::uint32_t begin = 0; begin < mesh_.chunks; begin += batch) {
-    context_.check();
-    const std::uint32_t end = std::min(begin + batch, mesh_.chunks);
-    run_tasks(end - begin, settings_.threads, [&](std::size_t i, std::size_t) {
-      const auto c = begin + static_cast<std::uint32_t>(i);
-      encoded[i].clear();
-      if (compacted_->bytes(bucket(kCorners, c)) == 0) return;
-      const auto pieces = compacted_->read(bucket(kCorners, c));
-      const std::span<const std::byte> bytes = pieces->pieces()[0];
-      Vector<std::uint64_t> foreign;
-      if (compacted_->bytes(bucket(kForeign, c)) != 0) {
-        const auto list = compacted_->read(bucket(kForeign, c));
-        const std::span<const std::byte> ids = list->pieces()[0];
-        const auto* begin_id = reinterpret_cast<const VertexId*>(ids.data());
-        for (std::size_t k = 0; k < ids.size() / sizeof(VertexId); ++k) {
-          foreign.push_back(number_of(begin_id[k]));
-        }
-      }
-      const auto* names = reinterpret_cast<const VertexId*>(bytes.data());
-      const std::uint64_t own = points_of(c);
-      encoded[i].resize(bytes.size() / sizeof(VertexId));
-      for (std::size_t k = 0; k < encoded[i].size(); ++k) {
-        encoded[i][k] = static_cast<std::int64_t>(names[k] < own ? first_point_[c] + names[k]
-                                                                 : foreign[names[k] - own]);
-      }
-    });
-    for (std::uint32_t c = begin; c < end; ++c) {
-      writer->put(bytes_of(encoded[c - begin]));
-      compacted_->forget(bucket(kCorners, c));
-      compacted_->forget(bucket(kForeign, c));
-    }
-  }
-  Vector<std::int64_t> lower;
-  for (const VertexId v : lower_.cells.connectivity) {
-    lower.push_back(static_cast<std::int64_t>(number_of(v)));
-  }
-  writer->put(bytes_of(lower));
-}
-
-template <class Real>
-void Exporter<Real>::put_offsets_and_types(VtuWriter* writer) const {
-  const std::uint64_t tets = summary_.tets;
-  writer->put_computed<std::int64_t>([&](std::uint64_t first, std::uint64_t count,
-                                         std::int64_t* out) {
-    for (std::uint64_t i = first; i < first + count; ++i) {
-      *out++ = static_cast<std::int64_t>(i < tets ? 4 * (i + 1)
-                                                  : 4 * tets + lower_.cells.offsets[i - tets + 1]);
-    }
-  });
-  writer->put_computed<std::uint8_t>(
-      [&](std::uint64_t first, std::uint64_t count, std::uint8_t* out) {
-        for (std::uint64_t i = first; i < first + count; ++i) {
-          *out++ = i < tets ? kVtkTetra : lower_.cells.types[i - tets];
-        }
-      });
-}
-
-template <class Real>
-void Exporter<Real>::write() {
-  OutputFile file(settings_.path, VtuWriter::access(settings_.encoding));
-  VtuWriter writer(&file, layout_of_file(), settings_.progress);
-  const auto put = [&](std::span<const std::byte> bytes) { writer.put(bytes); };
-  std::uint32_t section = kFirstColumn;
-  for (std::size_t c = 0; c < layout_.point_columns.size(); ++c) {
-    for_each_piece(section++, put);
-    if (!lower_.loose_ids.empty()) writer.put(lower_.loose_columns[c].rows);
-  }
-  for (std::size_t c = 0; c < layout_.cell_columns.size(); ++c) {
-    for_each_piece(section++, put);
-    if (lower_.cells.size() > 0) writer.put(lower_.columns[c].rows);
-  }
-  for_each_piece(kPositions, put);
-  writer.put(bytes_of(lower_.loose_positions));
-  put_corners(&writer);
-  put_offsets_and_types(&writer);
-  writer.finish();
-  compacted_.reset();
-  file.commit();
 }
 
 }  // namespace

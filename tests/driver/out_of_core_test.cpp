@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -291,6 +293,38 @@ TEST_F(StoppedRun, MayResumeWhereNothingIs) {
     EXPECT_EQ(take_output() == expected, true);
   }
   EXPECT_TRUE(files().empty());
+}
+
+// A process that is killed leaves a folder that another one goes on with. The test that dies is
+// another process, which gets the name of this one's folder by way of the environment.
+TEST_F(StoppedRun, GoesOnAfterAKill) {
+  ::testing::FLAGS_gtest_death_test_style = "threadsafe";
+  constexpr const char* kFolder = "TETFUSION_TEST_KILLED_RUN";
+  const auto run_and_die = [&](int round) {
+    if (folder.path() != std::getenv(kFolder)) std::filesystem::remove_all(folder.path());
+    SimplifyRequest dying = request;
+    dying.input = std::string(std::getenv(kFolder)) + "/in.vtu";
+    dying.output = std::string(std::getenv(kFolder)) + "/out.vtu";
+    std::atomic<int> rounds{0};
+    RunContext context;
+    context.progress = [&](std::string_view phase, double) {
+      if (phase == "fusing" && ++rounds == round) std::raise(SIGKILL);
+    };
+    simplify(dying, context);
+  };
+  if (std::getenv(kFolder) == nullptr) setenv(kFolder, folder.path().c_str(), 1);
+  const std::string expected = run_in_core();
+  request.performance.on_disk = true;
+  EXPECT_EXIT(run_and_die(3), ::testing::KilledBySignal(SIGKILL), "");
+  EXPECT_EQ(files(), std::set<std::string>{"out.vtu.tetfusion"});
+  request.performance.resume = true;
+  EXPECT_EXIT(run_and_die(3), ::testing::KilledBySignal(SIGKILL), "");
+  EXPECT_EQ(files(), std::set<std::string>{"out.vtu.tetfusion"});
+  const SimplifyReport report = simplify(request);
+  EXPECT_GT(report.lods.size(), 4u);
+  EXPECT_EQ(take_output() == expected, true);
+  EXPECT_TRUE(files().empty());
+  unsetenv(kFolder);
 }
 
 // A resumed run tells the whole story, not only its own part.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -19,6 +20,7 @@
 #include "io/mesh_source.h"
 #include "mesh/inspect.h"
 #include "mesh/predicates.h"
+#include "support/damaged_meshes.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 
@@ -52,7 +54,7 @@ class Simplify : public ::testing::Test {
     context.notice = [this](std::string_view s) { notices.emplace_back(s); };
     return simplify(request, context);
   }
-  TempDir folder;
+  TempDir folder = TempDir::in_memory();
   SimplifyRequest request = [this] {
     SimplifyRequest r;
     r.input = folder.file("in.vtu");
@@ -323,6 +325,60 @@ TEST_F(Simplify, TheGoalIsMetFromAbove) {
     EXPECT_EQ(report.stop_reason, StopReason::kSaturated);
     EXPECT_THAT(report.stop_sentence(), HasSubstr("The goal was not reached"));
   }
+}
+
+// The second level takes from all over the mesh, too, though the first one ended with single
+// fusions here and there.
+TEST_F(Simplify, EveryLevelIsSpread) {
+  MeshFile file = box(14);
+  const std::size_t tets = file.cells();
+  file.cell_arrays.push_back(
+      make_array<std::int32_t>("number", tets, 1, [](auto i, auto) { return i; }));
+  request.output = folder.file("level_{lod}.vtu");
+  request.behaviour.lods = {0.1, 0.2};
+  for (const std::uint64_t chunk_tets : {200'000, 2000}) {
+    request.behaviour.chunk_tets = chunk_tets;
+    EXPECT_EQ(run(file).stop_reason, StopReason::kGoal);
+    for (const int level : {1, 2}) {
+      const auto source = open_mesh(folder.file("level_" + std::to_string(level) + ".vtu"));
+      const DataArray numbers = read_cell_array(source.get(), "number");
+      std::array<double, 4> left{};
+      for (const std::int32_t n : numbers.as<std::int32_t>()) {
+        ++left.at(4 * static_cast<std::size_t>(n) / tets);
+      }
+      const double mean = static_cast<double>(numbers.info.tuples) / 4;
+      for (const double l : left) EXPECT_NEAR(l, mean, 0.06 * mean) << level << " " << chunk_tets;
+    }
+  }
+}
+
+// Whatever is broken in a mesh comes out as it went in, and nothing new is broken.
+TEST_F(Simplify, DefectsStayAsTheyAre) {
+  std::uint64_t fused = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    MeshFile file;
+    file.geometry = testing::damaged_mesh(seed);
+    request.behaviour.chunk_tets = 20 + seed % 50;
+    request.performance.on_disk = seed % 2 == 0;
+    const SimplifyReport report = run(file);
+    for (const LodSummary& lod : report.lods) fused += lod.pass.fused;
+    Geometry before = file.geometry, after = open_mesh(request.output)->read_geometry();
+    const Inspection a = inspect(before), b = inspect(after);
+    EXPECT_EQ(b.degenerate, a.degenerate);
+    EXPECT_EQ(b.duplicate_tets, a.duplicate_tets);
+    EXPECT_EQ(b.overfull_faces, a.overfull_faces);
+    EXPECT_EQ(b.foldover_faces, a.foldover_faces);
+    EXPECT_EQ(b.nonmanifold_edges, a.nonmanifold_edges);
+    EXPECT_EQ(b.nonmanifold_vertices, a.nonmanifold_vertices);
+    EXPECT_EQ(b.boundary_faces, a.boundary_faces);
+    EXPECT_EQ(b.components, a.components);
+    EXPECT_NEAR(b.volume, a.volume, 1e-11 * std::abs(a.volume));
+    EXPECT_EQ(b.rewound, 0u);
+    EXPECT_EQ(report.output.boundary_triangles, a.boundary_faces);
+    if (HasFailure()) break;
+  }
+  EXPECT_GT(fused, 10u);
 }
 
 TEST_F(Simplify, AnInterruptedRunLeavesTheOldFile) {

@@ -20,10 +20,10 @@ void append_rows(const std::vector<Column>& columns, std::size_t row, std::strin
 }
 
 template <class Real>
-std::string vertex_text(const WorkMesh<Real>& mesh, VertexId v) {
+std::string vertex_text(const WorkMesh<Real>& mesh, VertexId v, bool with_id = true) {
   std::string text;
   const auto lasting = static_cast<char>(mesh.marks[v] & (kOnBoundary | kLocked));
-  append(&mesh.point_ids[v], 1, &text);
+  if (with_id) append(&mesh.point_ids[v], 1, &text);
   append(&mesh.positions[v], 1, &text);
   append(&lasting, 1, &text);
   append(mesh.steering.data() + v * mesh.steering_width, mesh.steering_width, &text);
@@ -188,11 +188,11 @@ WorkMesh<Real> join(const std::vector<WorkMesh<Real>>& chunks) {
 }
 
 template <class Real>
-std::vector<std::string> contents(const WorkMesh<Real>& mesh) {
+std::vector<std::string> contents(const WorkMesh<Real>& mesh, bool with_ids) {
   std::vector<std::string> tets;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     std::string& text = tets.emplace_back();
-    for (const VertexId v : mesh.tets[t]) text += vertex_text(mesh, v);
+    for (const VertexId v : mesh.tets[t]) text += vertex_text(mesh, v, with_ids);
     append_rows(mesh.cell_columns, t, &text);
   }
   std::sort(tets.begin(), tets.end());
@@ -212,7 +212,7 @@ std::vector<std::string> contents(const WorkMesh<Real>& mesh) {
       const std::vector<WorkMesh<Real>>&);                                                 \
   template void expect_chunks_know_their_vertices(const std::vector<WorkMesh<Real>>&);     \
   template WorkMesh<Real> join(const std::vector<WorkMesh<Real>>&);                        \
-  template std::vector<std::string> contents(const WorkMesh<Real>&);
+  template std::vector<std::string> contents(const WorkMesh<Real>&, bool);
 TETFUSION_INSTANTIATE(float)
 TETFUSION_INSTANTIATE(double)
 #undef TETFUSION_INSTANTIATE

@@ -61,7 +61,8 @@ WorkMesh<Real> join(const std::vector<WorkMesh<Real>>& chunks);
 
 // A mesh as text, one a tetrahedron, sorted: the ids, positions, lasting marks, steering values and
 // rows of its corners, and its own rows. Equal for meshes that are the same up to order.
+// `with_ids`: which of the four ids a fused vertex keeps depends on the order.
 template <class Real>
-std::vector<std::string> contents(const WorkMesh<Real>& mesh);
+std::vector<std::string> contents(const WorkMesh<Real>& mesh, bool with_ids = true);
 
 }  // namespace tetfusion::testing
