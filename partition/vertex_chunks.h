@@ -2,6 +2,7 @@
 // in four bytes a point and eight bytes for every point on the interface of more than two chunks.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <mutex>
 
@@ -18,7 +19,11 @@ class VertexChunks {
 
   // A point's chunk on the curve, below kMaxChunks. Different points from several threads.
   void set_home(VertexId v, std::uint32_t chunk) { places_[v] = kNoneAway | chunk; }
-  std::uint32_t home(VertexId v) const { return places_[v] & kChunkBits; }
+  std::uint32_t home(VertexId v) const {  // while others add notes, too
+    // Reading does not write, but there is no atomic reference to what is const before C++26.
+    auto& place = const_cast<std::uint32_t&>(places_[v]);
+    return std::atomic_ref(place).load(std::memory_order_relaxed) & kChunkBits;
+  }
 
   // Notes, for a run of tetrahedra, that chunks have their points. One a thread; what it holds goes
   // to the table when it is destroyed.

@@ -10,9 +10,9 @@ sh tests/install_packages.sh test
 
 for preset in asan tsan ci; do cmake --preset "$preset"; done
 cmake --build --preset asan
-cmake --build --preset tsan --target test_base test_partition test_driver
+cmake --build --preset tsan --target test_base test_partition test_driver test_io
 cmake --build --preset ci
 ctest --preset asan --label-exclude "slow|release_only"
-ctest --preset tsan --label-exclude "slow|release_only" --tests-regex "RunTasks|Rounds|Chunks|Cut"
+ctest --preset tsan --label-exclude "slow|release_only" --tests-regex "RunTasks|InOrder|Rounds|Chunk|Cut|OutOfCore|StoppedRun|PieceStore|Scratch|Memory|MeshStream"
 sh tests/same_bytes.sh build/release/tetfusion build/asan/tetfusion
 ctest --preset ci --label-exclude slow

@@ -128,6 +128,21 @@ class Importer {
     Vector<Vec3<Real>> positions;
     std::vector<Column> columns;
   };
+  struct CellScratch {
+    CellWindow cells;
+    std::vector<Column> columns;
+    Vector<std::uint32_t> chunk_of;
+    WindowPieces pieces;
+  };
+  struct PointScratch {
+    Vector<Vec3<Real>> positions;
+    std::vector<Column> columns;
+    Vector<double> steering;
+    Vector<std::uint32_t> items, chunk_of;
+    WindowPieces pieces;
+  };
+  Pool<CellScratch> cell_scratch_;
+  Pool<PointScratch> point_scratch_;
   std::vector<LowerWindow> lower_;
   std::vector<LooseWindow> loose_;
   std::vector<std::uint64_t> ghosts_;
@@ -194,6 +209,7 @@ void Importer<Real>::scatter_tets(PieceStore* to) {
     context_.report("reading", 0.02, 0.09, ++done, windows);
   });
   to->seal();
+  cell_scratch_.clear();
   table_.finish();
   join_lower();
 }
@@ -201,15 +217,18 @@ void Importer<Real>::scatter_tets(PieceStore* to) {
 template <class Real>
 void Importer<Real>::scatter_window(std::size_t window, std::uint64_t first, std::uint64_t count,
                                     PieceStore* to) {
-  CellWindow cells;
+  auto scratch = cell_scratch_.borrow();
+  CellWindow& cells = scratch->cells;
   stream_.read_cells(first, count, &cells);
-  std::vector<Column> columns = layout_.cell_columns;
+  std::vector<Column>& columns = scratch->columns;
+  if (columns.empty()) columns = layout_.cell_columns;
   read_columns(stream_, Association::kCell, carried_.cell_indices, first, count, &columns);
   ghosts_[window] = cells.ghost_cells;
   tet_count_ += cells.tets.size();
   take_lower(window, first, cells, columns);
 
-  Vector<std::uint32_t> chunk_of(cells.tets.size());
+  Vector<std::uint32_t>& chunk_of = scratch->chunk_of;
+  chunk_of.resize(cells.tets.size());
   {
     VertexChunks::Notes notes(&table_);
     for (std::size_t t = 0; t < cells.tets.size(); ++t) {
@@ -220,17 +239,12 @@ void Importer<Real>::scatter_window(std::size_t window, std::uint64_t first, std
       for (const VertexId v : tet) notes.add(v, chunk);
     }
   }
-  if (!cells.tet_rows.empty()) {
-    for (std::uint64_t& row : cells.tet_rows) row -= first;
-  }
-  WindowPieces pieces(chunk_of, chunks_);
-  pieces.add_to(static_cast<std::uint32_t>(window), to,
-                [&](std::span<const std::uint32_t> items, RowWriter* writer) {
-                  writer->put<Tet>(items, [&](std::size_t t) { return cells.tets[t]; });
-                  for (const Column& c : columns) {
-                    writer->put_rows(c, items, cells.tet_rows);
-                  }
-                });
+  for (std::uint64_t& row : cells.tet_rows) row -= first;
+  scratch->pieces.add(static_cast<std::uint32_t>(window), chunk_of, chunks_, to,
+                      [&](std::span<const std::uint32_t> items, RowWriter* writer) {
+                        writer->put<Tet>(items, [&](std::size_t t) { return cells.tets[t]; });
+                        for (const Column& c : columns) writer->put_rows(c, items, cells.tet_rows);
+                      });
 }
 
 template <class Real>
@@ -285,6 +299,7 @@ void Importer<Real>::scatter_points(PieceStore* to) {
     context_.report("reading", 0.09, 0.12, ++done, loose_.size());
   });
   to->seal();
+  point_scratch_.clear();
   LowerPart<Real>& all = out_.lower;
   all.loose_columns = layout_.point_columns;
   for (LooseWindow& window : loose_) {
@@ -302,11 +317,16 @@ void Importer<Real>::scatter_points(PieceStore* to) {
 template <class Real>
 void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t first,
                                           std::uint64_t count, PieceStore* to) {
-  const Vector<Vec3<Real>> positions = read_positions(first, count);
-  std::vector<Column> columns = layout_.point_columns;
+  auto scratch = point_scratch_.borrow();
+  Vector<Vec3<Real>>& positions = scratch->positions;
+  positions.resize(count);
+  stream_.read_points(first, count, std::as_writable_bytes(std::span(positions)));
+  std::vector<Column>& columns = scratch->columns;
+  if (columns.empty()) columns = layout_.point_columns;
   read_columns(stream_, Association::kPoint, carried_.point_indices, first, count, &columns);
   const std::size_t width = steering_.width();
-  Vector<double> steering(count * width);
+  Vector<double>& steering = scratch->steering;
+  steering.resize(count * width);
   Vector<std::uint8_t> not_finite;
   not_finite.assign(count, 0);
   steering_.read(first, count, steering.data(), not_finite.data());
@@ -316,8 +336,11 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
   auto next_carried =
       std::lower_bound(carried.begin(), carried.end(), static_cast<VertexId>(first));
   Vector<std::uint8_t> marks(count);
-  Vector<std::uint32_t> last(count);  // of its chunks
-  Vector<std::uint32_t> items, chunk_of;
+  Vector<std::uint32_t> last(count);              // of its chunks
+  Vector<std::uint32_t>& items = scratch->items;  // the point of each piece's row
+  Vector<std::uint32_t>& chunk_of = scratch->chunk_of;
+  items.clear();
+  chunk_of.clear();
   for (std::size_t i = 0; i < count; ++i) {
     const auto v = static_cast<VertexId>(first + i);
     const std::size_t before = chunk_of.size();
@@ -336,10 +359,8 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
     loose.positions.push_back(positions[i]);
     for (std::size_t c = 0; c < columns.size(); ++c) append_row(columns[c], i, &loose.columns[c]);
   }
-  WindowPieces pieces(chunk_of, chunks_);
-  Vector<std::uint64_t> rows(items.begin(), items.end());
-  pieces.add_to(
-      static_cast<std::uint32_t>(window), to,
+  scratch->pieces.add(
+      static_cast<std::uint32_t>(window), chunk_of, chunks_, to,
       [&](std::span<const std::uint32_t> places, RowWriter* writer) {
         writer->put<VertexId>(
             places, [&](std::size_t i) { return static_cast<VertexId>(first + items[i]); });
@@ -352,7 +373,7 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
           writer->put<double>(places,
                               [&](std::size_t i) { return steering[items[i] * width + k]; });
         }
-        for (const Column& c : columns) writer->put_rows(c, places, rows);
+        for (const Column& c : columns) writer->put_rows(c, places, items);
       });
 }
 

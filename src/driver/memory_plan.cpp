@@ -9,9 +9,9 @@ namespace {
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
 // The program, its libraries, stacks and what the allocator keeps.
-constexpr std::uint64_t kProcess = 40 * kMiB;
+constexpr std::uint64_t kProcess = 32 * kMiB;
 // Windows of the input and what is made of them, a thread; the writer's buffers are less.
-constexpr std::uint64_t kWindows = 48 * kMiB;
+constexpr std::uint64_t kWindows = 30 * kMiB;
 // Points that several chunks have are there more than once.
 constexpr double kCopies = 1.2;
 
@@ -43,8 +43,8 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, std::uint32_t steering_w
   const double chunks = std::ceil(cells / static_cast<double>(chunk_tets));
   const double chunk = pieces / std::max(chunks, 1.0);
 
-  // Reports of the interface, twice while they are sorted, and what judging it needs.
-  constexpr double kInterfaceBytes = 160;
+  // Reports of the interface, twice while they are sorted, and what judging it needs: 85 measured.
+  constexpr double kInterfaceBytes = 100;
   const double between =
       chunks > 1 ? chunks * interface_vertices(static_cast<double>(chunk_tets)) * kInterfaceBytes
                  : 0;
@@ -55,8 +55,8 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, std::uint32_t steering_w
   MemoryNeeds needs;
   needs.pieces = static_cast<std::uint64_t>(pieces);
   needs.out_of_core = static_cast<std::uint64_t>(fixed);
-  // While chunks are made of what was scattered for them, some of both is there.
-  needs.in_core = static_cast<std::uint64_t>(fixed + 1.25 * pieces);
+  // What was scattered for the chunks stays until the first round is over, and that leaves pieces.
+  needs.in_core = static_cast<std::uint64_t>(fixed + 1.75 * pieces);
   // The generation that is read, the one that is written, and the one that is durable.
   needs.scratch = static_cast<std::uint64_t>(3 * pieces);
   return needs;

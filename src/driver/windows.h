@@ -5,7 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
+#include <mutex>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/vector.h"
@@ -31,8 +34,8 @@ class RowWriter {
   }
 
   // Rows of the column: of item i row rows[i], or i where `rows` is empty.
-  void put_rows(const Column& column, std::span<const std::uint32_t> items,
-                std::span<const std::uint64_t> rows) {
+  template <class Rows>
+  void put_rows(const Column& column, std::span<const std::uint32_t> items, const Rows& rows) {
     const std::size_t stride = column.stride();
     std::byte* to = grow(items.size() * stride);
     for (const std::uint32_t item : items) {
@@ -76,49 +79,92 @@ class RowReader {
   std::uint64_t items_ = 0;
 };
 
-// Sorts items 0, 1, ... by their chunks; in a chunk they keep their order.
+// Sorts items 0, 1, ... by their chunks; in a chunk they keep their order. Keeps its memory.
 class WindowPieces {
  public:
-  WindowPieces(std::span<const std::uint32_t> chunk_of, std::uint32_t chunks) {
-    begins_.assign(std::size_t{chunks} + 1, 0);
-    for (const std::uint32_t c : chunk_of) ++begins_[c + 1];
-    for (std::size_t c = 0; c < chunks; ++c) begins_[c + 1] += begins_[c];
-    Vector<std::uint32_t> next = begins_;
-    order_.resize(chunk_of.size());
-    for (std::size_t i = 0; i < chunk_of.size(); ++i) {
-      order_[next[chunk_of[i]]++] = static_cast<std::uint32_t>(i);
-    }
-  }
-
-  // Adds a piece for each chunk that has items; write(items, writer) fills it.
+  // Adds a piece for each chunk that has items to the store; write(items, writer) fills it.
   template <class Write>
-  void add_to(std::uint32_t source, PieceStore* store, Write write) const {
+  void add(std::uint32_t source, std::span<const std::uint32_t> chunk_of, std::uint32_t chunks,
+           PieceStore* store, Write write) {
+    sort(chunk_of, chunks);
     constexpr std::size_t kAlignment = 64;
-    Vector<std::byte> bytes;
-    std::vector<std::size_t> begins, ends;
-    std::vector<PieceRef> pieces;
-    for (std::size_t c = 0; c + 1 < begins_.size(); ++c) {
+    bytes_.clear();
+    pieces_.clear();
+    extents_.clear();
+    for (std::uint32_t c = 0; c < chunks; ++c) {
       const std::span<const std::uint32_t> items(order_.data() + begins_[c],
                                                  begins_[c + 1] - begins_[c]);
       if (items.empty()) continue;
-      begins.push_back((bytes.size() + kAlignment - 1) / kAlignment * kAlignment);
-      bytes.resize(begins.back() + sizeof(std::uint64_t));
+      const std::size_t begin = (bytes_.size() + kAlignment - 1) / kAlignment * kAlignment;
+      bytes_.resize(begin + sizeof(std::uint64_t));
       const std::uint64_t count = items.size();
-      std::memcpy(bytes.data() + begins.back(), &count, sizeof count);
-      RowWriter writer(&bytes);
+      std::memcpy(bytes_.data() + begin, &count, sizeof count);
+      RowWriter writer(&bytes_);
       write(items, &writer);
-      ends.push_back(bytes.size());
-      pieces.push_back({static_cast<std::uint32_t>(c), {}});
+      extents_.emplace_back(begin, bytes_.size() - begin);
+      pieces_.push_back({c, {}});
     }
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      pieces[i].bytes = {bytes.data() + begins[i], ends[i] - begins[i]};
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      pieces_[i].bytes = {bytes_.data() + extents_[i].first, extents_[i].second};
     }
-    store->add(source, pieces);
+    store->add(source, pieces_);
   }
 
  private:
+  void sort(std::span<const std::uint32_t> chunk_of, std::uint32_t chunks) {
+    begins_.assign(std::size_t{chunks} + 1, 0);
+    for (const std::uint32_t c : chunk_of) ++begins_[c + 1];
+    for (std::size_t c = 0; c < chunks; ++c) begins_[c + 1] += begins_[c];
+    next_ = begins_;
+    order_.resize(chunk_of.size());
+    for (std::size_t i = 0; i < chunk_of.size(); ++i) {
+      order_[next_[chunk_of[i]]++] = static_cast<std::uint32_t>(i);
+    }
+  }
+
   Vector<std::uint32_t> begins_;  // of each chunk in order_; one entry more
+  Vector<std::uint32_t> next_;
   Vector<std::uint32_t> order_;
+  Vector<std::byte> bytes_;
+  std::vector<PieceRef> pieces_;
+  std::vector<std::pair<std::size_t, std::size_t>> extents_;  // of the pieces in bytes_
+};
+
+// Objects that whoever works on a window borrows, so that their memory is not asked for anew, and
+// cleared by the system, for each.
+template <class T>
+class Pool {
+ public:
+  class Loan {
+   public:
+    explicit Loan(Pool* pool) : pool_(pool) {
+      const std::lock_guard lock(pool->mutex_);
+      if (pool->free_.empty()) {
+        object_ = std::make_unique<T>();
+      } else {
+        object_ = std::move(pool->free_.back());
+        pool->free_.pop_back();
+      }
+    }
+    ~Loan() {
+      const std::lock_guard lock(pool_->mutex_);
+      pool_->free_.push_back(std::move(object_));
+    }
+    Loan(const Loan&) = delete;
+    Loan& operator=(const Loan&) = delete;
+    T* operator->() { return object_.get(); }
+    T& operator*() { return *object_; }
+
+   private:
+    Pool* pool_;
+    std::unique_ptr<T> object_;
+  };
+  Loan borrow() { return Loan(this); }
+  void clear() { free_.clear(); }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<T>> free_;
 };
 
 }  // namespace tetfusion

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <mutex>
 #include <optional>
 #include <set>
 
@@ -81,8 +82,10 @@ class OutOfCore : public ::testing::Test {
   std::vector<int> stops() {
     std::vector<int> out;
     int report = 0, in_row = 0;
+    std::mutex mutex;
     RunContext context;
     context.progress = [&](std::string_view phase, double) {
+      const std::lock_guard lock(mutex);
       ++report;
       in_row = phase == "writing" ? in_row + 1 : 0;
       if (in_row < 3 || in_row % 40 == 0) out.push_back(report);
@@ -334,9 +337,11 @@ TEST_F(StoppedRun, ReportsAllRounds) {
   ASSERT_TRUE(run_until(4, "fusing"));
   request.performance.resume = true;
   double first = -1, last = 0;
+  std::mutex mutex;
   RunContext context;
   std::vector<std::string> notices;
   context.progress = [&](std::string_view phase, double share) {
+    const std::lock_guard lock(mutex);
     if (first < 0 && phase == "fusing") first = share;
     last = share;
   };

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <map>
+#include <mutex>
 #include <set>
 
 #include "base/error.h"
@@ -402,17 +402,27 @@ TEST_F(Simplify, AnInterruptedRunLeavesTheOldFile) {
 }
 
 TEST_F(Simplify, ProgressOnlyGrows) {
-  MeshFile file = box(10);
-  file.write(request.input);
-  RunContext context;
-  double last = 0;
-  context.progress = [&](std::string_view, double share) {
-    EXPECT_GE(share, last);
-    EXPECT_LE(share, 1);
-    last = share;
-  };
-  simplify(request, context);
-  EXPECT_EQ(last, 1);
+  box(10).write(request.input);
+  request.behaviour.chunk_tets = 500;
+  // From several threads shares may come a little out of order; phases do not.
+  for (const int threads : {1, 3}) {
+    request.performance.threads = threads;
+    std::mutex mutex;
+    double last = 0;
+    std::vector<std::string> phases;
+    RunContext context;
+    context.progress = [&](std::string_view phase, double share) {
+      const std::lock_guard lock(mutex);
+      EXPECT_GE(share, threads == 1 ? last : last - 0.1);
+      EXPECT_LE(share, 1);
+      last = share;
+      if (phases.empty() || phases.back() != phase) phases.emplace_back(phase);
+    };
+    simplify(request, context);
+    EXPECT_EQ(last, 1);
+    EXPECT_THAT(phases, ElementsAre("reading", "assembling", "fusing", "writing", "done"));
+  }
+  set_thread_count(0);
 }
 
 }  // namespace
