@@ -244,8 +244,52 @@ template <class Real>
 void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
                                const InterfaceTable& interface, WorkMesh<Real>* mesh) {
   const std::unique_ptr<BucketPieces> bucket = from.read(chunk);
-  std::size_t vertices = 0, tets = 0, undecided = 0;
+  make_room(bucket->pieces(), mesh);
+  std::size_t vertices = 0, tets = 0;  // so many are there already
   for (const std::span<const std::byte> piece : bucket->pieces()) {
+    Cursor<const std::byte> cursor(piece.data());
+    const PieceHeader header = *as<PieceHeader>(cursor.take(sizeof(PieceHeader)));
+    const std::size_t n = header.vertices;
+    const std::size_t width = mesh->steering_width;
+    const VertexColumns<Real> columns{as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>))),
+                                      as<VertexId>(cursor.take(n * sizeof(VertexId))),
+                                      as<std::uint8_t>(cursor.take(n)),
+                                      as<double>(cursor.take(n * width * sizeof(double)))};
+    const std::size_t first = vertices;
+    vertices = take_vertices(columns, n, first, chunk, interface, mesh);
+    for (Column& c : mesh->point_columns) {
+      const std::size_t stride = c.stride();
+      const std::byte* rows = cursor.take(n * stride);
+      for (std::size_t i = 0; i < n; ++i) {
+        if (new_ids_[i] < first) continue;  // of a piece before
+        std::memcpy(c.rows.data() + new_ids_[i] * stride, rows + i * stride, stride);
+      }
+    }
+    const auto* corners = as<Tet>(cursor.take(header.tets * sizeof(Tet)));
+    const auto* settled = as<std::uint8_t>(cursor.take(header.tets));
+    for (std::size_t i = 0; i < header.tets; ++i) {
+      Tet& tet = mesh->tets[tets + i];
+      for (std::size_t k = 0; k < 4; ++k) {
+        tet[k] = new_ids_[corners[i][k]];
+        ++mesh->incidence[tet[k]];
+      }
+      mesh->flipped[tets + i] = settled[i];
+    }
+    for (Column& c : mesh->cell_columns) {
+      const std::size_t bytes = header.tets * c.stride();
+      std::memcpy(c.rows.data() + tets * c.stride(), cursor.take(bytes), bytes);
+    }
+    tets += header.tets;
+  }
+  mesh->resize_vertices(vertices);
+}
+
+// Room for all that the pieces have, and to know again those vertices that may come more than once.
+template <class Real>
+void ChunkGather<Real>::make_room(const std::vector<std::span<const std::byte>>& pieces,
+                                  WorkMesh<Real>* mesh) {
+  std::size_t vertices = 0, tets = 0, undecided = 0;
+  for (const std::span<const std::byte> piece : pieces) {
     const auto* header = as<PieceHeader>(piece.data());
     if (piece.size() < sizeof(PieceHeader) ||
         piece.size() != piece_bytes(*mesh, header->vertices, header->tets)) {
@@ -253,89 +297,57 @@ void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
     }
     vertices += header->vertices;
     tets += header->tets;
-  }
-  mesh->resize_vertices(vertices);
-  mesh->resize_tets(tets);
-  mesh->incidence.assign(vertices, 0);
-
-  // Room for all vertices that may have to be known again: a third of all is seldom exceeded.
-  known_.clear();
-  for (const std::span<const std::byte> piece : bucket->pieces()) {
-    const auto* header = as<PieceHeader>(piece.data());
     Cursor<const std::byte> cursor(piece.data());
     cursor.take(sizeof(PieceHeader));
     cursor.take(header->vertices * sizeof(Vec3<Real>));
     cursor.take(header->vertices * sizeof(VertexId));
     const auto* marks = as<std::uint8_t>(cursor.take(header->vertices));
-    for (std::size_t i = 0; i < header->vertices; ++i) undecided += marks[i] >> 7;
+    undecided += static_cast<std::size_t>(std::count_if(
+        marks, marks + header->vertices, [](std::uint8_t m) { return (m & kUndecided) != 0; }));
   }
+  mesh->resize_vertices(vertices);
+  mesh->resize_tets(tets);
+  mesh->incidence.assign(vertices, 0);
   std::size_t slots = 16;
   while (slots < 2 * undecided) slots *= 2;
   known_.assign(slots, Known{});
+}
 
-  std::size_t v0 = 0, t0 = 0;  // so many are there already
+// Fills new_ids_. Returns how many vertices there are afterwards.
+template <class Real>
+std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns, std::size_t count,
+                                             std::size_t next, std::uint32_t chunk,
+                                             const InterfaceTable& interface,
+                                             WorkMesh<Real>* mesh) {
   const std::size_t width = mesh->steering_width;
-  for (const std::span<const std::byte> piece : bucket->pieces()) {
-    Cursor<const std::byte> cursor(piece.data());
-    const PieceHeader header = *as<PieceHeader>(cursor.take(sizeof(PieceHeader)));
-    const std::size_t n = header.vertices;
-    const auto* positions = as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>)));
-    const auto* point_ids = as<VertexId>(cursor.take(n * sizeof(VertexId)));
-    const auto* marks = as<std::uint8_t>(cursor.take(n));
-    const auto* steering = as<double>(cursor.take(n * width * sizeof(double)));
-    new_ids_.resize(n);
-    std::size_t next = v0;
-    for (std::size_t i = 0; i < n; ++i) {
-      std::uint8_t mark = marks[i];
-      std::uint16_t changed = 0;
-      if ((mark & kUndecided) != 0) {
-        Known* known = look_up(point_ids[i]);
-        if (known->point_id != kNoVertex) {
-          new_ids_[i] = known->vertex;
-          continue;
-        }
-        *known = {point_ids[i], static_cast<VertexId>(next)};
-        const InterfaceReport* report = interface.find(point_ids[i]);
-        if (report == nullptr) throw std::logic_error("a vertex is missing in the interface table");
-        mark = static_cast<std::uint8_t>((mark & kLasting) | report->marks);
-        if (report->low != report->high) mark |= kOnInterface;
-        if (report->low != chunk) mark |= kAway;
-        if (report->high == chunk) mark |= kLast;
-        changed = report->touched ? 1 : 0;
+  new_ids_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint8_t mark = columns.marks[i];
+    std::uint16_t changed = 0;
+    const VertexId id = columns.point_ids[i];
+    if ((mark & kUndecided) != 0) {
+      Known* known = look_up(id);
+      if (known->point_id != kNoVertex) {
+        new_ids_[i] = known->vertex;
+        continue;
       }
-      mesh->positions[next] = positions[i];
-      mesh->point_ids[next] = point_ids[i];
-      mesh->marks[next] = mark;
-      mesh->changed[next] = changed;
-      std::copy_n(steering + i * width, width, mesh->steering.data() + next * width);
-      new_ids_[i] = static_cast<VertexId>(next++);
+      *known = {id, static_cast<VertexId>(next)};
+      const InterfaceReport* report = interface.find(id);
+      if (report == nullptr) throw std::logic_error("a vertex is missing in the interface table");
+      mark = static_cast<std::uint8_t>((mark & kLasting) | report->marks);
+      if (report->low != report->high) mark |= kOnInterface;
+      if (report->low != chunk) mark |= kAway;
+      if (report->high == chunk) mark |= kLast;
+      changed = report->touched ? 1 : 0;
     }
-    for (Column& c : mesh->point_columns) {
-      const std::size_t stride = c.stride();
-      const std::byte* rows = cursor.take(n * stride);
-      for (std::size_t i = 0; i < n; ++i) {
-        if (new_ids_[i] < v0) continue;  // of a piece before
-        std::memcpy(c.rows.data() + new_ids_[i] * stride, rows + i * stride, stride);
-      }
-    }
-    const auto* corners = as<Tet>(cursor.take(header.tets * sizeof(Tet)));
-    const auto* settled = as<std::uint8_t>(cursor.take(header.tets));
-    for (std::size_t i = 0; i < header.tets; ++i) {
-      Tet& tet = mesh->tets[t0 + i];
-      for (std::size_t k = 0; k < 4; ++k) {
-        tet[k] = new_ids_[corners[i][k]];
-        ++mesh->incidence[tet[k]];
-      }
-      mesh->flipped[t0 + i] = settled[i];
-    }
-    for (Column& c : mesh->cell_columns) {
-      std::memcpy(c.rows.data() + t0 * c.stride(), cursor.take(header.tets * c.stride()),
-                  header.tets * c.stride());
-    }
-    v0 = next;
-    t0 += header.tets;
+    mesh->positions[next] = columns.positions[i];
+    mesh->point_ids[next] = id;
+    mesh->marks[next] = mark;
+    mesh->changed[next] = changed;
+    std::copy_n(columns.steering + i * width, width, mesh->steering.data() + next * width);
+    new_ids_[i] = static_cast<VertexId>(next++);
   }
-  mesh->resize_vertices(v0);
+  return next;
 }
 
 template class ChunkScatter<float>;

@@ -66,6 +66,15 @@ class ChunkScatter {
   std::vector<PieceSize> sizes_;
 };
 
+// A piece's vertices, as they lie in it.
+template <class Real>
+struct VertexColumns {
+  const Vec3<Real>* positions;
+  const VertexId* point_ids;
+  const std::uint8_t* marks;
+  const double* steering;
+};
+
 // Puts chunks together. Keeps its scratch memory; one a thread.
 template <class Real>
 class ChunkGather {
@@ -81,6 +90,10 @@ class ChunkGather {
     VertexId vertex = 0;
   };
   Known* look_up(VertexId point_id);
+  void make_room(const std::vector<std::span<const std::byte>>& pieces, WorkMesh<Real>* mesh);
+  std::size_t take_vertices(const VertexColumns<Real>& columns, std::size_t count, std::size_t next,
+                            std::uint32_t chunk, const InterfaceTable& interface,
+                            WorkMesh<Real>* mesh);
 
   Vector<Known> known_;  // open addressing; a power of two
   Vector<VertexId> new_ids_;

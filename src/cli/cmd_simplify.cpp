@@ -157,13 +157,33 @@ void summarize(const SimplifyReport& r, Console* console) {
   console->detail_resources();
 }
 
+void print_plan(const RunPlan& plan) {
+  const auto names = [](const std::vector<std::string>& all) {
+    return all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", "));
+  };
+  fmt::print("input      {}: {} cells, {} points\n", plan.input.path, format_count(plan.input.tets),
+             format_count(plan.input.points));
+  fmt::print("steering   {}\nregions    {}\nchunks     {}\n", names(plan.steering),
+             names(plan.regions), plan.chunks);
+  fmt::print("memory     about {}, of {} that it may use; {} would keep the mesh in memory\n",
+             format_bytes(plan.on_disk ? plan.needs.out_of_core : plan.needs.in_core),
+             format_bytes(plan.memory), format_bytes(plan.needs.in_core));
+  fmt::print("scratch    {}\n",
+             plan.on_disk
+                 ? fmt::format("about {} in {}", format_bytes(plan.needs.scratch), plan.scratch)
+                 : "none");
+}
+
 void run(Arguments* a) {
   parse_arguments(a);
   if (!a->report.empty()) {
     refuse_same_file(a->report, {a->request.input, a->request.output});
     check_output_path(a->report);
   }
-  if (a->request.performance.dry_run) refuse("--dry-run: this version cannot plan a run yet");
+  if (a->request.performance.dry_run) {
+    print_plan(plan_run(a->request));
+    return;
+  }
   SimplifyReport report;
   {
     Console console(a->console);
@@ -285,8 +305,7 @@ void add_performance_options(CLI::App& command, Arguments* a) {
       ->group(kPerformanceGroup);
   command
       .add_flag("--dry-run", performance.dry_run,
-                "Say what the run would need and reach (memory, scratch space, time, reduction), "
-                "and write nothing")
+                "Say what the run would take (arrays, memory, scratch space), and write nothing")
       ->group(kPerformanceGroup);
 }
 

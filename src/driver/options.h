@@ -60,7 +60,7 @@ struct PerformanceOptions {
 
   bool on_disk = false;  // keep the mesh in the scratch folder even where it fits into memory
   bool resume = false;   // go on from what an interrupted run left in the scratch folder
-  bool dry_run = false;  // say what the run would need and reach, and write nothing
+  bool dry_run = false;  // for whoever calls plan_run() instead of simplify()
 };
 
 struct SimplifyRequest {

@@ -63,8 +63,10 @@ class Job {
   Job(const SimplifyRequest& request, const RunContext& context)
       : request_(request), context_(context) {}
   SimplifyReport run();
+  RunPlan plan();
 
  private:
+  void begin();
   void open_input();
   void plan_memory();
   void open_scratch();
@@ -115,14 +117,35 @@ class Job {
   SimplifyReport report_;
 };
 
-SimplifyReport Job::run() {
-  const double start = wall_seconds();
+RunPlan Job::plan() {
+  begin();
+  const MeshDescription& mesh = source_->description();
+  RunPlan plan;
+  plan.input.path = request_.input;
+  plan.input.points = mesh.points;
+  plan.input.tets = mesh.cells;
+  for (const SteeringChoice& choice : steering_choices_) plan.steering.push_back(choice.name);
+  for (const std::size_t i : regions_) plan.regions.push_back(mesh.cell_data.arrays[i].name);
+  plan.chunks = (mesh.cells + request_.behaviour.chunk_tets - 1) / request_.behaviour.chunk_tets;
+  plan.needs = needs_;
+  plan.memory = budget_->total();
+  plan.on_disk = on_disk_;
+  plan.scratch = scratch_folder(request_);
+  return plan;
+}
+
+void Job::begin() {
   check_options(request_);
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
   for (const Stage& stage : plan_stages(request_, kMaxTets)) check_mesh_output(stage.path);
   open_input();
   plan_memory();
+}
+
+SimplifyReport Job::run() {
+  const double start = wall_seconds();
+  begin();
   try {
     open_scratch();
     if (source_->description().point_type == ValueType::kFloat32) {
@@ -484,5 +507,7 @@ StageEnd Job::judge_round(const RoundStatistics& round, RunState<Real>* state) c
 SimplifyReport simplify(const SimplifyRequest& request, const RunContext& context) {
   return Job(request, context).run();
 }
+
+RunPlan plan_run(const SimplifyRequest& request) { return Job(request, {}).plan(); }
 
 }  // namespace tetfusion

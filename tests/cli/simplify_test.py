@@ -25,6 +25,15 @@ class Options(FolderTest):
         for option in ("--memory", "--scratch", "--report"):
             self.assertIn("empty", self.refused(option, ""))
 
+    def test_a_dry_run_says_what_it_needs_and_writes_nothing(self):
+        path = self.generate(tets="3M")
+        plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--memory", "500M").decode()
+        self.assertRegex(plan, r"memory +about .* of 500\.0 MiB")
+        self.assertIn("none", plan.split("scratch")[1])
+        plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--memory", "300M").decode()
+        self.assertRegex(plan, r"scratch +about .*out\.vtu\.tetfusion")
+        self.assertEqual(len(self.files()), 1)
+
     def test_levels_must_differ(self):
         for options in (["--lods", "50%,50%"], ["--lods", "10%,0.1,20%"], ["--lods", "3", "--reduction", "0%"]):
             self.assertRegex(self.refused(*options, output="{lod}.vtu"), "--lods .* two levels of")

@@ -3,10 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
-#include <cmath>
-#include <numeric>
+#include <set>
 
+#include "mesh/vertex_tets.h"
 #include "support/brute_check.h"
 #include "support/meshes.h"
 #include "support/rounds_engine.h"
@@ -260,6 +261,57 @@ TEST(Rounds, RememberedFlipsChangeNothing) {
     }
     EXPECT_GT(remembered, 0);
   }
+}
+
+// Would fusing the tetrahedron turn another one over?
+bool flips(const WorkMesh<double>& mesh, const VertexTets& balls, const Tet& prey) {
+  const auto mean = [&](auto coordinate) {
+    return mean_of_four(coordinate(mesh.positions[prey[0]]), coordinate(mesh.positions[prey[1]]),
+                        coordinate(mesh.positions[prey[2]]), coordinate(mesh.positions[prey[3]]));
+  };
+  using P = Vec3<double>;
+  const P target{mean([](const P& p) { return p.x; }), mean([](const P& p) { return p.y; }),
+                 mean([](const P& p) { return p.z; })};
+  const auto in_prey = [&](VertexId v) { return std::ranges::count(prey, v) > 0; };
+  for (const VertexId v : prey) {
+    for (const std::uint32_t entry : balls.of(v)) {
+      const Tet& tet = mesh.tets[entry >> 2];
+      if (std::ranges::count_if(tet, in_prey) != 1) continue;
+      std::array<P, 4> corners;
+      for (std::size_t k = 0; k < 4; ++k) corners[k] = mesh.positions[tet[k]];
+      corners[entry & 3u] = target;
+      if (determinant(corners[0], corners[1], corners[2], corners[3]).sign() != 1) return true;
+    }
+  }
+  return false;
+}
+
+// What a mesh remembers is true, also where the vertices have moved in other chunks since.
+TEST(Rounds, WhatIsRememberedAsAFlipIsOne) {
+  WorkMesh<double> before = to_work_mesh(five_split_cube(12, 0.2, 9));
+  testing::number_tets(&before);
+  RoundsEngine engine(before, 400);
+  std::size_t remembered = 0;
+  for (int round = 0; round < 16; ++round) {
+    engine.settings.passes = 1 + round % 2;
+    engine.run();
+    const WorkMesh<double> mesh = engine.mesh();
+    VertexTets balls;
+    build_vertex_tets(mesh.vertex_count(), mesh.tets, &balls);
+    std::vector<std::size_t> place(before.tets.size());
+    const auto numbers = testing::tet_numbers(mesh);
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) place[numbers[t]] = t;
+    for (std::uint32_t c = 0; c < engine.lod.chunks; ++c) {
+      const WorkMesh<double> chunk = engine.chunk(c);
+      for (std::size_t t = 0; t < chunk.tets.size(); ++t) {
+        const auto is_older = [&](VertexId v) { return chunk.changed[v] < chunk.flipped[t]; };
+        if (!std::ranges::all_of(chunk.tets[t], is_older)) continue;
+        ++remembered;
+        EXPECT_TRUE(flips(mesh, balls, mesh.tets[place[testing::tet_numbers(chunk)[t]]]));
+      }
+    }
+  }
+  EXPECT_GT(remembered, 1000u);
 }
 
 // A cut alone changes nothing.
