@@ -405,15 +405,18 @@ TEST_F(Simplify, ProgressOnlyGrows) {
   box(10).write(request.input);
   request.behaviour.chunk_tets = 500;
   // From several threads shares may come a little out of order; phases do not.
-  for (const int threads : {1, 3}) {
+  for (const auto& [threads, encoding] :
+       {std::pair(1, Encoding::kRaw), std::pair(1, Encoding::kZlib),
+        std::pair(3, Encoding::kRaw)}) {
     request.performance.threads = threads;
+    request.encoding = encoding;
     std::mutex mutex;
     double last = 0;
     std::vector<std::string> phases;
     RunContext context;
     context.progress = [&](std::string_view phase, double share) {
       const std::lock_guard lock(mutex);
-      EXPECT_GE(share, threads == 1 ? last : last - 0.1);
+      EXPECT_GE(share, request.performance.threads == 1 ? last : last - 0.1);
       EXPECT_LE(share, 1);
       last = share;
       if (phases.empty() || phases.back() != phase) phases.emplace_back(phase);
