@@ -47,7 +47,9 @@ class Exporter {
   MeshSummary run() {
     number();
     OutputFile file(settings_.path, VtuWriter::access(settings_.encoding));
-    VtuWriter writer(&file, layout_of_file(), settings_.progress);
+    VtuWriter writer(&file, layout_of_file(), [this](double done) {
+      if (chunks_share_ < 1) report(chunks_share_ + (1 - chunks_share_) * done);
+    });
     if (writer.can_leave_room()) {
       write_in_place(&writer, &file);
     } else {
@@ -75,6 +77,9 @@ class Exporter {
     std::uint64_t types = 0;
   };
 
+  void report(double done) const {
+    if (settings_.progress) settings_.progress(done);
+  }
   void number();
   std::uint32_t number_on_interface(VertexId id, std::uint32_t* low) const;
   std::int64_t number_of_lower(VertexId id) const;
@@ -123,6 +128,7 @@ class Exporter {
   Vector<Numbered> numbered_;                // all of them, ascending by id
   std::unique_ptr<PieceStore> compacted_;
   MeshSummary summary_;
+  double chunks_share_ = 1;  // of the work: going through the chunks
 };
 
 std::span<const std::byte> bytes_of(const auto& values) { return std::as_bytes(std::span(values)); }
@@ -227,9 +233,7 @@ void Exporter<Real>::for_each_chunk(Emit emit) {
     join.put(c, worker.inspector.inspect({&points, worker.mesh.point_ids, sharing, {}},
                                          &worker.mesh.tets));
     worker.mesh.positions = std::move(std::get<Vector<Vec3<Real>>>(points));
-    if (settings_.progress) {
-      settings_.progress(static_cast<double>(++done) / static_cast<double>(mesh_.chunks));
-    }
+    report(chunks_share_ * static_cast<double>(++done) / static_cast<double>(mesh_.chunks));
   });
   const InterfaceVerdict verdict = between.finish();
   summary_.boundary_triangles = verdict.boundary_faces;
@@ -391,6 +395,7 @@ void Exporter<Real>::place_lower(const Places& places, const OutputFile& file) c
 // away by sections, and each section is put together from them.
 template <class Real>
 void Exporter<Real>::write_in_order(VtuWriter* writer) {
+  chunks_share_ = 0.4;
   compacted_ = scratch_->begin(fmt::format("output-{}", mesh_.tets));
   for_each_chunk([&](std::uint32_t chunk, const Worker& worker) { store_chunk(chunk, worker); });
   compacted_->seal();

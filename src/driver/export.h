@@ -18,7 +18,8 @@ struct ExportSettings {
   std::string path;
   Encoding encoding = Encoding::kRaw;
   int threads = 1;
-  std::function<void(double share)> progress;  // may throw: nothing is written then
+  // From any of the threads. May throw: nothing is written then.
+  std::function<void(double share)> progress;
 };
 
 // Writes the mesh with the carried arrays and the input's field data. Points are numbered chunk by

@@ -168,15 +168,15 @@ TEST_F(ImportMesh, TakesAllThatAFileHas) {
   }
 
   const InputFacts& facts = whole->imported.facts;
-  EXPECT_EQ(facts.points, 11u * 11 * 11 + 1);
-  EXPECT_EQ(facts.unused_points, 6u);
+  EXPECT_EQ(facts.points, 11u * 11 * 11 + 2);
+  EXPECT_EQ(facts.unused_points, 5u);
   EXPECT_EQ(facts.tets, 5000u);
   EXPECT_EQ(facts.boundary_faces, 1200u);
   EXPECT_NEAR(facts.volume, 1000, 1e-9);
   const LowerPart<double>& lower = whole->imported.lower;
   EXPECT_EQ(lower.cells.connectivity, file.geometry.lower.connectivity);
-  EXPECT_EQ(lower.loose_ids, (Vector<VertexId>{11 * 11 * 11 + 5}));
-  EXPECT_EQ(lower.loose_positions.at(0).y, 5);
+  EXPECT_EQ(lower.loose_ids, (Vector<VertexId>{11 * 11 * 11 + 3, 11 * 11 * 11 + 5}));
+  EXPECT_EQ(lower.loose_positions.at(1).y, 5);
 }
 
 TEST_F(ImportMesh, TakesFloats) {

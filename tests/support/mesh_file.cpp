@@ -58,7 +58,9 @@ MeshFile rich_box(std::uint32_t n) {
   };
   for (VertexId x = 2; x + 2 < n; ++x) add_lower(5, {at(x, 3, 3), at(x + 1, 3, 3), at(x, 4, 3)});
   add_lower(3, {at(2, 2, 2), at(2, 2, 3)});
-  add_lower(1, {static_cast<VertexId>(points.size() - 2)});
+  const auto loose = static_cast<VertexId>(points.size() - 2);
+  add_lower(1, {loose});
+  add_lower(3, {loose - 2, at(n, 0, 0)});
 
   file.point_arrays = {
       point_array<float>(file, "f", [](const Point& p) { return std::sin(p.x / 2) * p.y; }),

@@ -45,8 +45,8 @@ DataArray point_array(const MeshFile& file, const std::string& name, F&& f) {
 }
 
 // The jittered cube of n^3 cubes with all that a mesh can have: arrays of several types on points
-// and cells ("material" is one of 1 and 2), a field array, a fault of triangles, a lone vertex cell
-// on a point that no tetrahedron uses, and points of no cell.
+// and cells ("material" is one of 1 and 2), a field array, a fault of triangles, a line, cells on
+// two points that no tetrahedron uses, and points of no cell.
 MeshFile rich_box(std::uint32_t n);
 
 // Throw where there is none of that name.
