@@ -1,6 +1,6 @@
 // A piece: a header, then one column after another, each at a multiple of 8 bytes:
 //
-//   vertices  positions, point_ids, marks, steering, point columns
+//   vertices  positions, point_ids, marks, steering, quadrics, point columns
 //   tets      corners (by place among the piece's vertices), settled (1 byte), cell columns
 //
 // Of the marks kOnInterface says that the vertex lies on the interface of the round to come, and
@@ -33,7 +33,8 @@ template <class Real>
 std::size_t piece_bytes(const WorkMesh<Real>& layout, std::size_t vertices, std::size_t tets) {
   std::size_t bytes = sizeof(PieceHeader);
   bytes += padded(vertices * sizeof(Vec3<Real>)) + padded(vertices * sizeof(VertexId)) +
-           padded(vertices) + vertices * layout.steering_width * sizeof(double);
+           padded(vertices) + vertices * layout.steering_width * sizeof(double) +
+           padded(vertices * layout.quadric_width * sizeof(float));
   for (const Column& c : layout.point_columns) bytes += padded(vertices * c.stride());
   bytes += tets * sizeof(Tet) + padded(tets);
   for (const Column& c : layout.cell_columns) bytes += padded(tets * c.stride());
@@ -200,6 +201,8 @@ void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slo
   auto* marks = as<std::uint8_t>(cursor.take(n));
   const std::size_t width = mesh.steering_width;
   auto* steering = as<double>(cursor.take(n * width * sizeof(double)));
+  const std::size_t numbers = mesh.quadric_width;
+  auto* quadrics = as<float>(cursor.take(n * numbers * sizeof(float)));
   PieceSize& size = sizes_.emplace_back(PieceSize{buckets_[slot], 0, tets.size()});
   for (std::size_t i = 0; i < n; ++i) {
     const VertexId v = used_[i];
@@ -217,6 +220,12 @@ void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slo
     }
     marks[i] = mark;
     std::copy_n(mesh.steering.data() + v * width, width, steering + i * width);
+    // Of a vertex that several chunks have, each has a part of the quadric, and they add up.
+    if (low_[v] == buckets_[slot]) {
+      std::copy_n(mesh.quadrics.data() + v * numbers, numbers, quadrics + i * numbers);
+    } else {
+      std::fill_n(quadrics + i * numbers, numbers, 0.0F);
+    }
   }
   for (const Column& c : mesh.point_columns) copy_rows(c, used_, cursor.take(n * c.stride()));
   auto* corners = as<Tet>(cursor.take(tets.size() * sizeof(Tet)));
@@ -251,10 +260,12 @@ void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
     const PieceHeader header = *as<PieceHeader>(cursor.take(sizeof(PieceHeader)));
     const std::size_t n = header.vertices;
     const std::size_t width = mesh->steering_width;
+    const std::size_t numbers = mesh->quadric_width;
     const VertexColumns<Real> columns{as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>))),
                                       as<VertexId>(cursor.take(n * sizeof(VertexId))),
                                       as<std::uint8_t>(cursor.take(n)),
-                                      as<double>(cursor.take(n * width * sizeof(double)))};
+                                      as<double>(cursor.take(n * width * sizeof(double))),
+                                      as<float>(cursor.take(n * numbers * sizeof(float)))};
     const std::size_t first = vertices;
     vertices = take_vertices(columns, n, first, chunk, interface, mesh);
     for (Column& c : mesh->point_columns) {
@@ -320,6 +331,7 @@ std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns,
                                              const InterfaceTable& interface,
                                              WorkMesh<Real>* mesh) {
   const std::size_t width = mesh->steering_width;
+  const std::size_t numbers = mesh->quadric_width;
   new_ids_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     std::uint8_t mark = columns.marks[i];
@@ -329,6 +341,8 @@ std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns,
       Known* known = look_up(id);
       if (known->point_id != kNoVertex) {
         new_ids_[i] = known->vertex;
+        float* sum = mesh->quadrics.data() + known->vertex * numbers;
+        for (std::size_t k = 0; k < numbers; ++k) sum[k] += columns.quadrics[i * numbers + k];
         continue;
       }
       *known = {id, static_cast<VertexId>(next)};
@@ -345,6 +359,7 @@ std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns,
     mesh->marks[next] = mark;
     mesh->changed[next] = changed;
     std::copy_n(columns.steering + i * width, width, mesh->steering.data() + next * width);
+    std::copy_n(columns.quadrics + i * numbers, numbers, mesh->quadrics.data() + next * numbers);
     new_ids_[i] = static_cast<VertexId>(next++);
   }
   return next;

@@ -43,6 +43,8 @@ class ChunkScatter {
     std::uint64_t tets = 0;
   };
   const std::vector<PieceSize>& sizes() const { return sizes_; }
+  // The lowest chunk that got a vertex in the last call; kNoVertex for one without tetrahedra.
+  std::uint32_t chunk_of(VertexId v) const { return low_[v]; }
 
  private:
   void choose_buckets(const WorkMesh<Real>& mesh, const CurveCut& next);
@@ -73,6 +75,7 @@ struct VertexColumns {
   const VertexId* point_ids;
   const std::uint8_t* marks;
   const double* steering;
+  const float* quadrics;
 };
 
 // Puts chunks together. Keeps its scratch memory; one a thread.

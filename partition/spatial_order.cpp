@@ -74,6 +74,8 @@ void order_along_curve(const ShiftedCurve& curve, const WorkMesh<Real>& mesh, Wo
   permute(vertices, mesh.marks, 1, &out->marks);
   permute(vertices, mesh.steering, mesh.steering_width, &out->steering);
   out->steering_width = mesh.steering_width;
+  permute(vertices, mesh.quadrics, mesh.quadric_width, &out->quadrics);
+  out->quadric_width = mesh.quadric_width;
   permute(vertices, mesh.point_ids, 1, &out->point_ids);
   permute(vertices, mesh.incidence, 1, &out->incidence);
   permute(vertices, mesh.changed, 1, &out->changed);

@@ -24,9 +24,8 @@ namespace {
 struct Arguments {
   SimplifyRequest request;
   ConsoleOptions console;
-  std::string method;
   std::string boundary = "exact";
-  std::string reduction, tets, lods, chunk_tets, memory, report;
+  std::string reduction, tets, max_rms, min_quality, lods, chunk_tets, memory, report;
   std::string scalar_tolerance = "0.025";
   std::string stretch_factor = "5";
   std::string aspect_ratio = "off";
@@ -106,8 +105,16 @@ void refuse_equal_lods(const std::string& text, const std::vector<double>& lods)
 
 void parse_arguments(Arguments* a) {
   BehaviourOptions& b = a->request.behaviour;
-  if (a->method != "tetfuse")
-    refuse("--method " + a->method + ": this version has the method tetfuse only");
+  if (!a->min_quality.empty()) {
+    const auto floor = parse_number(a->min_quality);
+    if (!floor) refuse(fmt::format("--min-quality {}: give a number, as in 0.1", a->min_quality));
+    b.min_quality = *floor;
+  }
+  if (!a->max_rms.empty()) {
+    const auto rms = parse_share(a->max_rms);
+    if (!rms) refuse(fmt::format("--max-rms {}: give a share, as in 0.1%", a->max_rms));
+    b.max_rms = *rms;
+  }
   if (a->boundary != "exact") {
     refuse("--boundary " + a->boundary + ": this version keeps the boundary exact only");
   }
@@ -205,6 +212,12 @@ void add_goal_options(CLI::App& command, Arguments* a) {
       ->check(not_empty)
       ->group(kGroup);
   command
+      .add_option("--max-rms", a->max_rms,
+                  "With --method fuse: no fusion may change a steering field by more than this, "
+                  "in the mean of squares, as a share of its range (0.1%)")
+      ->check(not_empty)
+      ->group(kGroup);
+  command
       .add_option("--lods", a->lods,
                   "Write levels on the way to OUT, whose name holds {lod}: a number of levels, "
                   "spaced geometrically from the input to the goal, or reductions, as in 50%,80%")
@@ -216,14 +229,17 @@ void add_goal_options(CLI::App& command, Arguments* a) {
 
 void add_criteria_options(CLI::App& command, Arguments* a) {
   constexpr const char* kGroup = "Criteria";
+  static const std::map<std::string, Method> kMethods{{"tetfuse", Method::kTetFuse},
+                                                      {"fuse", Method::kFuse}};
   static const std::map<std::string, BoundaryRule> kRules{{"tets", BoundaryRule::kTets},
                                                           {"vertices", BoundaryRule::kVertices}};
   command
-      .add_option("--method", a->method,
+      .add_option("--method", a->request.behaviour.method,
                   "tetfuse: the paper's operation, four vertices of a tetrahedron become one. "
-                  "Without a goal "
-                  "it goes on until nothing fuses")
-      ->default_val("tetfuse")
+                  "Without a goal it goes on until nothing fuses. fuse: neighbouring vertices "
+                  "become one where that changes the fields least")
+      ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
+      ->default_str("tetfuse")
       ->group(kGroup);
   command
       .add_option(
@@ -255,6 +271,12 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
           "--aspect-ratio", a->aspect_ratio,
           "Longest over shortest edge may not exceed this, at least 1, unless it was worse; or off")
       ->capture_default_str()
+      ->group(kGroup);
+  command
+      .add_option("--min-quality", a->min_quality,
+                  "With --method fuse: no new tetrahedron has a lower mean ratio (1 is regular, 0 "
+                  "flat), unless there was a worse one in its place; 0 switches that off")
+      ->check(not_empty)
       ->group(kGroup);
   command
       .add_option(

@@ -64,7 +64,9 @@ template <class Real>
 class Assembler {
  public:
   Assembler(const WorkMesh<Real>& layout, const Box& box, const std::vector<std::size_t>& regions)
-      : curve_(box, 0), regions_(regions), raw_(layout), mesh_(layout) {}
+      : curve_(box, 0), regions_(regions), raw_(layout), mesh_(layout) {
+    raw_.quadric_width = 0;
+  }
 
   // What a chunk contributes to the whole.
   struct Share {
@@ -193,6 +195,13 @@ void Assembler<Real>::inspect(Share* share) {
   }
 }
 
+// They are made when the first round begins.
+template <class Real>
+void give_empty_quadrics(std::uint32_t width, WorkMesh<Real>* mesh) {
+  mesh->quadric_width = width;
+  mesh->quadrics.assign(mesh->vertex_count() * width, 0.0F);
+}
+
 // A tetrahedron's region is what all the region arrays together say.
 template <class Real>
 void Assembler<Real>::mark_regions(Share* share) {
@@ -303,6 +312,7 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
     } else {
       points.forget(chunk);
       tets.forget(chunk);
+      give_empty_quadrics(layout.quadric_width, &worker.mesh());
       worker.scatter().keep(worker.mesh(), chunk, out.mesh.pieces.get());
       out.mesh.sizes[chunk] = size;
     }

@@ -63,6 +63,7 @@ void pass(Stream stream, State& state) {
   stream.value(mesh.chunks);
   stream.all(mesh.interface.entries());
   stream.all(mesh.sizes);
+  stream.all(mesh.costs);
   stream.all(mesh.locks);
   stream.all(mesh.samples);
   stream.value(state.input.box);
@@ -84,6 +85,8 @@ void pass(Stream stream, State& state) {
   stream.value(state.chunk_tets);
   stream.value(state.shrink);
   stream.value(state.spread);
+  stream.value(state.costs);
+  stream.value(state.threshold);
   stream.value(state.end);
 }
 

@@ -28,6 +28,8 @@ struct RunState {
   std::uint64_t chunk_tets = 0;      // of the next round
   double shrink = 1;                 // what the last round has left of the mesh
   std::uint8_t spread = 1;
+  CostHistogram costs{};  // with Method::kFuse
+  double threshold = 0;   // of the last round
   StageEnd end = StageEnd::kOpen;
 };
 

@@ -60,7 +60,9 @@ class Importer {
         budget_(budget),
         scratch_(scratch),
         layout_(layout_of<Real>(carried, steering.width())),
-        table_(stream.points()) {}
+        table_(stream.points()) {
+    layout_.quadric_width = settings.quadric_width;
+  }
 
   ImportedMesh<Real> run() {
     const std::uint64_t chunks = block_count(stream_.cells(), settings_.chunk_tets);

@@ -33,6 +33,7 @@ WorkMesh<Real> layout_of(const CarriedArrays& carried, std::uint32_t steering_wi
 struct ImportSettings {
   std::uint64_t chunk_tets = 0;
   std::vector<std::size_t> regions;  // of CarriedArrays::cell_data: interfaces that stay
+  std::uint32_t quadric_width = 0;   // WorkMesh::quadric_width of pieces
 };
 
 // The first round may be done with each chunk as it is put together, so that it need not be written

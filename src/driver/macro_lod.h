@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/piece_store.h"
+#include "kernel/fuse_round.h"
 #include "mesh/chunk_inspection.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"
@@ -26,6 +27,9 @@ struct ChunkSize {
   std::uint64_t tets = 0;
 };
 
+// A chunk's vertices by what their cheapest fusion costs (kernel/fuse_round.h).
+using ChunkCosts = std::array<std::uint32_t, kCostBins>;
+
 template <class Real>
 struct MacroLod {
   std::uint64_t tets = 0;
@@ -36,6 +40,7 @@ struct MacroLod {
   std::optional<WorkMesh<Real>> whole;
   std::unique_ptr<PieceStore> pieces;
   std::vector<ChunkSize> sizes;  // one a chunk
+  std::vector<ChunkCosts> costs;  // one a chunk; none where nothing has been judged
   InterfaceTable interface;
   // Vertices that are free in their chunk, but turned out to be at something broken between chunks:
   // to be locked when they are read. Ascending ids; nearly always empty.

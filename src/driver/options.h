@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "io/mesh_sink.h"
+#include "kernel/fuse_round.h"
 #include "kernel/greedy_pass.h"
 
 namespace tetfusion {
 
 // May change the result.
 struct BehaviourOptions {
+  Method method = Method::kTetFuse;
   BoundaryRule boundary_rule = BoundaryRule::kVertices;
 
   // The goal, at most one of the two: the share of the tetrahedra that is to go, in [0, 1), or how
@@ -27,6 +29,13 @@ struct BehaviourOptions {
   std::vector<double> scalar_tolerance{0.025};
   std::vector<double> stretch_factor{5.0};
   double aspect_ratio = std::numeric_limits<double>::infinity();
+
+  // With kFuse: no new tetrahedron has a lower mean ratio, unless there was a worse one in the
+  // cavity; in [0, 1).
+  double min_quality = 0.1;
+  // With kFuse: what a fusion may do to the steering fields, in the mean of squares, as a share of
+  // their range; > 0.
+  double max_rms = std::numeric_limits<double>::infinity();
 
   // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". Empty: the active
   // scalars, else the first floating-point point array.

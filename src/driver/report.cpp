@@ -57,6 +57,10 @@ std::string_view reason_in_words(Reject reason) {
       return "a vertex of theirs lies between two chunks";
     case Reject::kQuota:
       return "the goal leaves no room";
+    case Reject::kError:
+      return "the fields would change by more than they may";
+    case Reject::kQuality:
+      return "a tetrahedron would fall below the quality floor";
   }
   return "";
 }

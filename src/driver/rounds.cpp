@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "base/tasks.h"
 
@@ -48,9 +49,8 @@ void lock(const Vector<VertexId>& ids, WorkMesh<Real>* mesh) {
   }
 }
 
-// Passes over one chunk.
 template <class Real>
-PassStatistics run_passes(int passes, PassLimits limits, std::span<const SteeringField> fields,
+PassStatistics run_greedy_passes(int passes, PassLimits limits, std::span<const SteeringField> fields,
                           GreedyPass<Real>* pass, WorkMesh<Real>* mesh) {
   PassStatistics all;
   all.tets_before = mesh->tets.size();
@@ -93,6 +93,57 @@ void Rounds<Real>::gather(const MacroLod<Real>& mesh, std::uint32_t chunk,
   lock(mesh.locks, out);
 }
 
+// Passes over one chunk, or the whole mesh; limits.quota is its own.
+template <class Real>
+PassStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker,
+                                        WorkMesh<Real>* mesh, CostHistogram* costs) {
+  Worker& tools = *workers_[worker];
+  const RoundSettings& settings = round_.settings;
+  if (settings.method == Method::kTetFuse) {
+    return run_greedy_passes(settings.passes, limits, round_.fields, &tools.pass, mesh);
+  }
+  FuseLimits fuse = settings.fuse;
+  fuse.quota = limits.quota;
+  if (settings.look) begin_quadrics(round_.fields, fuse.unit, mesh);
+  const FuseStatistics statistics = settings.look ? tools.fuse.look(fuse, round_.fields, mesh)
+                                                  : tools.fuse.run(fuse, round_.fields, mesh);
+  *costs = statistics.costs;
+  return statistics.pass;
+}
+
+// By the chunks that will have the vertices.
+template <class Real>
+void Rounds<Real>::count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter) {
+  const std::size_t row = mesh.quadric_width;
+  const std::lock_guard lock(costs_mutex_);
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const float cost = mesh.quadrics[v * row + row - 1];
+    const std::uint32_t chunk = scatter.chunk_of(static_cast<VertexId>(v));
+    if (cost > 0 && chunk != kNoVertex) ++round_.costs[chunk][cost_bin(cost)];
+  }
+}
+
+// What each chunk has, up to it, of what may be removed: its bytes, or the vertices that are cheap
+// enough.
+template <class Real>
+std::vector<std::uint64_t> Rounds<Real>::shares_of(const RoundSettings& settings,
+                                                   const MacroLod<Real>& mesh) const {
+  std::vector<std::uint64_t> shares{0};
+  const std::size_t bins =
+      settings.method == Method::kFuse ? cost_bin(settings.fuse.threshold) + 1 : 0;
+  for (std::uint32_t c = 0; c < mesh.chunks && !mesh.costs.empty(); ++c) {
+    const ChunkCosts& costs = mesh.costs[c];
+    shares.push_back(std::accumulate(costs.begin(), costs.begin() + static_cast<std::ptrdiff_t>(bins),
+                                     shares.back()));
+  }
+  if (shares.back() > 0) return shares;
+  shares = {0};
+  for (std::uint32_t c = 0; c < mesh.chunks; ++c) {
+    shares.push_back(shares.back() + mesh.pieces->bytes(c));
+  }
+  return shares;
+}
+
 template <class Real>
 RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimits limits,
                                         std::span<const SteeringField> fields,
@@ -105,7 +156,15 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
     std::fill(whole.flipped.begin(), whole.flipped.end(), std::uint16_t{0});
   }
   if (limits.boundary_rule == BoundaryRule::kTets) mark_near_boundary(&whole);
-  const RoundStatistics statistics{workers_[0]->pass.run(limits, fields, &whole), 1};
+  RoundStatistics statistics;
+  if (settings.method == Method::kTetFuse) {
+    statistics.pass = workers_[0]->pass.run(limits, fields, &whole);
+  } else {
+    round_ = {};
+    round_.settings = settings;
+    round_.fields = fields;
+    statistics.pass = run_passes(limits, 0, &whole, &statistics.costs);
+  }
   mesh->tets = whole.tets.size();
   return statistics;
 }
@@ -116,11 +175,7 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
                                   MacroLod<Real>* mesh) {
   context.check();
   if (mesh->whole) return run_whole(settings, limits, fields, mesh);
-  std::vector<std::uint64_t> shares{0};
-  for (std::uint32_t c = 0; c < mesh->chunks; ++c) {
-    shares.push_back(shares.back() + mesh->pieces->bytes(c));
-  }
-  begin(settings, limits, fields, mesh->tets, std::move(shares), mesh->samples);
+  begin(settings, limits, fields, mesh->tets, shares_of(settings, *mesh), mesh->samples);
   run_tasks(mesh->chunks, static_cast<int>(workers_.size()), [&](std::size_t c, std::size_t w) {
     context.check();
     const auto chunk = static_cast<std::uint32_t>(c);
@@ -140,13 +195,14 @@ template <class Real>
 void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits,
                          std::span<const SteeringField> fields, std::uint64_t tets,
                          std::vector<std::uint64_t> shares, const Vector<Vec3<Real>>& samples) {
-  round_ = {settings, limits, fields, tets, std::move(shares), {}, nullptr, {}};
+  round_ = {settings, limits, fields, tets, std::move(shares), {}, nullptr, {}, {}};
   round_.results.resize(round_.shares.size() - 1);
   round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
   // By what the mesh will about have shrunk to.
   const double expected = settings.shrink * static_cast<double>(tets);
   const auto chunks =
       static_cast<std::uint32_t>(std::ceil(expected / static_cast<double>(settings.chunk_tets)));
+  if (settings.method == Method::kFuse) round_.costs.resize(std::max(chunks, 1U));
   if (chunks <= 1) return;
   const ShiftedCurve curve(settings.box, settings.number);
   Vector<std::uint64_t> keys;
@@ -163,9 +219,10 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
                        round_.shares.back());
   ChunkResult& result = round_.results[chunk];
   Worker& tools = *workers_[worker];
-  result.pass = run_passes(round_.settings.passes, own, round_.fields, &tools.pass, mesh);
+  result.pass = run_passes(own, worker, mesh, &result.costs);
   tools.scatter.scatter(*mesh, round_.next_cut, chunk, round_.next.get(), &result.interface);
   result.sizes = tools.scatter.sizes();
+  if (!round_.costs.empty()) count_costs(*mesh, tools.scatter);
   const std::uint64_t step =
       std::max<std::uint64_t>(1, round_.settings.chunk_tets / kSamplesPerChunk);
   for (std::size_t t = 0; t < mesh->tets.size(); t += step) {
@@ -179,12 +236,14 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
   next.chunks = round_.next_cut.chunks();
   next.pieces = std::move(round_.next);
   next.pieces->seal();
+  next.costs = std::move(round_.costs);
   next.sizes.resize(next.chunks);
   RoundStatistics statistics;
   statistics.chunks = round_.results.size();
   Vector<InterfaceReport> reports;
   for (ChunkResult& result : round_.results) {
     add(result.pass, &statistics.pass);
+    for (std::size_t b = 0; b < kCostBins; ++b) statistics.costs[b] += result.costs[b];
     reports.insert(reports.end(), result.interface.begin(), result.interface.end());
     next.samples.insert(next.samples.end(), result.samples.begin(), result.samples.end());
     for (const auto& size : result.sizes) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,17 +13,24 @@
 #include "base/run_context.h"
 #include "driver/macro_lod.h"
 #include "io/scratch.h"
+#include "kernel/fuse_round.h"
 #include "kernel/greedy_pass.h"
 #include "partition/chunk_pieces.h"
 
 namespace tetfusion {
 
 struct RoundStatistics {
-  PassStatistics pass;  // fusions of all passes; why tetrahedra were refused in the last ones
+  PassStatistics pass;  // fusions of all passes; why what is left was refused in the last ones
+  CostHistogram costs{};  // with Method::kFuse: of the vertices that are left
   std::uint64_t chunks = 1;
 };
 
 struct RoundSettings {
+  Method method = Method::kTetFuse;
+  // With kFuse, whose quota is the pass limits'. In the first round nothing fuses: each vertex gets
+  // its quadric, and costs are counted.
+  FuseLimits fuse;
+  bool look = false;
   Box box;                       // of the input
   std::uint64_t chunk_tets = 1;  // at least 1
   // Where the mesh is cut, a chunk that has been loaded is worked on until a pass fuses next to
@@ -67,11 +75,13 @@ class Rounds {
     explicit Worker(const WorkMesh<Real>& layout) : mesh(layout) {}
     ChunkGather<Real> gather;
     GreedyPass<Real> pass;
+    FuseRound<Real> fuse;
     ChunkScatter<Real> scatter;
     WorkMesh<Real> mesh;
   };
   struct ChunkResult {
     PassStatistics pass;
+    CostHistogram costs{};
     Vector<InterfaceReport> interface;
     Vector<Vec3<Real>> samples;
     std::vector<typename ChunkScatter<Real>::PieceSize> sizes;
@@ -86,16 +96,23 @@ class Rounds {
     CurveCut next_cut;
     std::unique_ptr<PieceStore> next;
     std::vector<ChunkResult> results;
+    std::vector<ChunkCosts> costs;  // of the next chunks
   };
   RoundStatistics run_whole(const RoundSettings& settings, PassLimits limits,
                             std::span<const SteeringField> fields, MacroLod<Real>* mesh);
   void make_whole(MacroLod<Real>* mesh);
+  PassStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
+                            CostHistogram* costs);
+  void count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter);
+  std::vector<std::uint64_t> shares_of(const RoundSettings& settings,
+                                       const MacroLod<Real>& mesh) const;
 
   WorkMesh<Real> layout_;
   MemoryBudget* budget_;
   Scratch* scratch_;
   std::vector<std::unique_ptr<Worker>> workers_;
   Round round_;
+  std::mutex costs_mutex_;
 };
 
 // Bytes of memory that working on a chunk takes: its pieces, the mesh made of them, what a pass

@@ -19,6 +19,7 @@
 #include "driver/rounds.h"
 #include "driver/stages.h"
 #include "driver/steering.h"
+#include "driver/thresholds.h"
 #include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 
@@ -87,9 +88,14 @@ class Job {
   RoundPlan plan_round(std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                        const RunState<Real>& state) const;
   template <class Real>
+  void plan_fuse(std::uint64_t tets, const std::optional<std::uint64_t>& goal,
+                 const RunState<Real>& state, RoundPlan* plan) const;
+  template <class Real>
   void end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state);
   template <class Real>
   StageEnd judge_round(const RoundStatistics& round, RunState<Real>* state) const;
+  template <class Real>
+  StageEnd judge_fuse_round(const RoundStatistics& round, const RunState<Real>& state) const;
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
   std::size_t schedule() const {
@@ -247,7 +253,10 @@ void Job::run_with() {
   RunState<Real> state;
   std::unique_ptr<Rounds<Real>> rounds;
   const auto begin = [&](std::uint32_t steering_width) {
-    const auto layout = layout_of<Real>(carried, steering_width);
+    auto layout = layout_of<Real>(carried, steering_width);
+    if (request_.behaviour.method == Method::kFuse) {
+      layout.quadric_width = quadric_row(steering_width);
+    }
     rounds = std::make_unique<Rounds<Real>>(layout, thread_count(), budget_.get(), scratch_.get());
     return layout;
   };
@@ -282,11 +291,20 @@ template <class Real>
 void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<Real>* rounds,
                  RunState<Real>* state) {
   state->fields = steering.fields();
+  for (std::size_t f = 0; f < state->fields.size(); ++f) {
+    const auto index = steering.point_array(f);
+    if (!index) continue;
+    const auto at = std::find(carried.point_indices.begin(), carried.point_indices.end(), *index);
+    state->fields[f].column = static_cast<std::uint32_t>(at - carried.point_indices.begin());
+  }
   state->field_names = steering.names();
   state->steering_width = steering.width();
   state->chunk_tets = request_.behaviour.chunk_tets;
   report_.steering = state->field_names;
-  ImportSettings settings{request_.behaviour.chunk_tets, {}};
+  ImportSettings settings{request_.behaviour.chunk_tets, {}, 0};
+  if (request_.behaviour.method == Method::kFuse) {
+    settings.quadric_width = quadric_row(state->steering_width);
+  }
   for (const std::size_t i : regions_) {
     const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
     if (at != carried.cell_indices.end()) {
@@ -456,9 +474,33 @@ RoundPlan Job::plan_round(std::uint64_t tets, const std::optional<std::uint64_t>
   plan.settings.shrink = state.shrink;
   // Towards a goal the cut moves on after each pass, so that what lies on an interface has the same
   // share in what goes as everything else.
+  if (b.method == Method::kFuse) plan_fuse(tets, goal, state, &plan);
   plan.settings.passes = !goal && lod + 1 >= schedule() ? kPassesPerRound : 1;
   plan.start = wall_seconds();
   return plan;
+}
+
+// The first round only looks.
+template <class Real>
+void Job::plan_fuse(std::uint64_t tets, const std::optional<std::uint64_t>& goal,
+                    const RunState<Real>& state, RoundPlan* plan) const {
+  RoundSettings& settings = plan->settings;
+  const Box& box = state.input.box;
+  const double diagonal = std::hypot(box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z);
+  settings.method = Method::kFuse;
+  settings.look = report_.lods.empty();
+  settings.fuse.unit = std::ldexp(1.0, -std::ilogb(diagonal));
+  settings.fuse.min_quality = request_.behaviour.min_quality;
+  settings.fuse.aspect_ratio = request_.behaviour.aspect_ratio;
+  if (settings.look) return;
+  // A fusion takes about six tetrahedra and a vertex.
+  constexpr std::uint64_t kTetsAFusion = 6;
+  std::optional<std::uint64_t> vertices;
+  if (goal) vertices = (tets - std::min(tets, *goal)) / kTetsAFusion + 1;
+  const RoundThreshold next = next_threshold(state.costs, state.threshold, vertices);
+  const double max_cost = request_.behaviour.max_rms * request_.behaviour.max_rms;
+  settings.fuse.threshold = std::min(next.cost, max_cost);
+  settings.fuse.cheapest_first = next.last;
 }
 
 // Notes what a round did, and whether that is the end of its stage.
@@ -471,6 +513,10 @@ void Job::end_round(const RoundPlan& plan, const RoundStatistics& round, RunStat
   const auto before = static_cast<double>(round.pass.tets_before);
   const auto removed = before - static_cast<double>(round.pass.tets_after);
   state->shrink = 1 - removed / before;
+  state->costs = round.costs;
+  if (plan.settings.method == Method::kFuse && !plan.settings.look) {
+    state->threshold = plan.settings.fuse.threshold;
+  }
   state->end = judge_round(round, state);
   trim_memory();
   commit(fmt::format("round-{}", plan.settings.number), *state);
@@ -482,6 +528,7 @@ StageEnd Job::judge_round(const RoundStatistics& round, RunState<Real>* state) c
     return round.pass.rejected[static_cast<std::size_t>(r)] > 0;
   };
   StageEnd end = StageEnd::kSaturated;
+  if (request_.behaviour.method == Method::kFuse) return judge_fuse_round(round, *state);
   if (round.pass.fused == 0 && rejected(Reject::kQuota)) {
     if (state->spread != 0) {
       state->spread = 0;  // the little that is left may go anywhere
@@ -500,6 +547,17 @@ StageEnd Job::judge_round(const RoundStatistics& round, RunState<Real>* state) c
   if (!rejected(Reject::kInterface) || state->chunk_tets >= kSmallChunk) return end;
   state->chunk_tets *= 2;
   return StageEnd::kOpen;
+}
+
+template <class Real>
+StageEnd Job::judge_fuse_round(const RoundStatistics& round, const RunState<Real>& state) const {
+  if (report_.lods.size() == 1) return StageEnd::kOpen;
+  const auto before = static_cast<double>(round.pass.tets_before);
+  const auto removed = before - static_cast<double>(round.pass.tets_after);
+  if (removed > kSaturatedShare * before) return StageEnd::kOpen;
+  if (round.pass.rejected[static_cast<std::size_t>(Reject::kQuota)] > 0) return StageEnd::kGoal;
+  const double max_cost = request_.behaviour.max_rms * request_.behaviour.max_rms;
+  return state.threshold >= std::min(max_cost, 1e6) ? StageEnd::kSaturated : StageEnd::kOpen;
 }
 
 }  // namespace

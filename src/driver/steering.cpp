@@ -203,7 +203,8 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
     if (of_cells) array.averages = average_cells(choice.index, mesh, stream);
     const double range = measure(&array);
     if (range > 0) {
-      fields_.push_back({width_, array.components, range, choice.tolerance});
+      fields_.push_back(
+          {width_, array.components, range, choice.tolerance, kNoColumn, array.exponent});
       names_.push_back(choice.name);
       width_ += array.components;
       arrays_.push_back(std::move(array));

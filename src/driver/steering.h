@@ -40,6 +40,11 @@ class Steering {
   const std::vector<SteeringField>& fields() const { return fields_; }
   const std::vector<std::string>& names() const { return names_; }  // one a field
   std::uint32_t width() const { return width_; }                    // values a point
+  // Which of the description's point arrays a field is; none: a cell array's averages.
+  std::optional<std::size_t> point_array(std::size_t field) const {
+    const Array& array = arrays_[field];
+    return array.averages.empty() ? std::optional(array.index) : std::nullopt;
+  }
 
   // width() values for each point of a window into `values`; sets not_finite[i] to 1 where one is
   // no number: the vertex must stay. Safe to call from several threads.

@@ -26,10 +26,24 @@ enum class Reject : std::uint8_t {
   kAspect,     // an affected tetrahedron's edge lengths would become too unequal
   kInterface,  // a vertex on the interface of two chunks, which another round will cut elsewhere
   kQuota,      // the pass has removed what the goal allows up to here
+  kError,      // it would cost more than the round allows
+  kQuality,    // an affected tetrahedron would be worse than the floor, and than all were
 };
-inline constexpr std::size_t kRejectReasons = 8;
+inline constexpr std::size_t kRejectReasons = 10;
 inline constexpr std::array<std::string_view, kRejectReasons> kRejectNames{
-    "boundary", "locked", "scalar", "flip", "stretch", "aspect", "interface", "quota"};
+    "boundary", "locked", "scalar", "flip", "stretch", "aspect", "interface", "quota", "error", "quality"};
+
+// What a pass, or all passes of a round, did.
+struct PassStatistics {
+  std::uint64_t tets_before = 0;
+  std::uint64_t tets_after = 0;
+  std::uint64_t fused = 0;  // fusions
+  std::uint64_t labelled =
+      0;  // tetrahedra passed over because this pass had affected or deleted them
+  std::array<std::uint64_t, kRejectReasons> rejected{};
+};
+
+inline constexpr std::uint32_t kNoColumn = 0xFFFFFFFFu;
 
 // A field that steers: its values are components [first, first + count) of a vertex's steering
 // tuple.
@@ -39,6 +53,9 @@ struct SteeringField {
   double range =
       0;  // of the whole original mesh; a vector's is the diagonal of its component box. > 0
   std::optional<double> tolerance;  // share of the range, in place of the pass's scalar tolerance
+  // The point column that these are the values of, times 2^exponent; none: a cell array's means.
+  std::uint32_t column = kNoColumn;
+  std::int32_t exponent = 0;
 };
 
 // Corner c of a tetrahedron and the three others, in an order that keeps the sign of its volume.

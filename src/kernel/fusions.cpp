@@ -23,7 +23,37 @@ void fuse_tuple(const Fusion& fusion, std::size_t components, T* values) {
   }
 }
 
+template <class T>
+void interpolate_tuple(const Interpolation& fusion, std::size_t components, T* values) {
+  T* to = values + fusion.to * components;
+  if constexpr (std::is_floating_point_v<T>) {
+    for (std::size_t k = 0; k < components; ++k) {
+      double value = 0;
+      for (std::size_t i = 0; i < 4; ++i) {
+        if (fusion.weights[i] != 0) {
+          value += fusion.weights[i] * values[fusion.from[i] * components + k];
+        }
+      }
+      to[k] = static_cast<T>(value);
+    }
+  } else {
+    const auto heaviest = std::max_element(fusion.weights.begin(), fusion.weights.end());
+    const auto nearest = fusion.from[static_cast<std::size_t>(heaviest - fusion.weights.begin())];
+    std::copy_n(values + nearest * components, components, to);
+  }
+}
+
 }  // namespace
+
+void interpolate_point_column(std::span<const Interpolation> fusions, Column* column) {
+  visit_type(column->type, [&](auto zero) {
+    using T = decltype(zero);
+    T* values = reinterpret_cast<T*>(column->rows.data());
+    for (const Interpolation& fusion : fusions) {
+      interpolate_tuple(fusion, column->components, values);
+    }
+  });
+}
 
 void carry_point_column(std::span<const Fusion> fusions, Column* column) {
   visit_type(column->type, [&](auto zero) {

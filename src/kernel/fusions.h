@@ -16,6 +16,18 @@ struct Fusion {
   std::uint8_t nearest;  // which of the four was nearest to the fused one
 };
 
+// Two vertices or more become one, somewhere in a tetrahedron of the old cavity.
+struct Interpolation {
+  VertexId to = 0;  // the vertex that goes on
+  Tet from{};       // the tetrahedron's vertices
+  std::array<double, 4> weights{};
+};
+
+// Gives each fused vertex the value of the old cavity's piecewise-linear interpolant at its place;
+// integers take that of the heaviest vertex, the first of several. In the order of the list, as
+// later ones may stand on earlier ones.
+void interpolate_point_column(std::span<const Interpolation> fusions, Column* column);
+
 // Gives each fused vertex the value that the old cavity's piecewise-linear interpolant has at the
 // barycenter of the prey: the mean of its four values; integers take the nearest vertex's. The rows
 // of the first vertices are overwritten. No fusion may name a vertex that an earlier one names.

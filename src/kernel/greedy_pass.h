@@ -34,15 +34,6 @@ struct PassLimits {
   std::uint16_t number = 1;
 };
 
-struct PassStatistics {
-  std::uint64_t tets_before = 0;
-  std::uint64_t tets_after = 0;
-  std::uint64_t fused = 0;  // prey tetrahedra
-  std::uint64_t labelled =
-      0;  // tetrahedra passed over because this pass had affected or deleted them
-  std::array<std::uint64_t, kRejectReasons> rejected{};
-};
-
 // Runs passes and keeps their scratch memory. Not thread-safe; different objects are independent.
 template <class Real>
 class GreedyPass {

@@ -9,6 +9,7 @@ void WorkMesh<Real>::resize_vertices(std::size_t vertices) {
   positions.resize(vertices);
   marks.resize(vertices);
   steering.resize(vertices * steering_width);
+  quadrics.resize(vertices * quadric_width);
   point_ids.resize(vertices);
   incidence.resize(vertices);
   changed.resize(vertices);
@@ -44,6 +45,7 @@ Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh) {
   Vector<VertexId> new_ids(mesh->vertex_count());
   VertexId kept = 0;
   const std::size_t width = mesh->steering_width;
+  const std::size_t numbers = mesh->quadric_width;
   for (std::size_t v = 0; v < new_ids.size(); ++v) {
     if (mesh->incidence[v] == 0 && (mesh->marks[v] & kLocked) == 0) continue;
     const VertexId to = kept++;
@@ -55,6 +57,7 @@ Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh) {
     mesh->incidence[to] = mesh->incidence[v];
     mesh->changed[to] = mesh->changed[v];
     std::copy_n(mesh->steering.data() + v * width, width, mesh->steering.data() + to * width);
+    std::copy_n(mesh->quadrics.data() + v * numbers, numbers, mesh->quadrics.data() + to * numbers);
     for (Column& column : mesh->point_columns) column.move_row(v, to);
   }
   mesh->resize_vertices(kept);

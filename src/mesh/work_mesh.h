@@ -44,6 +44,10 @@ struct WorkMesh {
   Vector<std::uint8_t> marks;  // VertexMark bits, one a vertex
   Vector<double> steering;     // steering_width values a vertex
   std::uint32_t steering_width = 0;
+  // quadric_width numbers a vertex (kernel/quadric.h); 0: nobody wants them. A chunk has a part of
+  // the quadric of a vertex on the interface, and all parts add up.
+  Vector<float> quadrics;
+  std::uint32_t quadric_width = 0;
   // Each vertex's id in the beginning: the same in every chunk that has the vertex. A fused one
   // keeps one of its four.
   Vector<VertexId> point_ids;
