@@ -7,6 +7,7 @@
 #include "base/byte_stream.h"
 #include "driver/import.h"
 #include "driver/report.h"
+#include "driver/thresholds.h"
 
 namespace tetfusion {
 
@@ -29,7 +30,7 @@ struct RunState {
   double shrink = 1;                 // what the last round has left of the mesh
   std::uint8_t spread = 1;
   CostHistogram costs{};  // with Method::kFuse
-  double threshold = 0;   // of the last round
+  Threshold threshold;    // of the last round
   StageEnd end = StageEnd::kOpen;
 };
 

@@ -32,7 +32,7 @@ struct BehaviourOptions {
 
   // With kFuse: no new tetrahedron has a lower mean ratio, unless there was a worse one in the
   // cavity; in [0, 1).
-  double min_quality = 0.1;
+  double min_quality = 0.22;
   // With kFuse: what a fusion may do to the steering fields, in the mean of squares, as a share of
   // their range; > 0.
   double max_rms = std::numeric_limits<double>::infinity();

@@ -50,8 +50,9 @@ void lock(const Vector<VertexId>& ids, WorkMesh<Real>* mesh) {
 }
 
 template <class Real>
-PassStatistics run_greedy_passes(int passes, PassLimits limits, std::span<const SteeringField> fields,
-                          GreedyPass<Real>* pass, WorkMesh<Real>* mesh) {
+PassStatistics run_greedy_passes(int passes, PassLimits limits,
+                                 std::span<const SteeringField> fields, GreedyPass<Real>* pass,
+                                 WorkMesh<Real>* mesh) {
   PassStatistics all;
   all.tets_before = mesh->tets.size();
   limits.number = kFirstPassNumber;
@@ -95,8 +96,8 @@ void Rounds<Real>::gather(const MacroLod<Real>& mesh, std::uint32_t chunk,
 
 // Passes over one chunk, or the whole mesh; limits.quota is its own.
 template <class Real>
-PassStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker,
-                                        WorkMesh<Real>* mesh, CostHistogram* costs) {
+PassStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
+                                        CostHistogram* costs) {
   Worker& tools = *workers_[worker];
   const RoundSettings& settings = round_.settings;
   if (settings.method == Method::kTetFuse) {
@@ -133,8 +134,8 @@ std::vector<std::uint64_t> Rounds<Real>::shares_of(const RoundSettings& settings
       settings.method == Method::kFuse ? cost_bin(settings.fuse.threshold) + 1 : 0;
   for (std::uint32_t c = 0; c < mesh.chunks && !mesh.costs.empty(); ++c) {
     const ChunkCosts& costs = mesh.costs[c];
-    shares.push_back(std::accumulate(costs.begin(), costs.begin() + static_cast<std::ptrdiff_t>(bins),
-                                     shares.back()));
+    shares.push_back(std::accumulate(
+        costs.begin(), costs.begin() + static_cast<std::ptrdiff_t>(bins), shares.back()));
   }
   if (shares.back() > 0) return shares;
   shares = {0};

@@ -20,7 +20,7 @@
 namespace tetfusion {
 
 struct RoundStatistics {
-  PassStatistics pass;  // fusions of all passes; why what is left was refused in the last ones
+  PassStatistics pass;    // fusions of all passes; why what is left was refused in the last ones
   CostHistogram costs{};  // with Method::kFuse: of the vertices that are left
   std::uint64_t chunks = 1;
 };

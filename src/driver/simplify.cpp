@@ -95,7 +95,8 @@ class Job {
   template <class Real>
   StageEnd judge_round(const RoundStatistics& round, RunState<Real>* state) const;
   template <class Real>
-  StageEnd judge_fuse_round(const RoundStatistics& round, const RunState<Real>& state) const;
+  StageEnd judge_fuse_round(const RoundStatistics& round, RunState<Real>* state) const;
+  double max_cost() const { return request_.behaviour.max_rms * request_.behaviour.max_rms; }
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
   std::size_t schedule() const {
@@ -491,16 +492,11 @@ void Job::plan_fuse(std::uint64_t tets, const std::optional<std::uint64_t>& goal
   settings.look = report_.lods.empty();
   settings.fuse.unit = std::ldexp(1.0, -std::ilogb(diagonal));
   settings.fuse.min_quality = request_.behaviour.min_quality;
-  settings.fuse.aspect_ratio = request_.behaviour.aspect_ratio;
   if (settings.look) return;
-  // A fusion takes about six tetrahedra and a vertex.
-  constexpr std::uint64_t kTetsAFusion = 6;
-  std::optional<std::uint64_t> vertices;
-  if (goal) vertices = (tets - std::min(tets, *goal)) / kTetsAFusion + 1;
-  const RoundThreshold next = next_threshold(state.costs, state.threshold, vertices);
-  const double max_cost = request_.behaviour.max_rms * request_.behaviour.max_rms;
-  settings.fuse.threshold = std::min(next.cost, max_cost);
-  settings.fuse.cheapest_first = next.last;
+  std::optional<std::uint64_t> tets_to_go;
+  if (goal) tets_to_go = tets - std::min(tets, *goal);
+  settings.fuse.threshold =
+      std::min(next_threshold(state.costs, state.threshold, tets_to_go), max_cost());
 }
 
 // Notes what a round did, and whether that is the end of its stage.
@@ -515,7 +511,8 @@ void Job::end_round(const RoundPlan& plan, const RoundStatistics& round, RunStat
   state->shrink = 1 - removed / before;
   state->costs = round.costs;
   if (plan.settings.method == Method::kFuse && !plan.settings.look) {
-    state->threshold = plan.settings.fuse.threshold;
+    state->threshold = {plan.settings.fuse.threshold,
+                        round.pass.rejected[static_cast<std::size_t>(Reject::kQuota)] > 0};
   }
   state->end = judge_round(round, state);
   trim_memory();
@@ -528,7 +525,7 @@ StageEnd Job::judge_round(const RoundStatistics& round, RunState<Real>* state) c
     return round.pass.rejected[static_cast<std::size_t>(r)] > 0;
   };
   StageEnd end = StageEnd::kSaturated;
-  if (request_.behaviour.method == Method::kFuse) return judge_fuse_round(round, *state);
+  if (request_.behaviour.method == Method::kFuse) return judge_fuse_round(round, state);
   if (round.pass.fused == 0 && rejected(Reject::kQuota)) {
     if (state->spread != 0) {
       state->spread = 0;  // the little that is left may go anywhere
@@ -550,14 +547,19 @@ StageEnd Job::judge_round(const RoundStatistics& round, RunState<Real>* state) c
 }
 
 template <class Real>
-StageEnd Job::judge_fuse_round(const RoundStatistics& round, const RunState<Real>& state) const {
-  if (report_.lods.size() == 1) return StageEnd::kOpen;
+StageEnd Job::judge_fuse_round(const RoundStatistics& round, RunState<Real>* state) const {
+  if (report_.lods.size() == 1) return StageEnd::kOpen;  // it has only looked
   const auto before = static_cast<double>(round.pass.tets_before);
   const auto removed = before - static_cast<double>(round.pass.tets_after);
+  if (state->threshold.quota_was_met) {
+    if (removed > 0) return StageEnd::kOpen;
+    if (state->spread == 0) return StageEnd::kGoal;
+    state->spread = 0;  // the little that is left may go anywhere
+    return StageEnd::kOpen;
+  }
   if (removed > kSaturatedShare * before) return StageEnd::kOpen;
-  if (round.pass.rejected[static_cast<std::size_t>(Reject::kQuota)] > 0) return StageEnd::kGoal;
-  const double max_cost = request_.behaviour.max_rms * request_.behaviour.max_rms;
-  return state.threshold >= std::min(max_cost, 1e6) ? StageEnd::kSaturated : StageEnd::kOpen;
+  const double most = std::min(max_cost(), largest_cost(round.costs));
+  return state->threshold.cost >= most ? StageEnd::kSaturated : StageEnd::kOpen;
 }
 
 }  // namespace

@@ -1,21 +1,24 @@
 #include "driver/thresholds.h"
 
 #include <algorithm>
+#include <limits>
+#include <numeric>
 
 namespace tetfusion {
 
 namespace {
 
-// An error twice as large.
+// From round to round: an error twice as large. Larger steps let chunks run ahead of what lies
+// between them.
 constexpr double kGrowth = 4;
-// Of the vertices under a threshold half is gone when each of them has fused with another.
-constexpr double kVerticesAFusion = 2;
+// A fusion takes about six tetrahedra, and two of the vertices that are counted.
+constexpr double kVerticesATet = 2.0 / 6;
 
 // The cost that so many vertices do not exceed.
-double quantile(const CostHistogram& costs, std::uint64_t vertices) {
-  std::uint64_t below = 0;
+double quantile(const CostHistogram& costs, double vertices) {
+  double below = 0;
   for (std::size_t bin = 0; bin < kCostBins; ++bin) {
-    below += costs[bin];
+    below += static_cast<double>(costs[bin]);
     if (below >= vertices) return cost_bin_end(bin);
   }
   return std::numeric_limits<double>::infinity();
@@ -23,16 +26,22 @@ double quantile(const CostHistogram& costs, std::uint64_t vertices) {
 
 }  // namespace
 
-RoundThreshold next_threshold(const CostHistogram& costs, double previous,
-                              std::optional<std::uint64_t> vertices_to_go) {
-  std::uint64_t all = 0;
-  for (const std::uint64_t count : costs) all += count;
-  const double ordinary = std::max(kGrowth * previous, quantile(costs, (all + 1) / 2));
-  if (!vertices_to_go) return {ordinary, false};
-  const double enough = quantile(
-      costs, static_cast<std::uint64_t>(kVerticesAFusion * static_cast<double>(*vertices_to_go)));
-  if (enough <= ordinary) return {enough, true};
-  return {ordinary, false};
+double next_threshold(const CostHistogram& costs, const Threshold& last,
+                      std::optional<std::uint64_t> tets_to_go) {
+  const auto all = static_cast<double>(std::accumulate(costs.begin(), costs.end(), 0ULL));
+  const double ordinary = std::max(kGrowth * last.cost, quantile(costs, all / 2));
+  if (!tets_to_go) return ordinary;
+  const double enough = quantile(costs, kVerticesATet * static_cast<double>(*tets_to_go) + 1);
+  // What was not enough for all that the last round had to do is not enough now.
+  const double least = last.quota_was_met ? 0 : 2 * last.cost;
+  return std::clamp(enough, std::min(least, ordinary), ordinary);
+}
+
+double largest_cost(const CostHistogram& costs) {
+  for (std::size_t bin = kCostBins; bin-- > 0;) {
+    if (costs[bin] > 0) return cost_bin_end(bin);
+  }
+  return 0;
 }
 
 }  // namespace tetfusion

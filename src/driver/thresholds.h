@@ -2,22 +2,23 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 
-#include "kernel/fuse_round.h"
+#include "kernel/costs.h"
 
 namespace tetfusion {
 
-struct RoundThreshold {
-  double cost = 0;
-  bool last = false;  // it is enough for what has to go
+struct Threshold {
+  double cost = 0;             // 0 before the first round
+  bool quota_was_met = false;  // the round ended with its quota, not with what the cost allowed
 };
 
-// The next threshold: four times the last one (twice the error), or what half of the vertices can
-// be fused for, whichever is more; less where less is enough for `vertices_to_go`. `previous` is 0
-// before the first.
-RoundThreshold next_threshold(const CostHistogram& costs, double previous,
-                              std::optional<std::uint64_t> vertices_to_go);
+// The threshold after the last one: four times as much (twice the error), or what half of the
+// vertices can be fused for, whichever is more; less where less is enough for what has to go.
+double next_threshold(const CostHistogram& costs, const Threshold& last,
+                      std::optional<std::uint64_t> tets_to_go);
+
+// No vertex costs more; 0 without vertices.
+double largest_cost(const CostHistogram& costs);
 
 }  // namespace tetfusion

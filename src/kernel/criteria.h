@@ -31,7 +31,8 @@ enum class Reject : std::uint8_t {
 };
 inline constexpr std::size_t kRejectReasons = 10;
 inline constexpr std::array<std::string_view, kRejectReasons> kRejectNames{
-    "boundary", "locked", "scalar", "flip", "stretch", "aspect", "interface", "quota", "error", "quality"};
+    "boundary", "locked",    "scalar", "flip",  "stretch",
+    "aspect",   "interface", "quota",  "error", "quality"};
 
 // What a pass, or all passes of a round, did.
 struct PassStatistics {

@@ -1,6 +1,7 @@
 #include "kernel/fuse_round.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <type_traits>
 
@@ -8,173 +9,127 @@ namespace tetfusion {
 
 namespace {
 
-// A round is over when a pass has fused less than this share of the vertices.
-constexpr double kIdleShare = 0.02;
-// See best_position().
+// best_position(): enough to keep a vertex between its two where the fields are flat.
 constexpr float kPull = 0.02F;
 constexpr float kReach = 0.5F;  // of the edge
-// What a fusion costs where fields do not tell: the square of the edge, times this. A cell a tenth
-// of the mesh's diagonal long is worth an error of 1e-4.
+
+// What an edge's squared length (in units of the mesh) adds to the cost, so that where fields do
+// not tell, short edges go first: an edge of a tenth of the mesh is worth an error of 1e-4.
 constexpr float kLengthCost = 1e-6F;
 
-bool is_deleted(const Tet& tet) { return tet[0] == kNoVertex; }
+// Where the best position is not allowed, others on the edge are tried that cost at most so much
+// more.
+constexpr float kSlack = 1.3F;
+constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
-// The cubed mean ratio, 432 D^2 / (sum of the squared edges)^3, of the tetrahedron with
-// determinant D.
+// Lists of candidates, after the first one, that a vertex may use up while nothing near it moves.
+constexpr std::uint8_t kLists = 1;
+
+// Bins of costs, eight an octave: a float's exponent, and the first three bits of its fraction.
+constexpr std::size_t kBins = 1 << 11;
+std::size_t bin_of(float cost) { return std::bit_cast<std::uint32_t>(std::max(cost, 0.0F)) >> 20; }
+
+// Failures are asked again once in so many bins: half an octave.
+constexpr std::size_t kAskAgain = 4;
+// A round is over when all have been asked, and less than this share of the tetrahedra went.
+constexpr double kIdleShare = 0.02;
+
+// 432 times the squared determinant over this is the cubed mean ratio: the cube of the sum of the
+// squared edges. One corner is the origin.
+struct ShapeOf {
+  double det;
+  double edges;
+};
+
 template <class Real>
-double cubed_mean_ratio(const std::array<Vec3<Real>, 4>& p, double det, double unit) {
-  double sum = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    for (std::size_t j = i + 1; j < 4; ++j) {
-      const double x = (double{p[j].x} - p[i].x) * unit;
-      const double y = (double{p[j].y} - p[i].y) * unit;
-      const double z = (double{p[j].z} - p[i].z) * unit;
-      sum += x * x + y * y + z * z;
-    }
-  }
-  const double scaled = det * unit * unit * unit;
-  return 432 * scaled * scaled / (sum * sum * sum);
+ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c, const Vec3<Real>& d,
+                 double unit) {
+  const double ax = a.x, ay = a.y, az = a.z;
+  const double ux = (b.x - ax) * unit, uy = (b.y - ay) * unit, uz = (b.z - az) * unit;
+  const double vx = (c.x - ax) * unit, vy = (c.y - ay) * unit, vz = (c.z - az) * unit;
+  const double wx = (d.x - ax) * unit, wy = (d.y - ay) * unit, wz = (d.z - az) * unit;
+  const double det = wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx);
+  const double x = ux + vx + wx, y = uy + vy + wy, z = uz + vz + wz;
+  const double squares =
+      (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (wx * wx + wy * wy + wz * wz);
+  return {det, 4 * squares - (x * x + y * y + z * z)};
 }
 
-template <class Real>
-std::array<Vec3<Real>, 4> corners(const Vector<Vec3<Real>>& positions, const Tet& t) {
-  return {positions[t[0]], positions[t[1]], positions[t[2]], positions[t[3]]};
+double cubed_mean_ratio(const ShapeOf& s) {
+  return 432 * s.det * s.det / (s.edges * s.edges * s.edges);
 }
+
+// A mean ratio from which on the sign of a volume is beyond doubt.
+constexpr double kSureQuality = 1e-3;
+
+double cube(double x) { return x * x * x; }
 
 }  // namespace
 
-std::size_t cost_bin(double cost) {
-  if (!(cost > 0)) return 0;
-  int exponent = 0;
-  const double m = std::frexp(cost, &exponent);
-  const int bin = 2 * (exponent + 72) + (m >= 0.70710678118654752 ? 1 : 0);
-  return static_cast<std::size_t>(std::clamp(bin, 0, static_cast<int>(kCostBins) - 1));
-}
-
-double cost_bin_end(std::size_t bin) {
-  const int exponent = static_cast<int>(bin / 2) - 72;
-  return std::ldexp(bin % 2 == 0 ? 0.70710678118654752 : 1.0, exponent);
-}
-
 template <class Real>
-void begin_quadrics(std::span<const SteeringField> fields, double unit, WorkMesh<Real>* mesh) {
-  const std::size_t width = mesh->steering_width;
-  mesh->quadric_width = quadric_row(mesh->steering_width);
-  const std::size_t row = mesh->quadric_width;
-  mesh->quadrics.assign(mesh->vertex_count() * row, 0.0F);
-  std::vector<double> scale(width);
-  for (const SteeringField& f : fields) {
-    for (std::uint32_t k = 0; k < f.count; ++k) scale[f.first + k] = 1 / f.range;
+auto FuseRound<Real>::kind_of(VertexId v) const -> Kind {
+  for (std::size_t k = 0; k < width_; ++k) {
+    if (!std::isfinite(mesh_->steering[v * width_ + k])) return kOut;
   }
-  std::vector<float> gradients(3 * width);
-  for (const Tet& tet : mesh->tets) {
-    const Determinant det = determinant(mesh->positions, tet);
-    if (!(det.value > det.error)) continue;
-    const Vec3<Real>& o = mesh->positions[tet[0]];
-    std::array<std::array<double, 3>, 3> e{};  // edges from the first corner, scaled
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vec3<Real>& p = mesh->positions[tet[i + 1]];
-      e[i] = {(double{p.x} - o.x) * unit, (double{p.y} - o.y) * unit, (double{p.z} - o.z) * unit};
-    }
-    const double volume = det.value * unit * unit * unit;
-    const double inverse = 1 / volume;
-    const auto cross = [](const std::array<double, 3>& a, const std::array<double, 3>& b) {
-      return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                                   a[0] * b[1] - a[1] * b[0]};
-    };
-    const std::array<std::array<double, 3>, 3> dual{cross(e[1], e[2]), cross(e[2], e[0]),
-                                                    cross(e[0], e[1])};
-    bool finite = true;
-    for (std::size_t k = 0; k < width; ++k) {
-      const double first = mesh->steering[tet[0] * width + k];
-      std::array<double, 3> g{};
-      for (std::size_t i = 0; i < 3; ++i) {
-        const double rise = (mesh->steering[tet[i + 1] * width + k] - first) * scale[k] * inverse;
-        for (std::size_t a = 0; a < 3; ++a) g[a] += rise * dual[i][a];
-      }
-      for (std::size_t a = 0; a < 3; ++a) {
-        gradients[3 * k + a] = static_cast<float>(g[a]);
-        finite = finite && std::abs(volume * g[a] * g[a]) < 1e30;
-      }
-    }
-    if (!finite) continue;
-    for (const VertexId v : tet) {
-      add_tetrahedron(static_cast<float>(volume), gradients.data(), width,
-                      mesh->quadrics.data() + v * row);
-    }
-  }
+  const std::uint8_t marks = mesh_->marks[v];
+  if ((marks & kOnInterface) != 0) return kOut;
+  return (marks & (kLocked | kOnBoundary)) != 0 ? kTarget : kFree;
 }
 
 template <class Real>
 void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringField> fields,
                             WorkMesh<Real>* mesh) {
   limits_ = &limits;
+  fields_ = fields;
   mesh_ = mesh;
   width_ = mesh->steering_width;
   row_ = mesh->quadric_width;
-  fields_ = fields;
+  floor_ = cube(limits.min_quality);
+  sure_ = cube(std::max(limits.min_quality, kSureQuality));
   std::size_t steering_columns = 0;
-  for (const SteeringField& f : fields) steering_columns += f.column != kNoColumn ? 1 : 0;
-  interpolates_ = steering_columns < mesh->point_columns.size();
-  field_scale_.assign(width_, 0.0F);
+  field_scale_.resize(width_);
   for (const SteeringField& f : fields) {
+    if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type)) ++steering_columns;
     for (std::uint32_t k = 0; k < f.count; ++k) {
       field_scale_[f.first + k] = static_cast<float>(1 / f.range);
     }
   }
+  interpolates_ = steering_columns < mesh->point_columns.size();
   sum_.resize(row_);
-  shifted_.resize(row_);
   differences_.resize(width_);
-  values_.resize(width_);
 
   const std::size_t n = mesh->vertex_count();
-  build_vertex_tets(n, mesh->tets, &start_);
-  entries_.resize(start_.entries.size());
-  std::copy(start_.entries.begin(), start_.entries.end(), entries_.begin());
-  balls_.resize(n);
+  balls_.reset(n, mesh->tets);
   kind_.resize(n);
-  for (std::size_t v = 0; v < n; ++v) {
-    const std::uint32_t count = start_.offsets[v + 1] - start_.offsets[v];
-    balls_[v] = {start_.offsets[v], count, count};
-    const std::uint8_t marks = mesh->marks[v];
-    kind_[v] = (marks & kOnInterface) != 0             ? kOut
-               : (marks & (kLocked | kOnBoundary)) != 0 ? kTarget
-                                                        : kFree;
-    for (std::size_t k = 0; k < width_; ++k) {
-      if (!std::isfinite(mesh->steering[v * width_ + k])) kind_[v] = kOut;
-    }
-  }
-  reason_.assign(n, 0);
+  for (VertexId v = 0; v < n; ++v) kind_[v] = kind_of(v);
   candidates_.assign(n, Candidates{});
+  reason_.assign(n, 0);
+  stamp_.assign(n, 0);
+  stamped_ = 0;
   now_ = 1;
   changed_.assign(n, 1);
   judged_.assign(n, 0);
-  tried_.assign(n, 0);
+  failed_.assign(n, 0);
   moved_.assign(n, 1);
-  fused_in_.assign(n, 0);
-  stamp_.assign(n, 0);
-  stamped_ = 0;
-  pass_ = 0;
+  first_.assign(kBins, kNoVertex);
+  last_.assign(kBins, kNoVertex);
+  next_.resize(n);
+  waits_.assign(n, 0);
+  place_.assign(n, 0);
+  lists_.assign(n, 0);
+  failures_.clear();
+  bin_ = 0;
   removed_ = 0;
   fused_ = 0;
   interpolations_.clear();
 }
 
 template <class Real>
-FuseStatistics FuseRound<Real>::run(const FuseLimits& limits,
-                                    std::span<const SteeringField> fields, WorkMesh<Real>* mesh) {
+FuseStatistics FuseRound<Real>::run(const FuseLimits& limits, std::span<const SteeringField> fields,
+                                    WorkMesh<Real>* mesh) {
   begin(limits, fields, mesh);
+  work();
   FuseStatistics statistics;
-  statistics.pass.tets_before = mesh->tets.size();
-  for (;;) {
-    const std::uint64_t removed_before = removed_;
-    const std::uint64_t fused = pass();
-    const auto left = static_cast<double>(statistics.pass.tets_before - removed_);
-    if (removed_ >= limits.quota || fused == 0 ||
-        static_cast<double>(removed_ - removed_before) < kIdleShare * left) {
-      break;
-    }
-  }
   finish(&statistics);
   compact();
   return statistics;
@@ -185,134 +140,193 @@ FuseStatistics FuseRound<Real>::look(const FuseLimits& limits,
                                      std::span<const SteeringField> fields, WorkMesh<Real>* mesh) {
   begin(limits, fields, mesh);
   FuseStatistics statistics;
-  statistics.pass.tets_before = mesh->tets.size();
   finish(&statistics);
   return statistics;
 }
 
-// Costs of what is left, for the next threshold.
+// Counts what is left, and notes what is known of it for the next round.
 template <class Real>
 void FuseRound<Real>::finish(FuseStatistics* statistics) {
-  statistics->pass.tets_after = statistics->pass.tets_before - removed_;
-  statistics->pass.fused = fused_;
-  const auto threshold = static_cast<float>(limits_->threshold);
-  for (std::size_t i = 0; i < balls_.size(); ++i) {
-    const auto v = static_cast<VertexId>(i);
+  PassStatistics& pass = statistics->pass;
+  pass.tets_before = mesh_->tets.size();
+  pass.tets_after = pass.tets_before - removed_;
+  pass.fused = fused_;
+  for (VertexId v = 0; v < kind_.size(); ++v) {
     if (mesh_->incidence[v] == 0) continue;
-    float* cost = mesh_->quadrics.data() + v * row_ + row_ - 1;
-    *cost = 0;
-    if (!can_move(v)) {
-      const bool interface = (mesh_->marks[v] & kOnInterface) != 0;
-      const bool boundary = (mesh_->marks[v] & kOnBoundary) != 0;
-      const Reject reason = interface ? Reject::kInterface
-                            : boundary ? Reject::kBoundary
-                                       : Reject::kLocked;
-      ++statistics->pass.rejected[static_cast<std::size_t>(reason)];
-      continue;
-    }
+    float least = 0;
+    const Reject reason = look_back(v, &least);
+    ++pass.rejected[static_cast<std::size_t>(reason)];
+    known_cost(v) = least;
+    if (least > 0) ++statistics->costs[cost_bin(least)];
+  }
+}
+
+// Why the vertex has not fused; `least` gets what its cheapest fusion costs, if that is known.
+template <class Real>
+Reject FuseRound<Real>::look_back(VertexId v, float* least) {
+  if (kind_[v] != kFree) {
+    const std::uint8_t marks = mesh_->marks[v];
+    if ((marks & kOnInterface) != 0) return Reject::kInterface;
+    return (marks & kOnBoundary) != 0 ? Reject::kBoundary : Reject::kLocked;
+  }
+  const auto threshold = static_cast<float>(limits_->threshold);
+  bool failed = false;
+  if (knows_candidates(v) || !(known_cost(v) > 0)) {
     if (!knows_candidates(v)) judge(v);
-    float least = std::numeric_limits<float>::infinity();
-    bool stuck = false;
     for (const Candidate& c : candidates_[v]) {
       if (c.partner == kNoVertex || changed_[c.partner] > judged_[v]) continue;
-      if (c.cost <= threshold && tried_[v] >= std::max(moved_[v], moved_[c.partner])) {
-        stuck = true;
-        continue;
+      if (c.cost <= threshold && failed_[v] >= moved_[v]) {
+        failed = true;
+      } else if (*least == 0) {
+        *least = c.cost;
       }
-      least = std::min(least, c.cost);
     }
-    const bool quota = least <= threshold && removed_ >= limits_->quota;
-    const Reject reason = stuck   ? static_cast<Reject>(reason_[v])
-                          : quota ? Reject::kQuota
-                                  : Reject::kError;
-    ++statistics->pass.rejected[static_cast<std::size_t>(reason)];
-    if (least < std::numeric_limits<float>::infinity()) ++statistics->costs[cost_bin(least)];
+  } else {
+    *least = known_cost(v);
   }
+  if (failed) return static_cast<Reject>(reason_[v]);
+  return *least > 0 && *least <= threshold && removed_ < limits_->quota ? Reject::kFlip
+         : *least > 0 && *least <= threshold                            ? Reject::kQuota
+                                                                        : Reject::kError;
 }
 
+// Vertices take turns, those with the cheapest candidates first. Where a fusion failed, the vertex
+// is asked again when something near it has moved.
 template <class Real>
-bool FuseRound<Real>::knows_candidates(VertexId v) const {
-  return judged_[v] > changed_[v];
-}
-
-// A pass; returns its fusions.
-template <class Real>
-std::uint64_t FuseRound<Real>::pass() {
-  ++pass_;
-  const std::uint64_t before = fused_;
-  const auto threshold = static_cast<float>(limits_->threshold);
-  const auto n = static_cast<VertexId>(balls_.size());
-  const auto is_due = [&](VertexId v) {
-    return can_move(v) && mesh_->incidence[v] != 0 && fused_in_[v] != pass_;
-  };
-  if (!limits_->cheapest_first) {
-    for (VertexId v = 0; v < n && removed_ < limits_->quota; ++v) {
-      if (!is_due(v)) continue;
-      if (!knows_candidates(v)) judge(v);
-      if (candidates_[v][0].cost <= threshold) visit(v);
+void FuseRound<Real>::work() {
+  for (VertexId v = 0; v < kind_.size(); ++v) {
+    if (kind_[v] == kFree) queue(v, known_cost(v));
+  }
+  const std::size_t last = bin_of(static_cast<float>(limits_->threshold));
+  std::uint64_t removed_before = 0;
+  do {
+    removed_before = removed_;
+    for (bin_ = 0; bin_ <= last; ++bin_) {
+      if (bin_ % kAskAgain == 0) ask_again();
+      while (first_[bin_] != kNoVertex && removed_ < limits_->quota) {
+        const VertexId v = first_[bin_];
+        first_[bin_] = next_[v];
+        waits_[v] = 0;
+        if (mesh_->incidence[v] != 0) visit(v);
+      }
     }
-    return fused_ - before;
-  }
-  order_.clear();
-  for (VertexId v = 0; v < n; ++v) {
-    if (!is_due(v)) continue;
-    if (!knows_candidates(v)) judge(v);
-    if (candidates_[v][0].cost <= threshold) order_.push_back({candidates_[v][0].cost, v});
-  }
-  std::sort(order_.begin(), order_.end(), [&](const auto& a, const auto& b) {
-    if (a.first != b.first) return a.first < b.first;
-    return mesh_->point_ids[a.second] < mesh_->point_ids[b.second];
-  });
-  for (const auto& [cost, v] : order_) {
-    if (removed_ >= limits_->quota) break;
-    if (is_due(v)) visit(v);
-  }
-  return fused_ - before;
+    bin_ = 0;
+    const auto left = static_cast<double>(mesh_->tets.size() - removed_);
+    if (static_cast<double>(removed_ - removed_before) < kIdleShare * left) return;
+  } while (removed_ < limits_->quota && ask_again());
 }
 
-// Tries the vertex's candidates under the threshold.
 template <class Real>
-bool FuseRound<Real>::visit(VertexId v) {
-  const Candidates candidates = candidates_[v];
-  for (const Candidate& c : candidates) {
-    if (c.partner == kNoVertex || !(c.cost <= static_cast<float>(limits_->threshold))) break;
-    if (fused_in_[c.partner] == pass_ || changed_[c.partner] > judged_[v]) continue;
-    if (tried_[v] >= std::max(moved_[v], moved_[c.partner])) continue;
-    if (fuse(v, c.partner)) return true;
-    reason_[v] = static_cast<std::uint8_t>(reject_);
-  }
-  tried_[v] = now_;
-  return false;
+void FuseRound<Real>::queue(VertexId v, float cost) {
+  if (waits_[v] != 0) return;
+  const std::size_t bin = std::max(bin_of(cost), bin_);
+  waits_[v] = 1;
+  next_[v] = kNoVertex;
+  (first_[bin] == kNoVertex ? first_[bin] : next_[last_[bin]]) = v;
+  last_[bin] = v;
 }
 
-// The tetrahedra round v, without those that are gone.
 template <class Real>
-std::span<const std::uint32_t> FuseRound<Real>::ball(VertexId v) {
-  Ball& b = balls_[v];
-  std::uint32_t* entries = entries_.data() + b.begin;
-  if (b.count != mesh_->incidence[v]) {
-    std::uint32_t live = 0;
-    for (std::uint32_t i = 0; i < b.count; ++i) {
-      if (!is_deleted(mesh_->tets[entries[i] >> 2])) entries[live++] = entries[i];
+bool FuseRound<Real>::ask_again() {
+  bool any = false;
+  std::size_t kept = 0;
+  for (const VertexId v : failures_) {
+    if (mesh_->incidence[v] == 0 || failed_[v] < changed_[v]) continue;
+    if (moved_[v] <= failed_[v]) {
+      failures_[kept++] = v;
+      continue;
     }
-    b.count = live;
+    judge_all(v, -1);
+    if (const Candidate* c = next_candidate(v)) {
+      queue(v, c->cost);
+      any = true;
+    }
   }
-  return {entries, b.count};
+  failures_.resize(kept);
+  return any;
+}
+
+// The cheapest candidate of v that is not used up.
+template <class Real>
+auto FuseRound<Real>::next_candidate(VertexId v) -> const Candidate* {
+  for (std::uint8_t& i = place_[v]; i < kCandidates; ++i) {
+    const Candidate& c = candidates_[v][i];
+    if (c.partner == kNoVertex) return nullptr;
+    if (changed_[c.partner] <= judged_[v]) return &c;
+  }
+  return nullptr;
+}
+
+// Tries the vertex's cheapest candidate, if its turn has come.
+template <class Real>
+void FuseRound<Real>::visit(VertexId v) {
+  if (!knows_candidates(v)) judge(v);
+  const Candidate* c = next_candidate(v);
+  if (c == nullptr && candidates_[v].back().partner != kNoVertex && lists_[v] < kLists) {
+    const std::uint8_t used = lists_[v];
+    judge_all(v, candidates_[v].back().cost);
+    lists_[v] = static_cast<std::uint8_t>(used + 1);
+    c = next_candidate(v);
+  }
+  if (c == nullptr) return;
+  if (bin_of(c->cost) > bin_) {
+    queue(v, c->cost);
+    return;
+  }
+  const VertexId partner = c->partner;
+  if (fuse(v, partner)) {
+    const VertexId kept = mesh_->incidence[v] != 0 ? v : partner;
+    if (kind_[kept] != kFree) return;
+    judge(kept);
+    if (const Candidate* next = next_candidate(kept)) queue(kept, next->cost);
+    return;
+  }
+  reason_[v] = static_cast<std::uint8_t>(reject_);
+  ++place_[v];
+  if (failed_[v] < judged_[v]) failures_.push_back(v);
+  failed_[v] = now_;
+  queue(v, c->cost);
 }
 
 template <class Real>
-Offset FuseRound<Real>::offset(VertexId from, VertexId to) const {
-  const Vec3<Real>&a = mesh_->positions[from], &b = mesh_->positions[to];
+Offset FuseRound<Real>::offset(VertexId from, const Vec3<Real>& to) const {
+  const Vec3<Real>& a = mesh_->positions[from];
   const double unit = limits_->unit;
-  return {static_cast<float>((double{b.x} - a.x) * unit),
-          static_cast<float>((double{b.y} - a.y) * unit),
-          static_cast<float>((double{b.z} - a.z) * unit)};
+  return {static_cast<float>((double{to.x} - a.x) * unit),
+          static_cast<float>((double{to.y} - a.y) * unit),
+          static_cast<float>((double{to.z} - a.z) * unit)};
+}
+
+// Of the fields' values, as shares of their ranges.
+template <class Real>
+void FuseRound<Real>::find_differences(VertexId from, VertexId to) {
+  const double* a = mesh_->steering.data() + from * width_;
+  const double* b = mesh_->steering.data() + to * width_;
+  for (std::size_t k = 0; k < width_; ++k) {
+    differences_[k] = static_cast<float>(b[k] - a[k]) * field_scale_[k];
+  }
 }
 
 // Chooses the cheapest partners of v. An edge whose other end has been judged since v got its
 // quadric is that one's business.
 template <class Real>
 void FuseRound<Real>::judge(VertexId v) {
+  const auto judged_there = [&](VertexId u) {
+    return kind_[u] == kFree && judged_[u] > changed_[u] && judged_[u] > changed_[v];
+  };
+  choose(v, judged_there, -1);
+}
+
+// Of all neighbours, those that cost more.
+template <class Real>
+void FuseRound<Real>::judge_all(VertexId v, float above) {
+  choose(
+      v, [](VertexId) { return false; }, above);
+}
+
+template <class Real>
+template <class Skip>
+void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
   ++stamped_;
   stamp_[v] = stamped_;
   Candidates best{};
@@ -320,74 +334,49 @@ void FuseRound<Real>::judge(VertexId v) {
     for (const VertexId u : mesh_->tets[entry >> 2]) {
       if (stamp_[u] == stamped_) continue;
       stamp_[u] = stamped_;
-      if (kind_[u] == kOut) continue;
-      if (kind_[u] == kFree && judged_[u] > changed_[u] && judged_[u] > changed_[v]) continue;
-      Candidate c{cost_of(v, u), u};
+      if (kind_[u] == kOut || skip(u)) continue;
+      Candidate c{width_ == 1 ? cost_of<1>(v, u) : cost_of<0>(v, u), u};
+      if (!(c.cost > above)) continue;
       for (Candidate& b : best) {
         if (c.cost < b.cost) std::swap(b, c);
       }
     }
   }
   candidates_[v] = best;
+  place_[v] = 0;
+  lists_[v] = 0;
   judged_[v] = ++now_;
 }
 
-// What it costs to make v and its neighbour one.
+// What it costs to make v and its neighbour one; kWidth is the number of steering values, or 0 for
+// any.
 template <class Real>
+template <std::size_t kWidth>
 float FuseRound<Real>::cost_of(VertexId v, VertexId partner) {
+  const std::size_t width = kWidth != 0 ? kWidth : width_;
   const float* qv = quadric(v);
   const float* qp = quadric(partner);
-  const Offset d = offset(v, partner);
-  const float length_squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-  const double* sv = mesh_->steering.data() + v * width_;
-  const double* sp = mesh_->steering.data() + partner * width_;
-  const float w = qv[kQuadricW] + qp[kQuadricW];
+  const Offset d = offset(v, mesh_->positions[partner]);
+  const float length_squared = dot(d.data(), d);
+  std::array<float, quadric_size(kWidth)> small{};
+  float* sum = kWidth != 0 ? small.data() : sum_.data();
   float cost = 0;
-  if (!can_move(partner)) {
-    for (std::size_t k = 0; k < width_; ++k) {
-      differences_[k] = static_cast<float>(sp[k] - sv[k]) * field_scale_[k];
-    }
-    std::fill(sum_.begin(), sum_.end(), 0.0F);
-    add_shifted(qv, d, differences_.data(), width_, sum_.data());
-    cost = sum_[kQuadricC] + qp[kQuadricC];
+  if (kind_[partner] == kTarget) {
+    find_differences(v, partner);
+    std::copy_n(qp, quadric_size(width), sum);
+    add_shifted(qv, d, differences_.data(), width, sum);
+    cost = sum[kQuadricC];
   } else {
-    for (std::size_t k = 0; k < width_; ++k) {
-      differences_[k] = static_cast<float>(sv[k] - sp[k]) * field_scale_[k];
-    }
-    std::copy_n(qv, row_, sum_.begin());
-    add_shifted(qp, {-d[0], -d[1], -d[2]}, differences_.data(), width_, sum_.data());
-    const Reduced r = reduce(sum_.data(), width_);
+    find_differences(partner, v);
+    std::copy_n(qv, quadric_size(width), sum);
+    add_shifted(qp, {-d[0], -d[1], -d[2]}, differences_.data(), width, sum);
+    const Reduced r = reduce(sum, width);
     const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
     cost = value_at(r, best_position(r, home, kPull, kReach * std::sqrt(length_squared)));
   }
-  const float length_cost = (width_ == 0 ? 1.0F : kLengthCost) * length_squared;
-  return (w > 0 ? std::max(cost, 0.0F) / w : 0.0F) + length_cost;
-}
-
-// Position and values of the vertex that v and its partner become; sum_ is then their quadric about
-// v, or about the partner if that is fixed.
-template <class Real>
-void FuseRound<Real>::place(VertexId v, VertexId partner) {
-  fixed_ = !can_move(partner);
-  if (fixed_) {
-    position_ = mesh_->positions[partner];
-    return;
-  }
-  const Offset d = offset(v, partner);
-  const double* sv = mesh_->steering.data() + v * width_;
-  const double* sp = mesh_->steering.data() + partner * width_;
-  for (std::size_t k = 0; k < width_; ++k) {
-    differences_[k] = static_cast<float>(sv[k] - sp[k]) * field_scale_[k];
-  }
-  std::copy_n(quadric(v), row_, sum_.begin());
-  add_shifted(quadric(partner), {-d[0], -d[1], -d[2]}, differences_.data(), width_, sum_.data());
-  const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
-  const float length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  const Offset u = best_position(reduce(sum_.data(), width_), home, kPull, kReach * length);
-  const Vec3<Real>& p = mesh_->positions[v];
-  const double back = 1 / limits_->unit;
-  position_ = {static_cast<Real>(p.x + u[0] * back), static_cast<Real>(p.y + u[1] * back),
-               static_cast<Real>(p.z + u[2] * back)};
+  const float weight = sum[kQuadricW];
+  const float mean = weight > 0 ? std::max(cost, 0.0F) / weight : 0.0F;
+  return mean + (width == 0 ? 1.0F : kLengthCost) * length_squared;
 }
 
 template <class Real>
@@ -398,46 +387,87 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
     return false;
   }
   const VertexId kept = fixed_ ? partner : std::min(v, partner);
-  if (!fixed_ && interpolates_) note_fusion(kept);
+  if (!fixed_ && interpolates_) note_interpolation(v, partner, kept);
   apply(v, partner, kept);
   return true;
 }
 
+// Finds a position that is allowed, and the cavity.
 template <class Real>
 bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
-  place(v, partner);
-  return collect_cavity(v, partner);
+  fixed_ = kind_[partner] == kTarget;
+  if (fixed_) {
+    position_ = mesh_->positions[partner];
+    return collect_cavity(v, partner);
+  }
+  add_quadrics(v, partner);
+  const Offset d = offset(v, mesh_->positions[partner]);
+  const Reduced r = reduce(sum_.data(), width_);
+  const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
+  best_ = best_position(r, home, kPull, kReach * std::sqrt(dot(d.data(), d)));
+  set_position(v, best_);
+  if (collect_cavity(v, partner)) return true;
+  const float weight = sum_[kQuadricW];
+  const float most = std::min(kSlack * std::max(value_at(r, best_), 1e-12F * weight),
+                              static_cast<float>(limits_->threshold) * weight);
+  for (const float t : kElsewhere) {
+    const Offset u{t * d[0], t * d[1], t * d[2]};
+    if (!(value_at(r, u) <= most)) continue;
+    set_position(v, u);
+    if (collect_cavity(v, partner)) return true;
+  }
+  return false;
+}
+
+// The quadric of both, about v.
+template <class Real>
+void FuseRound<Real>::add_quadrics(VertexId v, VertexId partner) {
+  find_differences(partner, v);
+  std::copy_n(quadric(v), row_, sum_.begin());
+  add_shifted(quadric(partner), offset(partner, mesh_->positions[v]), differences_.data(), width_,
+              sum_.data());
+}
+
+template <class Real>
+void FuseRound<Real>::set_position(VertexId v, const Offset& u) {
+  const Vec3<Real>& p = mesh_->positions[v];
+  const double length = 1 / limits_->unit;
+  position_ = {static_cast<Real>(p.x + u[0] * length), static_cast<Real>(p.y + u[1] * length),
+               static_cast<Real>(p.z + u[2] * length)};
 }
 
 template <class Real>
 bool FuseRound<Real>::collect_cavity(VertexId v, VertexId partner) {
   affected_.clear();
+  weak_.clear();
   deleted_.clear();
-  worst_ = -1;
   if (!collect_ball(v, partner, true)) return false;
   if (!fixed_ && !collect_ball(partner, v, false)) return false;
-  if (!(limits_->min_quality > 0)) return true;
-  for (const std::uint32_t entry : affected_) {
-    if (!shape_allows(entry)) return false;
+  if (weak_.empty()) return true;
+  const double worst = worst_of_cavity();
+  for (const std::uint32_t entry : weak_) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    const auto& order = kCornerFirst[entry & 3u];
+    const auto& p = mesh_->positions;
+    const ShapeOf shape =
+        shape_of(position_, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]], limits_->unit);
+    if (cubed_mean_ratio(shape) >= worst) continue;
+    reject_ = Reject::kQuality;
+    return false;
   }
   return true;
 }
 
-// False at the first affected tetrahedron that would flip.
+// The tetrahedra round one of the two. False at the first one that would flip.
 template <class Real>
-bool FuseRound<Real>::collect_ball(VertexId moved, VertexId other, bool note_deleted) {
-  const auto& position = mesh_->positions;
+bool FuseRound<Real>::collect_ball(VertexId moved, VertexId other, bool is_first) {
   for (const std::uint32_t entry : ball(moved)) {
     const Tet& tet = mesh_->tets[entry >> 2];
-    const bool shared = (tet[0] == other) | (tet[1] == other) | (tet[2] == other) |
-                        (tet[3] == other);
-    if (shared) {
-      if (note_deleted) deleted_.push_back(entry >> 2);
+    if ((tet[0] == other) | (tet[1] == other) | (tet[2] == other) | (tet[3] == other)) {
+      if (is_first) deleted_.push_back(entry >> 2);
       continue;
     }
-    const auto& order = kCornerFirst[entry & 3u];
-    if (flips(position_, position[tet[order[1]]], position[tet[order[2]]],
-              position[tet[order[3]]])) {
+    if (!shape_allows(entry)) {
       reject_ = Reject::kFlip;
       return false;
     }
@@ -446,55 +476,71 @@ bool FuseRound<Real>::collect_ball(VertexId moved, VertexId other, bool note_del
   return true;
 }
 
+// False if the affected tetrahedron would flip. A good shape has a volume that is certainly
+// positive; of any other the sign is looked at more closely.
 template <class Real>
 bool FuseRound<Real>::shape_allows(std::uint32_t entry) {
-  const double floor = limits_->min_quality * limits_->min_quality * limits_->min_quality;
-  auto p = corners(mesh_->positions, mesh_->tets[entry >> 2]);
-  p[entry & 3u] = position_;
-  const double det = determinant(p[0], p[1], p[2], p[3]).value;
-  const double ratio = cubed_mean_ratio(p, det, limits_->unit);
-  if (ratio >= floor) return true;
-  if (worst_ < 0) worst_ = worst_of_cavity();
-  if (ratio >= worst_) return true;
-  reject_ = Reject::kQuality;
-  return false;
+  const Tet& tet = mesh_->tets[entry >> 2];
+  const auto& order = kCornerFirst[entry & 3u];
+  const auto& p = mesh_->positions;
+  const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
+  const ShapeOf shape = shape_of(position_, b, c, d, limits_->unit);
+  const double square = 432 * shape.det * shape.det;
+  const double edges = cube(shape.edges);
+  if (shape.det > 0 && square >= sure_ * edges) return true;
+  if (flips(position_, b, c, d)) return false;
+  if (!(square >= floor_ * edges)) weak_.push_back(entry);
+  return true;
 }
 
 template <class Real>
-double FuseRound<Real>::worst_of_cavity() {
+double FuseRound<Real>::worst_of_cavity() const {
   double worst = 1;
-  const auto look = [&](TetId t) {
-    const auto p = corners(mesh_->positions, mesh_->tets[t]);
-    const double det = determinant(p[0], p[1], p[2], p[3]).value;
-    worst = std::min(worst, cubed_mean_ratio(p, det, limits_->unit));
+  const auto& p = mesh_->positions;
+  const auto look = [&](const Tet& t) {
+    const ShapeOf shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], limits_->unit);
+    worst = std::min(worst, cubed_mean_ratio(shape));
   };
-  for (const std::uint32_t entry : affected_) look(entry >> 2);
-  for (const TetId t : deleted_) look(t);
+  for (const std::uint32_t entry : affected_) look(mesh_->tets[entry >> 2]);
+  for (const TetId t : deleted_) look(mesh_->tets[t]);
   return worst;
 }
 
-// The tetrahedron of the cavity that has the new position, for the arrays that are carried.
+// To the new position; of two that are as near, the one with the lower id in the input.
 template <class Real>
-void FuseRound<Real>::note_fusion(VertexId kept) {
+VertexId FuseRound<Real>::nearer(VertexId v, VertexId partner) const {
+  const auto distance = [&](VertexId u) {
+    const Vec3<Real>& p = mesh_->positions[u];
+    const double x = double{p.x} - position_.x, y = double{p.y} - position_.y;
+    const double z = double{p.z} - position_.z;
+    return x * x + y * y + z * z;
+  };
+  const double a = distance(v), b = distance(partner);
+  if (a == b) return mesh_->point_ids[v] < mesh_->point_ids[partner] ? v : partner;
+  return a < b ? v : partner;
+}
+
+// Finds the tetrahedron of the old cavity that has the new position, for the arrays that are
+// carried.
+template <class Real>
+void FuseRound<Real>::note_interpolation(VertexId v, VertexId partner, VertexId kept) {
   Interpolation best;
   best.to = kept;
+  best.nearest = nearer(v, partner);
   double deepest = -std::numeric_limits<double>::infinity();
-  const auto look = [&](TetId t) {
+  const auto is_in = [&](TetId t) {
     const Tet& tet = mesh_->tets[t];
-    const auto p = corners(mesh_->positions, tet);
     std::array<double, 4> weights{};
-    double sum = 0, least = std::numeric_limits<double>::infinity();
+    double sum = 0;
     for (std::size_t c = 0; c < 4; ++c) {
-      auto q = p;
-      q[c] = position_;
-      weights[c] = determinant(q[0], q[1], q[2], q[3]).value;
+      const auto& order = kCornerFirst[c];
+      const auto& p = mesh_->positions;
+      weights[c] =
+          determinant(position_, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]]).value;
       sum += weights[c];
     }
-    if (!(sum > 0)) return false;
-    for (double& w : weights) {
-      w /= sum;
-      least = std::min(least, w);
-    }
+    for (double& w : weights) w /= sum;
+    const double least = *std::min_element(weights.begin(), weights.end());
     if (least > deepest) {
       deepest = least;
       best.from = tet;
@@ -502,99 +548,69 @@ void FuseRound<Real>::note_fusion(VertexId kept) {
     }
     return least >= 0;
   };
-  const auto find = [&] {
-    for (const TetId t : deleted_) {
-      if (look(t)) return;
-    }
-    for (const std::uint32_t entry : affected_) {
-      if (look(entry >> 2)) return;
-    }
-  };
-  find();
+  const auto entry_is_in = [&](std::uint32_t entry) { return is_in(entry >> 2); };
+  if (std::none_of(deleted_.begin(), deleted_.end(), is_in)) {
+    (void)std::any_of(affected_.begin(), affected_.end(), entry_is_in);
+  }
   interpolations_.push_back(best);
 }
 
 template <class Real>
 void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   ++now_;
-  WorkMesh<Real>& mesh = *mesh_;
-  const VertexId gone = kept == v ? partner : v;
-  // Quadric and values.
-  double* sk = mesh.steering.data() + kept * width_;
-  float* qk = mesh.quadrics.data() + kept * row_;
+  merge_quadrics(v, kept);
+  move_tets(kept, kept == v ? partner : v);
+  removed_ += deleted_.size();
+  ++fused_;
+  changed_[v] = now_;
+  changed_[partner] = now_;
+}
+
+// One that stays where it is keeps its values, too.
+template <class Real>
+void FuseRound<Real>::merge_quadrics(VertexId v, VertexId kept) {
+  float* row = mesh_->quadrics.data() + kept * row_;
   if (fixed_) {
-    const Offset d = offset(v, partner);
-    for (std::size_t k = 0; k < width_; ++k) {
-      differences_[k] =
-          static_cast<float>(sk[k] - mesh.steering[v * width_ + k]) * field_scale_[k];
-    }
-    add_shifted(quadric(v), d, differences_.data(), width_, qk);
-  } else {
-    const Vec3<Real>& p = mesh.positions[v];
-    const double unit = limits_->unit;
-    const Offset u{static_cast<float>((double{position_.x} - p.x) * unit),
-                   static_cast<float>((double{position_.y} - p.y) * unit),
-                   static_cast<float>((double{position_.z} - p.z) * unit)};
-    for (std::size_t k = 0; k < width_; ++k) {
-      differences_[k] = best_value(sum_.data(), k, u);
-      values_[k] = mesh.steering[v * width_ + k] + double{differences_[k]} / field_scale_[k];
-    }
-    std::copy(values_.begin(), values_.end(), sk);
-    std::fill_n(qk, row_, 0.0F);
-    add_shifted(sum_.data(), u, differences_.data(), width_, qk);
-    mesh.positions[kept] = position_;
+    find_differences(v, kept);
+    add_shifted(quadric(v), offset(v, mesh_->positions[kept]), differences_.data(), width_, row);
+    return;
   }
+  const Offset u = offset(v, position_);
+  const double* from = mesh_->steering.data() + v * width_;
+  double* to = mesh_->steering.data() + kept * width_;
+  for (std::size_t k = 0; k < width_; ++k) {
+    differences_[k] = best_value(sum_.data(), k, u);
+    to[k] = from[k] + double{differences_[k]} / field_scale_[k];
+  }
+  std::fill_n(row, row_, 0.0F);
+  add_shifted(sum_.data(), u, differences_.data(), width_, row);
+  mesh_->positions[kept] = position_;
+}
+
+template <class Real>
+void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
+  WorkMesh<Real>& mesh = *mesh_;
   for (const TetId t : deleted_) {
-    Tet& tet = mesh.tets[t];
-    for (const VertexId c : tet) {
-      --mesh.incidence[c];
-      moved_[c] = now_;
+    for (const VertexId v : mesh.tets[t]) {
+      --mesh.incidence[v];
+      moved_[v] = now_;
     }
-    tet[0] = kNoVertex;
+    mark_deleted(&mesh.tets[t]);
   }
   for (const std::uint32_t entry : affected_) {
     Tet& tet = mesh.tets[entry >> 2];
     tet[entry & 3u] = kept;
-    for (const VertexId c : tet) moved_[c] = now_;
+    for (const VertexId v : tet) moved_[v] = now_;
   }
-  removed_ += deleted_.size();
-  ++fused_;
   mesh.incidence[gone] = 0;
-  balls_[gone].count = 0;
-  give_ball(kept, fixed_);
-  changed_[kept] = now_;
-  changed_[gone] = now_;
-  fused_in_[kept] = pass_;
-}
-
-// The affected tetrahedra become the ball of the vertex that is kept, or join it.
-template <class Real>
-void FuseRound<Real>::give_ball(VertexId kept, bool fixed) {
-  if (fixed) {
-    mesh_->incidence[kept] += static_cast<std::uint32_t>(affected_.size());
-    for (const std::uint32_t entry : affected_) (void)entry;
-  } else {
-    mesh_->incidence[kept] = static_cast<std::uint32_t>(affected_.size());
-    balls_[kept].count = 0;
+  balls_.clear(gone);
+  if (!fixed_) {
+    mesh.incidence[kept] = 0;
+    balls_.clear(kept);
   }
-  // Count what is alive of it.
-  Ball& b = balls_[kept];
-  std::uint32_t live = 0;
-  for (std::uint32_t i = 0; i < b.count; ++i) {
-    const std::uint32_t entry = entries_[b.begin + i];
-    if (!is_deleted(mesh_->tets[entry >> 2])) entries_[b.begin + live++] = entry;
-  }
-  const auto count = live + static_cast<std::uint32_t>(affected_.size());
-  if (count > b.room) {
-    const auto begin = static_cast<std::uint32_t>(entries_.size());
-    const std::uint32_t room = fixed ? 2 * count : count;
-    entries_.resize(entries_.size() + room);
-    std::copy_n(entries_.begin() + b.begin, live, entries_.begin() + begin);
-    b.begin = begin;
-    b.room = room;
-  }
-  std::copy(affected_.begin(), affected_.end(), entries_.begin() + b.begin + live);
-  b.count = count;
+  ball(kept);  // drops what is gone
+  balls_.add(kept, affected_);
+  mesh.incidence[kept] += static_cast<std::uint32_t>(affected_.size());
 }
 
 // An array that steers has the values that the quadrics gave.
@@ -607,11 +623,11 @@ void FuseRound<Real>::write_steering_columns() {
       using T = decltype(zero);
       if constexpr (std::is_floating_point_v<T>) {
         T* values = reinterpret_cast<T*>(column.rows.data());
-        for (std::size_t v = 0; v < balls_.size(); ++v) {
-          if (changed_[v] <= 1 || kind_[v] != kFree) continue;
+        for (std::size_t v = 0; v < kind_.size(); ++v) {
+          if (changed_[v] == 1 || kind_[v] != kFree) continue;
           for (std::uint32_t k = 0; k < f.count; ++k) {
-            values[v * f.count + k] = static_cast<T>(
-                std::ldexp(mesh_->steering[v * width_ + f.first + k], -f.exponent));
+            values[v * f.count + k] =
+                static_cast<T>(std::ldexp(mesh_->steering[v * width_ + f.first + k], -f.exponent));
           }
         }
       }
@@ -641,8 +657,6 @@ void FuseRound<Real>::compact() {
   }
 }
 
-template void begin_quadrics(std::span<const SteeringField>, double, WorkMesh<float>*);
-template void begin_quadrics(std::span<const SteeringField>, double, WorkMesh<double>*);
 template class FuseRound<float>;
 template class FuseRound<double>;
 

@@ -1,5 +1,5 @@
-// Fuse: neighbouring vertices become one where that costs least, pass after pass (DESIGN in
-// README.md). Each fusion is tested as TetFuse is: every affected tetrahedron keeps positive volume.
+// Fuse: neighbouring vertices become one, the cheapest first, where the fields change least. Each
+// fusion is tested as a TetFuse is: every affected tetrahedron keeps positive volume.
 #pragma once
 
 #include <array>
@@ -8,20 +8,14 @@
 #include <span>
 #include <vector>
 
+#include "kernel/costs.h"
 #include "kernel/criteria.h"
 #include "kernel/fusions.h"
-#include "kernel/quadric.h"
-#include "mesh/vertex_tets.h"
+#include "kernel/live_balls.h"
+#include "kernel/vertex_quadrics.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
-
-// A chunk's vertices by what their cheapest fusion costs: two bins an octave. Costs are squared
-// errors, as shares of a field's range.
-inline constexpr std::size_t kCostBins = 160;
-using CostHistogram = std::array<std::uint64_t, kCostBins>;
-std::size_t cost_bin(double cost);      // the first and last take all that is below or above
-double cost_bin_end(std::size_t bin);   // costs in the bin are below it
 
 enum class Method : std::uint8_t {
   kTetFuse,  // the paper's: the four vertices of a tetrahedron become one
@@ -29,43 +23,35 @@ enum class Method : std::uint8_t {
 };
 
 struct FuseLimits {
-  double threshold = std::numeric_limits<double>::infinity();  // no fusion costs more
-  // A tetrahedron's mean ratio may not be below it, unless there was a worse one in the cavity.
+  // No fusion costs more: the mean of the squared deviations, as shares of the fields' ranges, of
+  // the fused vertex's fields from those of the original mesh that it stands for.
+  double threshold = std::numeric_limits<double>::infinity();
+  // No affected tetrahedron has a lower mean ratio, unless one of the cavity had; in [0, 1).
   double min_quality = 0;
-  double aspect_ratio = std::numeric_limits<double>::infinity();  // infinity is off
-  double unit = 1;  // lengths are multiplied by it: a power of two, about 1 / the mesh's diagonal
-  // At most so many tetrahedra may go; with `cheapest_first` the cheapest fusions, else first come,
-  // first served.
+  double unit = 1;  // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
+  // At most so many tetrahedra may go.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();
-  bool cheapest_first = false;
 };
 
 struct FuseStatistics {
-  PassStatistics pass;  // of all passes; `rejected` counts vertices, by why they did not fuse
-  CostHistogram costs{};  // of the vertices that are left and might fuse
+  PassStatistics pass;    // `rejected` counts the vertices that are left, by why
+  CostHistogram costs{};  // of those vertices that may fuse, as far as is known
 };
 
-// Numbers in the row of WorkMesh::quadrics: the quadric, and what the vertex's cheapest fusion
-// costs, or 0 where nobody knows.
-constexpr std::uint32_t quadric_row(std::uint32_t steering_width) {
-  return static_cast<std::uint32_t>(quadric_size(steering_width) + 1);
-}
-
-// Gives each vertex the quadric of its tetrahedra in the mesh.
-template <class Real>
-void begin_quadrics(std::span<const SteeringField> fields, double unit, WorkMesh<Real>* mesh);
-
-// Works on a chunk. Keeps its scratch memory. Not thread-safe; different objects are independent.
+// Works on a mesh or a chunk of one. Keeps its scratch memory. Not thread-safe; different objects
+// are independent.
 template <class Real>
 class FuseRound {
  public:
-  // Passes over the vertices, in order, until one fuses next to nothing, then compacts the mesh:
-  // ids are stale afterwards, their order is kept. Carried columns follow. A pure function of the
-  // mesh and the limits. Preconditions as for GreedyPass::run(); the mesh has quadrics.
+  // Fuses what the limits allow, in the order of the costs to within a twelfth, then compacts the
+  // mesh: ids are stale afterwards, their order is kept. Carried columns follow; those that steer
+  // get the values that the quadrics say are best. A pure function of the mesh and the limits.
+  //
+  // Preconditions: as for GreedyPass::run(), and the mesh has quadrics.
   FuseStatistics run(const FuseLimits& limits, std::span<const SteeringField> fields,
                      WorkMesh<Real>* mesh);
 
-  // The costs alone, for the rows of the mesh.
+  // Finds out the costs alone.
   FuseStatistics look(const FuseLimits& limits, std::span<const SteeringField> fields,
                       WorkMesh<Real>* mesh);
 
@@ -75,78 +61,100 @@ class FuseRound {
     float cost = std::numeric_limits<float>::infinity();
     VertexId partner = kNoVertex;
   };
-  using Candidates = std::array<Candidate, kCandidates>;
-  struct Ball {
-    std::uint32_t begin = 0, count = 0, room = 0;
-  };
-
-  void begin(const FuseLimits& limits, std::span<const SteeringField> fields,
-             WorkMesh<Real>* mesh);
-  void finish(FuseStatistics* statistics);
-  std::uint64_t pass();
-  bool visit(VertexId v);
-  bool knows_candidates(VertexId v) const;
-  std::span<const std::uint32_t> ball(VertexId v);
-  void judge(VertexId v);
-  float cost_of(VertexId v, VertexId partner);
-  Offset offset(VertexId from, VertexId to) const;
-  bool can_move(VertexId v) const { return kind_[v] == kFree; }
-  const float* quadric(VertexId v) const { return mesh_->quadrics.data() + v * row_; }
-  bool fuse(VertexId v, VertexId partner);
-  bool plan(VertexId v, VertexId partner);
-  void place(VertexId v, VertexId partner);
-  bool collect_cavity(VertexId v, VertexId partner);
-  bool collect_ball(VertexId moved, VertexId other, bool note_deleted);
-  bool shape_allows(std::uint32_t entry);
-  double worst_of_cavity();
-  void note_fusion(VertexId kept);
-  void apply(VertexId v, VertexId partner, VertexId kept);
-  void give_ball(VertexId kept, bool fixed);
-  void write_steering_columns();
-  void compact();
-
+  using Candidates = std::array<Candidate, kCandidates>;  // ascending by cost
   enum Kind : std::uint8_t {
     kFree,    // may be fused
-    kTarget,  // others may come to it
+    kTarget,  // stays where it is; others may come to it
     kOut,     // neither
   };
 
+  void begin(const FuseLimits& limits, std::span<const SteeringField> fields, WorkMesh<Real>* mesh);
+  Kind kind_of(VertexId v) const;
+  void finish(FuseStatistics* statistics);
+  Reject look_back(VertexId v, float* least);
+
+  // The queue.
+  void work();
+  void visit(VertexId v);
+  const Candidate* next_candidate(VertexId v);
+  void queue(VertexId v, float cost);
+  bool ask_again();
+
+  // Costs.
+  bool knows_candidates(VertexId v) const { return judged_[v] > changed_[v]; }
+  void judge(VertexId v);
+  void judge_all(VertexId v, float above);
+  template <class Skip>
+  void choose(VertexId v, Skip skip, float above);
+  template <std::size_t kWidth>
+  float cost_of(VertexId v, VertexId partner);
+  float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * row_ - 1]; }
+  const float* quadric(VertexId v) const { return mesh_->quadrics.data() + v * row_; }
+  Offset offset(VertexId from, const Vec3<Real>& to) const;
+  void find_differences(VertexId from, VertexId to);
+
+  // One fusion.
+  bool fuse(VertexId v, VertexId partner);
+  bool plan(VertexId v, VertexId partner);
+  void add_quadrics(VertexId v, VertexId partner);
+  void set_position(VertexId v, const Offset& u);
+  bool collect_cavity(VertexId v, VertexId partner);
+  bool collect_ball(VertexId moved, VertexId other, bool is_first);
+  bool shape_allows(std::uint32_t entry);
+  double worst_of_cavity() const;
+  VertexId nearer(VertexId v, VertexId partner) const;
+  void note_interpolation(VertexId v, VertexId partner, VertexId kept);
+  void apply(VertexId v, VertexId partner, VertexId kept);
+  void merge_quadrics(VertexId v, VertexId kept);
+  void move_tets(VertexId kept, VertexId gone);
+
+  void write_steering_columns();
+  void compact();
+  std::span<const std::uint32_t> ball(VertexId v) {
+    return balls_.of(v, mesh_->incidence[v], mesh_->tets);
+  }
+
   const FuseLimits* limits_ = nullptr;
+  std::span<const SteeringField> fields_;
   WorkMesh<Real>* mesh_ = nullptr;
   std::size_t width_ = 0, row_ = 0;
-  std::span<const SteeringField> fields_;
-  bool interpolates_ = false;       // there are point columns that do not steer
   std::vector<float> field_scale_;  // of each steering value: one over its field's range
+  bool interpolates_ = false;       // there are point columns that do not steer
+  double floor_ = 0, sure_ = 0;     // see shape_of()
 
-  VertexTets start_;
-  Vector<std::uint32_t> entries_;  // tet << 2 | corner; balls lie in it
-  Vector<Ball> balls_;
+  LiveBalls balls_;
   Vector<Kind> kind_;
-  Vector<std::uint8_t> reason_;
   Vector<Candidates> candidates_;
-  // In the order of what happens, from 1 on.
-  std::uint32_t now_ = 0;
-  Vector<std::uint32_t> changed_;  // when the vertex got its quadric
-  Vector<std::uint32_t> judged_;   // when its candidates were chosen
-  Vector<std::uint32_t> tried_;    // when they were last found wanting
-  Vector<std::uint32_t> moved_;    // when its ball last changed
-  Vector<std::uint32_t> fused_in_;  // the last pass that made it
-  std::uint32_t pass_ = 0;
-  std::uint64_t removed_ = 0, fused_ = 0;
+  Vector<std::uint8_t> reason_;  // why the last fusion of a vertex failed
   Vector<std::uint32_t> stamp_;
   std::uint32_t stamped_ = 0;
-  Vector<VertexId> ring_;
-  Vector<std::pair<float, VertexId>> order_;
 
-  // The plan in hand.
-  std::vector<float> sum_, shifted_, differences_;
-  std::vector<double> values_;
+  // When things happened to a vertex; each event has a number, ascending from 1.
+  std::uint32_t now_ = 0;
+  Vector<std::uint32_t> changed_;  // it got its quadric
+  Vector<std::uint32_t> judged_;   // its candidates were chosen
+  Vector<std::uint32_t> failed_;   // one of them could not be fused with
+  Vector<std::uint32_t> moved_;    // its ball changed
+
+  // Vertices that wait for their turn, in bins by what they cost.
+  Vector<VertexId> first_, last_;  // of a bin
+  Vector<VertexId> next_;          // in the same bin
+  Vector<std::uint8_t> waits_;
+  Vector<std::uint8_t> place_;  // in its candidates: those before are used up
+  Vector<std::uint8_t> lists_;  // of candidates that it has used up
+  Vector<VertexId> failures_;   // to be asked again
+  std::size_t bin_ = 0;         // whose turn it is
+  std::uint64_t removed_ = 0, fused_ = 0;
+
+  // The fusion in hand.
+  std::vector<float> sum_, differences_;
+  Offset best_{};
   Vec3<Real> position_{};
-  bool fixed_ = false;
+  bool fixed_ = false;  // the partner stays where it is
   Reject reject_{};
-  Vector<std::uint32_t> affected_;
+  Vector<std::uint32_t> affected_;  // tet << 2 | corner
+  Vector<std::uint32_t> weak_;      // those of them below the floor
   Vector<TetId> deleted_;
-  double worst_ = 0;  // cubed mean ratio in the cavity; negative: not yet known
 
   Vector<Interpolation> interpolations_;
 };

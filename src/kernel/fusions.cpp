@@ -37,9 +37,7 @@ void interpolate_tuple(const Interpolation& fusion, std::size_t components, T* v
       to[k] = static_cast<T>(value);
     }
   } else {
-    const auto heaviest = std::max_element(fusion.weights.begin(), fusion.weights.end());
-    const auto nearest = fusion.from[static_cast<std::size_t>(heaviest - fusion.weights.begin())];
-    std::copy_n(values + nearest * components, components, to);
+    std::copy_n(values + fusion.nearest * components, components, to);
   }
 }
 

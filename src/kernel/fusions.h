@@ -21,11 +21,12 @@ struct Interpolation {
   VertexId to = 0;  // the vertex that goes on
   Tet from{};       // the tetrahedron's vertices
   std::array<double, 4> weights{};
+  VertexId nearest = 0;  // of those that were fused
 };
 
 // Gives each fused vertex the value of the old cavity's piecewise-linear interpolant at its place;
-// integers take that of the heaviest vertex, the first of several. In the order of the list, as
-// later ones may stand on earlier ones.
+// integers take the nearest fused vertex's. In the order of the list, as later ones may stand on
+// earlier ones.
 void interpolate_point_column(std::span<const Interpolation> fusions, Column* column);
 
 // Gives each fused vertex the value that the old cavity's piecewise-linear interpolant has at the

@@ -8,9 +8,9 @@
 //
 //   u'Au + 2 l.u + c - 2 sum_k t_k (b_k.u + e_k) + w sum_k t_k^2
 //
-// with A = sum V g g', l = sum V e g, c = sum V e^2 over all fields, w = sum V, and for each field b
-// = sum V g, e = sum V e: eleven numbers, and four a field. They are about their own vertex, so that
-// single precision loses nothing far from the origin; adding two means shifting one.
+// with A = sum V g g', l = sum V e g, c = sum V e^2 over all fields, w = sum V, and for each field
+// b = sum V g, e = sum V e: eleven numbers, and four a field. They are about their own vertex, so
+// that single precision loses nothing far from the origin; adding two means shifting one.
 #pragma once
 
 #include <algorithm>

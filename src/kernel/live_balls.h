@@ -1,0 +1,74 @@
+// The tetrahedra round each vertex of a mesh that is being worked on.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+#include "base/vector.h"
+#include "mesh/vertex_tets.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// A tetrahedron that is gone is marked in place.
+inline bool is_deleted(const Tet& tet) { return tet[0] == kNoVertex; }
+inline void mark_deleted(Tet* tet) { (*tet)[0] = kNoVertex; }
+
+// Balls as lists of entries (VertexTets): tet << 2 | corner. Those of deleted tetrahedra are
+// dropped when somebody asks. Keeps its memory from mesh to mesh.
+class LiveBalls {
+ public:
+  // Every vertex's incidence must be right from here on: by it a ball knows what is gone.
+  void reset(std::size_t vertices, std::span<const Tet> tets) {
+    build_vertex_tets(vertices, tets, &start_);
+    entries_.resize(start_.entries.size());
+    std::copy(start_.entries.begin(), start_.entries.end(), entries_.begin());
+    balls_.resize(vertices);
+    for (std::size_t v = 0; v < vertices; ++v) {
+      const std::uint32_t count = start_.offsets[v + 1] - start_.offsets[v];
+      balls_[v] = {start_.offsets[v], count, count};
+    }
+  }
+
+  // Good until the next call of add().
+  std::span<const std::uint32_t> of(VertexId v, std::uint32_t incidence, const Vector<Tet>& tets) {
+    Ball& ball = balls_[v];
+    std::uint32_t* entries = entries_.data() + ball.begin;
+    if (ball.count != incidence) {
+      const auto gone = [&](std::uint32_t entry) { return is_deleted(tets[entry >> 2]); };
+      ball.count =
+          static_cast<std::uint32_t>(std::remove_if(entries, entries + ball.count, gone) - entries);
+    }
+    return {entries, ball.count};
+  }
+
+  void clear(VertexId v) { balls_[v].count = 0; }
+
+  // Adds entries to a ball, of which nothing is gone.
+  void add(VertexId v, std::span<const std::uint32_t> entries) {
+    Ball& ball = balls_[v];
+    const auto count = static_cast<std::uint32_t>(ball.count + entries.size());
+    if (count > ball.room) {
+      const std::size_t begin = entries_.size();
+      const std::uint32_t room = count + ball.count;  // one that grows does so again
+      entries_.resize(entries_.size() + room);
+      std::copy_n(entries_.data() + ball.begin, ball.count, entries_.data() + begin);
+      ball.begin = begin;
+      ball.room = room;
+    }
+    std::copy(entries.begin(), entries.end(), entries_.data() + ball.begin + ball.count);
+    ball.count = count;
+  }
+
+ private:
+  struct Ball {
+    std::uint64_t begin = 0;
+    std::uint32_t count = 0, room = 0;
+  };
+  VertexTets start_;
+  Vector<std::uint32_t> entries_;
+  Vector<Ball> balls_;
+};
+
+}  // namespace tetfusion

@@ -1,0 +1,75 @@
+#include "kernel/vertex_quadrics.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace tetfusion {
+
+namespace {
+
+// Squares above this are left out: sums of them must stay finite.
+constexpr double kLargestSquare = 1e30;
+
+using Vector3 = std::array<double, 3>;
+
+Vector3 cross(const Vector3& a, const Vector3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+// Gradients of the fields, three numbers each; false where one is no number.
+template <class Real>
+bool find_gradients(const WorkMesh<Real>& mesh, const Tet& tet, const std::vector<double>& scale,
+                    double unit, double volume, std::vector<float>* gradients) {
+  const std::size_t width = mesh.steering_width;
+  const Vec3<Real>& o = mesh.positions[tet[0]];
+  std::array<Vector3, 3> e{};  // edges from the first corner
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3<Real>& p = mesh.positions[tet[i + 1]];
+    e[i] = {(double{p.x} - o.x) * unit, (double{p.y} - o.y) * unit, (double{p.z} - o.z) * unit};
+  }
+  const std::array<Vector3, 3> dual{cross(e[1], e[2]), cross(e[2], e[0]), cross(e[0], e[1])};
+  bool finite = true;
+  for (std::size_t k = 0; k < width; ++k) {
+    const double first = mesh.steering[tet[0] * width + k];
+    Vector3 g{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double rise = (mesh.steering[tet[i + 1] * width + k] - first) * scale[k] / volume;
+      for (std::size_t a = 0; a < 3; ++a) g[a] += rise * dual[i][a];
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+      (*gradients)[3 * k + a] = static_cast<float>(g[a]);
+      finite = finite && g[a] * g[a] < kLargestSquare;
+    }
+  }
+  return finite;
+}
+
+}  // namespace
+
+template <class Real>
+void begin_quadrics(std::span<const SteeringField> fields, double unit, WorkMesh<Real>* mesh) {
+  const std::size_t width = mesh->steering_width;
+  mesh->quadric_width = quadric_row(mesh->steering_width);
+  mesh->quadrics.assign(mesh->vertex_count() * mesh->quadric_width, 0.0F);
+  std::vector<double> scale(width);
+  for (const SteeringField& f : fields) {
+    for (std::uint32_t k = 0; k < f.count; ++k) scale[f.first + k] = 1 / f.range;
+  }
+  std::vector<float> gradients(3 * width);
+  for (const Tet& tet : mesh->tets) {
+    const Determinant det = determinant(mesh->positions, tet);
+    if (!(det.value > det.error)) continue;
+    const double volume = det.value * unit * unit * unit;
+    if (!find_gradients(*mesh, tet, scale, unit, volume, &gradients)) continue;
+    for (const VertexId v : tet) {
+      add_tetrahedron(static_cast<float>(volume), gradients.data(), width,
+                      mesh->quadrics.data() + v * mesh->quadric_width);
+    }
+  }
+}
+
+template void begin_quadrics(std::span<const SteeringField>, double, WorkMesh<float>*);
+template void begin_quadrics(std::span<const SteeringField>, double, WorkMesh<double>*);
+
+}  // namespace tetfusion
