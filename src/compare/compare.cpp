@@ -15,7 +15,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kLeastSides = std::size_t{1} << 22;
+constexpr std::size_t kLeastSides = std::size_t{1} << 21;
 
 double share_of(double value, double whole) {
   if (value == 0) return 0;

@@ -48,13 +48,20 @@ double Errors::rms() const {
 
 double Errors::max() const { return std::sqrt(max_squared); }
 
-void Integral::add(double volume, const double* row) {
-  double squared = 0;
+void Integral::add(double volume, std::span<const double* const> rows) {
+  const double weight = volume / static_cast<double>(rows.size());
   for (std::size_t c = 0; c < components.size(); ++c) {
-    components[c].add(volume * row[c]);
-    squared += row[c] * row[c];
+    double sum = 0;
+    for (const double* row : rows) sum += row[c];
+    components[c].add(weight * sum);
   }
-  length.add(volume * std::sqrt(squared));
+  double lengths = 0;
+  for (const double* row : rows) {
+    double squared = 0;
+    for (std::size_t c = 0; c < components.size(); ++c) squared += row[c] * row[c];
+    lengths += std::sqrt(squared);
+  }
+  length.add(weight * lengths);
 }
 
 void Integral::add(const Integral& other) {
@@ -128,6 +135,16 @@ double interpolate(const SimplifiedMesh& mesh, std::size_t width, const Place& p
   return value;
 }
 
+Vector<std::uint32_t> curve_order(const Vector<Point>& points) {
+  PointBox box;
+  for (const Point& p : points) box.add(p);
+  Vector<std::uint32_t> keys(points.size());
+  for_each_block(points.size(), 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) keys[i] = morton_key(points[i], box);
+  });
+  return sorted_by_key(keys);
+}
+
 VertexId nearest_corner(const SimplifiedMesh& mesh, const Place& place) {
   const auto& w = place.weights;
   return mesh
@@ -164,21 +181,19 @@ std::vector<Integral> integrate(const SimplifiedMesh& mesh, const FieldSet& fiel
 
 std::vector<Integral> integrate_points(const SimplifiedMesh& mesh, const FieldSet& fields) {
   return integrate(mesh, fields, [&](TetId t, const Field& field, Integral* sum) {
-    const double quarter = volume_of(mesh, t) / 4;
-    const auto row = [&](VertexId v) {
-      return mesh.point_rows.data() + v * fields.width + field.offset;
-    };
-    for (const VertexId v : mesh.tets[t]) {
-      if (!all_finite(row(v), field.info.components)) return;
+    std::array<const double*, 4> rows;
+    for (std::size_t i = 0; i < 4; ++i) {
+      rows[i] = mesh.point_rows.data() + mesh.tets[t][i] * fields.width + field.offset;
+      if (!all_finite(rows[i], field.info.components)) return;
     }
-    for (const VertexId v : mesh.tets[t]) sum->add(quarter, row(v));
+    sum->add(volume_of(mesh, t), rows);
   });
 }
 
 std::vector<Integral> integrate_cells(const SimplifiedMesh& mesh, const FieldSet& fields) {
   return integrate(mesh, fields, [&](TetId t, const Field& field, Integral* sum) {
     const double* row = mesh.cell_rows.data() + std::size_t{t} * fields.width + field.offset;
-    if (all_finite(row, field.info.components)) sum->add(volume_of(mesh, t), row);
+    if (all_finite(row, field.info.components)) sum->add(volume_of(mesh, t), {&row, 1});
   });
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "compare/fields.h"
@@ -36,8 +37,8 @@ struct Integral {
   std::vector<CompensatedSum> components;
   CompensatedSum length;
 
-  // `row` has one value a component, all finite.
-  void add(double volume, const double* row);
+  // Of a cell: the mean of rows of values, all finite.
+  void add(double volume, std::span<const double* const> rows);
   void add(const Integral& other);
 };
 
@@ -73,7 +74,9 @@ struct CellMeasures {
   std::uint64_t outside = 0;
   std::vector<Errors> errors;  // one a point field; integer fields have none
   std::vector<Integral> integrals;
-  std::vector<CompensatedSum> gradient_squares, gradient_errors;  // of the lengths, times volume
+  // Squares of the lengths, times volume: that of the cell there, or of the simplified mesh's cell
+  // if it is smaller, so that a sliver does not count for more than it is.
+  std::vector<CompensatedSum> gradient_squares, gradient_errors;
   // One a cell field:
   std::vector<Errors> cell_errors;
   std::vector<FieldValues> cell_values;
@@ -112,6 +115,9 @@ double squared_difference(const Field& field, const double* row, Value value) {
   }
   return sum;
 }
+
+// The order in which the points are near one another.
+Vector<std::uint32_t> curve_order(const Vector<Point>& points);
 
 // Deterministic for any number of threads. `report` is called with a share from 0 to 1; it may
 // throw.

@@ -47,13 +47,12 @@ class Block {
   Block(const Meshes& meshes, const OriginalCells& window, CellMeasures* out)
       : meshes_(meshes), window_(window), out_(out) {}
 
-  void measure(std::size_t cell) {
+  void measure(std::size_t cell, const Point& centre) {
     const Tet& t = window_.tets[cell];
     const auto& p = window_.points.points;
-    const Corners corners{p[t[0]], p[t[1]], p[t[2]], p[t[3]]};
-    shape_ = shape_of(corners);
+    shape_ = shape_of({p[t[0]], p[t[1]], p[t[2]], p[t[3]]});
     out_->volume.add(shape_.volume);
-    centre_ = 0.25 * ((corners[0] + corners[1]) + (corners[2] + corners[3]));
+    centre_ = centre;
     place_ = meshes_.locator.locate(centre_, &hint_);
     if (place_.outside) ++out_->outside;
     if (place_.tet != shaped_) {
@@ -76,7 +75,7 @@ class Block {
       ++out_->errors[f].non_finite;
       return;
     }
-    for (const double* row : rows) out_->integrals[f].add(shape_.volume / 4, row);
+    out_->integrals[f].add(shape_.volume, rows);
     double squared = 0;
     for (std::size_t c = 0; c < field.info.components; ++c) {
       const double mean = ((rows[0][c] + rows[1][c]) + (rows[2][c] + rows[3][c])) / 4;
@@ -106,8 +105,9 @@ class Block {
       errors += dot(h - g, h - g);
     }
     if (!std::isfinite(errors)) return;
-    out_->gradient_squares[f].add(shape_.volume * squares);
-    out_->gradient_errors[f].add(shape_.volume * errors);
+    const double weight = std::min(shape_.volume, other_.volume);
+    out_->gradient_squares[f].add(weight * squares);
+    out_->gradient_errors[f].add(weight * errors);
   }
 
   void measure_cell(std::size_t cell, std::size_t f) {
@@ -120,7 +120,7 @@ class Block {
       return;
     }
     out_->cell_values[f].add(row);
-    out_->cell_integrals[f].add(shape_.volume, row);
+    out_->cell_integrals[f].add(shape_.volume, {&row, 1});
     const double* other = meshes_.simplified.cell_rows.data() + place_.tet * width + field.offset;
     const double squared = squared_difference(field, row, [&](std::size_t c) { return other[c]; });
     if (!std::isfinite(squared)) {
@@ -137,9 +137,21 @@ class Block {
   LocatorHint hint_;
   Shape shape_, other_;
   TetId shaped_ = kNoTet;  // the simplified mesh's tetrahedron that other_ is of
-  Point centre_{};
+  Point centre_{};         // of the cell in hand
   Place place_{};
 };
+
+Vector<Point> centres_of(const OriginalCells& window) {
+  const Vector<Point>& p = window.points.points;
+  Vector<Point> centres(window.tets.size());
+  for_each_block(centres.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Tet& t = window.tets[i];
+      centres[i] = 0.25 * ((p[t[0]] + p[t[1]]) + (p[t[2]] + p[t[3]]));
+    }
+  });
+  return centres;
+}
 
 }  // namespace
 
@@ -147,11 +159,14 @@ CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double
   const CellMeasures nothing(meshes.point_fields, meshes.cell_fields);
   CellMeasures sums = nothing;
   meshes.original.for_each_cells([&](const OriginalCells& window, double share) {
+    const Vector<Point> centres = centres_of(window);
+    const Vector<std::uint32_t> order = curve_order(centres);
     std::vector<CellMeasures> parts(block_count(window.tets.size(), kBlock), nothing);
     for_each_block(window.tets.size(), kBlock,
                    [&](std::size_t b, std::size_t begin, std::size_t end) {
                      Block block(meshes, window, &parts[b]);
-                     for (std::size_t t = begin; t < end; ++t) block.measure(t);
+                     for (std::size_t i = begin; i < end; ++i)
+                       block.measure(order[i], centres[order[i]]);
                    });
     for (const CellMeasures& part : parts) sums.add(part);
     report(share);

@@ -84,14 +84,15 @@ PointMeasures measure_points(const Meshes& meshes, const std::function<void(doub
   const PointMeasures nothing(meshes.point_fields);
   PointMeasures sums = nothing;
   meshes.original.for_each_points([&](const OriginalPoints& window, double share) {
+    const Vector<std::uint32_t> order = curve_order(window.points);
     std::vector<PointMeasures> parts(block_count(window.points.size(), kBlock), nothing);
-    for_each_block(window.points.size(), kBlock,
-                   [&](std::size_t b, std::size_t begin, std::size_t end) {
-                     Block block(meshes, &parts[b]);
-                     for (std::size_t i = begin; i < end; ++i) {
-                       block.measure(window.points[i], window.rows.data() + i * width);
-                     }
-                   });
+    for_each_block(
+        window.points.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+          Block block(meshes, &parts[b]);
+          for (std::size_t i = begin; i < end; ++i) {
+            block.measure(window.points[order[i]], window.rows.data() + order[i] * width);
+          }
+        });
     for (const PointMeasures& part : parts) sums.add(part);
     report(share);
   });

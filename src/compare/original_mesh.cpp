@@ -15,7 +15,7 @@ namespace tetfusion {
 namespace {
 
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
-constexpr std::uint64_t kRun = std::uint64_t{1} << 16;  // points that are read at once
+constexpr std::uint64_t kRun = std::uint64_t{1} << 14;  // points that are read at once
 
 struct Run {
   std::uint64_t first, count;

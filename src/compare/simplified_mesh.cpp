@@ -16,7 +16,7 @@ namespace tetfusion {
 namespace {
 
 constexpr std::size_t kBlock = 8192;
-constexpr std::size_t kMostSides = std::size_t{1} << 22;
+constexpr std::size_t kMostSides = std::size_t{1} << 21;
 
 class Loader {
  public:
