@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <memory>
 
 #include "base/error.h"
@@ -99,6 +100,25 @@ std::string remarks(const ArrayComparison& a) {
   return text.empty() ? text : fmt::format("    {}\n", text.substr(2));
 }
 
+// The region whose volume has changed most, as share of its own.
+std::string region_line(const ArrayComparison& a) {
+  if (a.regions.empty()) return "";
+  double most = 0;
+  double value = 0;
+  for (const RegionVolume& r : a.regions) {
+    const double change = std::abs(r.simplified - r.original);
+    const double share = change == 0       ? 0
+                         : r.original == 0 ? std::numeric_limits<double>::infinity()
+                                           : change / r.original;
+    if (share > most) value = r.value;
+    most = std::max(most, share);
+  }
+  std::string text = fmt::format("    {} regions, whose volumes change by {}",
+                                 format_count(a.regions.size()), percent(most));
+  if (most > 0) text += fmt::format(" at most, that of {:.17g}", value);
+  return text + "\n";
+}
+
 void add_arrays(const Comparison& c, Association association, std::string* text) {
   const auto out = std::back_inserter(*text);
   const bool cells = association == Association::kCell;
@@ -125,7 +145,7 @@ void add_arrays(const Comparison& c, Association association, std::string* text)
       fmt::format_to(out, "    largest at ({:.9g}, {:.9g}, {:.9g})\n", a.max_at.x, a.max_at.y,
                      a.max_at.z);
     }
-    *text += remarks(a);
+    *text += region_line(a) + remarks(a);
   }
 }
 
@@ -183,6 +203,10 @@ Json array_json(const ArrayComparison& a) {
             {"non_finite", a.non_finite},
             {"undefined", a.undefined}};
   if (a.max == 0) json["max_at"] = nullptr;
+  for (const RegionVolume& r : a.regions) {
+    json["regions"].push_back(
+        {{"value", r.value}, {"original", r.original}, {"simplified", r.simplified}});
+  }
   if (a.integer) {
     json["integral_change"] = nullptr;
     return json;
@@ -262,10 +286,14 @@ void run(const Arguments& a) {
     json["threads"] = thread_count();
     write_text(a.report, dump(json));
   }
-  if (a.report != "-" && !a.console.quiet) write_text("-", table(a, comparison, results));
+  const bool shown = a.report != "-" && !a.console.quiet;
+  if (shown) write_text("-", table(a, comparison, results));
+  bool broken = false;
   for (const BoundResult& result : results) {
-    if (result.broken) throw ExitStatus{kBroken};
+    if (result.broken && !shown) print_error(result.sentence);
+    broken |= result.broken;
   }
+  if (broken) throw ExitStatus{kBroken};
 }
 
 void add_bound_options(CLI::App& command, Arguments* a) {

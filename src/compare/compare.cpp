@@ -55,6 +55,18 @@ ArrayComparison summarize(const Field& field, const Errors& errors, const FieldV
   return a;
 }
 
+std::vector<RegionVolume> join_regions(const RegionVolumes& original,
+                                       const RegionVolumes& simplified) {
+  std::map<double, RegionVolume> joined;
+  for (const auto& [value, volume] : original) joined[value].original = volume.value();
+  for (const auto& [value, volume] : simplified) joined[value].simplified = volume.value();
+  std::vector<RegionVolume> regions;
+  for (const auto& [value, volumes] : joined) {
+    regions.push_back({value, volumes.original, volumes.simplified});
+  }
+  return regions;
+}
+
 class Comparer {
  public:
   Comparer(MeshSource* original, MeshSource* simplified, const RunContext& context)
@@ -85,7 +97,7 @@ class Comparer {
     add_surface(surface);
     add_domain(points, cells, mesh);
     add_point_arrays(points, cells, integrate_points(mesh, match_.points));
-    add_cell_arrays(cells, integrate_cells(mesh, match_.cells));
+    add_cell_arrays(cells, mesh);
     result_.missing_arrays = match_.missing;
     result_.retyped_arrays = match_.retyped;
     return result_;
@@ -146,12 +158,16 @@ class Comparer {
     }
   }
 
-  void add_cell_arrays(const CellMeasures& cells, const std::vector<Integral>& simplified) {
+  void add_cell_arrays(const CellMeasures& cells, const SimplifiedMesh& mesh) {
+    const std::vector<Integral> simplified = integrate_cells(mesh, match_.cells);
     for (std::size_t f = 0; f < match_.cells.fields.size(); ++f) {
       const Field& field = match_.cells.fields[f];
       double scale = 0;
       ArrayComparison a = summarize(field, cells.cell_errors[f], cells.cell_values[f], &scale);
       a.association = Association::kCell;
+      if (field.region) {
+        a.regions = join_regions(cells.cell_regions[f], measure_regions(mesh, match_.cells, field));
+      }
       if (!field.integer) {
         const double whole = cells.cell_integrals[f].length.value();
         a.integral_change = share_of(change_of(cells.cell_integrals[f], simplified[f]), whole);

@@ -13,6 +13,11 @@
 
 namespace tetfusion {
 
+struct RegionVolume {
+  double value = 0;                     // of the array
+  double original = 0, simplified = 0;  // volumes
+};
+
 // One array that both meshes have. Shares are of the range of the original's values: the diagonal
 // of the box of the components, or where that is 0 the largest absolute value; infinite if that is
 // 0, too, and there is an error.
@@ -30,7 +35,8 @@ struct ArrayComparison {
   double rms = 0, max = 0;
   Point max_at{};
   double differing = 0;  // share of these points, or of the volume, where the values differ
-  double rounding = 0;   // how much of an error may come from writing values in the array's type
+  std::vector<RegionVolume> regions;  // of cell arrays named like materials, by value
+  double rounding = 0;  // how much of an error may come from writing values in the array's type
 
   // The rest is for floating-point arrays.
   double integral_change = 0;  // as share of the integral of the absolute value; of vectors the

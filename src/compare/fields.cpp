@@ -5,6 +5,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "mesh/region_names.h"
+
 namespace tetfusion {
 
 namespace {
@@ -33,7 +35,9 @@ void match(const AttributeSet& original, const AttributeSet& simplified, std::st
     if (common == nullptr || text || a.components != b.components || original.find(a.name) != i) {
       continue;
     }
-    common->fields.push_back({a, i, other, !is_float(a.type) && !is_float(b.type), common->width});
+    const bool integer = !is_float(a.type) && !is_float(b.type);
+    const bool region = common == &result->cells && integer && looks_like_region(a);
+    common->fields.push_back({a, i, other, integer, region, common->width});
     common->width += a.components;
   }
 }

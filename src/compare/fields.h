@@ -18,6 +18,7 @@ struct Field {
   ArrayInfo info;                    // the original's
   std::size_t original, simplified;  // its index in their attributes
   bool integer;                      // in both
+  bool region;                       // an integer array of cells that is named like a material
   std::size_t offset;                // of its first component in a row
 };
 

@@ -104,7 +104,8 @@ CellMeasures::CellMeasures(const FieldSet& point_fields, const FieldSet& cell_fi
       gradient_squares(point_fields.fields.size()),
       gradient_errors(point_fields.fields.size()),
       cell_errors(cell_fields.fields.size()),
-      cell_differences(cell_fields.fields.size()) {
+      cell_differences(cell_fields.fields.size()),
+      cell_regions(cell_fields.fields.size()) {
   for (const Field& field : point_fields.fields) integrals.push_back(empty_integral(field));
   for (const Field& field : cell_fields.fields) {
     cell_values.push_back(no_values(field));
@@ -123,6 +124,9 @@ void CellMeasures::add(const CellMeasures& other) {
   add_all(&cell_values, other.cell_values);
   add_all(&cell_integrals, other.cell_integrals);
   add_all(&cell_differences, other.cell_differences);
+  for (std::size_t f = 0; f < cell_regions.size(); ++f) {
+    for (const auto& [value, sum] : other.cell_regions[f]) cell_regions[f][value].add(sum);
+  }
 }
 
 double interpolate(const SimplifiedMesh& mesh, std::size_t width, const Place& place,
@@ -195,6 +199,15 @@ std::vector<Integral> integrate_cells(const SimplifiedMesh& mesh, const FieldSet
     const double* row = mesh.cell_rows.data() + std::size_t{t} * fields.width + field.offset;
     if (all_finite(row, field.info.components)) sum->add(volume_of(mesh, t), {&row, 1});
   });
+}
+
+RegionVolumes measure_regions(const SimplifiedMesh& mesh, const FieldSet& fields,
+                              const Field& field) {
+  RegionVolumes volumes;
+  for (TetId t = 0; t < mesh.tets.size(); ++t) {
+    volumes[mesh.cell_rows[t * fields.width + field.offset]].add(volume_of(mesh, t));
+  }
+  return volumes;
 }
 
 }  // namespace tetfusion

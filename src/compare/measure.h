@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -41,6 +42,9 @@ struct Integral {
   void add(double volume, std::span<const double* const> rows);
   void add(const Integral& other);
 };
+
+// The volume that has each value of a field of regions.
+using RegionVolumes = std::map<double, CompensatedSum>;
 
 struct FieldValues {
   std::vector<Range> ranges;  // of the components
@@ -82,6 +86,7 @@ struct CellMeasures {
   std::vector<FieldValues> cell_values;
   std::vector<Integral> cell_integrals;
   std::vector<CompensatedSum> cell_differences;  // lengths of the differences, times volume
+  std::vector<RegionVolumes> cell_regions;       // empty for fields that are no regions
 };
 
 struct Meshes {
@@ -127,5 +132,7 @@ CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double
 // Over the simplified mesh, one for each field.
 std::vector<Integral> integrate_points(const SimplifiedMesh& mesh, const FieldSet& fields);
 std::vector<Integral> integrate_cells(const SimplifiedMesh& mesh, const FieldSet& fields);
+RegionVolumes measure_regions(const SimplifiedMesh& mesh, const FieldSet& fields,
+                              const Field& field);
 
 }  // namespace tetfusion

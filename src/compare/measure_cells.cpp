@@ -121,6 +121,7 @@ class Block {
     }
     out_->cell_values[f].add(row);
     out_->cell_integrals[f].add(shape_.volume, {&row, 1});
+    if (field.region) out_->cell_regions[f][*row].add(shape_.volume);
     const double* other = meshes_.simplified.cell_rows.data() + place_.tet * width + field.offset;
     const double squared = squared_difference(field, row, [&](std::size_t c) { return other[c]; });
     if (!std::isfinite(squared)) {
