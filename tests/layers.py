@@ -9,7 +9,7 @@ import re
 import sys
 
 ROOMS = {"base": "src/base", "mesh": "src/mesh", "kernel": "src/kernel", "generate": "src/generate",
-         "driver": "src/driver", "cli": "src/cli", "vtk": "src/vtk", "partition": "partition", "io": "io"}
+         "compare": "src/compare", "driver": "src/driver", "cli": "src/cli", "vtk": "src/vtk", "partition": "partition", "io": "io"}
 
 
 def allowed_rooms(readme):

@@ -1,6 +1,6 @@
-// The command `tetfusion`. Exit codes: 0 done; 1 check found the mesh invalid; 2 usage; 3 bad
-// input; 4 reading or writing failed; 5 out of memory; 6 the goal was not reached, with --strict;
-// 130 interrupted.
+// The command `tetfusion`. Exit codes: 0 done; 1 check found the mesh invalid, or compare a
+// bound broken; 2 usage; 3 bad input; 4 reading or writing failed; 5 out of memory; 6 the goal was
+// not reached, with --strict; 130 interrupted.
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <new>
@@ -24,6 +24,7 @@ int run(int argc, char** argv) {
   tetfusion::add_simplify_command(app);
   tetfusion::add_info_command(app);
   tetfusion::add_check_command(app);
+  tetfusion::add_compare_command(app);
   tetfusion::add_convert_command(app);
   tetfusion::add_generate_command(app);
   try {

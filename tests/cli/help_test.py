@@ -13,6 +13,7 @@ OPTIONS = {
                            "--report", "--strict", "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run"],
     "info": READING + ["--report"],
     "check": READING + ["--report", "--strict"],
+    "compare": READING + ["--report", "--max-error", "--max-rms", "--surface", "--array"],
     "convert": READING + ["--encoding"],
     "generate": ["--tets", "--output", "--jitter", "--grading", "--shuffle", "--seed", "--encoding"]}
 

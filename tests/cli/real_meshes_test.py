@@ -160,6 +160,52 @@ class RealMeshes(unittest.TestCase):
             for region, volume in before.items():
                 self.assertAlmostEqual(after[region] / volume, 1, delta=1e-12)
 
+    def test_compare_against_looking_at_every_cell(self):
+        sys.path.insert(0, str(CHECKER.parent.parent.parent / "bench"))
+        import numpy as np
+        import raw_vtu
+
+        def errors(original, simplified, name):
+            """Of the simplified mesh's interpolant at the original's points, one an entry."""
+            values, corners = simplified.point_data[name], simplified.points[simplified.tets].astype("f8")
+            inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
+            found = []
+            for p, value in zip(original.points.astype("f8"), original.point_data[name]):
+                w = np.einsum("ijk,ik->ij", inverse, p - corners[:, 0])
+                w = np.column_stack([1 - w.sum(axis=1), w])
+                best = w.min(axis=1).argmax()
+                self.assertGreater(w[best].min(), -1e-5)
+                found.append(w[best] @ values[simplified.tets[best]] - value)
+            return np.linalg.norm(np.reshape(found, (len(found), -1)), axis=1)
+
+        for name, array in (("spx", "scalars"), ("disk_out_ref", "V")):
+            out, _ = self.simplify(DATA / f"{name}.vtu", "--scalar-tolerance", "5%")
+            report = json.loads(run("compare", DATA / f"{name}.vtu", out, "--report", "-"))
+            self.assertEqual((report["surface"]["identical"], report["outside_points"]), (True, 0))
+            found = next(a for a in report["arrays"] if a["name"] == array)
+            original = raw_vtu.read(DATA / f"{name}.vtu")
+            error = errors(original, raw_vtu.read(out), array)
+            values = np.reshape(original.point_data[array], (len(error), -1)).astype("f8")
+            scale = np.linalg.norm(values.max(axis=0) - values.min(axis=0))
+            self.assertAlmostEqual(found["range"] / scale, 1, places=12)
+            self.assertAlmostEqual(found["max"], error.max() / scale, places=6)
+            self.assertAlmostEqual(found["rms"], np.sqrt((error**2).mean()) / scale, places=6)
+
+    def test_compare_every_mesh_with_itself_and_its_result(self):
+        for name in MESHES:
+            with self.subTest(mesh=name):
+                mesh = DATA / f"{name}.vtu"
+                same = json.loads(run("compare", mesh, mesh, "--report", "-", "--max-error", "0", "--surface", "0"))
+                self.assertEqual((same["outside_points"], same["volume_change"]), (0, 0))
+                out, _ = self.simplify(mesh)
+                report = json.loads(run("compare", mesh, out, "--report", "-", "--surface", "0"))
+                self.assertTrue(report["surface"]["identical"])
+                self.assertEqual((report["outside_points"], report["missing_arrays"], report["retyped_arrays"]), (0, [], []))
+                self.assertLess(abs(report["volume_change"]), 1e-12)
+                for array in report["arrays"]:
+                    for region in array.get("regions", []):
+                        self.assertAlmostEqual(region["simplified"] / region["original"], 1, delta=1e-12)
+
 
 if __name__ == "__main__":
     COMMAND = sys.argv.pop(1)

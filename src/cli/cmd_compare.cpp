@@ -1,0 +1,348 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <memory>
+
+#include "base/error.h"
+#include "base/numbers.h"
+#include "base/resources.h"
+#include "base/version.h"
+#include "cli/commands.h"
+#include "cli/console.h"
+#include "cli/findings.h"
+#include "compare/compare.h"
+#include "io/mesh_source.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr int kBroken = 1;
+
+struct Arguments {
+  std::string original, simplified, report;
+  std::string max_rms, max_error, surface;
+  std::vector<std::string> arrays;
+  OpenOptions open;
+  int threads = 0;
+  ConsoleOptions console;
+};
+
+std::optional<double> take_bound(std::string_view option, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const auto share = parse_share(text);
+  if (share && *share >= 0) return share;
+  throw Error(ErrorCode::kUsage,
+              fmt::format("{} {}: give a share of 0 or more, as in 1% or 0.01", option, text));
+}
+
+Bounds take_bounds(const Arguments& a) {
+  Bounds bounds{take_bound("--max-rms", a.max_rms), take_bound("--max-error", a.max_error),
+                take_bound("--surface", a.surface), a.arrays};
+  if (!a.arrays.empty() && !bounds.max_rms && !bounds.max_error) {
+    throw Error(ErrorCode::kUsage,
+                "--array says for which arrays --max-rms and --max-error hold: give one of these");
+  }
+  return bounds;
+}
+
+std::string percent(double share) {
+  if (!std::isfinite(share)) return "infinite";
+  return share == 0 ? "0" : fmt::format("{:.4g} %", 100 * share);
+}
+
+void add_mesh(std::string_view label, const std::string& path, const MeshSize& size,
+              std::string* text) {
+  fmt::format_to(std::back_inserter(*text),
+                 "{:<11}{}: {} points, {} tetrahedra, {} boundary triangles\n", label, path,
+                 format_count(size.points), format_count(size.tets),
+                 format_count(size.boundary_triangles));
+}
+
+void add_domain(const Comparison& c, std::string* text) {
+  const auto out = std::back_inserter(*text);
+  const double tets = static_cast<double>(c.original.tets);
+  const double gone = 1 - static_cast<double>(c.simplified.tets) / tets;
+  fmt::format_to(out, "  {:<34}{:>14}\n", "tetrahedra gone", percent(gone));
+  fmt::format_to(out, "  {:<34}{:>14}\n", "change of the volume", percent(c.volume_change));
+  fmt::format_to(out, "  {:<34}{:>14}", "original points outside", format_count(c.outside_points));
+  if (c.outside_points > 0) {
+    fmt::format_to(out, "  up to {} of the diagonal", percent(c.outside_max));
+  }
+  fmt::format_to(out, "\n  {:<34}{:>14}\n", "original cell centres outside",
+                 format_count(c.outside_cells));
+  if (c.identical_surface) {
+    fmt::format_to(out, "  {:<34}{:>14}\n", "surface", "identical");
+    return;
+  }
+  fmt::format_to(out, "  {:<34}{:>14}{:>14}\n", "surface, shares of the diagonal", "max", "mean");
+  const auto add = [&](std::string_view label, const SurfaceShares& s) {
+    fmt::format_to(out, "    {:<32}{:>14}{:>14}\n", label, percent(s.max), percent(s.mean));
+  };
+  add("original to simplified", c.to_simplified);
+  add("simplified to original", c.to_original);
+}
+
+// What is special about an array: one line, or none.
+std::string remarks(const ArrayComparison& a) {
+  std::string text;
+  const std::string_view items = a.association == Association::kCell ? "cells" : "points";
+  if (a.non_finite > 0) {
+    text += fmt::format("; {} {} left out, not finite", format_count(a.non_finite), items);
+  }
+  if (a.undefined > 0) {
+    text += fmt::format("; {} {} left out, not finite in the simplified mesh",
+                        format_count(a.undefined), items);
+  }
+  if (a.range == 0) text += "; constant: shares of its value";
+  return text.empty() ? text : fmt::format("    {}\n", text.substr(2));
+}
+
+// The region whose volume has changed most, as share of its own.
+std::string region_line(const ArrayComparison& a) {
+  if (a.regions.empty()) return "";
+  double most = 0;
+  double value = 0;
+  for (const RegionVolume& r : a.regions) {
+    const double change = std::abs(r.simplified - r.original);
+    const double share = change == 0       ? 0
+                         : r.original == 0 ? std::numeric_limits<double>::infinity()
+                                           : change / r.original;
+    if (share > most) value = r.value;
+    most = std::max(most, share);
+  }
+  std::string text = fmt::format("    {} regions, whose volumes change by {}",
+                                 format_count(a.regions.size()), percent(most));
+  if (most > 0) text += fmt::format(" at most, that of {:.17g}", value);
+  return text + "\n";
+}
+
+void add_arrays(const Comparison& c, Association association, std::string* text) {
+  const auto out = std::back_inserter(*text);
+  const bool cells = association == Association::kCell;
+  bool first = true;
+  for (const ArrayComparison& a : c.arrays) {
+    if (a.association != association) continue;
+    if (first) {
+      fmt::format_to(out, "{:<24}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}\n",
+                     cells ? "Cell arrays" : "Point arrays", "rms", "max",
+                     cells ? "L1 error" : "cell rms", cells ? "L1 change" : "cell max",
+                     cells ? "" : "gradient", "integral");
+    }
+    first = false;
+    fmt::format_to(out, "  {:<22}{:>11}{:>11}", a.info.name, percent(a.rms), percent(a.max));
+    if (a.integer) {
+      fmt::format_to(out, "  {} of {} differ\n", percent(a.differing),
+                     cells ? "the volume" : "the points");
+    } else {
+      fmt::format_to(out, "{:>11}{:>11}{:>11}{:>11}\n", percent(cells ? a.l1_error : a.cell_rms),
+                     percent(cells ? a.l1_change : a.cell_max),
+                     cells ? "" : percent(a.gradient_rms), percent(a.integral_change));
+    }
+    if (a.max > 0) {
+      fmt::format_to(out, "    largest at ({:.9g}, {:.9g}, {:.9g})\n", a.max_at.x, a.max_at.y,
+                     a.max_at.z);
+    }
+    *text += region_line(a) + remarks(a);
+  }
+}
+
+std::string table(const Arguments& a, const Comparison& c, const std::vector<BoundResult>& bounds) {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  add_mesh("original", a.original, c.original, &text);
+  add_mesh("simplified", a.simplified, c.simplified, &text);
+  add_domain(c, &text);
+  add_arrays(c, Association::kPoint, &text);
+  add_arrays(c, Association::kCell, &text);
+  for (const std::string& name : c.missing_arrays) fmt::format_to(out, "Missing: {}\n", name);
+  for (const RetypedArray& r : c.retyped_arrays) {
+    fmt::format_to(out, "Other type: {}: {}, was {}\n", r.name, r.simplified, r.original);
+  }
+  std::uint64_t broken = 0;
+  for (const BoundResult& bound : bounds) {
+    if (!bound.broken) continue;
+    fmt::format_to(out, "{}\n", bound.sentence);
+    ++broken;
+  }
+  if (!bounds.empty() && broken == 0) text += "All bounds are kept\n";
+  return text;
+}
+
+Json size_json(const std::string& path, const MeshSize& size) {
+  return {{"path", path},
+          {"points", size.points},
+          {"tets", size.tets},
+          {"boundary_triangles", size.boundary_triangles},
+          {"volume", size.volume}};
+}
+
+Json surface_json(const Comparison& c) {
+  const auto side = [](const SurfaceShares& s) { return Json{{"max", s.max}, {"mean", s.mean}}; };
+  return {{"identical", c.identical_surface},
+          {"max", std::max(c.to_simplified.max, c.to_original.max)},
+          {"mean", std::max(c.to_simplified.mean, c.to_original.mean)},
+          {"original_to_simplified", side(c.to_simplified)},
+          {"simplified_to_original", side(c.to_original)}};
+}
+
+Json array_json(const ArrayComparison& a) {
+  const bool cells = a.association == Association::kCell;
+  Json json{{"name", a.info.name},
+            {"association", cells ? "cell" : "point"},
+            {"type", vtk_name(a.info.type)},
+            {"components", a.info.components},
+            {"range", a.range},
+            {"component_ranges", a.component_ranges},
+            {"rms", a.rms},
+            {"max", a.max},
+            {"max_at", {a.max_at.x, a.max_at.y, a.max_at.z}},
+            {"differing", a.differing},
+            {"non_finite", a.non_finite},
+            {"undefined", a.undefined}};
+  if (a.max == 0) json["max_at"] = nullptr;
+  for (const RegionVolume& r : a.regions) {
+    json["regions"].push_back(
+        {{"value", r.value}, {"original", r.original}, {"simplified", r.simplified}});
+  }
+  if (a.integer) {
+    json["integral_change"] = nullptr;
+    return json;
+  }
+  json["integral_change"] = a.integral_change;
+  if (cells) {
+    json["l1_change"] = a.l1_change;
+    json["l1_error"] = a.l1_error;
+  } else {
+    json["cell_rms"] = a.cell_rms;
+    json["cell_max"] = a.cell_max;
+    json["gradient_rms"] = a.gradient_rms;
+  }
+  return json;
+}
+
+Json bounds_json(const std::vector<BoundResult>& bounds) {
+  Json json = Json::array();
+  for (const BoundResult& b : bounds) {
+    Json entry{{"bound", b.bound}, {"limit", b.limit}, {"value", b.value}, {"broken", b.broken}};
+    if (!b.array.empty()) entry["array"] = b.array;
+    json.push_back(entry);
+  }
+  return json;
+}
+
+Json report(const Arguments& a, const Comparison& c, const std::vector<BoundResult>& bounds) {
+  Json json{{"version", version()},
+            {"original", size_json(a.original, c.original)},
+            {"simplified", size_json(a.simplified, c.simplified)},
+            {"reduction",
+             1 - static_cast<double>(c.simplified.tets) / static_cast<double>(c.original.tets)},
+            {"diagonal", c.diagonal},
+            {"volume_change", c.volume_change},
+            {"outside_points", c.outside_points},
+            {"outside_max", c.outside_max},
+            {"outside_cells", c.outside_cells},
+            {"surface", surface_json(c)}};
+  json["arrays"] = Json::array();
+  for (const ArrayComparison& array : c.arrays) json["arrays"].push_back(array_json(array));
+  json["missing_arrays"] = c.missing_arrays;
+  json["retyped_arrays"] = Json::array();
+  for (const RetypedArray& r : c.retyped_arrays) {
+    json["retyped_arrays"].push_back(
+        {{"name", r.name}, {"original", r.original}, {"simplified", r.simplified}});
+  }
+  json["bounds"] = bounds_json(bounds);
+  return json;
+}
+
+Comparison compare(const Arguments& a, const Bounds& bounds) {
+  Console console(a.console);
+  const RunContext context = console.context();
+  const auto original = open_mesh(a.original, a.open);
+  const auto simplified = open_mesh(a.simplified, a.open);
+  require_arrays(bounds, original->description(), simplified->description());
+  const Comparison comparison = compare_meshes(original.get(), simplified.get(), context);
+  console.detail_resources();
+  return comparison;
+}
+
+void run(const Arguments& a) {
+  const double start = wall_seconds();
+  if (a.original == "-" && a.simplified == "-") {
+    throw Error(ErrorCode::kUsage, "only one of the meshes can come from standard input");
+  }
+  refuse_same_file(a.report, {a.original, a.simplified});
+  const Bounds bounds = take_bounds(a);
+  set_thread_count(a.threads);
+  const Comparison comparison = compare(a, bounds);
+  const std::vector<BoundResult> results = judge_bounds(comparison, bounds);
+  if (!a.report.empty()) {
+    Json json = report(a, comparison, results);
+    json["seconds"] = {{"total", wall_seconds() - start}};
+    json["cpu_seconds"] = cpu_seconds();
+    json["peak_rss_bytes"] = peak_rss_bytes();
+    json["threads"] = thread_count();
+    write_text(a.report, dump(json));
+  }
+  const bool shown = a.report != "-" && !a.console.quiet;
+  if (shown) write_text("-", table(a, comparison, results));
+  bool broken = false;
+  for (const BoundResult& result : results) {
+    if (result.broken && !shown) print_error(result.sentence);
+    broken |= result.broken;
+  }
+  if (broken) throw ExitStatus{kBroken};
+}
+
+void add_bound_options(CLI::App& command, Arguments* a) {
+  constexpr const char* kGroup = "Bounds (exit code 1 if one is broken)";
+  command
+      .add_option("--max-error", a->max_error,
+                  "The largest error at any point of the original, as share of the array's range: "
+                  "1% or 0.01")
+      ->check(not_empty)
+      ->group(kGroup);
+  command
+      .add_option("--max-rms", a->max_rms, "The rms of these errors, as share of the array's range")
+      ->check(not_empty)
+      ->group(kGroup);
+  command
+      .add_option("--surface", a->surface,
+                  "The distance between the surfaces, either way, as share of the diagonal")
+      ->check(not_empty)
+      ->group(kGroup);
+  command
+      .add_option("--array", a->arrays,
+                  "The point array that the first two are for (may be repeated). Default: all "
+                  "floating-point ones")
+      ->check(not_empty)
+      ->allow_extra_args(false)
+      ->group(kGroup);
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("compare", "Measure what a simplification did to a mesh and its arrays");
+  command->footer(
+      "Errors of point arrays are taken at the points of the original, and ('cell ...') at the "
+      "centres of its\n"
+      "cells. Integers are compared with the value at the nearest corner. Points outside the "
+      "simplified mesh take\n"
+      "the value at the nearest point of its surface, and count.");
+  command->add_option("ORIGINAL", a->original, "The mesh, or - for standard input")->required();
+  command->add_option("SIMPLIFIED", a->simplified, "What became of it, or - for standard input")
+      ->required();
+  add_cell_options(*command, &a->open.tetrahedralize, &a->open.linearize);
+  add_report_option(*command, &a->report);
+  add_bound_options(*command, a.get());
+  add_thread_option(*command, &a->threads);
+  add_console_options(*command, &a->console);
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "compare/compare.h"
+
+namespace tetfusion {
+
+namespace {
+
+std::string percent(double share) { return fmt::format("{:.4g} %", 100 * share); }
+
+// The point arrays that bounds are for.
+std::vector<const ArrayComparison*> bounded_arrays(const Comparison& comparison,
+                                                   const Bounds& bounds) {
+  std::vector<const ArrayComparison*> arrays;
+  for (const ArrayComparison& a : comparison.arrays) {
+    if (a.association != Association::kPoint) continue;
+    const auto& names = bounds.arrays;
+    const bool named = std::find(names.begin(), names.end(), a.info.name) != names.end();
+    if (named || (names.empty() && !a.integer)) arrays.push_back(&a);
+  }
+  return arrays;
+}
+
+BoundResult judge(const ArrayComparison& a, bool rms, double limit) {
+  BoundResult r{rms ? "max_rms" : "max_error", a.info.name, limit, rms ? a.rms : a.max, false, {}};
+  const char* option = rms ? "--max-rms" : "--max-error";
+  if (a.undefined > 0 && a.non_finite == 0) {
+    r.broken = true;
+    r.sentence = fmt::format(
+        "{} is broken: {} has values that are not finite where the original's are, at {} points",
+        option, a.info.name, a.undefined);
+  } else if (!(r.value <= limit + a.rounding)) {
+    r.broken = true;
+    r.sentence =
+        fmt::format("{} is broken: the {} error of {} is {}, above {}", option,
+                    rms ? "rms" : "largest", a.info.name, percent(r.value), percent(limit));
+  }
+  return r;
+}
+
+}  // namespace
+
+void require_arrays(const Bounds& bounds, const MeshDescription& original,
+                    const MeshDescription& simplified) {
+  const ArrayMatch match = match_arrays(original, simplified);
+  for (const std::string& name : bounds.arrays) {
+    const auto& fields = match.points.fields;
+    if (std::any_of(fields.begin(), fields.end(),
+                    [&](const Field& field) { return field.info.name == name; })) {
+      continue;
+    }
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--array {}: {} and {} have no numeric point array of that name in "
+                            "common, with as many components; see 'tetfusion info'",
+                            name, original.path, simplified.path));
+  }
+}
+
+std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds& bounds) {
+  std::vector<BoundResult> results;
+  for (const ArrayComparison* a : bounded_arrays(comparison, bounds)) {
+    if (bounds.max_rms) results.push_back(judge(*a, true, *bounds.max_rms));
+    if (bounds.max_error) results.push_back(judge(*a, false, *bounds.max_error));
+  }
+  if (bounds.surface) {
+    const double value = std::max(comparison.to_simplified.max, comparison.to_original.max);
+    BoundResult r{"surface", "", *bounds.surface, value, false, {}};
+    r.broken = !(value <= *bounds.surface + comparison.rounding);
+    if (r.broken) {
+      r.sentence = fmt::format(
+          "--surface is broken: the surfaces are up to {} of the diagonal apart, above {}",
+          percent(value), percent(*bounds.surface));
+    }
+    results.push_back(std::move(r));
+  }
+  return results;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,195 @@
+#include "compare/compare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "base/error.h"
+#include "compare/locator.h"
+#include "compare/measure.h"
+#include "compare/original_mesh.h"
+#include "compare/simplified_mesh.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kLeastSides = std::size_t{1} << 21;
+
+double share_of(double value, double whole) {
+  if (value == 0) return 0;
+  return whole > 0 ? value / whole : std::numeric_limits<double>::infinity();
+}
+
+double epsilon(ValueType type) {
+  if (type == ValueType::kFloat32) return 0x1p-23;
+  return type == ValueType::kFloat64 ? 0x1p-52 : 0;
+}
+
+double change_of(const Integral& original, const Integral& simplified) {
+  double squared = 0, signed_change = 0;
+  for (std::size_t c = 0; c < original.components.size(); ++c) {
+    signed_change = simplified.components[c].value() - original.components[c].value();
+    squared += signed_change * signed_change;
+  }
+  return original.components.size() == 1 ? signed_change : std::sqrt(squared);
+}
+
+// What arrays of points and of cells have in common.
+ArrayComparison summarize(const Field& field, const Errors& errors, const FieldValues& values,
+                          double* scale) {
+  ArrayComparison a;
+  a.info = field.info;
+  a.integer = field.integer;
+  a.range = values.diagonal();
+  for (const Range& range : values.ranges) a.component_ranges.push_back(range.width());
+  *scale = a.range > 0 ? a.range : values.largest;
+  a.non_finite = errors.non_finite;
+  a.undefined = errors.undefined;
+  a.rms = share_of(errors.rms(), *scale);
+  a.max = share_of(errors.max(), *scale);
+  a.max_at = errors.max_at;
+  a.differing = share_of(errors.differing.value(), errors.weights.value());
+  a.rounding = share_of(4 * epsilon(field.info.type) * values.largest, *scale);
+  return a;
+}
+
+std::vector<RegionVolume> join_regions(const RegionVolumes& original,
+                                       const RegionVolumes& simplified) {
+  std::map<double, RegionVolume> joined;
+  for (const auto& [value, volume] : original) joined[value].original = volume.value();
+  for (const auto& [value, volume] : simplified) joined[value].simplified = volume.value();
+  std::vector<RegionVolume> regions;
+  for (const auto& [value, volumes] : joined) {
+    regions.push_back({value, volumes.original, volumes.simplified});
+  }
+  return regions;
+}
+
+class Comparer {
+ public:
+  Comparer(MeshSource* original, MeshSource* simplified, const RunContext& context)
+      : context_(context),
+        match_(match_arrays(original->description(), simplified->description())),
+        original_(original, match_.points, match_.cells),
+        simplified_(simplified),
+        point_type_(coarsest(original->description(), simplified->description())) {}
+
+  Comparison run() {
+    context_.report("reading", 0);
+    const SimplifiedMesh mesh = load_simplified(simplified_, match_.points, match_.cells);
+    context_.check();
+    context_.report("surface", 0.1);
+    original_.survey(std::max(kLeastSides, 4 * mesh.tets.size()), context_);
+    context_.report_size(original_.tets());
+    const SurfaceDistance surface = measure_surfaces(original_.boundary(), mesh.boundary);
+    add_sizes(mesh);
+    original_.take_boundary();
+    context_.check();
+    context_.report("index", 0.35);
+    const Locator locator(&mesh, point_type_);
+    const Meshes meshes{original_, mesh, locator, match_.points, match_.cells};
+    const PointMeasures points = measure_points(meshes, progress("points", 0.4, 0.55));
+    const CellMeasures cells = measure_cells(meshes, progress("cells", 0.55, 1));
+    result_.diagonal = length(points.box.extent());
+    result_.rounding = share_of(locator.rounding_in(points.box), result_.diagonal);
+    add_surface(surface);
+    add_domain(points, cells, mesh);
+    add_point_arrays(points, cells, integrate_points(mesh, match_.points));
+    add_cell_arrays(cells, mesh);
+    result_.missing_arrays = match_.missing;
+    result_.retyped_arrays = match_.retyped;
+    return result_;
+  }
+
+ private:
+  static ValueType coarsest(const MeshDescription& a, const MeshDescription& b) {
+    return a.point_type == ValueType::kFloat32 ? a.point_type : b.point_type;
+  }
+
+  std::function<void(double)> progress(std::string_view phase, double from, double to) const {
+    return [this, phase, from, to](double share) {
+      context_.check();
+      context_.report(phase, from + (to - from) * share);
+    };
+  }
+
+  void add_sizes(const SimplifiedMesh& mesh) {
+    result_.original = {original_.points(), original_.tets(), original_.boundary().triangles.size(),
+                        0};
+    result_.simplified = {mesh.points.size(), mesh.tets.size(), mesh.boundary.triangles.size(),
+                          mesh.volume};
+  }
+
+  void add_surface(const SurfaceDistance& surface) {
+    result_.identical_surface = surface.identical;
+    const auto shares = [&](const OneSidedDistance& d) {
+      return SurfaceShares{share_of(d.max, result_.diagonal), share_of(d.mean, result_.diagonal)};
+    };
+    result_.to_simplified = shares(surface.first_to_second);
+    result_.to_original = shares(surface.second_to_first);
+  }
+
+  void add_domain(const PointMeasures& points, const CellMeasures& cells,
+                  const SimplifiedMesh& mesh) {
+    result_.original.volume = cells.volume.value();
+    result_.volume_change = share_of(mesh.volume - cells.volume.value(), cells.volume.value());
+    result_.outside_points = points.outside;
+    result_.outside_max = share_of(points.farthest, result_.diagonal);
+    result_.outside_cells = cells.outside;
+  }
+
+  void add_point_arrays(const PointMeasures& points, const CellMeasures& cells,
+                        const std::vector<Integral>& simplified) {
+    for (std::size_t f = 0; f < match_.points.fields.size(); ++f) {
+      const Field& field = match_.points.fields[f];
+      double scale = 0;
+      ArrayComparison a = summarize(field, points.errors[f], points.values[f], &scale);
+      if (!field.integer) {
+        a.cell_rms = share_of(cells.errors[f].rms(), scale);
+        a.cell_max = share_of(cells.errors[f].max(), scale);
+        a.gradient_rms = std::sqrt(
+            share_of(cells.gradient_errors[f].value(), cells.gradient_squares[f].value()));
+        a.integral_change = share_of(change_of(cells.integrals[f], simplified[f]),
+                                     cells.integrals[f].length.value());
+      }
+      result_.arrays.push_back(std::move(a));
+    }
+  }
+
+  void add_cell_arrays(const CellMeasures& cells, const SimplifiedMesh& mesh) {
+    const std::vector<Integral> simplified = integrate_cells(mesh, match_.cells);
+    for (std::size_t f = 0; f < match_.cells.fields.size(); ++f) {
+      const Field& field = match_.cells.fields[f];
+      double scale = 0;
+      ArrayComparison a = summarize(field, cells.cell_errors[f], cells.cell_values[f], &scale);
+      a.association = Association::kCell;
+      if (field.region) {
+        a.regions = join_regions(cells.cell_regions[f], measure_regions(mesh, match_.cells, field));
+      }
+      if (!field.integer) {
+        const double whole = cells.cell_integrals[f].length.value();
+        a.integral_change = share_of(change_of(cells.cell_integrals[f], simplified[f]), whole);
+        a.l1_change = share_of(simplified[f].length.value() - whole, whole);
+        a.l1_error = share_of(cells.cell_differences[f].value(), whole);
+      }
+      result_.arrays.push_back(std::move(a));
+    }
+  }
+
+  const RunContext& context_;
+  const ArrayMatch match_;
+  OriginalMesh original_;
+  MeshSource* simplified_;
+  const ValueType point_type_;
+  Comparison result_;
+};
+
+}  // namespace
+
+Comparison compare_meshes(MeshSource* original, MeshSource* simplified, const RunContext& context) {
+  return Comparer(original, simplified, context).run();
+}
+
+}  // namespace tetfusion

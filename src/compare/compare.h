@@ -1,0 +1,108 @@
+// What a simplification did to a mesh.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/run_context.h"
+#include "compare/fields.h"
+#include "compare/point.h"
+#include "io/mesh_source.h"
+
+namespace tetfusion {
+
+struct RegionVolume {
+  double value = 0;                     // of the array
+  double original = 0, simplified = 0;  // volumes
+};
+
+// One array that both meshes have. Shares are of the range of the original's values: the diagonal
+// of the box of the components, or where that is 0 the largest absolute value; infinite if that is
+// 0, too, and there is an error.
+struct ArrayComparison {
+  ArrayInfo info;  // the original's
+  Association association = Association::kPoint;
+  bool integer = false;
+  double range = 0;
+  std::vector<double> component_ranges;
+  std::uint64_t non_finite = 0;  // points or cells that were left out
+  std::uint64_t undefined = 0;   // those where the simplified mesh alone has no finite value
+
+  // Point arrays: at the original's points. Cell arrays: at the centres of its cells, the rms over
+  // the volume.
+  double rms = 0, max = 0;
+  Point max_at{};
+  double differing = 0;  // share of these points, or of the volume, where the values differ
+  std::vector<RegionVolume> regions;  // of cell arrays named like materials, by value
+  double rounding = 0;  // how much of an error may come from writing values in the array's type
+
+  // The rest is for floating-point arrays.
+  double integral_change = 0;  // as share of the integral of the absolute value; of vectors the
+                               // length of the change
+  // Point arrays: at the centres of the original's cells, over the volume.
+  double cell_rms = 0, cell_max = 0;
+  double gradient_rms = 0;  // as share of the rms of the gradient
+  // Cell arrays:
+  double l1_change = 0;  // of the integral of the absolute value
+  double l1_error = 0;   // integral of the absolute difference; as share of that
+};
+
+struct MeshSize {
+  std::uint64_t points = 0;  // that a tetrahedron uses
+  std::uint64_t tets = 0;
+  std::uint64_t boundary_triangles = 0;
+  double volume = 0;
+};
+
+// As shares of the diagonal.
+struct SurfaceShares {
+  double max = 0, mean = 0;
+};
+
+struct Comparison {
+  MeshSize original, simplified;
+  double diagonal = 0;               // of the original's box
+  double rounding = 0;               // of coordinates, as share of the diagonal; see locator.h
+  double volume_change = 0;          // as share of the original's volume
+  std::uint64_t outside_points = 0;  // points of the original outside the simplified mesh
+  double outside_max = 0;            // how far they are at most, as share of the diagonal
+  std::uint64_t outside_cells = 0;   // cells of the original whose centre is outside
+  bool identical_surface = false;
+  SurfaceShares to_simplified, to_original;  // from the original's boundary, and from the other
+  std::vector<ArrayComparison> arrays;       // points, then cells, in the order of the file
+  std::vector<std::string> missing_arrays;
+  std::vector<RetypedArray> retyped_arrays;
+};
+
+// Reads the original in windows; the simplified mesh, and the boundary of the original, lie in
+// memory. The sources must be two. Deterministic for any number of threads. Throws what reading
+// throws, and Error(kBadInput) for a mesh without boundary.
+Comparison compare_meshes(MeshSource* original, MeshSource* simplified, const RunContext& context);
+
+struct Bounds {
+  std::optional<double> max_rms, max_error, surface;  // shares
+  // Point arrays for max_rms and max_error; empty: all floating-point ones.
+  std::vector<std::string> arrays;
+};
+
+struct BoundResult {
+  std::string bound;  // "max_rms", "max_error", "surface"
+  std::string array;  // empty for the surface
+  double limit = 0, value = 0;
+  bool broken = false;
+  std::string sentence;  // if it is broken
+};
+
+// Throws Error(kUsage) for a name of bounds.arrays that is no numeric point array of both meshes,
+// with as many components.
+void require_arrays(const Bounds& bounds, const MeshDescription& original,
+                    const MeshDescription& simplified);
+
+// What rounding to the type of the array or the coordinates can do is not held against them. A
+// bound is broken, too, where all of the original's values are finite, and some of the simplified
+// mesh's are not.
+std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds& bounds);
+
+}  // namespace tetfusion

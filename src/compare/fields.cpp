@@ -1,0 +1,71 @@
+#include "compare/fields.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <string_view>
+
+#include "mesh/region_names.h"
+
+namespace tetfusion {
+
+namespace {
+
+std::string describe(const ArrayInfo& info) {
+  if (info.components == 1) return std::string(vtk_name(info.type));
+  return fmt::format("{} x {}", vtk_name(info.type), info.components);
+}
+
+void match(const AttributeSet& original, const AttributeSet& simplified, std::string_view prefix,
+           ArrayMatch* result, FieldSet* common) {
+  for (std::size_t i = 0; i < original.arrays.size(); ++i) {
+    const ArrayInfo& a = original.arrays[i];
+    const std::string name = std::string(prefix) + a.name;
+    const std::size_t other = simplified.find(a.name);
+    if (other == AttributeSet::npos) {
+      result->missing.push_back(name);
+      continue;
+    }
+    const ArrayInfo& b = simplified.arrays[other];
+    if (a.type != b.type || a.components != b.components) {
+      result->retyped.push_back({name, describe(a), describe(b)});
+    }
+    const bool text = a.type == ValueType::kString || b.type == ValueType::kString;
+    // Of several arrays of one name the first one counts.
+    if (common == nullptr || text || a.components != b.components || original.find(a.name) != i) {
+      continue;
+    }
+    const bool integer = !is_float(a.type) && !is_float(b.type);
+    const bool region = common == &result->cells && integer && looks_like_region(a);
+    common->fields.push_back({a, i, other, integer, region, common->width});
+    common->width += a.components;
+  }
+}
+
+}  // namespace
+
+ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& simplified) {
+  ArrayMatch result;
+  match(original.point_data, simplified.point_data, "", &result, &result.points);
+  match(original.cell_data, simplified.cell_data, "cell:", &result, &result.cells);
+  match(original.field_data, simplified.field_data, "field:", &result, nullptr);
+  return result;
+}
+
+void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
+                   const RowTarget& target) {
+  visit_type(info.type, [&](auto zero) {
+    using T = decltype(zero);
+    for (std::size_t i = 0; i < target.rows; ++i) {
+      const std::size_t row = target.row_of.empty() ? i : target.row_of[i];
+      double* to = target.out + i * target.width + target.offset;
+      for (std::size_t c = 0; c < info.components; ++c) {
+        T value;
+        std::memcpy(&value, tuples.data() + (row * info.components + c) * sizeof(T), sizeof value);
+        to[c] = static_cast<double>(value);
+      }
+    }
+  });
+}
+
+}  // namespace tetfusion

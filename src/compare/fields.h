@@ -1,0 +1,57 @@
+// Which arrays two meshes have in common, and their values as rows of numbers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/vector.h"
+#include "io/mesh_source.h"
+#include "mesh/data_array.h"
+
+namespace tetfusion {
+
+// An array that both meshes have, with the same number of components.
+struct Field {
+  ArrayInfo info;                    // the original's
+  std::size_t original, simplified;  // its index in their attributes
+  bool integer;                      // in both
+  bool region;                       // an integer array of cells that is named like a material
+  std::size_t offset;                // of its first component in a row
+};
+
+// All arrays of points, or of cells. A row has the components of one point or cell, as doubles:
+// integers beyond 2^53 are rounded.
+struct FieldSet {
+  std::vector<Field> fields;
+  std::size_t width = 0;  // of a row
+};
+
+struct RetypedArray {
+  std::string name;                  // as in ArrayMatch::missing
+  std::string original, simplified;  // "Float32", or with several components "Float32 x 3"
+};
+
+struct ArrayMatch {
+  FieldSet points, cells;
+  // Of the original; cell arrays as "cell:NAME", field arrays as "field:NAME".
+  std::vector<std::string> missing;
+  std::vector<RetypedArray> retyped;  // other type or number of components
+};
+
+ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& simplified);
+
+// Where values go: row i of `out` gets tuple row_of[i] of the array, or i where row_of is empty.
+struct RowTarget {
+  std::size_t width;
+  std::size_t offset;
+  std::size_t rows;
+  std::span<const std::uint64_t> row_of;
+  double* out;
+};
+void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
+                   const RowTarget& target);
+
+}  // namespace tetfusion

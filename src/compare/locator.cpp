@@ -1,0 +1,172 @@
+#include "compare/locator.h"
+
+#include <bit>
+
+#include "mesh/faces.h"
+#include "mesh/predicates.h"
+
+namespace tetfusion {
+
+namespace {
+
+// Farther than that, the tree is faster.
+constexpr int kMostSteps = 32;
+
+double epsilon(ValueType type) { return type == ValueType::kFloat32 ? 0x1p-23 : 0x1p-52; }
+
+// Six times the volume between the point and the face opposite to the corner: negative if the point
+// lies beyond it.
+Determinant volume_at(const SimplifiedMesh& mesh, const Tet& t, std::size_t corner,
+                      const Point& p) {
+  const auto& face = kFaceCorners[corner];
+  return determinant(p, mesh.points[t[face[0]]], mesh.points[t[face[1]]], mesh.points[t[face[2]]]);
+}
+
+// Of shares that may be a little negative, by rounding.
+std::array<double, 4> weights_of(std::array<double, 4> shares) {
+  double sum = 0;
+  for (double& share : shares) {
+    share = std::max(share, 0.0);
+    sum += share;
+  }
+  for (double& share : shares) share = sum > 0 ? share / sum : 0.25;
+  return shares;
+}
+
+std::uint64_t mix(std::uint64_t x) {
+  x ^= x >> 32;
+  x *= 0xD6E8FEB86659FD93u;
+  return x ^ x >> 32;
+}
+
+}  // namespace
+
+Locator::Locator(const SimplifiedMesh* mesh, ValueType coarsest_point_type)
+    : mesh_(*mesh),
+      rounding_(4 * epsilon(coarsest_point_type)),
+      largest_extent_(largest_part(mesh->box.extent())),
+      boundary_(&mesh->boundary) {
+  tree_.build(mesh_.tets.size(), mesh_.box.centre(), [&](std::size_t t) {
+    PointBox box;
+    for (const Point& p : mesh_.corners(static_cast<TetId>(t))) box.add(p);
+    return box;
+  });
+  hash_points();
+}
+
+Place Locator::locate(const Point& p, LocatorHint* hint) const {
+  Place place{};
+  if (hint->tet != kNoTet && walk(p, &hint->tet, &place)) return place;
+  const bool found = tree_.find(p, 0, [&](TetId t) { return holds(t, p, &place); });
+  if (!found && !find_close(p, &place)) place = find_on_boundary(p, hint);
+  hint->tet = place.tet;
+  return place;
+}
+
+// From tetrahedron to tetrahedron, each time through a face beyond which the point lies.
+bool Locator::walk(const Point& p, TetId* tet, Place* place) const {
+  TetId from = kNoTet;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Tet& t = mesh_.tets[*tet];
+    const auto& neighbours = mesh_.neighbours[*tet];
+    std::array<double, 4> shares;
+    std::size_t exit = 4;
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      const Determinant d = volume_at(mesh_, t, corner, p);
+      shares[corner] = d.value;
+      if (d.value >= -d.error) continue;
+      exit = corner;
+      if (neighbours[corner] != from) break;
+    }
+    if (exit == 4) {
+      if (mesh_.flat[*tet] != 0) return false;
+      *place = {*tet, weights_of(shares), false, 0};
+      return true;
+    }
+    if (neighbours[exit] == kNoTet) return false;
+    from = *tet;
+    *tet = neighbours[exit];
+  }
+  return false;
+}
+
+bool Locator::holds(TetId t, const Point& p, Place* place) const {
+  if (mesh_.flat[t] != 0) return false;
+  std::array<double, 4> shares;
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    const Determinant d = volume_at(mesh_, mesh_.tets[t], corner, p);
+    if (d.value < -d.error) return false;
+    shares[corner] = d.value;
+  }
+  *place = {t, weights_of(shares), false, 0};
+  return true;
+}
+
+double Locator::tolerance(const Point& p, double extent) const {
+  return rounding_ * (largest_part(p) + extent);
+}
+
+double Locator::rounding_in(const PointBox& box) const {
+  const double largest = std::max(largest_part(box.low), largest_part(box.high));
+  return rounding_ * (largest + largest_part(box.extent()));
+}
+
+// The tetrahedron of which the point is least far outside, no farther than rounding explains.
+bool Locator::find_close(const Point& p, Place* place) const {
+  double best = -std::numeric_limits<double>::infinity();
+  tree_.find(p, tolerance(p, largest_extent_), [&](TetId t) {
+    if (mesh_.flat[t] != 0) return false;
+    const Corners corners = mesh_.corners(t);
+    PointBox box;
+    for (const Point& c : corners) box.add(c);
+    double least = std::numeric_limits<double>::infinity();
+    std::array<double, 4> shares;
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      const auto& f = kFaceCorners[corner];
+      const double area =
+          length(cross(corners[f[1]] - corners[f[0]], corners[f[2]] - corners[f[0]]));
+      shares[corner] = volume_at(mesh_, mesh_.tets[t], corner, p).value;
+      least = std::min(least, shares[corner] / area);
+    }
+    if (least < -tolerance(p, largest_part(box.extent())) || least <= best) return false;
+    best = least;
+    *place = {t, weights_of(shares), false, 0};
+    return false;
+  });
+  return best > -std::numeric_limits<double>::infinity();
+}
+
+Place Locator::find_on_boundary(const Point& p, LocatorHint* hint) const {
+  const TriangleFinder::Found found = boundary_.nearest(p, hint->triangle);
+  hint->triangle = found.triangle;
+  const std::uint32_t side = mesh_.boundary_sides[found.triangle];
+  const auto& face = kFaceCorners[side % 4];
+  Place place{side / 4, {}, false, std::sqrt(found.nearest.squared)};
+  PointBox box;
+  for (std::size_t i = 0; i < 3; ++i) {
+    place.weights[face[i]] = found.nearest.weights[i];
+    box.add(mesh_.points[mesh_.tets[place.tet][face[i]]]);
+  }
+  place.outside = place.distance > tolerance(p, largest_part(box.extent()));
+  if (!place.outside) place.distance = 0;
+  return place;
+}
+
+std::size_t Locator::slot_of(const Point& p) const {
+  // -0 and 0 are the same coordinate.
+  std::uint64_t hash = mix(std::bit_cast<std::uint64_t>(p.x + 0.0));
+  hash = mix(hash + std::bit_cast<std::uint64_t>(p.y + 0.0));
+  hash = mix(hash + std::bit_cast<std::uint64_t>(p.z + 0.0));
+  return hash & (slots_.size() - 1);
+}
+
+void Locator::hash_points() {
+  slots_.assign(std::bit_ceil(2 * mesh_.points.size() + 1), kNoVertex);
+  for (VertexId v = 0; v < mesh_.points.size(); ++v) {
+    std::size_t slot = slot_of(mesh_.points[v]);
+    while (slots_[slot] != kNoVertex) slot = (slot + 1) & (slots_.size() - 1);
+    slots_[slot] = v;
+  }
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,73 @@
+// Where a point lies in the simplified mesh.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/vector.h"
+#include "compare/box_tree.h"
+#include "compare/point.h"
+#include "compare/simplified_mesh.h"
+#include "compare/triangles.h"
+
+namespace tetfusion {
+
+// The value at the place is the sum of the weights times the values at the corners.
+struct Place {
+  TetId tet;
+  std::array<double, 4> weights;  // 0 to 1; the sum is 1
+  bool outside;     // farther from the mesh than rounding explains: the place is the nearest point
+                    // of the boundary
+  double distance;  // then: how far that is; else 0
+};
+
+// Where the last search ended. A search begins there.
+struct LocatorHint {
+  TetId tet = kNoTet;
+  std::uint32_t triangle = 0;
+};
+
+// A point lies in a tetrahedron if it is not certainly on the far side of one of its faces (so
+// there are no gaps between tetrahedra), else in the tetrahedron or on the boundary triangle from
+// which it is no farther than 4 eps times the sum of the point's largest coordinate and the longest
+// side of the cell's box; eps is that of the files' coordinates. Where tetrahedra overlap, one of
+// them is found. Tetrahedra without volume are never found, but through the boundary.
+//
+// The mesh must outlive this. Const functions may be called from several threads, each with a hint
+// of its own; results depend on the hint only where there are several.
+class Locator {
+ public:
+  Locator(const SimplifiedMesh* mesh, ValueType coarsest_point_type);
+
+  Place locate(const Point& p, LocatorHint* hint) const;
+
+  // The distance that rounding explains at most, in a box.
+  double rounding_in(const PointBox& box) const;
+
+  // Calls f(vertex) for all points of the mesh with the very coordinates of p.
+  template <class F>
+  void for_each_vertex_at(const Point& p, F f) const {
+    for (std::size_t slot = slot_of(p); slots_[slot] != kNoVertex;
+         slot = (slot + 1) & (slots_.size() - 1)) {
+      if (mesh_.points[slots_[slot]] == p) f(slots_[slot]);
+    }
+  }
+
+ private:
+  bool walk(const Point& p, TetId* tet, Place* place) const;
+  bool holds(TetId t, const Point& p, Place* place) const;
+  bool find_close(const Point& p, Place* place) const;
+  Place find_on_boundary(const Point& p, LocatorHint* hint) const;
+  double tolerance(const Point& p, double extent) const;
+  std::size_t slot_of(const Point& p) const;
+  void hash_points();
+
+  const SimplifiedMesh& mesh_;
+  const double rounding_;
+  double largest_extent_ = 0;  // of the mesh's box
+  BoxTree tree_;
+  TriangleFinder boundary_;
+  Vector<VertexId> slots_;  // a hash table of the points, a power of two
+};
+
+}  // namespace tetfusion

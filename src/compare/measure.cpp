@@ -1,0 +1,213 @@
+#include "compare/measure.h"
+
+#include "mesh/blocks.h"
+#include "mesh/predicates.h"
+
+namespace tetfusion {
+
+namespace {
+
+template <class T>
+void add_all(std::vector<T>* sums, const std::vector<T>& others) {
+  for (std::size_t i = 0; i < sums->size(); ++i) (*sums)[i].add(others[i]);
+}
+
+Integral empty_integral(const Field& field) {
+  return {std::vector<CompensatedSum>(field.info.components), {}};
+}
+
+FieldValues no_values(const Field& field) { return {std::vector<Range>(field.info.components), 0}; }
+
+}  // namespace
+
+void Errors::add(double weight, double squared, const Point& at) {
+  squares.add(weight * squared);
+  weights.add(weight);
+  if (squared > 0) differing.add(weight);
+  if (squared > max_squared) {
+    max_squared = squared;
+    max_at = at;
+  }
+}
+
+void Errors::add(const Errors& other) {
+  squares.add(other.squares);
+  weights.add(other.weights);
+  differing.add(other.differing);
+  if (other.max_squared > max_squared) {
+    max_squared = other.max_squared;
+    max_at = other.max_at;
+  }
+  non_finite += other.non_finite;
+  undefined += other.undefined;
+}
+
+double Errors::rms() const {
+  return weights.value() > 0 ? std::sqrt(squares.value() / weights.value()) : 0;
+}
+
+double Errors::max() const { return std::sqrt(max_squared); }
+
+void Integral::add(double volume, std::span<const double* const> rows) {
+  const double weight = volume / static_cast<double>(rows.size());
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    double sum = 0;
+    for (const double* row : rows) sum += row[c];
+    components[c].add(weight * sum);
+  }
+  double lengths = 0;
+  for (const double* row : rows) {
+    double squared = 0;
+    for (std::size_t c = 0; c < components.size(); ++c) squared += row[c] * row[c];
+    lengths += std::sqrt(squared);
+  }
+  length.add(weight * lengths);
+}
+
+void Integral::add(const Integral& other) {
+  add_all(&components, other.components);
+  length.add(other.length);
+}
+
+void FieldValues::add(const double* row) {
+  for (std::size_t c = 0; c < ranges.size(); ++c) {
+    ranges[c].add(row[c]);
+    largest = std::max(largest, std::abs(row[c]));
+  }
+}
+
+void FieldValues::add(const FieldValues& other) {
+  add_all(&ranges, other.ranges);
+  largest = std::max(largest, other.largest);
+}
+
+double FieldValues::diagonal() const {
+  double squared = 0;
+  for (const Range& range : ranges) squared += range.width() * range.width();
+  return std::sqrt(squared);
+}
+
+PointMeasures::PointMeasures(const FieldSet& fields) : errors(fields.fields.size()) {
+  for (const Field& field : fields.fields) values.push_back(no_values(field));
+}
+
+void PointMeasures::add(const PointMeasures& other) {
+  add_all(&errors, other.errors);
+  add_all(&values, other.values);
+  outside += other.outside;
+  farthest = std::max(farthest, other.farthest);
+  box.add(other.box);
+}
+
+CellMeasures::CellMeasures(const FieldSet& point_fields, const FieldSet& cell_fields)
+    : errors(point_fields.fields.size()),
+      gradient_squares(point_fields.fields.size()),
+      gradient_errors(point_fields.fields.size()),
+      cell_errors(cell_fields.fields.size()),
+      cell_differences(cell_fields.fields.size()),
+      cell_regions(cell_fields.fields.size()) {
+  for (const Field& field : point_fields.fields) integrals.push_back(empty_integral(field));
+  for (const Field& field : cell_fields.fields) {
+    cell_values.push_back(no_values(field));
+    cell_integrals.push_back(empty_integral(field));
+  }
+}
+
+void CellMeasures::add(const CellMeasures& other) {
+  volume.add(other.volume);
+  outside += other.outside;
+  add_all(&errors, other.errors);
+  add_all(&integrals, other.integrals);
+  add_all(&gradient_squares, other.gradient_squares);
+  add_all(&gradient_errors, other.gradient_errors);
+  add_all(&cell_errors, other.cell_errors);
+  add_all(&cell_values, other.cell_values);
+  add_all(&cell_integrals, other.cell_integrals);
+  add_all(&cell_differences, other.cell_differences);
+  for (std::size_t f = 0; f < cell_regions.size(); ++f) {
+    for (const auto& [value, sum] : other.cell_regions[f]) cell_regions[f][value].add(sum);
+  }
+}
+
+double interpolate(const SimplifiedMesh& mesh, std::size_t width, const Place& place,
+                   std::size_t column) {
+  const Tet& t = mesh.tets[place.tet];
+  double value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (place.weights[i] > 0) value += place.weights[i] * mesh.point_rows[t[i] * width + column];
+  }
+  return value;
+}
+
+Vector<std::uint32_t> curve_order(const Vector<Point>& points) {
+  PointBox box;
+  for (const Point& p : points) box.add(p);
+  Vector<std::uint32_t> keys(points.size());
+  for_each_block(points.size(), 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) keys[i] = morton_key(points[i], box);
+  });
+  return sorted_by_key(keys);
+}
+
+VertexId nearest_corner(const SimplifiedMesh& mesh, const Place& place) {
+  const auto& w = place.weights;
+  return mesh
+      .tets[place.tet][static_cast<std::size_t>(std::max_element(w.begin(), w.end()) - w.begin())];
+}
+
+namespace {
+
+constexpr std::size_t kBlock = 8192;
+
+double volume_of(const SimplifiedMesh& mesh, TetId t) {
+  return std::abs(determinant(mesh.points, mesh.tets[t]).value) / 6;
+}
+
+// add(tet, field, integral) for all tetrahedra and fields.
+template <class F>
+std::vector<Integral> integrate(const SimplifiedMesh& mesh, const FieldSet& fields, F add) {
+  std::vector<Integral> empty;
+  for (const Field& field : fields.fields) empty.push_back(empty_integral(field));
+  std::vector<std::vector<Integral>> parts(block_count(mesh.tets.size(), kBlock), empty);
+  for_each_block(mesh.tets.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      for (std::size_t f = 0; f < empty.size(); ++f) {
+        add(static_cast<TetId>(t), fields.fields[f], &parts[b][f]);
+      }
+    }
+  });
+  std::vector<Integral> sums = empty;
+  for (const auto& part : parts) add_all(&sums, part);
+  return sums;
+}
+
+}  // namespace
+
+std::vector<Integral> integrate_points(const SimplifiedMesh& mesh, const FieldSet& fields) {
+  return integrate(mesh, fields, [&](TetId t, const Field& field, Integral* sum) {
+    std::array<const double*, 4> rows;
+    for (std::size_t i = 0; i < 4; ++i) {
+      rows[i] = mesh.point_rows.data() + mesh.tets[t][i] * fields.width + field.offset;
+      if (!all_finite(rows[i], field.info.components)) return;
+    }
+    sum->add(volume_of(mesh, t), rows);
+  });
+}
+
+std::vector<Integral> integrate_cells(const SimplifiedMesh& mesh, const FieldSet& fields) {
+  return integrate(mesh, fields, [&](TetId t, const Field& field, Integral* sum) {
+    const double* row = mesh.cell_rows.data() + std::size_t{t} * fields.width + field.offset;
+    if (all_finite(row, field.info.components)) sum->add(volume_of(mesh, t), {&row, 1});
+  });
+}
+
+RegionVolumes measure_regions(const SimplifiedMesh& mesh, const FieldSet& fields,
+                              const Field& field) {
+  RegionVolumes volumes;
+  for (TetId t = 0; t < mesh.tets.size(); ++t) {
+    volumes[mesh.cell_rows[t * fields.width + field.offset]].add(volume_of(mesh, t));
+  }
+  return volumes;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,138 @@
+// What differs between an original and the simplified mesh, summed up.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "compare/fields.h"
+#include "compare/locator.h"
+#include "compare/original_mesh.h"
+#include "compare/simplified_mesh.h"
+#include "mesh/statistics.h"
+#include "mesh/sums.h"
+
+namespace tetfusion {
+
+// Differences of a field at places in space.
+struct Errors {
+  CompensatedSum squares;  // of the Euclidean differences, times the weights
+  CompensatedSum weights;
+  CompensatedSum differing;  // weights of the places where the values differ at all
+  double max_squared = 0;
+  Point max_at{};                // the first place where the difference is that large
+  std::uint64_t non_finite = 0;  // places left out: the original's value is not finite there
+  std::uint64_t undefined = 0;   // places left out: only the simplified mesh's value is not finite
+
+  void add(double weight, double squared, const Point& at);
+  void add(const Errors& other);
+  double rms() const;
+  double max() const;
+};
+
+// Integrals over a domain: of each component, and of the length of the vector. Cells with a value
+// that is not finite are left out.
+struct Integral {
+  std::vector<CompensatedSum> components;
+  CompensatedSum length;
+
+  // Of a cell: the mean of rows of values, all finite.
+  void add(double volume, std::span<const double* const> rows);
+  void add(const Integral& other);
+};
+
+// The volume that has each value of a field of regions.
+using RegionVolumes = std::map<double, CompensatedSum>;
+
+struct FieldValues {
+  std::vector<Range> ranges;  // of the components
+  double largest = 0;         // absolute value of a component
+
+  void add(const double* row);  // all finite
+  void add(const FieldValues& other);
+  double diagonal() const;
+};
+
+// At the original's points, each with weight 1.
+struct PointMeasures {
+  PointMeasures() = default;
+  explicit PointMeasures(const FieldSet& fields);
+  void add(const PointMeasures& other);
+
+  std::vector<Errors> errors;       // one a point field
+  std::vector<FieldValues> values;  // the original's
+  std::uint64_t outside = 0;
+  double farthest = 0;  // of those outside
+  PointBox box;         // of all points
+};
+
+// At the centres of the original's tetrahedra, weighted by volume.
+struct CellMeasures {
+  CellMeasures() = default;
+  CellMeasures(const FieldSet& point_fields, const FieldSet& cell_fields);
+  void add(const CellMeasures& other);
+
+  CompensatedSum volume;
+  std::uint64_t outside = 0;
+  std::vector<Errors> errors;  // one a point field; integer fields have none
+  std::vector<Integral> integrals;
+  // Squares of the lengths, times volume: that of the cell there, or of the simplified mesh's cell
+  // if it is smaller, so that a sliver does not count for more than it is.
+  std::vector<CompensatedSum> gradient_squares, gradient_errors;
+  // One a cell field:
+  std::vector<Errors> cell_errors;
+  std::vector<FieldValues> cell_values;
+  std::vector<Integral> cell_integrals;
+  std::vector<CompensatedSum> cell_differences;  // lengths of the differences, times volume
+  std::vector<RegionVolumes> cell_regions;       // empty for fields that are no regions
+};
+
+struct Meshes {
+  const OriginalMesh& original;
+  const SimplifiedMesh& simplified;
+  const Locator& locator;
+  const FieldSet& point_fields;
+  const FieldSet& cell_fields;
+};
+
+inline bool all_finite(const double* row, std::size_t components) {
+  for (std::size_t c = 0; c < components; ++c) {
+    if (!std::isfinite(row[c])) return false;
+  }
+  return true;
+}
+
+// The value of a point field's component (its column in a row) at a place: between the corners'
+// values, or that of the corner with the largest weight. A corner without weight has no influence.
+double interpolate(const SimplifiedMesh& mesh, std::size_t width, const Place& place,
+                   std::size_t column);
+VertexId nearest_corner(const SimplifiedMesh& mesh, const Place& place);
+
+// The square of the Euclidean distance between a row of a field and value(component).
+template <class Value>
+double squared_difference(const Field& field, const double* row, Value value) {
+  double sum = 0;
+  for (std::size_t c = 0; c < field.info.components; ++c) {
+    const double d = value(c) - row[c];
+    sum += d * d;
+  }
+  return sum;
+}
+
+// The order in which the points are near one another.
+Vector<std::uint32_t> curve_order(const Vector<Point>& points);
+
+// Deterministic for any number of threads. `report` is called with a share from 0 to 1; it may
+// throw.
+PointMeasures measure_points(const Meshes& meshes, const std::function<void(double)>& report);
+CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double)>& report);
+
+// Over the simplified mesh, one for each field.
+std::vector<Integral> integrate_points(const SimplifiedMesh& mesh, const FieldSet& fields);
+std::vector<Integral> integrate_cells(const SimplifiedMesh& mesh, const FieldSet& fields);
+RegionVolumes measure_regions(const SimplifiedMesh& mesh, const FieldSet& fields,
+                              const Field& field);
+
+}  // namespace tetfusion

@@ -1,0 +1,178 @@
+// Errors, gradients and integrals at the centres of the original's tetrahedra.
+#include <array>
+#include <cmath>
+
+#include "compare/measure.h"
+#include "mesh/blocks.h"
+#include "mesh/predicates.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kBlock = 4096;
+
+// A tetrahedron as far as gradients need it.
+struct Shape {
+  double volume = 0;
+  bool flat = true;  // no gradient
+  // The gradient of a linear function is the sum of these times the differences of its values at
+  // corners 1, 2, 3 from that at corner 0.
+  std::array<Point, 3> slopes{};
+};
+
+Shape shape_of(const Corners& c) {
+  const Determinant d = determinant(c[0], c[1], c[2], c[3]);
+  Shape shape;
+  shape.volume = std::abs(d.value) / 6;
+  shape.flat = d.sign() == 0;
+  if (shape.flat) return shape;
+  const Point u = c[1] - c[0], v = c[2] - c[0], w = c[3] - c[0];
+  const double scale = 1 / d.value;
+  shape.slopes = {scale * cross(v, w), scale * cross(w, u), scale * cross(u, v)};
+  return shape;
+}
+
+// value(corner) of a linear function.
+template <class Value>
+Point gradient(const Shape& shape, Value value) {
+  const double first = value(0);
+  return (value(1) - first) * shape.slopes[0] + (value(2) - first) * shape.slopes[1] +
+         (value(3) - first) * shape.slopes[2];
+}
+
+// One block of cells.
+class Block {
+ public:
+  Block(const Meshes& meshes, const OriginalCells& window, CellMeasures* out)
+      : meshes_(meshes), window_(window), out_(out) {}
+
+  void measure(std::size_t cell, const Point& centre) {
+    const Tet& t = window_.tets[cell];
+    const auto& p = window_.points.points;
+    shape_ = shape_of({p[t[0]], p[t[1]], p[t[2]], p[t[3]]});
+    out_->volume.add(shape_.volume);
+    centre_ = centre;
+    place_ = meshes_.locator.locate(centre_, &hint_);
+    if (place_.outside) ++out_->outside;
+    if (place_.tet != shaped_) {
+      shaped_ = place_.tet;
+      other_ = shape_of(meshes_.simplified.corners(shaped_));
+    }
+    for (std::size_t f = 0; f < meshes_.point_fields.fields.size(); ++f) measure_points(t, f);
+    for (std::size_t f = 0; f < meshes_.cell_fields.fields.size(); ++f) measure_cell(cell, f);
+  }
+
+ private:
+  void measure_points(const Tet& t, std::size_t f) {
+    const Field& field = meshes_.point_fields.fields[f];
+    const std::size_t width = meshes_.point_fields.width;
+    if (field.integer) return;
+    std::array<const double*, 4> rows;
+    for (std::size_t i = 0; i < 4; ++i) {
+      rows[i] = window_.points.rows.data() + t[i] * width + field.offset;
+      if (all_finite(rows[i], field.info.components)) continue;
+      ++out_->errors[f].non_finite;
+      return;
+    }
+    out_->integrals[f].add(shape_.volume, rows);
+    double squared = 0;
+    for (std::size_t c = 0; c < field.info.components; ++c) {
+      const double mean = ((rows[0][c] + rows[1][c]) + (rows[2][c] + rows[3][c])) / 4;
+      const double d = interpolate(meshes_.simplified, width, place_, field.offset + c) - mean;
+      squared += d * d;
+    }
+    if (!std::isfinite(squared)) {
+      ++out_->errors[f].undefined;
+      return;
+    }
+    out_->errors[f].add(shape_.volume, squared, centre_);
+    if (!shape_.flat && !other_.flat) measure_gradient(field, rows, f);
+  }
+
+  void measure_gradient(const Field& field, const std::array<const double*, 4>& rows,
+                        std::size_t f) {
+    const SimplifiedMesh& mesh = meshes_.simplified;
+    const std::size_t width = meshes_.point_fields.width;
+    const Tet& other = mesh.tets[place_.tet];
+    double squares = 0, errors = 0;
+    for (std::size_t c = 0; c < field.info.components; ++c) {
+      const Point g = gradient(shape_, [&](std::size_t i) { return rows[i][c]; });
+      const Point h = gradient(other_, [&](std::size_t i) {
+        return mesh.point_rows[other[i] * width + field.offset + c];
+      });
+      squares += dot(g, g);
+      errors += dot(h - g, h - g);
+    }
+    if (!std::isfinite(errors)) return;
+    const double weight = std::min(shape_.volume, other_.volume);
+    out_->gradient_squares[f].add(weight * squares);
+    out_->gradient_errors[f].add(weight * errors);
+  }
+
+  void measure_cell(std::size_t cell, std::size_t f) {
+    const Field& field = meshes_.cell_fields.fields[f];
+    const std::size_t width = meshes_.cell_fields.width;
+    Errors& errors = out_->cell_errors[f];
+    const double* row = window_.cell_rows.data() + cell * width + field.offset;
+    if (!all_finite(row, field.info.components)) {
+      ++errors.non_finite;
+      return;
+    }
+    out_->cell_values[f].add(row);
+    out_->cell_integrals[f].add(shape_.volume, {&row, 1});
+    if (field.region) out_->cell_regions[f][*row].add(shape_.volume);
+    const double* other = meshes_.simplified.cell_rows.data() + place_.tet * width + field.offset;
+    const double squared = squared_difference(field, row, [&](std::size_t c) { return other[c]; });
+    if (!std::isfinite(squared)) {
+      ++errors.undefined;
+      return;
+    }
+    errors.add(shape_.volume, squared, centre_);
+    out_->cell_differences[f].add(shape_.volume * std::sqrt(squared));
+  }
+
+  const Meshes& meshes_;
+  const OriginalCells& window_;
+  CellMeasures* out_;
+  LocatorHint hint_;
+  Shape shape_, other_;
+  TetId shaped_ = kNoTet;  // the simplified mesh's tetrahedron that other_ is of
+  Point centre_{};         // of the cell in hand
+  Place place_{};
+};
+
+Vector<Point> centres_of(const OriginalCells& window) {
+  const Vector<Point>& p = window.points.points;
+  Vector<Point> centres(window.tets.size());
+  for_each_block(centres.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Tet& t = window.tets[i];
+      centres[i] = 0.25 * ((p[t[0]] + p[t[1]]) + (p[t[2]] + p[t[3]]));
+    }
+  });
+  return centres;
+}
+
+}  // namespace
+
+CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double)>& report) {
+  const CellMeasures nothing(meshes.point_fields, meshes.cell_fields);
+  CellMeasures sums = nothing;
+  meshes.original.for_each_cells([&](const OriginalCells& window, double share) {
+    const Vector<Point> centres = centres_of(window);
+    const Vector<std::uint32_t> order = curve_order(centres);
+    std::vector<CellMeasures> parts(block_count(window.tets.size(), kBlock), nothing);
+    for_each_block(window.tets.size(), kBlock,
+                   [&](std::size_t b, std::size_t begin, std::size_t end) {
+                     Block block(meshes, window, &parts[b]);
+                     for (std::size_t i = begin; i < end; ++i)
+                       block.measure(order[i], centres[order[i]]);
+                   });
+    for (const CellMeasures& part : parts) sums.add(part);
+    report(share);
+  });
+  return sums;
+}
+
+}  // namespace tetfusion

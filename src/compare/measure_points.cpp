@@ -1,0 +1,102 @@
+// Errors at the points of the original.
+#include <limits>
+
+#include "compare/measure.h"
+#include "mesh/blocks.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kBlock = 4096;
+
+// One block of points.
+class Block {
+ public:
+  Block(const Meshes& meshes, PointMeasures* out) : meshes_(meshes), out_(out) {}
+
+  void measure(const Point& p, const double* row) {
+    out_->box.add(p);
+    vertices_.clear();
+    meshes_.locator.for_each_vertex_at(p, [&](VertexId v) { vertices_.push_back(v); });
+    if (vertices_.empty()) {
+      place_ = meshes_.locator.locate(p, &hint_);
+      if (place_.outside) {
+        ++out_->outside;
+        out_->farthest = std::max(out_->farthest, place_.distance);
+      }
+    }
+    const auto& fields = meshes_.point_fields.fields;
+    for (std::size_t f = 0; f < fields.size(); ++f) {
+      measure_field(fields[f], row + fields[f].offset, p, f);
+    }
+  }
+
+ private:
+  void measure_field(const Field& field, const double* row, const Point& p, std::size_t f) {
+    Errors& errors = out_->errors[f];
+    if (!all_finite(row, field.info.components)) {
+      ++errors.non_finite;
+      return;
+    }
+    out_->values[f].add(row);
+    const double squared = least_difference(field, row);
+    if (std::isfinite(squared)) {
+      errors.add(1, squared, p);
+    } else {
+      ++errors.undefined;
+    }
+  }
+
+  // Of several points in one place, as on the two sides of a crack, the most similar one counts.
+  double least_difference(const Field& field, const double* row) const {
+    const SimplifiedMesh& mesh = meshes_.simplified;
+    const std::size_t width = meshes_.point_fields.width;
+    const auto at_vertex = [&](VertexId v) {
+      const double* values = mesh.point_rows.data() + v * width + field.offset;
+      return squared_difference(field, row, [&](std::size_t c) { return values[c]; });
+    };
+    if (vertices_.empty()) {
+      if (field.integer) return at_vertex(nearest_corner(mesh, place_));
+      return squared_difference(field, row, [&](std::size_t c) {
+        return interpolate(mesh, width, place_, field.offset + c);
+      });
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (const VertexId v : vertices_) {
+      const double squared = at_vertex(v);
+      if (squared < least) least = squared;
+    }
+    return least;
+  }
+
+  const Meshes& meshes_;
+  PointMeasures* out_;
+  LocatorHint hint_;
+  std::vector<VertexId> vertices_;
+  Place place_{};
+};
+
+}  // namespace
+
+PointMeasures measure_points(const Meshes& meshes, const std::function<void(double)>& report) {
+  const std::size_t width = meshes.point_fields.width;
+  const PointMeasures nothing(meshes.point_fields);
+  PointMeasures sums = nothing;
+  meshes.original.for_each_points([&](const OriginalPoints& window, double share) {
+    const Vector<std::uint32_t> order = curve_order(window.points);
+    std::vector<PointMeasures> parts(block_count(window.points.size(), kBlock), nothing);
+    for_each_block(
+        window.points.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+          Block block(meshes, &parts[b]);
+          for (std::size_t i = begin; i < end; ++i) {
+            block.measure(window.points[order[i]], window.rows.data() + order[i] * width);
+          }
+        });
+    for (const PointMeasures& part : parts) sums.add(part);
+    report(share);
+  });
+  return sums;
+}
+
+}  // namespace tetfusion

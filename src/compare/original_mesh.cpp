@@ -1,0 +1,213 @@
+#include "compare/original_mesh.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "mesh/blocks.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::uint64_t kRun = std::uint64_t{1} << 14;  // points that are read at once
+
+struct Run {
+  std::uint64_t first, count;
+};
+
+// Of a set's points in [first, first + count), in steps of 64, where none is left out that is in
+// the set. `first` is a multiple of 64.
+std::vector<Run> runs_of(const PointSet& set, std::uint64_t first, std::uint64_t count) {
+  std::vector<Run> runs;
+  const std::uint64_t end = first + count;
+  constexpr std::uint64_t kGap = 4096;  // cheaper to read than to begin anew
+  for (std::uint64_t at = first; at < end; at += 64) {
+    if (!set.any_in_word(at / 64)) continue;
+    const std::uint64_t after = std::min(at + 64, end);
+    if (runs.empty() || at - (runs.back().first + runs.back().count) > kGap ||
+        after - runs.back().first > kRun) {
+      runs.push_back({at, after - at});
+    } else {
+      runs.back().count = after - runs.back().first;
+    }
+  }
+  return runs;
+}
+
+template <class Real>
+void spread_points(const Vector<std::byte>& bytes, const Vector<std::uint64_t>& rows, Point* out) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    std::array<Real, 3> p;
+    std::memcpy(p.data(), bytes.data() + rows[i] * sizeof p, sizeof p);
+    out[i] = {p[0], p[1], p[2]};
+  }
+}
+
+}  // namespace
+
+void PointSet::number() {
+  before_.resize(words_.size());
+  std::uint32_t count = 0;
+  for (std::size_t w = 0; w < words_.size(); ++w) {
+    before_[w] = count;
+    count += static_cast<std::uint32_t>(std::popcount(words_[w]));
+  }
+}
+
+OriginalMesh::OriginalMesh(MeshSource* source, const FieldSet& point_fields,
+                           const FieldSet& cell_fields)
+    : source_(source),
+      point_fields_(point_fields),
+      cell_fields_(cell_fields),
+      stream_(open_stream(source)),
+      used_(stream_->points()) {}
+
+void OriginalMesh::survey(std::size_t most_sides, const RunContext& context) {
+  const ReadCells read = [&](const auto& take) {
+    const bool first_time = tets_ == 0;
+    std::uint64_t tets = 0;
+    read_cells([&](std::uint64_t, const CellWindow& window, double) {
+      context.check();
+      if (first_time) {
+        for (const Tet& t : window.tets) {
+          for (const VertexId v : t) used_.add(v);
+        }
+      }
+      take(tets, window.tets);
+      tets += window.tets.size();
+    });
+    tets_ = tets;
+  };
+  take_boundary(match_faces(stream_->points(), most_sides, read,
+                            [](std::span<const CellSide> face) { return face.size() == 1; }));
+  used_.number();
+}
+
+void OriginalMesh::take_boundary(const Vector<CellSide>& sides) {
+  if (sides.empty()) {
+    throw Error(ErrorCode::kBadInput,
+                fmt::format("{}: the mesh has no boundary, so cells must be doubled; see "
+                            "'tetfusion check {}'",
+                            source_->description().path, source_->description().path));
+  }
+  PointSet set(stream_->points());
+  for (const CellSide& s : sides) {
+    for (const VertexId v : {s.low, s.middle, s.high}) set.add(v);
+  }
+  set.number();
+  OriginalPoints points;
+  gather(set, 0, stream_->points(), {}, &points);
+  boundary_.points = std::move(points.points);
+  for (const CellSide& s : sides) {
+    const auto number = [&](VertexId v) { return static_cast<std::uint32_t>(set.number_of(v)); };
+    boundary_.triangles.push_back({number(s.low), number(s.middle), number(s.high)});
+  }
+  order_triangles(&boundary_);
+}
+
+void OriginalMesh::read_cells(
+    const std::function<void(std::uint64_t, const CellWindow&, double)>& take) const {
+  const std::uint64_t cells = stream_->cells();
+  CellWindow window;
+  for (std::uint64_t first = 0; first < cells; first += kWindow) {
+    const std::uint64_t count = std::min(kWindow, cells - first);
+    stream_->read_cells(first, count, &window);
+    take(first, window, static_cast<double>(first + count) / static_cast<double>(cells));
+  }
+}
+
+void OriginalMesh::for_each_points(
+    const std::function<void(const OriginalPoints&, double)>& take) const {
+  const std::uint64_t points = stream_->points();
+  OriginalPoints window;
+  for (std::uint64_t first = 0; first < points; first += kWindow) {
+    const std::uint64_t count = std::min(kWindow, points - first);
+    gather(used_, first, count, point_fields_, &window);
+    take(window, static_cast<double>(first + count) / static_cast<double>(points));
+  }
+}
+
+void OriginalMesh::for_each_cells(
+    const std::function<void(const OriginalCells&, double)>& take) const {
+  PointSet set(stream_->points());
+  OriginalCells cells;
+  read_cells([&](std::uint64_t first, const CellWindow& window, double share) {
+    set.clear();
+    for (const Tet& t : window.tets) {
+      for (const VertexId v : t) set.add(v);
+    }
+    set.number();
+    gather(set, 0, stream_->points(), point_fields_, &cells.points);
+    cells.tets.resize(window.tets.size());
+    for_each_block(window.tets.size(), 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        for (std::size_t i = 0; i < 4; ++i) {
+          cells.tets[t][i] = static_cast<VertexId>(set.number_of(window.tets[t][i]));
+        }
+      }
+    });
+    const std::uint64_t count = std::min(kWindow, stream_->cells() - first);
+    gather_cell_rows(first, count, window, &cells.cell_rows);
+    take(cells, share);
+  });
+}
+
+void OriginalMesh::gather(const PointSet& set, std::uint64_t first, std::uint64_t count,
+                          const FieldSet& fields, OriginalPoints* out) const {
+  const std::uint64_t base = set.number_of(first);
+  const std::uint64_t size = set.number_of(first + count) - base;
+  out->points.resize(size);
+  out->rows.resize(size * fields.width);
+  const std::vector<Run> runs = runs_of(set, first, count);
+  for_each_block(runs.size(), 1, [&](std::size_t r, std::size_t, std::size_t) {
+    gather_run(set, runs[r].first, runs[r].count, fields, out, base);
+  });
+}
+
+void OriginalMesh::gather_run(const PointSet& set, std::uint64_t first, std::uint64_t count,
+                              const FieldSet& fields, OriginalPoints* out,
+                              std::uint64_t base) const {
+  Vector<std::uint64_t> rows;
+  for (std::uint64_t id = first; id < first + count; ++id) {
+    if (set.has(id)) rows.push_back(id - first);
+  }
+  const std::uint64_t to = set.number_of(first) - base;
+  const ValueType type = source_->description().point_type;
+  Vector<std::byte> bytes(count * 3 * size_of(type));
+  stream_->read_points(first, count, bytes);
+  if (type == ValueType::kFloat32) {
+    spread_points<float>(bytes, rows, out->points.data() + to);
+  } else {
+    spread_points<double>(bytes, rows, out->points.data() + to);
+  }
+  for (const Field& field : fields.fields) {
+    bytes.resize(count * field.info.components * size_of(field.info.type));
+    stream_->read_rows(Association::kPoint, field.original, first, count, bytes);
+    spread_values(
+        field.info, bytes,
+        {fields.width, field.offset, rows.size(), rows, out->rows.data() + to * fields.width});
+  }
+}
+
+void OriginalMesh::gather_cell_rows(std::uint64_t first, std::uint64_t count,
+                                    const CellWindow& window, Vector<double>* out) const {
+  const FieldSet& fields = cell_fields_;
+  out->resize(window.tets.size() * fields.width);
+  Vector<std::uint64_t> rows(window.tet_rows.size());
+  for (std::size_t t = 0; t < rows.size(); ++t) rows[t] = window.tet_rows[t] - first;
+  Vector<std::byte> bytes;
+  for (const Field& field : fields.fields) {
+    bytes.resize(count * field.info.components * size_of(field.info.type));
+    stream_->read_rows(Association::kCell, field.original, first, count, bytes);
+    spread_values(field.info, bytes,
+                  {fields.width, field.offset, window.tets.size(), rows, out->data()});
+  }
+}
+
+}  // namespace tetfusion

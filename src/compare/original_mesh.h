@@ -1,0 +1,97 @@
+// The original mesh, read in windows.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "base/run_context.h"
+#include "base/vector.h"
+#include "compare/face_match.h"
+#include "compare/fields.h"
+#include "compare/point.h"
+#include "compare/triangles.h"
+#include "io/mesh_source.h"
+#include "io/mesh_stream.h"
+
+namespace tetfusion {
+
+// Some of the points of a mesh, and their numbers in ascending order. A bit a point of the mesh,
+// and half a bit for the numbers.
+class PointSet {
+ public:
+  explicit PointSet(std::uint64_t points) : points_(points) { clear(); }
+
+  void clear() { words_.assign(points_ / 64 + 1, 0); }
+  void add(std::uint64_t id) { words_[id / 64] |= std::uint64_t{1} << id % 64; }
+  bool has(std::uint64_t id) const { return (words_[id / 64] >> id % 64 & 1) != 0; }
+
+  // After the last add().
+  void number();
+  // How many of the set are smaller than id. id <= points.
+  std::uint64_t number_of(std::uint64_t id) const {
+    const std::uint64_t below = words_[id / 64] & ((std::uint64_t{1} << id % 64) - 1);
+    return before_[id / 64] + static_cast<std::uint64_t>(std::popcount(below));
+  }
+  std::uint64_t size() const { return number_of(points_); }
+  std::uint64_t points() const { return points_; }
+
+  // Whether it has one of the ids from 64 * word on, 64 of them.
+  bool any_in_word(std::uint64_t word) const { return words_[word] != 0; }
+
+ private:
+  std::uint64_t points_;
+  Vector<std::uint64_t> words_;
+  Vector<std::uint32_t> before_;  // in all words before
+};
+
+struct OriginalPoints {
+  Vector<Point> points;
+  Vector<double> rows;  // of the point fields
+};
+
+struct OriginalCells {
+  Vector<Tet> tets;  // ids of `points`; wound as in the file
+  OriginalPoints points;
+  Vector<double> cell_rows;  // of the cell fields
+};
+
+class OriginalMesh {
+ public:
+  // Opens a stream over the source, which must outlive this.
+  OriginalMesh(MeshSource* source, const FieldSet& point_fields, const FieldSet& cell_fields);
+
+  // Finds the boundary and what the mesh consists of: call it first. About `most_sides` sides of
+  // triangles are in memory at once.
+  void survey(std::size_t most_sides, const RunContext& context);
+  std::uint64_t points() const { return used_.size(); }  // that a tetrahedron uses
+  std::uint64_t tets() const { return tets_; }
+  const TriangleSet& boundary() const { return boundary_; }  // ordered
+  TriangleSet take_boundary() { return std::move(boundary_); }
+
+  // All points that a tetrahedron uses, and all tetrahedra, window by window, in order. `share` is
+  // how much has been read, 0 to 1.
+  void for_each_points(const std::function<void(const OriginalPoints&, double share)>& take) const;
+  void for_each_cells(const std::function<void(const OriginalCells&, double share)>& take) const;
+
+ private:
+  void read_cells(const std::function<void(std::uint64_t, const CellWindow&, double)>& take) const;
+  void take_boundary(const Vector<CellSide>& sides);
+  void gather(const PointSet& set, std::uint64_t first, std::uint64_t count, const FieldSet& fields,
+              OriginalPoints* out) const;
+  void gather_run(const PointSet& set, std::uint64_t first, std::uint64_t count,
+                  const FieldSet& fields, OriginalPoints* out, std::uint64_t base) const;
+  void gather_cell_rows(std::uint64_t first, std::uint64_t count, const CellWindow& window,
+                        Vector<double>* out) const;
+
+  MeshSource* source_;
+  const FieldSet& point_fields_;
+  const FieldSet& cell_fields_;
+  std::unique_ptr<MeshStream> stream_;
+  PointSet used_;
+  std::uint64_t tets_ = 0;
+  TriangleSet boundary_;
+};
+
+}  // namespace tetfusion

@@ -1,0 +1,59 @@
+// Points and boxes, in double precision whatever the type of the file.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "mesh/geometry.h"
+
+namespace tetfusion {
+
+using Point = Vec3<double>;
+using Corners = std::array<Point, 4>;  // of a tetrahedron
+
+inline Point operator+(const Point& a, const Point& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Point operator*(double s, const Point& a) { return {s * a.x, s * a.y, s * a.z}; }
+inline bool operator==(const Point& a, const Point& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+inline double dot(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Point cross(const Point& a, const Point& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline double length(const Point& a) { return std::sqrt(dot(a, a)); }
+inline double largest_part(const Point& a) {
+  return std::max(std::max(std::abs(a.x), std::abs(a.y)), std::abs(a.z));
+}
+
+struct PointBox {
+  Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
+            std::numeric_limits<double>::infinity()};
+  Point high{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+             -std::numeric_limits<double>::infinity()};
+
+  bool empty() const { return low.x > high.x; }
+  void add(const Point& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  void add(const PointBox& box) {
+    add(box.low);
+    add(box.high);
+  }
+  Point extent() const { return empty() ? Point{0, 0, 0} : high - low; }
+  Point centre() const { return empty() ? Point{0, 0, 0} : low + 0.5 * (high - low); }
+};
+
+// Where items that lie near one another have numbers that do, too: 10 bits an axis, interleaved.
+// `box` is not empty.
+std::uint32_t morton_key(const Point& p, const PointBox& box);
+
+// The numbers of the keys in ascending order of these; equal keys keep their order. Keys have 30
+// bits.
+Vector<std::uint32_t> sorted_by_key(const Vector<std::uint32_t>& keys);
+
+}  // namespace tetfusion

@@ -1,0 +1,183 @@
+#include "compare/simplified_mesh.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "base/error.h"
+#include "compare/face_match.h"
+#include "mesh/blocks.h"
+#include "mesh/faces.h"
+#include "mesh/predicates.h"
+#include "mesh/sums.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kBlock = 8192;
+constexpr std::size_t kMostSides = std::size_t{1} << 21;
+
+class Loader {
+ public:
+  explicit Loader(MeshSource* source) : source_(source) {}
+
+  SimplifiedMesh run(const FieldSet& point_fields, const FieldSet& cell_fields) {
+    geometry_ = source_->read_geometry();
+    take_points();
+    order_tets();
+    number_points();
+    wind();
+    link();
+    take_boundary();
+    geometry_.tets = {};
+    geometry_.points = {};
+    read_rows(Association::kPoint, point_fields, rows_of(geometry_.point_source, points_),
+              &mesh_.point_rows);
+    read_rows(Association::kCell, cell_fields, rows_of(geometry_.tet_source, tets_),
+              &mesh_.cell_rows);
+    return std::move(mesh_);
+  }
+
+ private:
+  void take_points() {
+    all_points_.resize(point_count(geometry_.points));
+    std::visit(
+        [&](const auto& points) {
+          for (std::size_t i = 0; i < points.size(); ++i) {
+            all_points_[i] = {points[i].x, points[i].y, points[i].z};
+          }
+        },
+        geometry_.points);
+    for (const Tet& t : geometry_.tets) {
+      for (const VertexId v : t) mesh_.box.add(all_points_[v]);
+    }
+  }
+
+  void order_tets() {
+    const Vector<Tet>& tets = geometry_.tets;
+    Vector<std::uint32_t> keys(tets.size());
+    for_each_block(tets.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        const Point pair = all_points_[tets[t][0]] + all_points_[tets[t][1]];
+        const Point other = all_points_[tets[t][2]] + all_points_[tets[t][3]];
+        keys[t] = morton_key(0.25 * (pair + other), mesh_.box);
+      }
+    });
+    tets_ = sorted_by_key(keys);
+    mesh_.tets.resize(tets.size());
+    for (std::size_t t = 0; t < tets.size(); ++t) mesh_.tets[t] = tets[tets_[t]];
+  }
+
+  // In the order in which tetrahedra use them.
+  void number_points() {
+    Vector<VertexId> number;
+    number.assign(all_points_.size(), kNoVertex);
+    for (Tet& t : mesh_.tets) {
+      for (VertexId& v : t) {
+        if (number[v] == kNoVertex) {
+          number[v] = static_cast<VertexId>(points_.size());
+          points_.push_back(v);
+          mesh_.points.push_back(all_points_[v]);
+        }
+        v = number[v];
+      }
+    }
+    all_points_ = {};
+  }
+
+  void wind() {
+    mesh_.flat.resize(mesh_.tets.size());
+    Vector<CompensatedSum> sums(block_count(mesh_.tets.size(), kBlock));
+    for_each_block(mesh_.tets.size(), kBlock,
+                   [&](std::size_t b, std::size_t begin, std::size_t end) {
+                     for (std::size_t t = begin; t < end; ++t) {
+                       Tet& tet = mesh_.tets[t];
+                       const Determinant d = determinant(mesh_.points, tet);
+                       mesh_.flat[t] = d.sign() == 0 ? 1 : 0;
+                       if (d.value < 0) std::swap(tet[0], tet[1]);
+                       sums[b].add(std::abs(d.value) / 6);
+                     }
+                   });
+    CompensatedSum volume;
+    for (const CompensatedSum& sum : sums) volume.add(sum);
+    mesh_.volume = volume.value();
+  }
+
+  void link() {
+    mesh_.neighbours.assign(mesh_.tets.size(), {kNoTet, kNoTet, kNoTet, kNoTet});
+    auto& neighbours = mesh_.neighbours;
+    const Vector<CellSide> sides = match_faces(
+        mesh_.points.size(), kMostSides, [&](const auto& take) { take(0, mesh_.tets); },
+        [&](std::span<const CellSide> face) {
+          if (face.size() != 2) return face.size() == 1;
+          const std::uint32_t a = face[0].side, b = face[1].side;
+          neighbours[a / 4][a % 4] = b / 4;
+          neighbours[b / 4][b % 4] = a / 4;
+          return false;
+        });
+    if (sides.empty()) {
+      throw Error(ErrorCode::kBadInput,
+                  fmt::format("{}: the mesh has no boundary, so cells must be doubled; see "
+                              "'tetfusion check {}'",
+                              source_->description().path, source_->description().path));
+    }
+    for (const CellSide& s : sides) mesh_.boundary_sides.push_back(s.side);
+  }
+
+  void take_boundary() {
+    Vector<std::uint32_t> number;
+    number.assign(mesh_.points.size(), kNoVertex);
+    TriangleSet& boundary = mesh_.boundary;
+    for (const std::uint32_t side : mesh_.boundary_sides) {
+      std::array<std::uint32_t, 3> triangle;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const VertexId v = mesh_.tets[side / 4][kFaceCorners[side % 4][i]];
+        if (number[v] == kNoVertex) {
+          number[v] = static_cast<std::uint32_t>(boundary.points.size());
+          boundary.points.push_back(mesh_.points[v]);
+        }
+        triangle[i] = number[v];
+      }
+      boundary.triangles.push_back(triangle);
+    }
+    const Vector<std::uint32_t> order = order_triangles(&boundary);
+    const Vector<std::uint32_t> sides = mesh_.boundary_sides;
+    for (std::size_t i = 0; i < order.size(); ++i) mesh_.boundary_sides[i] = sides[order[i]];
+  }
+
+  // Of the file, for what is item i here.
+  static Vector<std::uint64_t> rows_of(const Vector<std::uint64_t>& source,
+                                       const Vector<std::uint32_t>& items) {
+    Vector<std::uint64_t> rows(items.size());
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      rows[i] = source.empty() ? items[i] : source[items[i]];
+    }
+    return rows;
+  }
+
+  void read_rows(Association association, const FieldSet& set, const Vector<std::uint64_t>& rows,
+                 Vector<double>* out) {
+    out->resize(rows.size() * set.width);
+    for (const Field& field : set.fields) {
+      const DataArray array = source_->read_array(association, field.simplified);
+      spread_values(array.info, array.bytes,
+                    {set.width, field.offset, rows.size(), rows, out->data()});
+    }
+  }
+
+  MeshSource* source_;
+  Geometry geometry_;
+  Vector<Point> all_points_;
+  Vector<std::uint32_t> tets_, points_;  // of the geometry, for each of the mesh
+  SimplifiedMesh mesh_;
+};
+
+}  // namespace
+
+SimplifiedMesh load_simplified(MeshSource* source, const FieldSet& point_fields,
+                               const FieldSet& cell_fields) {
+  return Loader(source).run(point_fields, cell_fields);
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,187 @@
+#include "compare/triangles.h"
+
+#include <tuple>
+#include <vector>
+
+#include "mesh/blocks.h"
+#include "mesh/sums.h"
+
+namespace tetfusion {
+
+namespace {
+
+// The corners are given relative to the point.
+using Triangle3 = std::array<Point, 3>;
+
+NearestOnTriangle weigh(const Triangle3& corners, const std::array<double, 3>& weights) {
+  const Point q = weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];
+  return {weights, dot(q, q)};
+}
+
+NearestOnTriangle nearest_on_edges(const Triangle3& corners) {
+  NearestOnTriangle best{{}, std::numeric_limits<double>::infinity()};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const Point edge = corners[j] - corners[i];
+    const double squared = dot(edge, edge);
+    const double along = squared > 0 ? std::clamp(-dot(corners[i], edge) / squared, 0.0, 1.0) : 0;
+    std::array<double, 3> weights{};
+    weights[i] = 1 - along;
+    weights[j] = along;
+    const NearestOnTriangle found = weigh(corners, weights);
+    if (found.squared < best.squared) best = found;
+  }
+  return best;
+}
+
+}  // namespace
+
+NearestOnTriangle nearest_on_triangle(const Point& p, const std::array<Point, 3>& corners) {
+  const Triangle3 around{corners[0] - p, corners[1] - p, corners[2] - p};
+  const Point normal = cross(around[1] - around[0], around[2] - around[0]);
+  const double squared = dot(normal, normal);
+  if (squared > 0) {
+    const double w0 = dot(normal, cross(around[1], around[2])) / squared;
+    const double w1 = dot(normal, cross(around[2], around[0])) / squared;
+    const double w2 = 1 - w0 - w1;
+    if (w0 >= 0 && w1 >= 0 && w2 >= 0) return weigh(around, {w0, w1, w2});
+  }
+  return nearest_on_edges(around);
+}
+
+Vector<std::uint32_t> order_triangles(TriangleSet* set) {
+  PointBox box;
+  for (const Point& p : set->points) box.add(p);
+  Vector<std::uint32_t> keys(set->triangles.size());
+  for (std::size_t t = 0; t < keys.size(); ++t) {
+    const auto [a, b, c] = set->corners(t);
+    keys[t] = morton_key((1.0 / 3) * (a + b + c), box);
+  }
+  Vector<std::uint32_t> order = sorted_by_key(keys);
+  Vector<std::array<std::uint32_t, 3>> triangles(order.size());
+  for (std::size_t t = 0; t < order.size(); ++t) triangles[t] = set->triangles[order[t]];
+  set->triangles.swap(triangles);
+  return order;
+}
+
+TriangleFinder::TriangleFinder(const TriangleSet* set) : set_(*set) {
+  PointBox all;
+  for (const Point& p : set->points) all.add(p);
+  tree_.build(set->triangles.size(), all.centre(), [&](std::size_t t) {
+    PointBox box;
+    for (const Point& p : set->corners(t)) box.add(p);
+    return box;
+  });
+}
+
+TriangleFinder::Found TriangleFinder::nearest(const Point& p, std::uint32_t hint) const {
+  Found best{hint, nearest_on_triangle(p, set_.corners(hint))};
+  double squared = best.nearest.squared;
+  tree_.find_nearest(p, &squared, [&](std::uint32_t t) {
+    const NearestOnTriangle found = nearest_on_triangle(p, set_.corners(t));
+    if (found.squared < best.nearest.squared) best = {t, found};
+    return found.squared;
+  });
+  return best;
+}
+
+namespace {
+
+constexpr std::size_t kBlock = 2048;
+
+// Calls measure(item, &hint) for all items, by blocks.
+template <class F>
+Vector<double> distances(std::size_t items, F measure) {
+  Vector<double> result(items);
+  for_each_block(items, kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::uint32_t hint = 0;
+    for (std::size_t i = begin; i < end; ++i) result[i] = measure(i, &hint);
+  });
+  return result;
+}
+
+OneSidedDistance measure_one_side(const TriangleSet& from, const TriangleFinder& to) {
+  const auto distance = [&](const Point& p, std::uint32_t* hint) {
+    const TriangleFinder::Found found = to.nearest(p, *hint);
+    *hint = found.triangle;
+    return std::sqrt(found.nearest.squared);
+  };
+  const Vector<double> of_points =
+      distances(from.points.size(),
+                [&](std::size_t i, std::uint32_t* hint) { return distance(from.points[i], hint); });
+  const Vector<double> of_centres =
+      distances(from.triangles.size(), [&](std::size_t t, std::uint32_t* hint) {
+        const auto [a, b, c] = from.corners(t);
+        return distance((1.0 / 3) * (a + b + c), hint);
+      });
+  OneSidedDistance result;
+  for (const double d : of_points) result.max = std::max(result.max, d);
+  CompensatedSum sum, area;
+  for (std::size_t t = 0; t < from.triangles.size(); ++t) {
+    const auto [a, b, c] = from.corners(t);
+    const double weight = length(cross(b - a, c - a));
+    const auto& ids = from.triangles[t];
+    const double at_corners = of_points[ids[0]] + of_points[ids[1]] + of_points[ids[2]];
+    result.max = std::max(result.max, of_centres[t]);
+    // Exact for quadratic functions.
+    sum.add(weight * (0.75 * of_centres[t] + at_corners / 12));
+    area.add(weight);
+  }
+  result.mean = area.value() > 0 ? sum.value() / area.value() : 0;
+  return result;
+}
+
+// Numbers for all points of both sets, the same for the same coordinates.
+std::array<Vector<std::uint32_t>, 2> number_points(const TriangleSet& first,
+                                                   const TriangleSet& second) {
+  struct Numbered {
+    Point p;
+    std::uint32_t set, id;
+  };
+  Vector<Numbered> all;
+  all.reserve(first.points.size() + second.points.size());
+  for (std::uint32_t i = 0; i < first.points.size(); ++i) all.push_back({first.points[i], 0, i});
+  for (std::uint32_t i = 0; i < second.points.size(); ++i) all.push_back({second.points[i], 1, i});
+  std::sort(all.begin(), all.end(), [](const Numbered& a, const Numbered& b) {
+    return std::tie(a.p.x, a.p.y, a.p.z) < std::tie(b.p.x, b.p.y, b.p.z);
+  });
+  std::array<Vector<std::uint32_t>, 2> numbers;
+  numbers[0].resize(first.points.size());
+  numbers[1].resize(second.points.size());
+  std::uint32_t number = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i > 0 && !(all[i].p == all[i - 1].p)) ++number;
+    numbers[all[i].set][all[i].id] = number;
+  }
+  return numbers;
+}
+
+Vector<std::array<std::uint32_t, 3>> numbered(const TriangleSet& set,
+                                              const Vector<std::uint32_t>& numbers) {
+  Vector<std::array<std::uint32_t, 3>> triangles = set.triangles;
+  for (auto& triangle : triangles) {
+    for (std::uint32_t& id : triangle) id = numbers[id];
+    std::sort(triangle.begin(), triangle.end());
+  }
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+bool are_identical(const TriangleSet& first, const TriangleSet& second) {
+  if (first.triangles.size() != second.triangles.size()) return false;
+  const auto numbers = number_points(first, second);
+  return numbered(first, numbers[0]) == numbered(second, numbers[1]);
+}
+
+}  // namespace
+
+SurfaceDistance measure_surfaces(const TriangleSet& first, const TriangleSet& second) {
+  SurfaceDistance result;
+  result.identical = are_identical(first, second);
+  if (result.identical) return result;
+  result.first_to_second = measure_one_side(first, TriangleFinder(&second));
+  result.second_to_first = measure_one_side(second, TriangleFinder(&first));
+  return result;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""What compare says about two meshes. Usage: compare_test.py TETFUSION"""
+import json
+
+from harness import BAD, INVALID, IO, USAGE, FolderTest, finish, main, report_of, run
+from sample_meshes import mesh_of_all_sorts, rebuilt, set_value
+from tiny_vtu import TinyVtu
+
+
+def without_times(report):
+    return {k: v for k, v in report.items() if k not in ("seconds", "cpu_seconds", "peak_rss_bytes", "threads")}
+
+
+class Compare(FolderTest):
+    def pair(self, original, simplified):
+        return self.write(original, "original.vtu"), self.write(simplified, "simplified.vtu")
+
+    def changed(self, index=62, by=0.75):
+        """The grid, and the same with another value at a point. The field's range is 12."""
+        mesh = TinyVtu()
+        mesh.array("temperature")[4][index] += by
+        return self.pair(TinyVtu(), mesh)
+
+    def test_a_mesh_and_itself(self):
+        path = self.write(mesh_of_all_sorts())
+        report = report_of("compare", path, path)
+        for key in ("version", "original", "simplified", "arrays", "volume_change", "outside_points", "surface", "missing_arrays",
+                    "retyped_arrays", "bounds", "seconds", "cpu_seconds", "peak_rss_bytes", "threads"):
+            self.assertIn(key, report)
+        self.assertEqual(report["original"]["tets"], 162)
+        self.assertEqual(report["original"]["boundary_triangles"], 108)
+        self.assertEqual((report["reduction"], report["volume_change"], report["outside_points"]), (0, 0, 0))
+        self.assertEqual(report["surface"]["identical"], True)
+        self.assertEqual((report["surface"]["max"], report["surface"]["mean"]), (0, 0))
+        self.assertEqual([a["name"] for a in report["arrays"]], ["temperature", "double", "vector", "bytes", "id", "large"])
+        for array in report["arrays"]:
+            self.assertEqual((array["rms"], array["max"]), (0, 0))
+            self.assertIn("integral_change", array)
+        self.assertIn(b"identical", run("compare", path, path, "--max-error", "0", "--max-rms", "0%", "--surface", "0"))
+
+    def test_one_value_that_is_another(self):
+        original, simplified = self.changed()
+        array = report_of("compare", original, simplified)["arrays"][0]
+        self.assertEqual(array["range"], 12)
+        self.assertEqual(array["max"], 0.0625)
+        self.assertAlmostEqual(array["rms"], 0.0625 / 125**0.5, places=15)
+        self.assertEqual(array["max_at"], [2, 2, 2])
+
+    def test_bounds(self):
+        original, simplified = self.changed()
+        kept = ["--max-error", "6.3%", "--max-rms", "0.0056", "--surface", "0", "--array", "temperature"]
+        self.assertIn(b"All bounds are kept", run("compare", original, simplified, *kept))
+        for bound, value in (("--max-error", "6.2%"), ("--max-rms", "0.0055"), ("--max-error", "0")):
+            text = run("compare", original, simplified, bound, value, code=INVALID).decode()
+            self.assertRegex(text, f"{bound} is broken: the .* error of temperature is .* above")
+            self.assertNotIn("kept", text)
+            for quiet in (["--quiet"], ["--report", "-"]):
+                result = finish("compare", original, simplified, bound, value, *quiet)
+                self.assertEqual(result.returncode, INVALID)
+                self.assertIn(f"{bound} is broken", result.stderr.decode())
+        report = report_of("compare", original, simplified, "--max-error", "1%", "--max-rms", "1%", code=INVALID)
+        self.assertEqual([(b["bound"], b["array"], b["broken"]) for b in report["bounds"]],
+                         [("max_rms", "temperature", False), ("max_error", "temperature", True)])
+
+    def test_a_surface_that_moved(self):
+        mesh = TinyVtu()
+        mesh.points = [(p[0] + 0.25, p[1], p[2]) for p in mesh.points]
+        mesh.array("Points")[4] = [c for p in mesh.points for c in p]
+        original, simplified = self.pair(TinyVtu(), mesh)
+        report = report_of("compare", original, simplified, "--surface", "3.7%")
+        self.assertFalse(report["surface"]["identical"])
+        for side in (report["surface"], report["surface"]["original_to_simplified"], report["surface"]["simplified_to_original"]):
+            self.assertAlmostEqual(side["max"] * 48**0.5, 0.25, places=12)
+        self.assertEqual(report["outside_points"], 25)
+        self.assertAlmostEqual(report["outside_max"] * 48**0.5, 0.25, places=12)
+        text = run("compare", original, simplified, "--surface", "3.6%", code=INVALID).decode()
+        self.assertRegex(text, "--surface is broken: the surfaces are up to 3.608 % of the diagonal apart, above 3.6 %")
+
+    def test_arrays_that_are_gone(self):
+        mesh = TinyVtu()
+        mesh.array("temperature")[2] = "Float64"
+        mesh.remove("id")
+        original, simplified = self.pair(TinyVtu(), mesh)
+        report = report_of("compare", original, simplified)
+        self.assertEqual(report["missing_arrays"], ["cell:id"])
+        self.assertEqual(report["retyped_arrays"], [{"name": "temperature", "original": "Float32", "simplified": "Float64"}])
+        text = run("compare", original, simplified).decode()
+        self.assertIn("Missing: cell:id", text)
+        self.assertIn("Other type: temperature: Float64, was Float32", text)
+
+    def test_infinite_shares_are_null(self):
+        mesh, other = TinyVtu(), TinyVtu()
+        mesh.array("temperature")[4] = [0] * 125
+        other.array("temperature")[4] = [0] * 124 + [1]
+        report = report_of("compare", *self.pair(mesh, other))
+        self.assertIsNone(report["arrays"][0]["max"])
+        run("compare", *self.pair(mesh, other), "--max-error", "100", code=INVALID)
+
+    def test_the_same_for_any_number_of_threads(self):
+        original = self.generate("--jitter", "0.2", kind="kuhn", tets="300k", name="big.vtu")
+        simplified = self.generate("--jitter", "0.2", kind="bcc", tets="60k", name="small.vtu")
+        first = without_times(report_of("compare", original, simplified, "--threads", 1))
+        self.assertEqual(first["outside_points"], 0)
+        self.assertLess(first["surface"]["max"], 1e-7)
+        self.assertTrue(all(0 < a["max"] < 1 for a in first["arrays"]))
+        for threads in (2, 3, 4):
+            self.assertEqual(without_times(report_of("compare", original, simplified, "--threads", threads)), first)
+
+    def test_the_order_of_the_file_hardly_matters(self):
+        straight = self.generate("--jitter", "0.2", name="a.vtu")
+        shuffled = self.generate("--jitter", "0.2", "--shuffle", name="b.vtu")
+        report = report_of("compare", straight, shuffled)
+        self.assertTrue(report["surface"]["identical"])
+        self.assertEqual(report["outside_points"], 0)
+        for array in report["arrays"]:
+            self.assertLess(array["max"], 1e-6, array["name"])
+
+    def test_simplify_and_compare(self):
+        original, out = self.generate("--jitter", "0.2"), self.folder / "out.vtu"
+        run("simplify", original, "-o", out, "--scalar-tolerance", "1%", "--quiet")
+        report = report_of("compare", original, out, "--surface", "0")
+        self.assertGreater(report["reduction"], 0.05)
+        self.assertTrue(report["surface"]["identical"])
+        self.assertEqual((report["outside_points"], report["outside_cells"]), (0, 0))
+        self.assertLess(abs(report["volume_change"]), 1e-12)
+        self.assertEqual((report["missing_arrays"], report["retyped_arrays"]), ([], []))
+
+    def test_standard_input_and_the_report_as_a_file(self):
+        original, simplified = self.changed()
+        report = self.folder / "report.json"
+        with open(original, "rb") as mesh:
+            self.assertIn(b"temperature", run("compare", "-", simplified, "--report", report, stdin=mesh))
+        self.assertEqual(json.loads(report.read_text())["arrays"][0]["max"], 0.0625)
+        self.assertEqual(run("compare", original, simplified, "--quiet"), b"")
+
+    def test_usage(self):
+        original, simplified = self.changed()
+        for options in ([], ["--max-error", "-1%"], ["--max-rms", "much"], ["--surface", ""], ["--array", "temperature"],
+                        ["--max-error", "1%", "--array", "pressure"], ["--max-error", "1%", "--array", "id"],
+                        ["--report", original], ["--threads", "-1"]):
+            files = [original, simplified] if options else [original]
+            run("compare", *files, *options, code=USAGE)
+        run("compare", "-", "-", code=USAGE)
+        self.assertEqual(self.files(), ["original.vtu", "simplified.vtu"])
+
+    def test_meshes_that_are_none(self):
+        good = self.write(TinyVtu(), "good.vtu")
+        doubled = TinyVtu(1)
+        doubled.tets += doubled.tets
+        bad = [b"no mesh at all", b"", set_value("offsets", 3, 17), set_value("connectivity", 7, 125), set_value("Points", 10, float("nan")),
+               rebuilt(doubled)]
+        for mesh in bad:
+            path = self.write(mesh, "bad.vtu")
+            for files in ((good, path), (path, good)):
+                message = finish("compare", *files).stderr.decode()
+                run("compare", *files, code=BAD)
+                self.assertIn("bad.vtu", message)
+        run("compare", good, self.folder / "missing.vtu", code=IO)
+        run("compare", self.folder / "missing.vtu", good, code=IO)
+
+
+if __name__ == "__main__":
+    main()
