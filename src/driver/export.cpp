@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/tasks.h"
+#include "io/cell_order.h"
 #include "io/output_file.h"
 #include "io/vtu_writer.h"
 #include "mesh/interface_inspection.h"
@@ -16,8 +17,6 @@
 namespace tetfusion {
 
 namespace {
-
-constexpr std::uint8_t kVtkTetra = 10;
 
 // A point that a cell of lower dimension uses, and its number in the file.
 struct Numbered {
@@ -102,14 +101,7 @@ class Exporter {
   Vector<Vec3<Real>> own_positions(const Worker& worker) const;
   Vector<std::byte> own_rows(const Column& column, const Worker& worker) const;
   Vector<std::int64_t> lower_corners() const;
-  std::int64_t cell_end(std::uint64_t cell) const {
-    const std::uint64_t tets = summary_.tets;
-    return static_cast<std::int64_t>(
-        cell < tets ? 4 * (cell + 1) : 4 * tets + lower_.cells.offsets[cell - tets + 1]);
-  }
-  std::uint8_t cell_type(std::uint64_t cell) const {
-    return cell < summary_.tets ? kVtkTetra : lower_.cells.types[cell - summary_.tets];
-  }
+  CellOrder cells() const { return {summary_.tets, &lower_.cells}; }
 
   const MacroLod<Real>& mesh_;
   const WorkMesh<Real>& layout_;
@@ -275,7 +267,7 @@ template <class Real>
 VtuLayout Exporter<Real>::layout_of_file() const {
   VtuLayout file;
   file.points = summary_.points;
-  file.cells = summary_.tets + lower_.cells.size();
+  file.cells = cells().size();
   file.corners = 4 * summary_.tets + lower_.cells.connectivity.size();
   file.point_type = value_type_of<Real>();
   file.point_data = carried_.point_data;
@@ -317,18 +309,18 @@ void Exporter<Real>::write_in_place(VtuWriter* writer, const OutputFile* file) {
   const auto leave_room = [&](std::uint64_t values) {
     return values > 0 ? writer->leave_room() : 0;
   };
-  const std::uint64_t cells = summary_.tets + lower_.cells.size();
+  const std::uint64_t rows = cells().size();
   std::size_t section = kFirstColumn;
   for (std::size_t c = 0; c < layout_.point_columns.size(); ++c) {
     places.sections[section++] = leave_room(summary_.points * layout_.point_columns[c].components);
   }
   for (std::size_t c = 0; c < layout_.cell_columns.size(); ++c) {
-    places.sections[section++] = leave_room(cells * layout_.cell_columns[c].components);
+    places.sections[section++] = leave_room(rows * layout_.cell_columns[c].components);
   }
   places.sections[kPositions] = leave_room(summary_.points);
-  places.sections[kCorners] = leave_room(cells);
-  places.offsets = leave_room(cells);
-  places.types = leave_room(cells);
+  places.sections[kCorners] = leave_room(rows);
+  places.offsets = leave_room(rows);
+  places.types = leave_room(rows);
   for_each_chunk([&](std::uint32_t chunk, const Worker& worker) {
     place_chunk(chunk, worker, places, *file);
   });
@@ -357,10 +349,11 @@ void Exporter<Real>::place_chunk(std::uint32_t chunk, const Worker& worker, cons
   Vector<std::array<std::int64_t, 4>> corners(mesh.tets.size());
   Vector<std::int64_t> ends(mesh.tets.size());
   Vector<std::uint8_t> types(mesh.tets.size());
+  const CellOrder all = cells();
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     for (std::size_t k = 0; k < 4; ++k) corners[t][k] = worker.numbers[mesh.tets[t][k]];
-    ends[t] = cell_end(cell + t);
-    types[t] = cell_type(cell + t);
+    ends[t] = all.end(cell + t);
+    types[t] = all.type(cell + t);
   }
   place(places.sections[kCorners], cell * sizeof(corners[0]), bytes_of(corners));
   place(places.offsets, cell * sizeof(ends[0]), bytes_of(ends));
@@ -384,7 +377,7 @@ void Exporter<Real>::place_lower(const Places& places, const OutputFile& file) c
     place(places.sections[section++] + cell * c.stride(), c.rows);
   }
   Vector<std::int64_t> ends;
-  for (std::uint64_t i = 0; i < lower_.cells.size(); ++i) ends.push_back(cell_end(cell + i));
+  for (std::uint64_t i = 0; i < lower_.cells.size(); ++i) ends.push_back(cells().end(cell + i));
   place(places.sections[kCorners] + 4 * cell * sizeof(std::int64_t), bytes_of(lower_corners()));
   place(places.offsets + cell * sizeof(std::int64_t), bytes_of(ends));
   place(places.types + cell,
@@ -418,14 +411,7 @@ void Exporter<Real>::write_in_order(VtuWriter* writer) {
     writer->put(bytes_of(corners));
   });
   writer->put(bytes_of(lower_corners()));
-  writer->template put_computed<std::int64_t>(
-      [&](std::uint64_t first, std::uint64_t count, std::int64_t* out) {
-        for (std::uint64_t i = first; i < first + count; ++i) *out++ = cell_end(i);
-      });
-  writer->template put_computed<std::uint8_t>(
-      [&](std::uint64_t first, std::uint64_t count, std::uint8_t* out) {
-        for (std::uint64_t i = first; i < first + count; ++i) *out++ = cell_type(i);
-      });
+  put_ends_and_types(cells(), writer);
   compacted_.reset();
 }
 
