@@ -64,7 +64,9 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
       fmt::format("output: {}\nencoding: {}\n", request.output, static_cast<int>(request.encoding));
   text += fmt::format("input: {}\ninput bytes: {}\n", mesh.path, mesh.file_bytes);
   struct stat status {};
-  if (mesh.path != "-" && ::stat(mesh.path.c_str(), &status) == 0) {
+  if (mesh.spooled_checksum) {
+    text += fmt::format("input checksum: {:016x}\n", *mesh.spooled_checksum);
+  } else if (::stat(mesh.path.c_str(), &status) == 0) {
     text +=
         fmt::format("input changed at: {}.{:09}\n", status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
     text += fmt::format("input samples: {:016x}\n", sample_hash(mesh.path, mesh.file_bytes));
