@@ -53,6 +53,11 @@ int FileSystem::flock(int fd, int operation) { return ::flock(fd, operation); }
 int FileSystem::renameat(int from_folder, const char* from, int to_folder, const char* to) {
   return ::renameat(from_folder, from, to_folder, to);
 }
+// The way that needs no privilege (open(2), O_TMPFILE).
+int FileSystem::link_descriptor(int fd, const char* name) {
+  const std::string open_file = "/proc/self/fd/" + std::to_string(fd);
+  return ::linkat(AT_FDCWD, open_file.c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW);
+}
 int FileSystem::unlinkat(int folder, const char* name, int flags) {
   return ::unlinkat(folder, name, flags);
 }

@@ -44,6 +44,8 @@ class FileSystem {
   virtual int flock(int fd, int operation);
 
   virtual int renameat(int from_folder, const char* from, int to_folder, const char* to);
+  // Gives an open file that has no name one, in the current folder if it is relative.
+  virtual int link_descriptor(int fd, const char* name);
   virtual int unlinkat(int folder, const char* name, int flags);
   virtual int mkdir(const char* path, mode_t mode);
   virtual int list(int folder, std::vector<std::string>* names);  // unsorted, without . and ..

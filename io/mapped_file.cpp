@@ -1,6 +1,7 @@
 #include "io/mapped_file.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -8,10 +9,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <utility>
-#include <vector>
 
 #include "base/error.h"
+#include "base/numbers.h"
+#include "base/vector.h"
+#include "io/checksum.h"
 #include "io/fault_guard.h"
 #include "io/file_system.h"
 
@@ -22,6 +26,37 @@ namespace {
 [[noreturn]] void fail(const std::string& what, int error) {
   throw Error(ErrorCode::kIo, what + ": " + std::strerror(error));
 }
+
+// Where a copy goes, and what to say when it cannot be made.
+struct Spool {
+  Spool(const std::string& what, const std::string& wanted) : name(what) {
+    std::error_code ignored;
+    if (wanted.empty()) {
+      folder = temporary_folder();
+      hint = "set TMPDIR to another folder";
+      return;
+    }
+    hint = "use another scratch folder (--scratch)";
+    const std::filesystem::path parent = std::filesystem::path(wanted).parent_path();
+    folder = std::filesystem::is_directory(wanted, ignored) ? wanted
+             : parent.empty()                               ? std::string(1, '.')
+                                                            : parent.string();
+  }
+  [[noreturn]] void fail_creating(int error) const {
+    throw Error(ErrorCode::kIo, fmt::format("{}: cannot make a temporary file in {}: {}; {}", name,
+                                            folder, std::strerror(error), hint));
+  }
+  [[noreturn]] void fail_writing(std::uint64_t written, int error) const {
+    throw Error(
+        ErrorCode::kIo,
+        fmt::format("{}: copying it to a temporary file in {} failed after {} ({} bytes): "
+                    "{}; free some space, or {}",
+                    name, folder, format_bytes(written), written, std::strerror(error), hint));
+  }
+  std::string name;
+  std::string folder;
+  std::string hint;
+};
 
 }  // namespace
 
@@ -37,7 +72,7 @@ MappedFile::MappedFile(std::string path, int fd, std::uint64_t size)
   guard_ = guard_mapping(p, size_);
 }
 
-MappedFile MappedFile::open(const std::string& path) {
+MappedFile MappedFile::open(const std::string& path, const std::string& spool_folder) {
   Descriptor fd(
       retry([&] { return file_system().openat(AT_FDCWD, path.c_str(), O_RDONLY | O_CLOEXEC, 0); }));
   if (!fd) fail(path + ": cannot open the file", errno);
@@ -46,16 +81,17 @@ MappedFile MappedFile::open(const std::string& path) {
   if (S_ISDIR(status.st_mode)) {
     throw Error(ErrorCode::kIo, path + ": is a folder, not a file");
   }
-  if (!S_ISREG(status.st_mode)) return spool(fd.get(), path);
+  if (!S_ISREG(status.st_mode)) return spool(fd.get(), path, spool_folder);
   if (status.st_size == 0) throw Error(ErrorCode::kBadInput, path + ": the file is empty");
   return MappedFile(path, fd.release(), static_cast<std::uint64_t>(status.st_size));
 }
 
-MappedFile MappedFile::spool(int fd, const std::string& name) {
-  const std::string where = temporary_folder();
-  Descriptor copy(open_nameless(where));
-  if (!copy) fail("cannot make a temporary file in " + where + " (set TMPDIR)", errno);
-  std::vector<char> buffer(std::size_t{1} << 20);
+MappedFile MappedFile::spool(int fd, const std::string& name, const std::string& folder) {
+  const Spool to(name, folder);
+  Descriptor copy(open_nameless(to.folder));
+  if (!copy) to.fail_creating(errno);
+  Vector<std::byte> buffer(std::size_t{1} << 20);
+  RunningChecksum sum;
   std::uint64_t size = 0;
   for (;;) {
     const ssize_t n = file_system().read(fd, buffer.data(), buffer.size());
@@ -64,12 +100,16 @@ MappedFile MappedFile::spool(int fd, const std::string& name) {
     }
     if (n < 0) fail(name + ": reading failed after " + std::to_string(size) + " bytes", errno);
     if (n == 0) break;
-    const int error = write_all(copy.get(), buffer.data(), static_cast<std::size_t>(n));
-    if (error != 0) fail(name + ": cannot spool to " + where + " (set TMPDIR)", error);
-    size += static_cast<std::uint64_t>(n);
+    const auto bytes = static_cast<std::size_t>(n);
+    const int error = write_all(copy.get(), buffer.data(), bytes);
+    if (error != 0) to.fail_writing(size, error);
+    sum.add({buffer.data(), bytes});
+    size += bytes;
   }
   if (size == 0) throw Error(ErrorCode::kBadInput, name + ": the input is empty");
-  return MappedFile(name, copy.release(), size);
+  MappedFile file(name, copy.release(), size);
+  file.spooled_checksum_ = sum.value();
+  return file;
 }
 
 MappedFile::MappedFile(MappedFile&& other) noexcept
@@ -77,7 +117,8 @@ MappedFile::MappedFile(MappedFile&& other) noexcept
       fd_(std::exchange(other.fd_, -1)),
       guard_(std::exchange(other.guard_, -1)),
       size_(std::exchange(other.size_, 0)),
-      data_(std::exchange(other.data_, nullptr)) {}
+      data_(std::exchange(other.data_, nullptr)),
+      spooled_checksum_(other.spooled_checksum_) {}
 
 MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
   if (this != &other) {
@@ -87,6 +128,7 @@ MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
     guard_ = std::exchange(other.guard_, -1);
     size_ = std::exchange(other.size_, 0);
     data_ = std::exchange(other.data_, nullptr);
+    spooled_checksum_ = other.spooled_checksum_;
   }
   return *this;
 }

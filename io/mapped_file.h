@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -16,11 +17,12 @@ class MappedFile {
   // Maps a regular file; anything that can only be read once (a pipe, a terminal) is spooled first.
   // Throws Error(kIo) when there is no such file, it may not be read or is a folder, and
   // Error(kBadInput) when it is empty.
-  static MappedFile open(const std::string& path);
+  static MappedFile open(const std::string& path, const std::string& spool_folder = {});
 
-  // Copies all that can be read from `fd` to an unlinked temporary file in $TMPDIR or /tmp and maps
-  // that. `name` is what messages call it. Does not close `fd`.
-  static MappedFile spool(int fd, const std::string& name);
+  // Copies all that can be read from `fd` to a nameless file and maps that. `name` is what messages
+  // call it. The copy lies on the disk of `folder`, which need not exist as long as the one that is
+  // to hold it does; without one in $TMPDIR or /tmp. Does not close `fd`.
+  static MappedFile spool(int fd, const std::string& name, const std::string& folder = {});
 
   MappedFile(MappedFile&& other) noexcept;
   MappedFile& operator=(MappedFile&& other) noexcept;
@@ -31,6 +33,8 @@ class MappedFile {
   const std::string& path() const { return path_; }
   std::uint64_t size() const { return size_; }
   int fd() const { return fd_; }
+  // checksum() of all bytes, where they were spooled.
+  std::optional<std::uint64_t> spooled_checksum() const { return spooled_checksum_; }
   std::span<const std::byte> bytes() const { return {data_, size_}; }
 
   // Throws Error(kIo), naming the byte, when a page of the file could not be read. To be called
@@ -56,6 +60,7 @@ class MappedFile {
   int guard_ = -1;  // in the table of mappings that the fault handler knows
   std::size_t size_ = 0;
   const std::byte* data_ = nullptr;
+  std::optional<std::uint64_t> spooled_checksum_;
 };
 
 }  // namespace tetfusion

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "mesh/data_array.h"
@@ -22,6 +23,8 @@ struct MeshDescription {
   std::uint64_t cells = 0;   // all pieces, ghosts too
   ValueType point_type = ValueType::kFloat32;
   std::uint64_t file_bytes = 0;
+  // Of an input that can be read only once, and was therefore copied: checksum() of its bytes.
+  std::optional<std::uint64_t> spooled_checksum;
   AttributeSet point_data;
   AttributeSet cell_data;
   AttributeSet field_data;
@@ -33,6 +36,9 @@ struct OpenOptions {
   bool tetrahedralize = false;
   // Drop the mid-edge nodes of ten-node tetrahedra, and those of their triangles and edges.
   bool linearize = false;
+  // On the disk of this folder (MappedFile::spool) lies the copy of an input that can be read only
+  // once. Empty: in $TMPDIR or /tmp.
+  std::string spool_folder = {};
 };
 
 class MeshStream;

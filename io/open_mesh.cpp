@@ -31,7 +31,8 @@ bool is_called_vtu(const std::string& path) {
 // what is wrong with it.
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
   const bool standard_input = path == "-";
-  MappedFile file = standard_input ? MappedFile::spool(STDIN_FILENO, path) : MappedFile::open(path);
+  MappedFile file = standard_input ? MappedFile::spool(STDIN_FILENO, path, options.spool_folder)
+                                   : MappedFile::open(path, options.spool_folder);
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
   const std::string_view type = vtk_file_type(text);
   if (type == "UnstructuredGrid" || (type.empty() && is_called_vtu(path))) {

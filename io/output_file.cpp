@@ -136,23 +136,53 @@ OutputFile::~OutputFile() {
   if (!temporary_.empty()) file_system().unlinkat(AT_FDCWD, temporary_.c_str(), 0);
 }
 
-// A short name of its own: the target's name may be as long as the file system allows.
-void OutputFile::open_temporary() {
+// Calls make(name) with one temporary name after the other until it is free, and returns that;
+// empty where anything else is in the way, and errno says what. They are short names of their own:
+// the target's may be as long as the file system allows.
+template <class F>
+std::string OutputFile::take_temporary_name(F make) const {
   const std::filesystem::path folder = std::filesystem::path(target_).parent_path();
   for (int i = 0; i < kMaxTemporaries; ++i) {
-    const std::string name =
-        (folder / fmt::format(".tetfusion-{}-{}.part", ::getpid(), i)).string();
-    fd_ = retry([&] {
-      return file_system().openat(AT_FDCWD, name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC,
-                                  0666);
-    });
-    if (fd_ >= 0) {
-      temporary_ = name;
-      return;
-    }
-    if (errno != EEXIST) fail("creating a temporary file beside", errno);
+    std::string name = (folder / fmt::format(".tetfusion-{}-{}.part", ::getpid(), i)).string();
+    if (retry([&] { return make(name.c_str()); }) >= 0) return name;
+    if (errno != EEXIST) return {};
   }
-  fail("creating a temporary file beside", EEXIST);
+  errno = EEXIST;
+  return {};
+}
+
+void OutputFile::open_temporary() {
+  if (open_without_name()) return;
+  temporary_ = take_temporary_name([&](const char* name) {
+    fd_ = file_system().openat(AT_FDCWD, name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    return fd_;
+  });
+  if (temporary_.empty()) fail("creating a temporary file beside", errno);
+}
+
+// Giving such a file a name must not fail after hours of work: it is tried first, with another one.
+bool OutputFile::open_without_name() {
+  FileSystem& system = file_system();
+  const std::filesystem::path parent = std::filesystem::path(target_).parent_path();
+  const std::string folder = parent.empty() ? "." : parent.string();
+  const auto open = [&] {
+    return Descriptor(retry([&] {
+      return system.openat(AT_FDCWD, folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+    }));
+  };
+  Descriptor trial = open();
+  if (!trial) return false;
+  const std::string name = take_temporary_name(
+      [&](const char* free) { return system.link_descriptor(trial.get(), free); });
+  if (name.empty()) return false;
+  if (system.unlinkat(AT_FDCWD, name.c_str(), 0) != 0) {
+    temporary_ = name;
+    fd_ = trial.release();
+    return true;
+  }
+  fd_ = open().release();
+  nameless_ = fd_ >= 0;
+  return nameless_;
 }
 
 void OutputFile::open_spool() {
@@ -226,8 +256,8 @@ void OutputFile::flush() {
 }
 
 void OutputFile::write_out(const void* data, std::size_t bytes) {
-  const int error = can_leave_room() ? pwrite_all(fd_, data, bytes, written_)
-                                     : write_all(fd_, data, bytes);
+  const int error =
+      can_leave_room() ? pwrite_all(fd_, data, bytes, written_) : write_all(fd_, data, bytes);
   if (error != 0) fail("writing", error);
   written_ += bytes;
 }
@@ -248,6 +278,11 @@ void OutputFile::commit() {
     fail("writing", errno);
   }
   if (retry([&] { return system.fsync(fd_); }) != 0) fail("syncing", errno);
+  if (nameless_) {
+    temporary_ =
+        take_temporary_name([&](const char* name) { return system.link_descriptor(fd_, name); });
+    if (temporary_.empty()) fail("naming", errno);
+  }
   close(&fd_);
   if (system.renameat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, target_.c_str()) != 0) {
     fail("renaming a temporary file to", errno);

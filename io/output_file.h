@@ -1,7 +1,9 @@
 // A file that appears under its name only when it is whole.
 //
-// A regular file is written under a temporary name in the folder of its target, synced and renamed
-// by commit(); without commit() the temporary is removed and the target is what it was. Standard
+// A regular file is written without a name in the folder of its target, and synced; commit() gives
+// it a temporary name and then the target's, in one step, as a name cannot replace another one. So
+// a process that is killed leaves nothing. Where the file system knows no files without names it
+// has the temporary one from the start. Without commit() the target is what it was. Standard
 // output ("-"), devices and pipes cannot be replaced: bytes go straight to them, or, where the
 // writer has to go back and patch, by way of a nameless temporary file that commit() copies.
 #pragma once
@@ -52,6 +54,9 @@ class OutputFile {
 
  private:
   void open_temporary();
+  bool open_without_name();
+  template <class F>
+  std::string take_temporary_name(F make) const;
   void open_spool();
   void flush();
   void write_out(const void* data, std::size_t bytes);
@@ -62,6 +67,7 @@ class OutputFile {
   std::string path_;       // as the user gave it, for messages
   std::string target_;     // links followed; empty when there is nothing to rename
   std::string temporary_;  // empty when nothing has to be unlinked
+  bool nameless_ = false;  // until commit()
   bool spooled_ = false;   // the bytes lie in a nameless file until commit()
   int fd_ = -1;
   int stream_ = -1;  // where a spool is copied to

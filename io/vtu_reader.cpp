@@ -68,6 +68,7 @@ class VtuSource final : public MeshSource {
     d.format = head.format;
     d.pieces = head.pieces.size();
     d.file_bytes = input_.file.size();
+    d.spooled_checksum = input_.file.spooled_checksum();
     piece_begin_.push_back(0);
     bool found_points = false;
     for (const VtuPiece& piece : head.pieces) {

@@ -94,15 +94,6 @@ void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
   }
 }
 
-void refuse_equal_lods(const std::string& text, const std::vector<double>& lods) {
-  const auto twin = std::adjacent_find(lods.begin(), lods.end());
-  if (twin == lods.end()) return;
-  refuse(
-      fmt::format("--lods {}: there are two levels of {:.6g}%; each must go further than the one "
-                  "before, as in 50%,80%",
-                  text, 100 * *twin));
-}
-
 void parse_arguments(Arguments* a) {
   BehaviourOptions& b = a->request.behaviour;
   if (!a->min_quality.empty()) {
@@ -135,7 +126,6 @@ void parse_arguments(Arguments* a) {
     b.regions = none ? std::vector<std::string>{} : a->regions;
   }
   parse_lods(*a, &b);
-  refuse_equal_lods(a->lods, b.lods);
   if (!a->memory.empty()) a->request.performance.memory = parse_memory(a->memory);
   if (a->report == "-" && a->request.output == "-") {
     refuse("the mesh and the report cannot both go to standard output");

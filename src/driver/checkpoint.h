@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "base/byte_stream.h"
+#include "base/serialize.h"
 #include "driver/import.h"
 #include "driver/report.h"
 #include "driver/thresholds.h"

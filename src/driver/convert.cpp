@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "driver/carried_arrays.h"
+#include "io/cell_order.h"
 #include "io/mesh_stream.h"
 #include "io/output_file.h"
 #include "io/vtu_writer.h"
@@ -12,7 +13,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint8_t kVtkTetra = 10;
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 19;
 
 class Converter {
@@ -113,35 +113,23 @@ class Converter {
   }
 
   void put_cells(VtuWriter* writer) {
-    Vector<std::int64_t> corners, lower_corners, lower_ends;
-    Vector<std::uint8_t> lower_types;
-    const auto tet_corners = static_cast<std::int64_t>(4 * tets_);
+    Vector<std::int64_t> corners, lower_corners;
+    LowerCells lower;
     for_each_cell_window([&](std::uint64_t, std::uint64_t, const CellWindow& window) {
       corners.clear();
       for (const Tet& t : window.tets) corners.insert(corners.end(), t.begin(), t.end());
       writer->put(std::as_bytes(std::span(corners)));
-      const LowerCells& lower = window.lower;
-      const auto before = tet_corners + static_cast<std::int64_t>(lower_corners.size());
-      lower_corners.insert(lower_corners.end(), lower.connectivity.begin(),
-                           lower.connectivity.end());
-      for (std::size_t c = 0; c < lower.size(); ++c) {
-        lower_ends.push_back(before + static_cast<std::int64_t>(lower.offsets[c + 1]));
-        lower_types.push_back(lower.types[c]);
+      const LowerCells& cells = window.lower;
+      if (lower.offsets.empty()) lower.offsets.push_back(0);
+      for (std::size_t c = 0; c < cells.size(); ++c) {
+        lower.offsets.push_back(lower_corners.size() + cells.offsets[c + 1]);
+        lower.types.push_back(cells.types[c]);
       }
+      lower_corners.insert(lower_corners.end(), cells.connectivity.begin(),
+                           cells.connectivity.end());
     });
     if (!lower_corners.empty()) writer->put(std::as_bytes(std::span(lower_corners)));
-    writer->put_computed<std::int64_t>(
-        [&](std::uint64_t first, std::uint64_t count, std::int64_t* out) {
-          for (std::uint64_t i = first; i < first + count; ++i) {
-            *out++ = i < tets_ ? static_cast<std::int64_t>(4 * (i + 1)) : lower_ends[i - tets_];
-          }
-        });
-    writer->put_computed<std::uint8_t>(
-        [&](std::uint64_t first, std::uint64_t count, std::uint8_t* out) {
-          for (std::uint64_t i = first; i < first + count; ++i) {
-            *out++ = i < tets_ ? kVtkTetra : lower_types[i - tets_];
-          }
-        });
+    put_ends_and_types({tets_, &lower}, writer);
   }
 
   MeshSource* source_;

@@ -4,9 +4,11 @@
 #include <sys/stat.h>
 
 #include <array>
+#include <cstddef>
 #include <fstream>
 
 #include "base/version.h"
+#include "io/checksum.h"
 
 namespace tetfusion {
 
@@ -23,24 +25,21 @@ std::string join(const std::vector<std::string>& values) {
   return text;
 }
 
-// FNV-1a over blocks at even distances, the first and the last among them. Reading all of a file of
-// many gigabytes would cost as much as the run.
+// Of blocks at even distances, the first and the last among them. Reading all of a file of many
+// gigabytes would cost as much as the run.
 std::uint64_t sample_hash(const std::string& path, std::uint64_t bytes) {
   constexpr std::uint64_t kBlocks = 64;
   constexpr std::size_t kBlockBytes = 4096;
   std::ifstream file(path, std::ios::binary);
-  std::uint64_t hash = 0xCBF29CE484222325u;
-  std::array<char, kBlockBytes> block{};
+  std::uint64_t hash = 0;
+  std::array<std::byte, kBlockBytes> block{};
   for (std::uint64_t i = 0; i < kBlocks; ++i) {
     const std::uint64_t last = bytes > kBlockBytes ? bytes - kBlockBytes : 0;
     file.clear();
     file.seekg(static_cast<std::streamoff>(last / (kBlocks - 1) * i +
                                            last % (kBlocks - 1) * i / (kBlocks - 1)));
-    file.read(block.data(), kBlockBytes);
-    for (std::streamsize k = 0; k < file.gcount(); ++k) {
-      hash =
-          (hash ^ static_cast<unsigned char>(block[static_cast<std::size_t>(k)])) * 0x100000001B3u;
-    }
+    file.read(reinterpret_cast<char*>(block.data()), kBlockBytes);
+    hash = checksum({block.data(), static_cast<std::size_t>(file.gcount())}, hash);
   }
   return hash;
 }
@@ -65,7 +64,9 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
       fmt::format("output: {}\nencoding: {}\n", request.output, static_cast<int>(request.encoding));
   text += fmt::format("input: {}\ninput bytes: {}\n", mesh.path, mesh.file_bytes);
   struct stat status {};
-  if (mesh.path != "-" && ::stat(mesh.path.c_str(), &status) == 0) {
+  if (mesh.spooled_checksum) {
+    text += fmt::format("input checksum: {:016x}\n", *mesh.spooled_checksum);
+  } else if (::stat(mesh.path.c_str(), &status) == 0) {
     text +=
         fmt::format("input changed at: {}.{:09}\n", status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
     text += fmt::format("input samples: {:016x}\n", sample_hash(mesh.path, mesh.file_bytes));

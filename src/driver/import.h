@@ -1,10 +1,11 @@
 // From a file to the first macroLoD: the mesh is read in windows and cut into chunks, each chunk is
 // put in the order of the curve and judged, and what must stay is marked.
 //
-// Four passes over the file, each in windows: the points (bounding box, ranges of what steers), the
-// tetrahedra (scattered into chunks), the points again with their arrays (scattered to the chunks
-// that need them), and nothing more. Then the chunks, one by one. The mesh itself is never whole in
-// memory; in memory are four bytes a point, and what grows with the interface between chunks alone.
+// Passes over the file, each in windows: the points (bounding box; where there are several chunks
+// once more, for the chunk that each is at home in), the tetrahedra (scattered into chunks), the
+// points with their arrays (scattered to the chunks that need them). Then the chunks, one by one.
+// The mesh itself is never whole in memory; in memory are four bytes a point, and what grows with
+// the interface between chunks alone.
 #pragma once
 
 #include <cstdint>

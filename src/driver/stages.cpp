@@ -63,6 +63,11 @@ void check_options(const SimplifyRequest& request) {
   if (!at_least_one(b.aspect_ratio)) refuse("--aspect-ratio must be at least 1");
   if (!std::is_sorted(b.lods.begin(), b.lods.end()))
     refuse("--lods must ascend, as in 50%,80%,95%");
+  const auto twin = std::adjacent_find(b.lods.begin(), b.lods.end());
+  if (twin != b.lods.end()) {
+    refuse(fmt::format("--lods has two levels of {:.6g}%; each must go further than the one before",
+                       100 * *twin));
+  }
   for (const double lod : b.lods) {
     if (!(lod >= 0 && lod < 1)) refuse("--lods must be at least 0% and less than 100%");
   }

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "generate/permutation.h"
+#include "io/cell_order.h"
 #include "io/output_file.h"
 #include "io/vtu_writer.h"
 
@@ -22,7 +23,6 @@ constexpr double kFloat32Error = 0x1p-24;
 constexpr double kFloat64Error = 0x1p-50;
 
 constexpr std::uint64_t kRegions = 4;
-constexpr std::uint8_t kVtkTetra = 10;
 
 // Fields at a position, all of them by basic arithmetic and square roots: exactly the same
 // everywhere. Two smooth bumps, one hot, one cold, over a gentle slope.
@@ -198,14 +198,7 @@ void put_cells(const Generator& generator, VtuWriter* writer) {
       [&](std::uint64_t first, std::uint64_t count, std::int64_t* out) {
         generator.connectivity(first / 4, count / 4, out);
       });
-  writer->put_computed<std::int64_t>(
-      [](std::uint64_t first, std::uint64_t count, std::int64_t* out) {
-        for (std::uint64_t i = first; i < first + count; ++i)
-          *out++ = static_cast<std::int64_t>(4 * (i + 1));
-      });
-  writer->put_computed<std::uint8_t>([](std::uint64_t, std::uint64_t count, std::uint8_t* out) {
-    std::fill_n(out, count, kVtkTetra);
-  });
+  put_ends_and_types({generator.lattice().tets(), nullptr}, writer);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "base/vector.h"
 #include "mesh/clusters.h"
 #include "mesh/geometry.h"
+#include "mesh/mesh_counts.h"
 
 namespace tetfusion {
 
@@ -74,25 +75,13 @@ struct InterfaceFindings {
   bool cells_have_ids = false;
 };
 
-// What one chunk reports.
-struct ChunkFindings {
+// What one chunk reports. It counts what is certain already; the totals are InterfaceVerdict's.
+struct ChunkFindings : MeshCounts {
   // One a point, as in Inspection: boundary, broken and unused ones (VertexFlag bits). Final for
   // points that are not on the interface, but for what InterfaceVerdict::overrides adds. For points
   // on the interface the verdict has them.
   Vector<std::uint8_t> vertex_flags;
 
-  // What is certain already. The totals are InterfaceVerdict's.
-  std::uint64_t rewound = 0;
-  std::uint64_t degenerate = 0;
-  std::uint64_t inverted = 0;
-  std::uint64_t duplicate_tets = 0;
-  std::uint64_t foldover_faces = 0;
-  std::uint64_t overfull_faces = 0;
-  std::uint64_t nonmanifold_edges = 0;
-  std::uint64_t nonmanifold_vertices = 0;
-  std::uint64_t boundary_faces = 0;
-  std::uint64_t boundary_edges = 0;
-  std::uint64_t boundary_vertices = 0;
   double volume = 0;
 
   InterfaceFindings interface;

@@ -9,6 +9,7 @@
 #include "base/vector.h"
 #include "mesh/first_ids.h"
 #include "mesh/geometry.h"
+#include "mesh/mesh_counts.h"
 
 namespace tetfusion {
 
@@ -40,26 +41,15 @@ inline constexpr std::size_t kDefectKinds = 8;
 inline constexpr std::uint64_t kMaxBrokenCluster = 4096;
 
 // Ids of cells and points are the geometry's.
-struct Inspection {
+struct Inspection : MeshCounts {
   Vector<std::uint8_t> vertex_flags;  // VertexFlag bits
 
-  std::uint64_t rewound = 0;  // cells that were wound the other way and are not inverted; no defect
-  std::uint64_t degenerate = 0;
-  std::uint64_t inverted = 0;
-  std::uint64_t duplicate_tets = 0;
-  std::uint64_t foldover_faces = 0;
-  std::uint64_t overfull_faces = 0;
-  std::uint64_t nonmanifold_edges = 0;
-  std::uint64_t nonmanifold_vertices = 0;
   std::uint64_t coincident_points = 0;
   // The first kFirstIds of each kind, ascending: cells, or for edges, vertices and points a point.
   // A face is given by one of its cells.
   std::array<FirstIds, kDefectKinds> samples;
   const FirstIds& first(Defect kind) const { return samples[static_cast<std::size_t>(kind)]; }
 
-  std::uint64_t boundary_faces = 0;  // triangles
-  std::uint64_t boundary_edges = 0;
-  std::uint64_t boundary_vertices = 0;
   std::uint64_t surface_components = 0;  // of the boundary, connected by vertices
   std::uint64_t components = 0;          // of the cells, connected by faces
   std::uint64_t unused_points = 0;

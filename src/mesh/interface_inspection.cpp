@@ -63,7 +63,8 @@ std::uint32_t InterfaceInspection::find_or_add(VertexId id) {
 }
 
 void InterfaceInspection::add(ChunkFindings* findings) {
-  add_counts(*findings);
+  verdict_ += *findings;
+  volume_.add(findings->volume);
   const InterfaceFindings from = std::move(findings->interface);
   findings->interface = {};
   const Vector<std::uint32_t> number = add_points(from);
@@ -85,22 +86,6 @@ void InterfaceInspection::add(ChunkFindings* findings) {
     settle(false);
     settle_at_ = std::max(least_to_settle_, 2 * sides_.size());
   }
-}
-
-void InterfaceInspection::add_counts(const ChunkFindings& findings) {
-  InterfaceVerdict& v = verdict_;
-  v.rewound += findings.rewound;
-  v.degenerate += findings.degenerate;
-  v.inverted += findings.inverted;
-  v.duplicate_tets += findings.duplicate_tets;
-  v.foldover_faces += findings.foldover_faces;
-  v.overfull_faces += findings.overfull_faces;
-  v.nonmanifold_edges += findings.nonmanifold_edges;
-  v.nonmanifold_vertices += findings.nonmanifold_vertices;
-  v.boundary_faces += findings.boundary_faces;
-  v.boundary_edges += findings.boundary_edges;
-  v.boundary_vertices += findings.boundary_vertices;
-  volume_.add(findings.volume);
 }
 
 // Returns the number of each.

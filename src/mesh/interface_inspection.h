@@ -6,23 +6,13 @@
 
 #include "base/vector.h"
 #include "mesh/chunk_inspection.h"
+#include "mesh/mesh_counts.h"
 #include "mesh/sums.h"
 
 namespace tetfusion {
 
-// The counts are those of Inspection, over all chunks.
-struct InterfaceVerdict {
-  std::uint64_t rewound = 0;
-  std::uint64_t degenerate = 0;
-  std::uint64_t inverted = 0;
-  std::uint64_t duplicate_tets = 0;
-  std::uint64_t foldover_faces = 0;
-  std::uint64_t overfull_faces = 0;
-  std::uint64_t nonmanifold_edges = 0;
-  std::uint64_t nonmanifold_vertices = 0;
-  std::uint64_t boundary_faces = 0;
-  std::uint64_t boundary_edges = 0;
-  std::uint64_t boundary_vertices = 0;
+// The counts are over all chunks.
+struct InterfaceVerdict : MeshCounts {
   double volume = 0;  // but for rounding
 
   // The points on the interface, ascending by id, and their flags (VertexFlag bits).
@@ -65,7 +55,6 @@ class InterfaceInspection {
   std::uint32_t find(VertexId id) const;  // kNoVertex: not on the interface
   std::uint32_t find_or_add(VertexId id);
   void grow_slots();
-  void add_counts(const ChunkFindings& findings);
   Vector<std::uint32_t> add_points(const InterfaceFindings& from);
   void add_cells(const InterfaceFindings& from, const Vector<std::uint32_t>& number);
   void mark(VertexId id, std::uint8_t flag);

@@ -54,7 +54,8 @@ void write_output(const std::string& link, const std::string& text, std::uint64_
   file.commit();
 }
 
-class OutputFaults : public ::testing::Test {
+// The parameter: does the file system know files without names?
+class OutputFaults : public ::testing::TestWithParam<bool> {
  protected:
   // Writes with something wrong. Then the file is the new one, or the old one and an error said
   // why.
@@ -64,6 +65,7 @@ class OutputFaults : public ::testing::Test {
     std::string message;
     {
       FaultyFileSystem system;
+      if (!GetParam()) system.forbid_nameless();
       set_up(&system);
       try {
         write_output(dir_.file("link"), text_, text_.size() + 9000);
@@ -89,7 +91,7 @@ class OutputFaults : public ::testing::Test {
   bool failed_ = false;
 };
 
-TEST_F(OutputFaults, EveryCallFailsInTurn) {
+TEST_P(OutputFaults, EveryCallFailsInTurn) {
   const std::int64_t calls = write_with([](FaultyFileSystem*) {});
   EXPECT_FALSE(failed_);
   int failures = 0;
@@ -104,7 +106,7 @@ TEST_F(OutputFaults, EveryCallFailsInTurn) {
   EXPECT_GT(failures, calls);
 }
 
-TEST_F(OutputFaults, EveryTransferIsCutShortInTurn) {
+TEST_P(OutputFaults, EveryTransferIsCutShortInTurn) {
   const std::int64_t calls = write_with([](FaultyFileSystem*) {});
   for (std::int64_t n = 0; n < calls; ++n) {
     write_with([&](FaultyFileSystem* system) { system->cut_short(n); });
@@ -112,15 +114,29 @@ TEST_F(OutputFaults, EveryTransferIsCutShortInTurn) {
   }
 }
 
-TEST_F(OutputFaults, KilledBetweenAnyTwoCalls) {
+// With names a file is left wherever the process is killed. Without, where it has tried whether
+// names can be given, and where the file has its temporary name: before it is removed, closed and
+// renamed.
+TEST_P(OutputFaults, KilledBetweenAnyTwoCalls) {
   const std::int64_t calls = write_with([](FaultyFileSystem*) {});
+  std::int64_t left = 0;
   for (std::int64_t n = 0; n < calls; ++n) {
     write_with([&](FaultyFileSystem* system) { system->die(n); });
     if (HasFailure()) FAIL() << "call " << n;
+    for (const auto& file : fs::directory_iterator(dir_.path())) {
+      if (file.path().extension() != ".part") continue;
+      ++left;
+      fs::remove(file.path());
+    }
+  }
+  if (GetParam()) {
+    EXPECT_EQ(left, 3);
+  } else {
+    EXPECT_GT(left, 5);
   }
 }
 
-TEST_F(OutputFaults, ADiskThatFillsUpLeavesTheOldFile) {
+TEST_P(OutputFaults, ADiskThatFillsUpLeavesTheOldFile) {
   for (const std::int64_t room : {0, 4, 100000, 2 << 20}) {
     write_with([&](FaultyFileSystem* system) { system->fill_up_after(room); });
     EXPECT_TRUE(failed_) << room;
@@ -129,7 +145,7 @@ TEST_F(OutputFaults, ADiskThatFillsUpLeavesTheOldFile) {
 }
 
 // A network file system may report a lost write when the file is closed, and only then.
-TEST_F(OutputFaults, AFailedCloseLeavesTheOldFile) {
+TEST_P(OutputFaults, AFailedCloseLeavesTheOldFile) {
   using Call = FaultyFileSystem::Call;
   for (const Call call : {Call::kClose, Call::kSync, Call::kRename}) {
     write_with([&](FaultyFileSystem* system) { system->fail_all(call, EIO); });
@@ -139,7 +155,7 @@ TEST_F(OutputFaults, AFailedCloseLeavesTheOldFile) {
 }
 
 // By way of a nameless file into a device.
-TEST_F(OutputFaults, AStreamIsWholeOrAnError) {
+TEST_P(OutputFaults, AStreamIsWholeOrAnError) {
   const auto write_to_null = [&](const std::function<void(FaultyFileSystem*)>& set_up) {
     FaultyFileSystem system;
     set_up(&system);
@@ -164,6 +180,9 @@ TEST_F(OutputFaults, AStreamIsWholeOrAnError) {
   }
   EXPECT_GT(failures, 5);
 }
+
+INSTANTIATE_TEST_SUITE_P(All, OutputFaults, ::testing::Bool(),
+                         [](const auto& test) { return test.param ? "Nameless" : "Named"; });
 
 std::string mapped_text(const MappedFile& file) {
   return {reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()};

@@ -3,17 +3,23 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "base/error.h"
+#include "io/checksum.h"
+#include "support/faulty_file_system.h"
 #include "support/temp_dir.h"
 #include "support/vtu_text.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::FaultyFileSystem;
 using testing::TempDir;
 using testing::write_file;
 
@@ -74,11 +80,12 @@ TEST(MappedFile, RefusesWhatIsNotThereOrNotAFile) {
   EXPECT_EQ(code_of_opening(dir.path().string()), 4);
 }
 
+// Root may read everything, so the system is made to refuse.
 TEST(MappedFile, RefusesWhatMayNotBeRead) {
-  if (::geteuid() == 0) GTEST_SKIP() << "root may read everything";
   const TempDir dir;
   write_file(dir.file("a"), "x");
-  std::filesystem::permissions(dir.file("a"), std::filesystem::perms::none);
+  FaultyFileSystem system;
+  system.fail_all(FaultyFileSystem::Call::kOpen, EACCES);
   EXPECT_EQ(code_of_opening(dir.file("a")), 4);
 }
 
@@ -104,15 +111,69 @@ TEST(MappedFile, MissingPagesReadAsZerosAndAreReported) {
   EXPECT_THROW(file.check(), Error);
 }
 
-TEST(MappedFile, SpoolsAPipe) {
+// What a pipe holds, spooled.
+MappedFile spool_text(const std::string& text, const std::string& folder = {}) {
   int ends[2];
-  ASSERT_EQ(::pipe(ends), 0);
-  ASSERT_EQ(::write(ends[1], "through", 7), 7);
-  ::close(ends[1]);
-  const MappedFile file = MappedFile::spool(ends[0], "-");
-  ::close(ends[0]);
+  EXPECT_EQ(::pipe(ends), 0);
+  const Descriptor in(ends[0]);
+  const std::jthread writer([&] {
+    for (std::size_t i = 0; i < text.size(); i += 999) {
+      const std::size_t n = std::min<std::size_t>(999, text.size() - i);
+      EXPECT_EQ(::write(ends[1], text.data() + i, n), static_cast<ssize_t>(n));
+    }
+    ::close(ends[1]);
+  });
+  return MappedFile::spool(in.get(), "-", folder);
+}
+
+TEST(MappedFile, SpoolsAPipe) {
+  const MappedFile file = spool_text("through");
   EXPECT_EQ(text_of(file), "through");
   EXPECT_EQ(file.path(), "-");
+}
+
+TEST(MappedFile, KnowsTheChecksumOfWhatWasSpooled) {
+  std::string text;
+  for (int i = 0; text.size() < 300'000; ++i) text += std::to_string(i);
+  const MappedFile file = spool_text(text);
+  EXPECT_EQ(text_of(file), text);
+  EXPECT_EQ(file.spooled_checksum(), checksum(file.bytes()));
+  const TempDir dir;
+  write_file(dir.file("a"), text);
+  EXPECT_FALSE(MappedFile::open(dir.file("a")).spooled_checksum());
+}
+
+// The copy has no name, but the system remembers in which folder it was made.
+TEST(MappedFile, SpoolsToTheDiskOfTheFolder) {
+  const TempDir dir;
+  std::filesystem::create_directory(dir.path() / "there");
+  for (const char* name : {"there", "there/not-yet"}) {
+    const MappedFile file = spool_text("through", dir.file(name));
+    EXPECT_EQ(text_of(file), "through");
+    const auto place =
+        std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(file.fd())).string();
+    EXPECT_TRUE(place.starts_with(dir.file("there/"))) << place;
+    EXPECT_TRUE(std::filesystem::is_empty(dir.path() / "there"));
+  }
+  EXPECT_THROW(spool_text("", dir.file("neither/nor")), Error);
+}
+
+// A full disk is named with the folder, and what to do.
+TEST(MappedFile, SaysWhereACopyHasNoRoom) {
+  const TempDir dir;
+  for (const std::string& folder : {std::string(), dir.path().string()}) {
+    FaultyFileSystem system;
+    system.fill_up_after(3);
+    try {
+      spool_text("through", folder);
+      ADD_FAILURE();
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::kIo);
+      const std::string message = e.what();
+      EXPECT_NE(message.find(folder.empty() ? "TMPDIR" : folder), std::string::npos) << message;
+      EXPECT_EQ(message.find("--scratch") == std::string::npos, folder.empty()) << message;
+    }
+  }
 }
 
 TEST(MappedFile, RefusesAnEmptyPipe) {

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -17,11 +18,13 @@
 #include <thread>
 
 #include "base/error.h"
+#include "support/faulty_file_system.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::FaultyFileSystem;
 using ::testing::HasSubstr;
 using testing::TempDir;
 namespace fs = std::filesystem;
@@ -187,15 +190,18 @@ TEST(OutputFile, RefusesTargetsThatCannotBeWritten) {
   EXPECT_EQ(files_in(dir.path()), 3u);
 }
 
+// Nothing is read-only for root, so the system is made to say so.
 TEST(OutputFile, RefusesReadOnlyTargets) {
-  if (::geteuid() == 0) GTEST_SKIP() << "nothing is read-only for root";
   const TempDir dir;
-  fs::create_directory(dir.path() / "folder");
-  write_all(dir.file("file"), "");
-  ASSERT_EQ(::chmod(dir.file("folder").c_str(), 0500), 0);
-  ASSERT_EQ(::chmod(dir.file("file").c_str(), 0400), 0);
-  io_error([&] { check_output_path(dir.file("folder/a")); });
-  io_error([&] { check_output_path(dir.file("file")); });
+  write_all(dir.file("file"), "old");
+  FaultyFileSystem system;
+  system.fail_all(FaultyFileSystem::Call::kAccess, EACCES);
+  for (const char* name : {"new", "file"}) {
+    const std::string message = io_error([&] { check_output_path(dir.file(name)); });
+    EXPECT_THAT(message, HasSubstr(dir.file(name)));
+    EXPECT_THAT(message, HasSubstr("Permission denied"));
+  }
+  EXPECT_EQ(files_in(dir.path()), 1u);
 }
 
 TEST(OutputFile, AcceptsWhatCanBeWritten) {

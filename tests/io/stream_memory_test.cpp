@@ -10,10 +10,10 @@
 #include <string>
 
 #include "base/resources.h"
-#include "io/mesh_sink.h"
 #include "io/mesh_stream.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"
+#include "support/write_mesh.h"
 
 namespace tetfusion {
 namespace {
@@ -65,7 +65,7 @@ class StreamMemory : public ::testing::TestWithParam<Encoding> {
   // 1.3 million tetrahedra, 275,000 points, arrays: 76 MB when it is raw.
   void write() {
     const Geometry mesh = testing::five_split_cube(64);
-    OutputMesh out;
+    testing::OutputMesh out;
     out.points = &mesh.points;
     out.tets = &mesh.tets;
     out.point_data.arrays = {{"f", ValueType::kFloat64, 2, {}, 0}};

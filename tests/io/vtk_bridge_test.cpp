@@ -186,7 +186,7 @@ class VtkBridge : public ::testing::Test {
   testing::TempDir dir_;
 };
 
-constexpr OpenOptions kSplit = {.tetrahedralize = true, .linearize = false};
+const OpenOptions kSplit = {.tetrahedralize = true, .linearize = false};
 
 TEST_F(VtkBridge, ReadsTetrahedraAndLowerCells) {
   const auto mesh = open(kTets);
@@ -428,7 +428,7 @@ constexpr char kMixed[] =
 )";
 
 TEST_F(VtkBridge, AgreesWithTheNativeReader) {
-  constexpr OpenOptions kAll = {.tetrahedralize = true, .linearize = true};
+  const OpenOptions kAll = {.tetrahedralize = true, .linearize = true};
   for (const char* flags : {"0 0 0 0 0 0 0 0 1", "0 0 0 0 8 0 0 0 0", "0 0 32 16 0 2 0 4 40"}) {
     SCOPED_TRACE(flags);
     std::string text = kMixed;

@@ -1,5 +1,6 @@
 #include "support/faulty_file_system.h"
 
+#include <fcntl.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -51,7 +52,12 @@ std::size_t FaultyFileSystem::room(std::size_t bytes) {
 }
 
 int FaultyFileSystem::openat(int folder, const char* name, int flags, mode_t mode) {
-  return strike(Call::kOpen) != 0 ? -1 : FileSystem::openat(folder, name, flags, mode);
+  if (strike(Call::kOpen) != 0) return -1;
+  if (!nameless_ && (flags & O_TMPFILE) == O_TMPFILE) {
+    errno = EOPNOTSUPP;
+    return -1;
+  }
+  return FileSystem::openat(folder, name, flags, mode);
 }
 // Closes in any case, as Linux does, and as the end of a process does.
 int FaultyFileSystem::close(int fd) {
@@ -148,6 +154,9 @@ int FaultyFileSystem::flock(int fd, int operation) {
 
 int FaultyFileSystem::renameat(int from_folder, const char* from, int to_folder, const char* to) {
   return strike(Call::kRename) != 0 ? -1 : FileSystem::renameat(from_folder, from, to_folder, to);
+}
+int FaultyFileSystem::link_descriptor(int fd, const char* name) {
+  return strike(Call::kLink) != 0 ? -1 : FileSystem::link_descriptor(fd, name);
 }
 int FaultyFileSystem::unlinkat(int folder, const char* name, int flags) {
   return strike(Call::kUnlink) != 0 ? -1 : FileSystem::unlinkat(folder, name, flags);

@@ -29,6 +29,7 @@ class FaultyFileSystem : public FileSystem {
     kSync,
     kLock,
     kRename,
+    kLink,
     kUnlink,
     kMakeFolder,
     kList,
@@ -52,6 +53,8 @@ class FaultyFileSystem : public FileSystem {
   void fail_all(Call call, int error);
   // The disk is full after so many more bytes of new space.
   void fill_up_after(std::int64_t bytes);
+  // The file system knows no files without names (O_TMPFILE).
+  void forbid_nameless() { nameless_ = false; }
   // Before each call; may do anything but use this file system.
   void before(std::function<void(Call)> watch) { watch_ = std::move(watch); }
   bool struck() const { return struck_; }  // has anything gone wrong?
@@ -75,6 +78,7 @@ class FaultyFileSystem : public FileSystem {
   int fsync(int fd) override;
   int flock(int fd, int operation) override;
   int renameat(int from_folder, const char* from, int to_folder, const char* to) override;
+  int link_descriptor(int fd, const char* name) override;
   int unlinkat(int folder, const char* name, int flags) override;
   int mkdir(const char* path, mode_t mode) override;
   int list(int folder, std::vector<std::string>* names) override;
@@ -98,6 +102,7 @@ class FaultyFileSystem : public FileSystem {
   std::atomic<Call> fail_call_{Call::kOpen};
   std::atomic<int> fail_call_error_{0};
   std::atomic<std::int64_t> room_{kNever};
+  std::atomic<bool> nameless_{true};
   std::function<void(Call)> watch_;
 };
 

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "support/write_mesh.h"
+
 namespace tetfusion::testing {
 
 namespace {

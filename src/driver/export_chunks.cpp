@@ -1,0 +1,202 @@
+#include "driver/export_chunks.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+#include "base/tasks.h"
+#include "mesh/interface_inspection.h"
+
+namespace tetfusion {
+
+template <class Real>
+ExportChunks<Real>::ExportChunks(const ExportJob<Real>& job) : job_(job) {
+  number();
+}
+
+template <class Real>
+void ExportChunks<Real>::number() {
+  const MacroLod<Real>& mesh = job_.mesh;
+  const Vector<InterfaceReport>& entries = mesh.interface.entries();
+  Vector<std::uint64_t> points, tets;
+  points.assign(mesh.chunks, 0);
+  tets.assign(mesh.chunks, 0);
+  between_.assign(mesh.chunks, 0);
+  if (mesh.whole) {
+    points[0] = mesh.whole->vertex_count();
+    tets[0] = mesh.whole->tets.size();
+  } else {
+    rank_.resize(entries.size());
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      ++points[entries[i].low];
+      if (entries[i].low != entries[i].high) rank_[i] = between_[entries[i].low]++;
+    }
+    for (std::uint32_t c = 0; c < mesh.chunks; ++c) {
+      points[c] += mesh.sizes[c].free_points;
+      tets[c] = mesh.sizes[c].tets;
+    }
+  }
+  first_point_.push_back(0);
+  first_tet_.push_back(0);
+  for (std::uint32_t c = 0; c < mesh.chunks; ++c) {
+    first_point_.push_back(first_point_.back() + points[c]);
+    first_tet_.push_back(first_tet_.back() + tets[c]);
+  }
+  summary_.path = job_.settings.path;
+  summary_.points = first_point_.back() + job_.lower.loose_ids.size();
+  summary_.tets = first_tet_.back();
+  asked_for_.resize(mesh.chunks);
+}
+
+template <class Real>
+std::uint32_t ExportChunks<Real>::number_on_interface(VertexId id, std::uint32_t* low) const {
+  const InterfaceReport* entry = job_.mesh.interface.find(id);
+  if (entry == nullptr) throw std::logic_error("a vertex is missing in the interface table");
+  *low = entry->low;
+  const auto i = static_cast<std::size_t>(entry - job_.mesh.interface.entries().data());
+  return static_cast<std::uint32_t>(first_point_[entry->low] + rank_[i]);
+}
+
+template <class Real>
+void ExportChunks<Real>::name_vertices(Chunk* chunk) {
+  const WorkMesh<Real>& mesh = chunk->mesh;
+  const std::uint32_t c = chunk->number;
+  const Vector<VertexId>& carried = job_.lower.vertices;
+  const std::uint64_t first = first_point_[c];
+  chunk->own.resize(first_point_[c + 1] - first);
+  chunk->numbers.resize(mesh.vertex_count());
+  std::size_t next_free = between_[c];
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const VertexId id = mesh.point_ids[v];
+    std::uint32_t low = c;
+    chunk->numbers[v] = (mesh.marks[v] & kOnInterface) != 0
+                            ? number_on_interface(id, &low)
+                            : static_cast<std::uint32_t>(first + next_free++);
+    if (low != c) continue;
+    const std::size_t place = chunk->numbers[v] - first;
+    if (place >= chunk->own.size()) throw std::logic_error("a chunk has more points than counted");
+    chunk->own[place] = static_cast<std::uint32_t>(v);
+    if ((mesh.marks[v] & kLocked) != 0 && std::binary_search(carried.begin(), carried.end(), id)) {
+      asked_for_[c].push_back({id, chunk->numbers[v]});
+    }
+  }
+  if (next_free != chunk->own.size())
+    throw std::logic_error("a chunk has fewer points than counted");
+}
+
+template <class Real>
+void ExportChunks<Real>::for_each(double share, const Emit& emit) {
+  const MacroLod<Real>& mesh = job_.mesh;
+  std::vector<std::unique_ptr<Chunk>> workers;
+  for (int i = 0; i < job_.settings.threads; ++i) {
+    workers.push_back(std::make_unique<Chunk>(job_.layout));
+  }
+  InterfaceInspection between;
+  InOrder<ChunkFindings> join([&](ChunkFindings findings) { between.add(&findings); });
+  std::atomic<std::size_t> done{0};
+  run_tasks(mesh.chunks, job_.settings.threads, [&](std::size_t c, std::size_t w) {
+    job_.context.check();
+    Chunk& chunk = *workers[w];
+    chunk.number = static_cast<std::uint32_t>(c);
+    MemoryBudget::Reservation memory;
+    if (mesh.whole) {
+      chunk.mesh = *mesh.whole;
+    } else {
+      memory = job_.budget->wait_for(chunk_memory(mesh.pieces->bytes(chunk.number)),
+                                     "a chunk to be written");
+      const std::size_t ahead = c + workers.size();
+      if (ahead < mesh.chunks) mesh.pieces->will_read(static_cast<std::uint32_t>(ahead));
+      Rounds<Real>::gather(mesh, chunk.number, &chunk.gather, &chunk.mesh);
+    }
+    name_vertices(&chunk);
+    emit(chunk);
+    Vector<std::uint8_t> sharing(chunk.mesh.vertex_count());
+    for (std::size_t v = 0; v < sharing.size(); ++v) sharing[v] = sharing_of(chunk.mesh.marks[v]);
+    Points points = std::move(chunk.mesh.positions);
+    join.put(
+        c, chunk.inspector.inspect({&points, chunk.mesh.point_ids, sharing, {}}, &chunk.mesh.tets));
+    chunk.mesh.positions = std::move(std::get<Vector<Vec3<Real>>>(points));
+    job_.report(share * static_cast<double>(++done) / static_cast<double>(mesh.chunks));
+  });
+  const InterfaceVerdict verdict = between.finish();
+  summary_.boundary_triangles = verdict.boundary_faces;
+  summary_.volume = verdict.volume;
+  settle_lower();
+}
+
+template <class Real>
+void ExportChunks<Real>::settle_lower() {
+  for (const Vector<Numbered>& of_chunk : asked_for_) {
+    numbered_.insert(numbered_.end(), of_chunk.begin(), of_chunk.end());
+  }
+  const Vector<VertexId>& loose = job_.lower.loose_ids;
+  for (std::size_t i = 0; i < loose.size(); ++i) {
+    numbered_.push_back({loose[i], static_cast<std::uint32_t>(first_point_.back() + i)});
+  }
+  std::sort(numbered_.begin(), numbered_.end(),
+            [](const Numbered& a, const Numbered& b) { return a.id < b.id; });
+}
+
+template <class Real>
+Vector<std::int64_t> ExportChunks<Real>::lower_corners() const {
+  Vector<std::int64_t> corners;
+  for (const VertexId v : job_.lower.cells.connectivity) {
+    const auto at =
+        std::lower_bound(numbered_.begin(), numbered_.end(), v,
+                         [](const Numbered& n, VertexId wanted) { return n.id < wanted; });
+    if (at == numbered_.end() || at->id != v) {
+      throw std::logic_error("a point of the result has no number");
+    }
+    corners.push_back(at->number);
+  }
+  return corners;
+}
+
+template <class Real>
+VtuLayout layout_of_output(const ExportJob<Real>& job, std::uint64_t points, std::uint64_t cells,
+                           std::uint64_t corners) {
+  VtuLayout file;
+  file.points = points;
+  file.cells = cells;
+  file.corners = corners;
+  file.point_type = value_type_of<Real>();
+  file.point_data = job.carried.point_data;
+  file.cell_data = job.carried.cell_data;
+  const AttributeSet& fields = job.source->description().field_data;
+  for (std::size_t i = 0; i < fields.arrays.size(); ++i) {
+    file.field_data.push_back(job.source->read_array(Association::kField, i));
+  }
+  file.encoding = job.settings.encoding;
+  return file;
+}
+
+template <class Real>
+Vector<Vec3<Real>> positions_of(const WorkMesh<Real>& mesh,
+                                std::span<const std::uint32_t> vertices) {
+  Vector<Vec3<Real>> positions(vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) positions[i] = mesh.positions[vertices[i]];
+  return positions;
+}
+
+Vector<std::byte> rows_of(const Column& column, std::span<const std::uint32_t> vertices) {
+  const std::size_t stride = column.stride();
+  Vector<std::byte> rows(vertices.size() * stride);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    std::memcpy(rows.data() + i * stride, column.rows.data() + vertices[i] * stride, stride);
+  }
+  return rows;
+}
+
+template class ExportChunks<float>;
+template class ExportChunks<double>;
+template Vector<Vec3<float>> positions_of(const WorkMesh<float>&, std::span<const std::uint32_t>);
+template Vector<Vec3<double>> positions_of(const WorkMesh<double>&, std::span<const std::uint32_t>);
+template VtuLayout layout_of_output(const ExportJob<float>&, std::uint64_t, std::uint64_t,
+                                    std::uint64_t);
+template VtuLayout layout_of_output(const ExportJob<double>&, std::uint64_t, std::uint64_t,
+                                    std::uint64_t);
+
+}  // namespace tetfusion

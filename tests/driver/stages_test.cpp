@@ -1,0 +1,38 @@
+#include "driver/stages.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+#include "base/error.h"
+
+namespace tetfusion {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string refusal(const std::function<void(BehaviourOptions*)>& change) {
+  SimplifyRequest request;
+  request.output = "{lod}.vtu";
+  request.behaviour.lods = {0.25, 0.5};
+  change(&request.behaviour);
+  try {
+    check_options(request);
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::kUsage);
+    return e.what();
+  }
+  return "";
+}
+
+TEST(CheckOptions, LevelsMustAscend) {
+  EXPECT_EQ(refusal([](auto) {}), "");
+  EXPECT_THAT(refusal([](auto b) { b->lods = {0.5, 0.25}; }), HasSubstr("must ascend"));
+  EXPECT_THAT(refusal([](auto b) { b->lods = {0.125, 0.5, 0.5}; }), HasSubstr("two levels of 50%"));
+  EXPECT_THAT(refusal([](auto b) { b->lods = {0.5, 1}; }), HasSubstr("less than 100%"));
+}
+
+}  // namespace
+}  // namespace tetfusion
