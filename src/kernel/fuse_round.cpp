@@ -34,36 +34,6 @@ constexpr std::size_t kAskAgain = 4;
 // A round is over when all have been asked, and less than this share of the tetrahedra went.
 constexpr double kIdleShare = 0.02;
 
-// 432 times the squared determinant over this is the cubed mean ratio: the cube of the sum of the
-// squared edges. One corner is the origin.
-struct ShapeOf {
-  double det;
-  double edges;
-};
-
-template <class Real>
-ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c, const Vec3<Real>& d,
-                 double unit) {
-  const double ax = a.x, ay = a.y, az = a.z;
-  const double ux = (b.x - ax) * unit, uy = (b.y - ay) * unit, uz = (b.z - az) * unit;
-  const double vx = (c.x - ax) * unit, vy = (c.y - ay) * unit, vz = (c.z - az) * unit;
-  const double wx = (d.x - ax) * unit, wy = (d.y - ay) * unit, wz = (d.z - az) * unit;
-  const double det = wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx);
-  const double x = ux + vx + wx, y = uy + vy + wy, z = uz + vz + wz;
-  const double squares =
-      (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (wx * wx + wy * wy + wz * wz);
-  return {det, 4 * squares - (x * x + y * y + z * z)};
-}
-
-double cubed_mean_ratio(const ShapeOf& s) {
-  return 432 * s.det * s.det / (s.edges * s.edges * s.edges);
-}
-
-// A mean ratio from which on the sign of a volume is beyond doubt.
-constexpr double kSureQuality = 1e-3;
-
-double cube(double x) { return x * x * x; }
-
 }  // namespace
 
 template <class Real>
@@ -84,8 +54,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   mesh_ = mesh;
   width_ = mesh->steering_width;
   row_ = mesh->quadric_width;
-  floor_ = cube(limits.min_quality);
-  sure_ = cube(std::max(limits.min_quality, kSureQuality));
+  cavity_.begin(mesh, &balls_, limits.min_quality, limits.unit);
   std::size_t steering_columns = 0;
   field_scale_.resize(width_);
   for (const SteeringField& f : fields) {
@@ -382,12 +351,15 @@ float FuseRound<Real>::cost_of(VertexId v, VertexId partner) {
 template <class Real>
 bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
   if (!plan(v, partner)) return false;
-  if (removed_ + deleted_.size() > limits_->quota) {
+  if (removed_ + cavity_.deleted().size() > limits_->quota) {
     reject_ = Reject::kQuota;
     return false;
   }
   const VertexId kept = fixed_ ? partner : std::min(v, partner);
-  if (!fixed_ && interpolates_) note_interpolation(v, partner, kept);
+  if (!fixed_ && interpolates_) {
+    interpolations_.push_back(cavity_.interpolation(v, partner, position_));
+    interpolations_.back().to = kept;
+  }
   apply(v, partner, kept);
   return true;
 }
@@ -398,7 +370,7 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   fixed_ = kind_[partner] == kTarget;
   if (fixed_) {
     position_ = mesh_->positions[partner];
-    return collect_cavity(v, partner);
+    return allows(v, partner);
   }
   add_quadrics(v, partner);
   const Offset d = offset(v, mesh_->positions[partner]);
@@ -406,7 +378,7 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
   best_ = best_position(r, home, kPull, kReach * std::sqrt(dot(d.data(), d)));
   set_position(v, best_);
-  if (collect_cavity(v, partner)) return true;
+  if (allows(v, partner)) return true;
   const float weight = sum_[kQuadricW];
   const float most = std::min(kSlack * std::max(value_at(r, best_), 1e-12F * weight),
                               static_cast<float>(limits_->threshold) * weight);
@@ -414,9 +386,16 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
     const Offset u{t * d[0], t * d[1], t * d[2]};
     if (!(value_at(r, u) <= most)) continue;
     set_position(v, u);
-    if (collect_cavity(v, partner)) return true;
+    if (allows(v, partner)) return true;
   }
   return false;
+}
+
+template <class Real>
+bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
+  const auto reason = cavity_.collect(v, partner, fixed_, position_);
+  reject_ = reason.value_or(reject_);
+  return !reason;
 }
 
 // The quadric of both, about v.
@@ -437,133 +416,15 @@ void FuseRound<Real>::set_position(VertexId v, const Offset& u) {
 }
 
 template <class Real>
-bool FuseRound<Real>::collect_cavity(VertexId v, VertexId partner) {
-  affected_.clear();
-  weak_.clear();
-  deleted_.clear();
-  if (!collect_ball(v, partner, true)) return false;
-  if (!fixed_ && !collect_ball(partner, v, false)) return false;
-  if (weak_.empty()) return true;
-  const double worst = worst_of_cavity();
-  for (const std::uint32_t entry : weak_) {
-    const Tet& tet = mesh_->tets[entry >> 2];
-    const auto& order = kCornerFirst[entry & 3u];
-    const auto& p = mesh_->positions;
-    const ShapeOf shape =
-        shape_of(position_, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]], limits_->unit);
-    if (cubed_mean_ratio(shape) >= worst) continue;
-    reject_ = Reject::kQuality;
-    return false;
-  }
-  return true;
-}
-
-// The tetrahedra round one of the two. False at the first one that would flip.
-template <class Real>
-bool FuseRound<Real>::collect_ball(VertexId moved, VertexId other, bool is_first) {
-  for (const std::uint32_t entry : ball(moved)) {
-    const Tet& tet = mesh_->tets[entry >> 2];
-    if ((tet[0] == other) | (tet[1] == other) | (tet[2] == other) | (tet[3] == other)) {
-      if (is_first) deleted_.push_back(entry >> 2);
-      continue;
-    }
-    if (!shape_allows(entry)) {
-      reject_ = Reject::kFlip;
-      return false;
-    }
-    affected_.push_back(entry);
-  }
-  return true;
-}
-
-// False if the affected tetrahedron would flip. A good shape has a volume that is certainly
-// positive; of any other the sign is looked at more closely.
-template <class Real>
-bool FuseRound<Real>::shape_allows(std::uint32_t entry) {
-  const Tet& tet = mesh_->tets[entry >> 2];
-  const auto& order = kCornerFirst[entry & 3u];
-  const auto& p = mesh_->positions;
-  const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
-  const ShapeOf shape = shape_of(position_, b, c, d, limits_->unit);
-  const double square = 432 * shape.det * shape.det;
-  const double edges = cube(shape.edges);
-  if (shape.det > 0 && square >= sure_ * edges) return true;
-  if (flips(position_, b, c, d)) return false;
-  if (!(square >= floor_ * edges)) weak_.push_back(entry);
-  return true;
-}
-
-template <class Real>
-double FuseRound<Real>::worst_of_cavity() const {
-  double worst = 1;
-  const auto& p = mesh_->positions;
-  const auto look = [&](const Tet& t) {
-    const ShapeOf shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], limits_->unit);
-    worst = std::min(worst, cubed_mean_ratio(shape));
-  };
-  for (const std::uint32_t entry : affected_) look(mesh_->tets[entry >> 2]);
-  for (const TetId t : deleted_) look(mesh_->tets[t]);
-  return worst;
-}
-
-// To the new position; of two that are as near, the one with the lower id in the input.
-template <class Real>
-VertexId FuseRound<Real>::nearer(VertexId v, VertexId partner) const {
-  const auto distance = [&](VertexId u) {
-    const Vec3<Real>& p = mesh_->positions[u];
-    const double x = double{p.x} - position_.x, y = double{p.y} - position_.y;
-    const double z = double{p.z} - position_.z;
-    return x * x + y * y + z * z;
-  };
-  const double a = distance(v), b = distance(partner);
-  if (a == b) return mesh_->point_ids[v] < mesh_->point_ids[partner] ? v : partner;
-  return a < b ? v : partner;
-}
-
-// Finds the tetrahedron of the old cavity that has the new position, for the arrays that are
-// carried.
-template <class Real>
-void FuseRound<Real>::note_interpolation(VertexId v, VertexId partner, VertexId kept) {
-  Interpolation best;
-  best.to = kept;
-  best.nearest = nearer(v, partner);
-  double deepest = -std::numeric_limits<double>::infinity();
-  const auto is_in = [&](TetId t) {
-    const Tet& tet = mesh_->tets[t];
-    std::array<double, 4> weights{};
-    double sum = 0;
-    for (std::size_t c = 0; c < 4; ++c) {
-      const auto& order = kCornerFirst[c];
-      const auto& p = mesh_->positions;
-      weights[c] =
-          determinant(position_, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]]).value;
-      sum += weights[c];
-    }
-    for (double& w : weights) w /= sum;
-    const double least = *std::min_element(weights.begin(), weights.end());
-    if (least > deepest) {
-      deepest = least;
-      best.from = tet;
-      best.weights = weights;
-    }
-    return least >= 0;
-  };
-  const auto entry_is_in = [&](std::uint32_t entry) { return is_in(entry >> 2); };
-  if (std::none_of(deleted_.begin(), deleted_.end(), is_in)) {
-    (void)std::any_of(affected_.begin(), affected_.end(), entry_is_in);
-  }
-  interpolations_.push_back(best);
-}
-
-template <class Real>
 void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   ++now_;
   merge_quadrics(v, kept);
   move_tets(kept, kept == v ? partner : v);
-  removed_ += deleted_.size();
+  removed_ += cavity_.deleted().size();
   ++fused_;
   changed_[v] = now_;
   changed_[partner] = now_;
+  cavity_.note_fused(kept);
 }
 
 // One that stays where it is keeps its values, too.
@@ -590,14 +451,14 @@ void FuseRound<Real>::merge_quadrics(VertexId v, VertexId kept) {
 template <class Real>
 void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
   WorkMesh<Real>& mesh = *mesh_;
-  for (const TetId t : deleted_) {
+  for (const TetId t : cavity_.deleted()) {
     for (const VertexId v : mesh.tets[t]) {
       --mesh.incidence[v];
       moved_[v] = now_;
     }
     mark_deleted(&mesh.tets[t]);
   }
-  for (const std::uint32_t entry : affected_) {
+  for (const std::uint32_t entry : cavity_.affected()) {
     Tet& tet = mesh.tets[entry >> 2];
     tet[entry & 3u] = kept;
     for (const VertexId v : tet) moved_[v] = now_;
@@ -609,8 +470,8 @@ void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
     balls_.clear(kept);
   }
   ball(kept);  // drops what is gone
-  balls_.add(kept, affected_);
-  mesh.incidence[kept] += static_cast<std::uint32_t>(affected_.size());
+  balls_.add(kept, cavity_.affected());
+  mesh.incidence[kept] += static_cast<std::uint32_t>(cavity_.affected().size());
 }
 
 // An array that steers has the values that the quadrics gave.

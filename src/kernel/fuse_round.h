@@ -10,6 +10,7 @@
 
 #include "kernel/costs.h"
 #include "kernel/criteria.h"
+#include "kernel/fuse_cavity.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
 #include "kernel/vertex_quadrics.h"
@@ -98,12 +99,7 @@ class FuseRound {
   bool plan(VertexId v, VertexId partner);
   void add_quadrics(VertexId v, VertexId partner);
   void set_position(VertexId v, const Offset& u);
-  bool collect_cavity(VertexId v, VertexId partner);
-  bool collect_ball(VertexId moved, VertexId other, bool is_first);
-  bool shape_allows(std::uint32_t entry);
-  double worst_of_cavity() const;
-  VertexId nearer(VertexId v, VertexId partner) const;
-  void note_interpolation(VertexId v, VertexId partner, VertexId kept);
+  bool allows(VertexId v, VertexId partner);
   void apply(VertexId v, VertexId partner, VertexId kept);
   void merge_quadrics(VertexId v, VertexId kept);
   void move_tets(VertexId kept, VertexId gone);
@@ -120,7 +116,6 @@ class FuseRound {
   std::size_t width_ = 0, row_ = 0;
   std::vector<float> field_scale_;  // of each steering value: one over its field's range
   bool interpolates_ = false;       // there are point columns that do not steer
-  double floor_ = 0, sure_ = 0;     // see shape_of()
 
   LiveBalls balls_;
   Vector<Kind> kind_;
@@ -152,9 +147,7 @@ class FuseRound {
   Vec3<Real> position_{};
   bool fixed_ = false;  // the partner stays where it is
   Reject reject_{};
-  Vector<std::uint32_t> affected_;  // tet << 2 | corner
-  Vector<std::uint32_t> weak_;      // those of them below the floor
-  Vector<TetId> deleted_;
+  FuseCavity<Real> cavity_;
 
   Vector<Interpolation> interpolations_;
 };

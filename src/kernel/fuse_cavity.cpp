@@ -1,0 +1,205 @@
+#include "kernel/fuse_cavity.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace tetfusion {
+
+namespace {
+
+// 432 times the squared determinant over this is the cubed mean ratio: the cube of the sum of the
+// squared edges. One corner is the origin.
+struct ShapeOf {
+  double det;
+  double edges;
+};
+
+template <class Real>
+ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c, const Vec3<Real>& d,
+                 double unit) {
+  const double ax = a.x, ay = a.y, az = a.z;
+  const double ux = (b.x - ax) * unit, uy = (b.y - ay) * unit, uz = (b.z - az) * unit;
+  const double vx = (c.x - ax) * unit, vy = (c.y - ay) * unit, vz = (c.z - az) * unit;
+  const double wx = (d.x - ax) * unit, wy = (d.y - ay) * unit, wz = (d.z - az) * unit;
+  const double det = wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx);
+  const double x = ux + vx + wx, y = uy + vy + wy, z = uz + vz + wz;
+  const double squares =
+      (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (wx * wx + wy * wy + wz * wz);
+  return {det, 4 * squares - (x * x + y * y + z * z)};
+}
+
+double cubed_mean_ratio(const ShapeOf& s) {
+  return 432 * s.det * s.det / (s.edges * s.edges * s.edges);
+}
+
+// A mean ratio from which on the sign of a volume is beyond doubt.
+constexpr double kSureQuality = 1e-3;
+
+double cube(double x) { return x * x * x; }
+
+}  // namespace
+
+template <class Real>
+void FuseCavity<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls, double min_quality,
+                             double unit) {
+  mesh_ = mesh;
+  balls_ = balls;
+  unit_ = unit;
+  floor_ = cube(min_quality);
+  sure_ = cube(std::max(min_quality, kSureQuality));
+  v_ = kNoVertex;
+  near_bad_.assign(mesh->vertex_count(), 0);
+  const auto& p = mesh->positions;
+  for (const Tet& t : mesh->tets) {
+    const ShapeOf shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], unit);
+    if (432 * shape.det * shape.det >= floor_ * cube(shape.edges)) continue;
+    for (const VertexId v : t) near_bad_[v] = 1;
+  }
+}
+
+template <class Real>
+void FuseCavity<Real>::note_fused(VertexId kept) {
+  v_ = kNoVertex;
+  if (near_bad_here_) near_bad_[kept] = 1;
+  for (const std::uint32_t entry : weak_) {
+    for (const VertexId v : mesh_->tets[entry >> 2]) near_bad_[v] = 1;
+  }
+}
+
+template <class Real>
+std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bool fixed,
+                                                const Vec3<Real>& position) {
+  position_ = position;
+  near_bad_here_ = near_bad_[v] != 0 || near_bad_[partner] != 0;
+  affected_.clear();
+  weak_.clear();
+  deleted_.clear();
+  if (v == v_ && partner == partner_) {
+    // What spoke against one position often speaks against the next.
+    if (const auto reason = judge_shape(failed_)) return reason;
+    weak_.clear();
+  }
+  v_ = v;
+  partner_ = partner;
+  if (const auto reason = collect_ball(v, partner, true)) return reason;
+  if (!fixed) {
+    if (const auto reason = collect_ball(partner, v, false)) return reason;
+  }
+  if (weak_.empty()) return std::nullopt;
+  const double limit = worst();
+  const auto& p = mesh_->positions;
+  for (const std::uint32_t entry : weak_) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    const auto& order = kCornerFirst[entry & 3u];
+    const ShapeOf shape =
+        shape_of(position_, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]], unit_);
+    if (cubed_mean_ratio(shape) >= limit) continue;
+    failed_ = entry;
+    return Reject::kQuality;
+  }
+  return std::nullopt;
+}
+
+// The tetrahedra round one of the two, up to the first one that speaks against it.
+template <class Real>
+std::optional<Reject> FuseCavity<Real>::collect_ball(VertexId moved, VertexId other,
+                                                     bool is_first) {
+  for (const std::uint32_t entry : balls_->of(moved, mesh_->incidence[moved], mesh_->tets)) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    if ((tet[0] == other) | (tet[1] == other) | (tet[2] == other) | (tet[3] == other)) {
+      if (is_first) deleted_.push_back(entry >> 2);
+      continue;
+    }
+    if (const auto reason = judge_shape(entry)) {
+      failed_ = entry;
+      return reason;
+    }
+    affected_.push_back(entry);
+  }
+  return std::nullopt;
+}
+
+// A good shape has a volume that is certainly positive; of any other the sign is looked at more
+// closely.
+template <class Real>
+std::optional<Reject> FuseCavity<Real>::judge_shape(std::uint32_t entry) {
+  const Tet& tet = mesh_->tets[entry >> 2];
+  const auto& order = kCornerFirst[entry & 3u];
+  const auto& p = mesh_->positions;
+  const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
+  const ShapeOf shape = shape_of(position_, b, c, d, unit_);
+  const double square = 432 * shape.det * shape.det;
+  const double edges = cube(shape.edges);
+  if (shape.det > 0 && square >= sure_ * edges) return std::nullopt;
+  if (flips(position_, b, c, d)) return Reject::kFlip;
+  if (square >= floor_ * edges) return std::nullopt;
+  if (!near_bad_here_) return Reject::kQuality;
+  weak_.push_back(entry);
+  return std::nullopt;
+}
+
+template <class Real>
+double FuseCavity<Real>::worst() const {
+  double worst = 1;
+  const auto& p = mesh_->positions;
+  const auto look = [&](const Tet& t) {
+    const ShapeOf shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], unit_);
+    worst = std::min(worst, cubed_mean_ratio(shape));
+  };
+  for (const std::uint32_t entry : affected_) look(mesh_->tets[entry >> 2]);
+  for (const TetId t : deleted_) look(mesh_->tets[t]);
+  return worst;
+}
+
+// Of two that are as near, the one with the lower id in the input.
+template <class Real>
+VertexId FuseCavity<Real>::nearer(VertexId v, VertexId partner, const Vec3<Real>& position) const {
+  const auto distance = [&](VertexId u) {
+    const Vec3<Real>& p = mesh_->positions[u];
+    const double x = double{p.x} - position.x, y = double{p.y} - position.y;
+    const double z = double{p.z} - position.z;
+    return x * x + y * y + z * z;
+  };
+  const double a = distance(v), b = distance(partner);
+  if (a == b) return mesh_->point_ids[v] < mesh_->point_ids[partner] ? v : partner;
+  return a < b ? v : partner;
+}
+
+template <class Real>
+Interpolation FuseCavity<Real>::interpolation(VertexId v, VertexId partner,
+                                              const Vec3<Real>& position) const {
+  Interpolation best;
+  best.nearest = nearer(v, partner, position);
+  double deepest = -std::numeric_limits<double>::infinity();
+  const auto& p = mesh_->positions;
+  const auto is_in = [&](TetId t) {
+    const Tet& tet = mesh_->tets[t];
+    std::array<double, 4> weights{};
+    double sum = 0;
+    for (std::size_t c = 0; c < 4; ++c) {
+      const auto& order = kCornerFirst[c];
+      weights[c] =
+          determinant(position, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]]).value;
+      sum += weights[c];
+    }
+    for (double& w : weights) w /= sum;
+    const double least = *std::min_element(weights.begin(), weights.end());
+    if (least > deepest) {
+      deepest = least;
+      for (std::size_t c = 0; c < 4; ++c) best.from[c] = tet[kCornerFirst[c][0]];
+      best.weights = weights;
+    }
+    return least >= 0;
+  };
+  if (std::none_of(deleted_.begin(), deleted_.end(), is_in)) {
+    (void)std::any_of(affected_.begin(), affected_.end(),
+                      [&](std::uint32_t entry) { return is_in(entry >> 2); });
+  }
+  return best;
+}
+
+template class FuseCavity<float>;
+template class FuseCavity<double>;
+
+}  // namespace tetfusion

@@ -1,0 +1,65 @@
+// The tetrahedra round two vertices that are to become one, and whether they may.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "kernel/criteria.h"
+#include "kernel/fusions.h"
+#include "kernel/live_balls.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// Keeps its memory from cavity to cavity. Not thread-safe.
+template <class Real>
+class FuseCavity {
+ public:
+  // The mesh and its balls outlive this; between two fusions only note_fused() changes them. See
+  // FuseLimits for the rest.
+  void begin(const WorkMesh<Real>* mesh, LiveBalls* balls, double min_quality, double unit);
+
+  // Collects the cavity of v and its neighbour, which come together at the position; a partner that
+  // is fixed is there already, and the tetrahedra round it stay as they are. Gives the reason if
+  // they may not: an affected tetrahedron would turn over, or be worse than the floor and than all
+  // of the cavity are now. The lists are of use after no reason alone.
+  std::optional<Reject> collect(VertexId v, VertexId partner, bool fixed,
+                                const Vec3<Real>& position);
+
+  // To be called when the cavity has been fused, with the vertex that it was fused into.
+  void note_fused(VertexId kept);
+
+  // tet << 2 | corner of the vertex that moves.
+  std::span<const std::uint32_t> affected() const { return affected_; }
+  std::span<const TetId> deleted() const { return deleted_; }
+
+  // The tetrahedron of the cavity, as it is now, that has the position.
+  Interpolation interpolation(VertexId v, VertexId partner, const Vec3<Real>& position) const;
+
+ private:
+  std::optional<Reject> collect_ball(VertexId moved, VertexId other, bool is_first);
+  std::optional<Reject> judge_shape(std::uint32_t entry);
+  double worst() const;
+  VertexId nearer(VertexId v, VertexId partner, const Vec3<Real>& position) const;
+
+  const WorkMesh<Real>* mesh_ = nullptr;
+  LiveBalls* balls_ = nullptr;
+  double unit_ = 1;
+  double floor_ = 0, sure_ = 0;  // cubed mean ratios
+  // Of a vertex: may there be a tetrahedron below the floor round it? Where there is none, none may
+  // come.
+  Vector<std::uint8_t> near_bad_;
+  bool near_bad_here_ = false;
+  Vec3<Real> position_{};
+  VertexId v_ = kNoVertex, partner_ = kNoVertex;
+  std::uint32_t failed_ = 0;  // the entry that spoke against the last position of the two
+  Vector<std::uint32_t> affected_;
+  Vector<std::uint32_t> weak_;  // those of them below the floor
+  Vector<TetId> deleted_;
+};
+
+extern template class FuseCavity<float>;
+extern template class FuseCavity<double>;
+
+}  // namespace tetfusion
