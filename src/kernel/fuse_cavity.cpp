@@ -16,7 +16,7 @@ struct ShapeOf {
 };
 
 template <class Real>
-ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c, const Vec3<Real>& d,
+inline ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c, const Vec3<Real>& d,
                  double unit) {
   const double ax = a.x, ay = a.y, az = a.z;
   const double ux = (b.x - ax) * unit, uy = (b.y - ay) * unit, uz = (b.z - az) * unit;

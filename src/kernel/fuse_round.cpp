@@ -11,7 +11,7 @@ namespace {
 
 // best_position(): enough to keep a vertex between its two where the fields are flat.
 constexpr float kPull = 0.02F;
-constexpr float kReach = 0.5F;  // of the edge
+constexpr float kReachSquared = 0.25F;  // half the edge
 
 // What an edge's squared length (in units of the mesh) adds to the cost, so that where fields do
 // not tell, short edges go first: an edge of a tenth of the mesh is worth an error of 1e-4.
@@ -341,7 +341,7 @@ float FuseRound<Real>::cost_of(VertexId v, VertexId partner) {
     add_shifted(qp, {-d[0], -d[1], -d[2]}, differences_.data(), width, sum);
     const Reduced r = reduce(sum, width);
     const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
-    cost = value_at(r, best_position(r, home, kPull, kReach * std::sqrt(length_squared)));
+    cost = value_at(r, best_position(r, home, kPull, kReachSquared * length_squared));
   }
   const float weight = sum[kQuadricW];
   const float mean = weight > 0 ? std::max(cost, 0.0F) / weight : 0.0F;
@@ -376,7 +376,7 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const Offset d = offset(v, mesh_->positions[partner]);
   const Reduced r = reduce(sum_.data(), width_);
   const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
-  best_ = best_position(r, home, kPull, kReach * std::sqrt(dot(d.data(), d)));
+  best_ = best_position(r, home, kPull, kReachSquared * dot(d.data(), d));
   set_position(v, best_);
   if (allows(v, partner)) return true;
   const float weight = sum_[kQuadricW];

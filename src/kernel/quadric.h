@@ -122,9 +122,9 @@ inline float value_at(const Reduced& r, const Offset& u) {
 }
 
 // Where it is least, or nearly: a share `pull` of its mean curvature draws the position towards
-// `home`, as along some directions nothing else may tell where to go, and it goes no further than
-// `reach` from there.
-inline Offset best_position(const Reduced& r, const Offset& home, float pull, float reach) {
+// `home`, as along some directions nothing else may tell where to go, and it goes no further from
+// there than the root of `reach_squared`.
+inline Offset best_position(const Reduced& r, const Offset& home, float pull, float reach_squared) {
   const Offset mh = times(r.m.data(), home);
   const Offset g{mh[0] + r.n[0], mh[1] + r.n[1], mh[2] + r.n[2]};
   const float rho = pull * (r.m[0] + r.m[3] + r.m[5]);
@@ -134,12 +134,13 @@ inline Offset best_position(const Reduced& r, const Offset& home, float pull, fl
   const float det = xx * cxx + xy * cxy + xz * cxz;
   if (!(det > 0)) return home;
   const float cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
-  Offset step{-(cxx * g[0] + cxy * g[1] + cxz * g[2]) / det,
-              -(cxy * g[0] + cyy * g[1] + cyz * g[2]) / det,
-              -(cxz * g[0] + cyz * g[1] + czz * g[2]) / det};
-  const float square = step[0] * step[0] + step[1] * step[1] + step[2] * step[2];
+  const float scale = -1 / det;
+  const Offset step{scale * (cxx * g[0] + cxy * g[1] + cxz * g[2]),
+                    scale * (cxy * g[0] + cyy * g[1] + cyz * g[2]),
+                    scale * (cxz * g[0] + cyz * g[1] + czz * g[2])};
+  const float square = dot(step.data(), step);
   if (!(square < std::numeric_limits<float>::infinity())) return home;
-  const float shorten = square > reach * reach ? reach / std::sqrt(square) : 1;
+  const float shorten = square > reach_squared ? std::sqrt(reach_squared / square) : 1;
   return {home[0] + shorten * step[0], home[1] + shorten * step[1], home[2] + shorten * step[2]};
 }
 
