@@ -132,6 +132,19 @@ void parse_arguments(Arguments* a) {
   }
 }
 
+// An option that the method has no use for would be forgotten without a word.
+void refuse_foreign_options(const CLI::App& command, Method method) {
+  const bool fuse = method == Method::kFuse;
+  const auto names = fuse ? std::vector<std::string>{"--scalar-tolerance", "--stretch-factor",
+                                                     "--aspect-ratio", "--boundary-rule"}
+                          : std::vector<std::string>{"--min-quality", "--max-rms"};
+  for (const std::string& name : names) {
+    if (command.get_option(name)->count() == 0) continue;
+    refuse(fmt::format("{} belongs to --method {}: give that as well, or leave the option out",
+                       name, fuse ? "tetfuse" : "fuse"));
+  }
+}
+
 void summarize(const SimplifyReport& r, Console* console) {
   for (std::size_t i = 0; i < r.lods.size(); ++i) {
     const PassStatistics& p = r.lods[i].pass;
@@ -202,9 +215,11 @@ void add_goal_options(CLI::App& command, Arguments* a) {
       ->check(not_empty)
       ->group(kGroup);
   command
-      .add_option("--max-rms", a->max_rms,
-                  "With --method fuse: no fusion may change a steering field by more than this, "
-                  "in the mean of squares, as a share of its range (0.1%)")
+      .add_option(
+          "--max-rms", a->max_rms,
+          "With --method fuse: no fusion may change a steering field by more than this, "
+          "in the mean of squares, as a share of its range (0.1%). Default: anything with a "
+          "goal, 0.5% without one")
       ->check(not_empty)
       ->group(kGroup);
   command
@@ -224,18 +239,20 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
   static const std::map<std::string, BoundaryRule> kRules{{"tets", BoundaryRule::kTets},
                                                           {"vertices", BoundaryRule::kVertices}};
   command
-      .add_option("--method", a->request.behaviour.method,
-                  "tetfuse: the paper's operation, four vertices of a tetrahedron become one. "
-                  "Without a goal it goes on until nothing fuses. fuse: neighbouring vertices "
-                  "become one where that changes the fields least")
+      .add_option(
+          "--method", a->request.behaviour.method,
+          "fuse: neighbouring vertices become one, where that changes the fields least; "
+          "without a goal as far as --max-rms allows. tetfuse: the paper's operation, the "
+          "four vertices of a tetrahedron become one; without a goal until nothing, or next "
+          "to nothing, fuses")
       ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
-      ->default_str("tetfuse")
+      ->default_str("fuse")
       ->group(kGroup);
   command
-      .add_option(
-          "--boundary-rule", a->request.behaviour.boundary_rule,
-          "What stays for the boundary's sake: vertices (no boundary vertex is fused) or tets (the "
-          "paper's text: nor is a tetrahedron with a vertex on the boundary touched)")
+      .add_option("--boundary-rule", a->request.behaviour.boundary_rule,
+                  "With --method tetfuse, what stays for the boundary's sake: vertices (no "
+                  "boundary vertex is fused) or tets (the "
+                  "paper's text: nor is a tetrahedron with a vertex on the boundary touched)")
       ->transform(CLI::CheckedTransformer(kRules, CLI::ignore_case).description(""))
       ->default_str("vertices")
       ->group(kGroup);
@@ -243,23 +260,24 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       ->capture_default_str()
       ->group(kGroup);
   command
-      .add_option(
-          "--scalar-tolerance", a->scalar_tolerance,
-          "A prey's values may differ from their mean by this share of the field's range (0.025 or "
-          "2.5%), or off; a list has one value a macroLoD, the last one repeated")
+      .add_option("--scalar-tolerance", a->scalar_tolerance,
+                  "With --method tetfuse: a prey's values may differ from their mean by this share "
+                  "of the field's range (0.025 or "
+                  "2.5%), or off; a list has one value a macroLoD, the last one repeated")
       ->capture_default_str()
       ->group(kGroup);
   command
       .add_option("--stretch-factor", a->stretch_factor,
-                  "A tetrahedron's height may grow by this factor in a macroLoD, at least 1, or "
+                  "With --method tetfuse: a tetrahedron's height may grow by this factor in a "
+                  "macroLoD, at least 1, or "
                   "off; a list "
                   "has one value a macroLoD")
       ->capture_default_str()
       ->group(kGroup);
   command
-      .add_option(
-          "--aspect-ratio", a->aspect_ratio,
-          "Longest over shortest edge may not exceed this, at least 1, unless it was worse; or off")
+      .add_option("--aspect-ratio", a->aspect_ratio,
+                  "With --method tetfuse: longest over shortest edge may not exceed this, at least "
+                  "1, unless it was worse; or off")
       ->capture_default_str()
       ->group(kGroup);
   command
@@ -341,7 +359,10 @@ void add_simplify_command(CLI::App& app) {
   add_report_option(*command, &a->report);
   add_performance_options(*command, a.get());
   add_console_options(*command, &a->console, "Say more: a line for each macroLoD, time and memory");
-  command->callback([a] { run(a.get()); });
+  command->callback([a, command] {
+    refuse_foreign_options(*command, a->request.behaviour.method);
+    run(a.get());
+  });
 }
 
 }  // namespace tetfusion

@@ -49,6 +49,9 @@ std::uint64_t sample_hash(const std::string& path, std::uint64_t bytes) {
 std::string fingerprint(const SimplifyRequest& request, const MeshDescription& mesh) {
   const BehaviourOptions& b = request.behaviour;
   std::string text = fmt::format("program: tetfusion {}\n", version());
+  text +=
+      fmt::format("method: {}\nminimum quality: {}\nmaximum rms: {}\n", static_cast<int>(b.method),
+                  b.min_quality, b.max_rms ? fmt::format("{}", *b.max_rms) : "none");
   text += fmt::format("boundary rule: {}\n", static_cast<int>(b.boundary_rule));
   text += fmt::format("reduction: {}\n", b.reduction ? fmt::format("{}", *b.reduction) : "none");
   text += fmt::format("tets: {}\n", b.tets ? fmt::format("{}", *b.tets) : "none");

@@ -9,8 +9,8 @@
 namespace tetfusion {
 
 // One "name: value" a line: the program's version, the behaviour options, the output's name and
-// encoding, and the input's size, time of change and a hash of samples all over it; of an input that
-// was spooled its size and checksum.
+// encoding, and the input's size, time of change and a hash of samples all over it; of an input
+// that was spooled its size and checksum.
 std::string fingerprint(const SimplifyRequest& request, const MeshDescription& mesh);
 
 }  // namespace tetfusion

@@ -39,7 +39,7 @@ struct MacroLod {
   // of the vertices between them.
   std::optional<WorkMesh<Real>> whole;
   std::unique_ptr<PieceStore> pieces;
-  std::vector<ChunkSize> sizes;  // one a chunk
+  std::vector<ChunkSize> sizes;   // one a chunk
   std::vector<ChunkCosts> costs;  // one a chunk; none where nothing has been judged
   InterfaceTable interface;
   // Vertices that are free in their chunk, but turned out to be at something broken between chunks:

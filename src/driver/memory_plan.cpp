@@ -31,13 +31,13 @@ double interface_vertices(double tets) {
 
 }  // namespace
 
-MemoryNeeds estimate_needs(const MeshDescription& mesh, std::uint32_t steering_width,
+MemoryNeeds estimate_needs(const MeshDescription& mesh, std::uint64_t steering_bytes,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read) {
   const auto cells = static_cast<double>(mesh.cells);
   const auto points = static_cast<double>(mesh.points);
   const double real = mesh.point_type == ValueType::kFloat32 ? 4 : 8;
   const double vertex =
-      3 * real + 5 + 8.0 * steering_width + static_cast<double>(row_bytes(mesh.point_data));
+      3 * real + 5 + static_cast<double>(steering_bytes + row_bytes(mesh.point_data));
   const double tet = 17 + static_cast<double>(row_bytes(mesh.cell_data));
   const double pieces = cells * tet + kCopies * points * vertex;
   const double chunks = std::ceil(cells / static_cast<double>(chunk_tets));

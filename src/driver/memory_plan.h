@@ -15,8 +15,9 @@ struct MemoryNeeds {
   std::uint64_t scratch = 0;      // of the disk, beside the output, where the mesh is kept there
 };
 
-// `memory_to_read` is what the reader itself keeps in memory: 0 where it reads in windows.
-MemoryNeeds estimate_needs(const MeshDescription& mesh, std::uint32_t steering_width,
+// `steering_bytes` are those that steering takes a vertex; `memory_to_read` is what the reader
+// itself keeps in memory: 0 where it reads in windows.
+MemoryNeeds estimate_needs(const MeshDescription& mesh, std::uint64_t steering_bytes,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read);
 
 }  // namespace tetfusion

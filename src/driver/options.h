@@ -13,19 +13,23 @@
 
 namespace tetfusion {
 
+inline constexpr double kDefaultMaxRms = 0.005;
+
 // May change the result.
 struct BehaviourOptions {
-  Method method = Method::kTetFuse;
+  Method method = Method::kFuse;
   BoundaryRule boundary_rule = BoundaryRule::kVertices;
 
   // The goal, at most one of the two: the share of the tetrahedra that is to go, in [0, 1), or how
-  // many are to be left, at least 1. Without a goal passes go on until nothing fuses.
+  // many are to be left, at least 1. Without a goal kTetFuse goes on until nothing fuses, kFuse as
+  // far as max_rms allows.
   std::optional<double> reduction;
   std::optional<std::uint64_t> tets;
 
-  // The paper's criteria: one value a macroLoD, the last one repeated. Infinity is off. Tolerances
-  // are shares of the field's range over the whole original mesh, > 0; the stretch factor and
-  // aspect ratio are >= 1. The defaults are the values that the paper's Table 1 uses most.
+  // With kTetFuse: the paper's criteria: one value a macroLoD, the last one repeated. Infinity is
+  // off. Tolerances are shares of the field's range over the whole original mesh, > 0; the stretch
+  // factor and aspect ratio are >= 1. The defaults are the values that the paper's Table 1 uses
+  // most.
   std::vector<double> scalar_tolerance{0.025};
   std::vector<double> stretch_factor{5.0};
   double aspect_ratio = std::numeric_limits<double>::infinity();
@@ -34,8 +38,8 @@ struct BehaviourOptions {
   // cavity; in [0, 1).
   double min_quality = 0.22;
   // With kFuse: what a fusion may do to the steering fields, in the mean of squares, as a share of
-  // their range; > 0.
-  double max_rms = std::numeric_limits<double>::infinity();
+  // their range; > 0. Absent: anything with a goal, kDefaultMaxRms without one.
+  std::optional<double> max_rms;
 
   // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". Empty: the active
   // scalars, else the first floating-point point array.

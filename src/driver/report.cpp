@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "base/numbers.h"
 #include "base/version.h"
@@ -82,6 +83,17 @@ std::string SimplifyReport::stop_sentence() const {
   };
   if (lods.empty()) return say("no tetrahedron may be fused.");
   const PassStatistics& last = lods.back().pass;
+  if (method == Method::kFuse) {
+    // The boundary stays anyway; the question is what holds the others back.
+    auto reasons = last.rejected;
+    reasons[static_cast<std::size_t>(Reject::kBoundary)] = 0;
+    const auto most = std::max_element(reasons.begin(), reasons.end());
+    const auto all = std::accumulate(reasons.begin(), reasons.end(), std::uint64_t{0});
+    if (all == 0) return say("every vertex that is left lies on the boundary, which stays.");
+    return say(fmt::format("of {} vertices that are left inside, {} may not be fused because {}.",
+                           format_count(all), format_count(*most),
+                           reason_in_words(static_cast<Reject>(most - reasons.begin()))));
+  }
   const auto most = std::max_element(last.rejected.begin(), last.rejected.end());
   const auto reason = static_cast<Reject>(most - last.rejected.begin());
   const std::string because = fmt::format("for {} of {} this is because {}.", format_count(*most),
@@ -99,6 +111,7 @@ std::string to_json(const SimplifyReport& r) {
   Json seconds(r.seconds);
   seconds["total"] = r.total_seconds;
   const Json json = {{"version", version()},
+                     {"method", r.method == Method::kFuse ? "fuse" : "tetfuse"},
                      {"input", to_json_object(r.input)},
                      {"output", to_json_object(r.output)},
                      {"outputs", r.outputs},

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "kernel/fuse_round.h"
 #include "kernel/greedy_pass.h"
 
 namespace tetfusion {
@@ -45,6 +46,7 @@ enum class StopReason : std::uint8_t {
 };
 
 struct SimplifyReport {
+  Method method = Method::kFuse;
   MeshSummary input;
   MeshSummary output;
   std::vector<std::string> outputs;  // every file written

@@ -96,7 +96,7 @@ class Job {
   StageEnd judge_round(const RoundStatistics& round, RunState<Real>* state) const;
   template <class Real>
   StageEnd judge_fuse_round(const RoundStatistics& round, RunState<Real>* state) const;
-  double max_cost() const { return request_.behaviour.max_rms * request_.behaviour.max_rms; }
+  double max_cost() const;
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
   std::size_t schedule() const {
@@ -143,6 +143,7 @@ RunPlan Job::plan() {
 
 void Job::begin() {
   check_options(request_);
+  report_.method = request_.behaviour.method;
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
   for (const Stage& stage : plan_stages(request_, kMaxTets)) check_mesh_output(stage.path);
@@ -213,7 +214,10 @@ void Job::plan_memory() {
     const bool of_cells = choice.association == Association::kCell;
     width += (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index].components;
   }
-  needs_ = estimate_needs(mesh, width, request_.behaviour.chunk_tets, thread_count(),
+  std::uint64_t steering_bytes = width * sizeof(double);
+  if (request_.behaviour.method == Method::kFuse)
+    steering_bytes += quadric_row(width) * sizeof(float);
+  needs_ = estimate_needs(mesh, steering_bytes, request_.behaviour.chunk_tets, thread_count(),
                           stream_ ? 0 : source_->memory_to_read());
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
@@ -280,7 +284,17 @@ void Job::run_with() {
   if (!stream_) stream_ = open_stream(source_.get());
   context_.check();
   const Steering steering(steering_choices_, description, *stream_, context_);
-  if (steering.fields().empty()) context_.say("no array steers: geometry alone decides");
+  if (steering.fields().empty()) {
+    const BehaviourOptions& b = request_.behaviour;
+    if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {
+      throw Error(
+          ErrorCode::kUsage,
+          fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
+                      "--reduction or --tets",
+                      request_.input));
+    }
+    context_.say("no array steers: geometry alone decides");
+  }
   const auto layout = begin(steering.width());
   import(carried, steering, rounds.get(), &state);
   stream_.reset();
@@ -544,6 +558,13 @@ StageEnd Job::judge_round(const RoundStatistics& round, RunState<Real>* state) c
   if (!rejected(Reject::kInterface) || state->chunk_tets >= kSmallChunk) return end;
   state->chunk_tets *= 2;
   return StageEnd::kOpen;
+}
+
+double Job::max_cost() const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double none = report_.has_goal ? kInfinity : kDefaultMaxRms;
+  const double rms = request_.behaviour.max_rms.value_or(none);
+  return rms * rms;
 }
 
 template <class Real>

@@ -61,6 +61,12 @@ void check_options(const SimplifyRequest& request) {
     refuse("--stretch-factor must be at least 1, or off");
   }
   if (!at_least_one(b.aspect_ratio)) refuse("--aspect-ratio must be at least 1");
+  if (!(b.min_quality >= 0 && b.min_quality < 1)) {
+    refuse("--min-quality must be at least 0 and less than 1");
+  }
+  if (b.max_rms && !(*b.max_rms > 0)) {
+    refuse("--max-rms must be greater than 0 (a share of the range)");
+  }
   if (!std::is_sorted(b.lods.begin(), b.lods.end()))
     refuse("--lods must ascend, as in 50%,80%,95%");
   const auto twin = std::adjacent_find(b.lods.begin(), b.lods.end());
