@@ -92,7 +92,8 @@ void write(const std::string& path, vtkUnstructuredGrid* grid) {
   writer->EncodeAppendedDataOff();
   writer->SetCompressorTypeToNone();
   writer->SetHeaderTypeToUInt64();
-  if (writer->Write() != 1) throw Error(ErrorCode::kIo, path + ": cannot be written");
+  if (writer->Write() != 1 || writer->GetErrorCode() != 0)
+    throw Error(ErrorCode::kIo, path + ": cannot be written");
 }
 
 nlohmann::ordered_json run(const Arguments& a) {

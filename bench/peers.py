@@ -39,8 +39,10 @@ def arguments():
     parser.add_argument("--options", default="", help='more options for simplify, as in --options="--max-error 1%%"')
     parser.add_argument("--vtk-options", default="", help='more options for PEER_VTK, as in --vtk-options="--scale 0"; '
                         f"default for some meshes: {VTK_OPTIONS}")
+    parser.add_argument("--judge", type=pathlib.Path, help="the command that compares and checks; default: TETFUSION")
     args = parser.parse_args()
     args.command, args.peer = args.command.resolve(), args.peer.resolve()
+    args.judge = args.judge.resolve() if args.judge else args.command
     args.work.mkdir(parents=True, exist_ok=True)
     return args
 
@@ -126,7 +128,7 @@ def errors(side):
     """Of the field at the original points, in per cent of its range, and of the surface, in per cent of the diagonal."""
     row = dict.fromkeys(["rms %", "max %", "surface %", "outside"])
     if not side.failure and side.args.can_compare:
-        report = asked(side.args.command, "compare", side.mesh, side.out)
+        report = asked(side.args.judge, "compare", side.mesh, side.out)
         field = next(a for a in report["arrays"] if a["association"] == "point" and a["name"] == side.array)
         row.update({"rms %": f"{100 * field['rms']:.3g}", "max %": f"{100 * field['max']:.3g}",
                     "surface %": f"{100 * report['surface']['max']:.2g}", "outside": report["outside_points"]})
@@ -136,7 +138,7 @@ def errors(side):
 def shapes(side):
     row = dict.fromkeys(["inverted", "degenerate", "worst angle", "1 % angle"])
     if not side.failure:
-        report = asked(side.args.command, "check", side.out)
+        report = asked(side.args.judge, "check", side.out)
         row.update({"inverted": report["inverted"], "degenerate": report["degenerate"],
                     "worst angle": f"{report['dihedral_deg']['min']:.3g}", "1 % angle": f"{report['dihedral_deg']['p1']:.3g}"})
     return row
@@ -154,7 +156,7 @@ def measure(args, mesh, array, share):
 
 def main():
     args = arguments()
-    args.can_compare = b"  compare" in Run([args.command, "--help"]).stdout
+    args.can_compare = b"  compare" in Run([args.judge, "--help"]).stdout
     if not args.can_compare:
         print("this tetfusion has no compare: errors are left out", file=sys.stderr)
     rows, failed = [], False
