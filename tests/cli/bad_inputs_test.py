@@ -187,6 +187,11 @@ option_case("tets that are no number", ["--tets", "1x"], USAGE, "1x")
 option_case("tolerance of nothing", ["--scalar-tolerance", "0"], USAGE, "--scalar-tolerance")
 option_case("stretch below one", ["--stretch-factor", "0.5"], USAGE, "--stretch-factor")
 option_case("aspect below one", ["--aspect-ratio", "0.5"], USAGE, "--aspect-ratio")
+option_case("an error of nothing", ["--max-rms", "0"], USAGE, "--max-rms")
+option_case("an error that is no number", ["--max-rms", "little"], USAGE, "little", "0.1%")
+option_case("a quality below none", ["--min-quality=-0.1"], USAGE, "--min-quality")
+option_case("a quality that only regular ones have", ["--min-quality", "1"], USAGE, "--min-quality")
+option_case("a quality that is no number", ["--min-quality", "good"], USAGE, "good")
 option_case("unknown method", ["--method", "quadric"], USAGE, "quadric")
 option_case("unknown boundary rule", ["--boundary-rule", "edges"], USAGE, "edges")
 option_case("a boundary that moves", ["--boundary", "1%"], USAGE, "--boundary")
@@ -197,7 +202,7 @@ option_case("levels that fall", ["--lods", "80%,50%", "-o", "{out}/a_{lod}.vtu"]
 option_case("levels without a goal", ["--lods", "3", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
 option_case("a place without levels", ["-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
 option_case("mesh and report to standard output", ["-o", "-", "--report", "-"], USAGE, "standard output")
-for option in (["--max-error", "1%"], ["--max-rms", "1%"], ["--map", "m"], ["--original-ids"], ["--no-such-option"]):
+for option in (["--max-error", "1%"], ["--map", "m"], ["--original-ids"], ["--no-such-option"]):
     option_case(f"not available: {option[0]}", option, USAGE, option[0])
 
 
