@@ -24,6 +24,22 @@ TEST(Fingerprint, KnowsASpooledInputByItsBytes) {
   EXPECT_NE(fingerprint(request, mesh), one);
 }
 
+TEST(Fingerprint, KnowsHowAMeshIsFused) {
+  SimplifyRequest request;
+  MeshDescription mesh;
+  mesh.spooled_checksum = 1;
+  const std::string one = fingerprint(request, mesh);
+  SimplifyRequest other = request;
+  other.behaviour.method = Method::kFuse;
+  EXPECT_NE(fingerprint(other, mesh), one);
+  other = request;
+  other.behaviour.min_quality = 0.1;
+  EXPECT_NE(fingerprint(other, mesh), one);
+  other = request;
+  other.behaviour.max_rms = 0.1;
+  EXPECT_NE(fingerprint(other, mesh), one);
+}
+
 // The time of change apart: a file may have been written over within one tick of the clock.
 TEST(Fingerprint, KnowsAFileByItsSizeTimeAndSamples) {
   const testing::TempDir dir;
