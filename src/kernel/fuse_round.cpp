@@ -237,7 +237,7 @@ void FuseRound<Real>::visit(VertexId v) {
     lists_[v] = static_cast<std::uint8_t>(used + 1);
     c = next_candidate(v);
   }
-  if (c == nullptr) return;
+  if (c == nullptr || c->cost > limits_->threshold) return;
   if (bin_of(c->cost) > bin_) {
     queue(v, c->cost);
     return;
