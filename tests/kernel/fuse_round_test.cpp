@@ -1,0 +1,337 @@
+#include "kernel/fuse_round.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <vector>
+
+#include "support/fuse_meshes.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::at;
+using testing::expect_same_domain;
+using testing::expect_whole;
+using testing::five_split_cube;
+using testing::kuhn_box;
+using testing::kUnit;
+using testing::limits_of;
+using testing::linear;
+using testing::make_column;
+using testing::range_of;
+using testing::rejected;
+using testing::rough;
+using testing::run;
+using testing::smooth;
+using testing::Steered;
+using testing::steered;
+using testing::to_work_mesh;
+using testing::uniform;
+using testing::values_of;
+
+std::map<VertexId, VertexId> by_id(const WorkMesh<double>& mesh) {
+  std::map<VertexId, VertexId> out;
+  for (VertexId v = 0; v < mesh.vertex_count(); ++v) out[mesh.point_ids[v]] = v;
+  return out;
+}
+
+// Whether everything but what costs are known is the same.
+void expect_same(const WorkMesh<double>& a, const WorkMesh<double>& b, double scale = 1) {
+  ASSERT_EQ(a.tets, b.tets);
+  EXPECT_EQ(a.point_ids, b.point_ids);
+  EXPECT_EQ(a.incidence, b.incidence);
+  EXPECT_EQ(a.steering, b.steering);
+  EXPECT_EQ(a.quadrics, b.quadrics);
+  for (std::size_t v = 0; v < a.vertex_count(); ++v) {
+    EXPECT_EQ(a.positions[v].x * scale, b.positions[v].x);
+    EXPECT_EQ(a.positions[v].y * scale, b.positions[v].y);
+    EXPECT_EQ(a.positions[v].z * scale, b.positions[v].z);
+  }
+  for (std::size_t c = 0; c < a.point_columns.size(); ++c) {
+    EXPECT_EQ(a.point_columns[c].rows, b.point_columns[c].rows);
+  }
+}
+
+// When the centre of an icosahedron goes to one of the twelve, the five tetrahedra there go.
+TEST(FuseRound, TheCentreOfABallGoesToTheBoundary) {
+  Steered s = steered(testing::icosahedron_ball(), linear);
+  const WorkMesh<double> before = s.mesh;
+  const FuseStatistics statistics = run(limits_of(), &s);
+  EXPECT_EQ(statistics.pass.fused, 1u);
+  EXPECT_EQ(statistics.pass.tets_before, 20u);
+  EXPECT_EQ(statistics.pass.tets_after, 15u);
+  EXPECT_EQ(s.mesh.tets.size(), 15u);
+  EXPECT_EQ(s.mesh.vertex_count(), 12u);
+  EXPECT_EQ(rejected(statistics, Reject::kBoundary), 12u);
+  expect_same_domain(s.mesh, before);
+  expect_whole(s.mesh);
+}
+
+TEST(FuseRound, LeavesAMeshWithoutInteriorVertices) {
+  for (const Geometry& g : {testing::single_tet(), testing::two_tets_sharing_face(),
+                            testing::plate(4), five_split_cube(1)}) {
+    Steered s = steered(g, linear);
+    const WorkMesh<double> before = s.mesh;
+    const FuseStatistics statistics = run(limits_of(), &s);
+    EXPECT_EQ(statistics.pass.fused, 0u);
+    EXPECT_EQ(rejected(statistics, Reject::kBoundary), before.vertex_count());
+    EXPECT_EQ(s.mesh.tets, before.tets);
+  }
+}
+
+TEST(FuseRound, KeepsTheMeshValid) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (const auto f : {smooth, rough, linear}) {
+      Steered s =
+          steered(seed % 2 == 0 ? kuhn_box(9, 8, 7, 0.15, seed) : five_split_cube(9, 0.2, seed), f);
+      const WorkMesh<double> before = s.mesh;
+      FuseRound<double> round;
+      for (const double threshold : {1e-4, 1e-2, 1.0}) {
+        const FuseStatistics statistics = round.run(limits_of(threshold), s.fields(), &s.mesh);
+        EXPECT_EQ(statistics.pass.tets_after, s.mesh.tets.size());
+        const auto& reasons = statistics.pass.rejected;
+        EXPECT_EQ(std::accumulate(reasons.begin(), reasons.end(), 0ULL), s.mesh.vertex_count());
+        expect_same_domain(s.mesh, before);
+        expect_whole(s.mesh);
+      }
+      EXPECT_LT(s.mesh.tets.size(), before.tets.size() / 2);
+    }
+  }
+}
+
+TEST(FuseRound, KeepsAMeshOfFloatsValid) {
+  WorkMesh<float> mesh = testing::to_float_work_mesh(five_split_cube(10, 0.2, 3));
+  testing::steer_by(smooth, &mesh);
+  const SteeringField field = range_of(mesh);
+  begin_quadrics({&field, 1}, kUnit, &mesh);
+  const WorkMesh<float> before = mesh;
+  FuseRound<float>().run(limits_of(), {&field, 1}, &mesh);
+  EXPECT_LT(mesh.tets.size(), before.tets.size() / 2);
+  expect_same_domain(mesh, before);
+  expect_whole(mesh);
+}
+
+TEST(FuseRound, FusesWithoutAnyField) {
+  WorkMesh<double> mesh = to_work_mesh(five_split_cube(8, 0.2, 3));
+  begin_quadrics({}, kUnit, &mesh);
+  const WorkMesh<double> before = mesh;
+  const FuseStatistics s = FuseRound<double>().run(limits_of(), {}, &mesh);
+  EXPECT_GT(s.pass.fused, 100u);
+  expect_same_domain(mesh, before);
+  expect_whole(mesh);
+}
+
+// Locked ones stay, though others may come to them; those on an interface know nobody.
+TEST(FuseRound, MarkedVerticesStay) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Steered s = steered(five_split_cube(9, 0.2, seed), smooth);
+    for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+      const double draw = uniform(seed, v);
+      if (draw < 0.1) s.mesh.marks[v] |= kLocked;
+      if (draw > 0.9) s.mesh.marks[v] |= kOnInterface;
+    }
+    const WorkMesh<double> before = s.mesh;
+    const FuseStatistics statistics = run(limits_of(), &s);
+    EXPECT_GT(statistics.pass.fused, 50u);
+    EXPECT_GT(rejected(statistics, Reject::kLocked), 20u);
+    EXPECT_GT(rejected(statistics, Reject::kInterface), 50u);
+    expect_same_domain(s.mesh, before);
+    const auto ids = by_id(s.mesh);
+    const std::uint32_t row = before.quadric_width;
+    bool took_in = false;
+    for (VertexId v = 0; v < before.vertex_count(); ++v) {
+      if ((before.marks[v] & (kOnBoundary | kLocked | kOnInterface)) == 0) continue;
+      ASSERT_TRUE(ids.contains(v));
+      const VertexId w = ids.at(v);
+      EXPECT_EQ(s.mesh.marks[w], before.marks[v]);
+      EXPECT_EQ(at(s.mesh, w), at(before, v));
+      EXPECT_EQ(s.mesh.steering[w], before.steering[v]);
+      const bool is_same =
+          std::equal(before.quadrics.begin() + v * row, before.quadrics.begin() + (v + 1) * row - 1,
+                     s.mesh.quadrics.begin() + w * row);
+      took_in = took_in || ((before.marks[v] & kLocked) != 0 && !is_same);
+      if ((before.marks[v] & kOnInterface) != 0) {
+        EXPECT_TRUE(is_same);
+      }
+    }
+    EXPECT_TRUE(took_in);
+  }
+}
+
+// The fused vertex's values come from the quadrics, in single precision; those of a carried column
+// from the old cavity.
+TEST(FuseRound, LinearFieldsStayLinear) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Steered s = steered(five_split_cube(10, 0.2, seed), linear);
+    Vector<double> carried, steering(s.mesh.steering);
+    for (const auto& p : s.mesh.positions) {
+      carried.insert(carried.end(), {linear(p.x, p.y, p.z), -p.y});
+    }
+    s.mesh.point_columns.push_back(make_column(2, carried));
+    for (double& x : steering) x = std::ldexp(x, -3);
+    s.mesh.point_columns.push_back(make_column(1, steering));
+    s.field.column = 1;
+    s.field.exponent = 3;
+    const FuseStatistics statistics = run(limits_of(), &s);
+    EXPECT_GT(statistics.pass.fused, 200u);
+    const auto values = values_of<double>(s.mesh.point_columns[0]);
+    const auto steers = values_of<double>(s.mesh.point_columns[1]);
+    for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+      const Vec3<double>& p = s.mesh.positions[v];
+      const double expected = linear(p.x, p.y, p.z);
+      EXPECT_NEAR(s.mesh.steering[v], expected, 1e-5 * s.field.range);
+      EXPECT_EQ(steers[v], std::ldexp(s.mesh.steering[v], -3));
+      EXPECT_NEAR(values[2 * v], expected, 1e-12);
+      EXPECT_NEAR(values[2 * v + 1], -p.y, 1e-12);
+    }
+  }
+}
+
+TEST(FuseRound, IntegersTakeAValueThatWasThere) {
+  Steered s = steered(five_split_cube(9, 0.2, 5), smooth);
+  const WorkMesh<double> before = s.mesh;
+  Vector<std::int64_t> ids;
+  Vector<std::uint8_t> pairs;
+  for (VertexId v = 0; v < before.vertex_count(); ++v) {
+    ids.push_back(1'000'000 + 7 * std::int64_t{v});
+    pairs.insert(pairs.end(), {static_cast<std::uint8_t>(v % 251), std::uint8_t{9}});
+  }
+  s.mesh.point_columns = {make_column(1, ids), make_column(2, pairs)};
+  run(limits_of(), &s);
+  const auto values = values_of<std::int64_t>(s.mesh.point_columns[0]);
+  const auto bytes = values_of<std::uint8_t>(s.mesh.point_columns[1]);
+  std::set<std::int64_t> seen;
+  double furthest = 0;
+  for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+    const std::int64_t id = (values[v] - 1'000'000) / 7;
+    ASSERT_EQ(values[v], 1'000'000 + 7 * id);
+    ASSERT_LT(static_cast<std::size_t>(id), before.vertex_count());
+    EXPECT_TRUE(seen.insert(id).second) << "a value twice";
+    EXPECT_EQ(bytes[2 * v], id % 251);
+    EXPECT_EQ(bytes[2 * v + 1], 9);
+    const auto was = at(before, static_cast<VertexId>(id)), is = at(s.mesh, v);
+    furthest = std::max(furthest, std::hypot(was[0] - is[0], was[1] - is[1], was[2] - is[2]));
+    if ((s.mesh.marks[v] & kOnBoundary) != 0) {
+      EXPECT_EQ(id, s.mesh.point_ids[v]);
+    }
+  }
+  EXPECT_LT(furthest, 4);  // of 9: the nearest of those that were fused
+}
+
+// Every tetrahedron that is left has the corners that it had, each of them fused to the same vertex
+// wherever it was.
+TEST(FuseRound, CellColumnsFollowTheirTetrahedra) {
+  Steered s = steered(five_split_cube(9, 0.2, 6), smooth);
+  Vector<float> halves;
+  for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
+    halves.insert(halves.end(), {static_cast<float>(t) / 2, static_cast<float>(t)});
+  }
+  s.mesh.cell_columns.push_back(make_column(2, halves));
+  testing::number_tets(&s.mesh);
+  const WorkMesh<double> before = s.mesh;
+  run(limits_of(), &s);
+  const auto numbers = testing::tet_numbers(s.mesh);
+  const auto rows = values_of<float>(s.mesh.cell_columns[0]);
+  std::map<VertexId, VertexId> became;
+  for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
+    if (t > 0) {
+      EXPECT_LT(numbers[t - 1], numbers[t]);
+    }
+    EXPECT_EQ(rows[2 * t], static_cast<float>(numbers[t]) / 2);
+    EXPECT_EQ(rows[2 * t + 1], static_cast<float>(numbers[t]));
+    const Tet& old = before.tets[numbers[t]];
+    for (std::size_t c = 0; c < 4; ++c) {
+      const VertexId now = s.mesh.point_ids[s.mesh.tets[t][c]];
+      EXPECT_EQ(became.try_emplace(old[c], now).first->second, now);
+      if ((before.marks[old[c]] & kOnBoundary) != 0) {
+        EXPECT_EQ(now, old[c]);
+      }
+    }
+  }
+}
+
+// The weights of all quadrics are the four determinants of each tetrahedron, before and after.
+TEST(FuseRound, QuadricsAddUp) {
+  Steered s = steered(five_split_cube(8, 0.2, 8), smooth);
+  const auto weight = [&] {
+    double sum = 0;
+    for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+      sum += s.mesh.quadrics[v * s.mesh.quadric_width + kQuadricW];
+    }
+    return sum;
+  };
+  const double expected = 4 * 6 * 512 * kUnit * kUnit * kUnit;
+  EXPECT_NEAR(weight() / expected, 1, 1e-6);
+  run(limits_of(), &s);
+  EXPECT_NEAR(weight() / expected, 1, 1e-5);
+}
+
+TEST(FuseRound, TheScaleOfAMeshDoesNotMatter) {
+  Steered s = steered(five_split_cube(9, 0.2, 4), smooth);
+  const Steered fresh = s;
+  run(limits_of(3e-3), &s);
+  for (const double scale : {0x1p-20, 0x1p20}) {
+    Steered other = fresh;
+    for (Vec3<double>& p : other.mesh.positions) p = {p.x * scale, p.y * scale, p.z * scale};
+    begin_quadrics(other.fields(), kUnit / scale, &other.mesh);
+    FuseLimits limits = limits_of(3e-3);
+    limits.unit /= scale;
+    run(limits, &other);
+    expect_same(s.mesh, other.mesh, scale);
+  }
+}
+
+// Nor does that of a field.
+TEST(FuseRound, TheScaleOfAFieldDoesNotMatter) {
+  Steered s = steered(five_split_cube(8, 0.2, 4), smooth);
+  Steered other = s;
+  for (double& x : other.mesh.steering) x *= 0x1p30;
+  other.field.range *= 0x1p30;
+  begin_quadrics(other.fields(), kUnit, &other.mesh);
+  run(limits_of(3e-3), &s);
+  run(limits_of(3e-3), &other);
+  for (double& x : s.mesh.steering) x *= 0x1p30;
+  expect_same(s.mesh, other.mesh);
+}
+
+TEST(FuseRound, RemembersNothingOfOtherMeshes) {
+  FuseRound<double> old;
+  for (const std::uint32_t n : {9, 5, 8}) {
+    Steered s = steered(five_split_cube(n, 0.2, n), n == 5 ? rough : smooth);
+    Steered fresh = s;
+    for (const double threshold : {1e-3, 1e-1}) {
+      FuseLimits limits = limits_of(threshold);
+      limits.quota = n == 8 ? 300 : limits.quota;
+      const FuseStatistics a = old.run(limits, s.fields(), &s.mesh);
+      const FuseStatistics b = run(limits, &fresh);
+      EXPECT_EQ(a.pass.fused, b.pass.fused);
+      EXPECT_EQ(a.pass.rejected, b.pass.rejected);
+      EXPECT_EQ(a.costs, b.costs);
+      expect_same(s.mesh, fresh.mesh);
+    }
+  }
+}
+
+TEST(FuseRound, ALookChangesNothingButWhatIsKnown) {
+  Steered s = steered(five_split_cube(8, 0.2, 5), smooth);
+  const WorkMesh<double> before = s.mesh;
+  FuseRound<double> round;
+  const FuseStatistics statistics = round.look(limits_of(1e-3), s.fields(), &s.mesh);
+  EXPECT_EQ(statistics.pass.fused, 0u);
+  EXPECT_EQ(statistics.pass.tets_after, before.tets.size());
+  EXPECT_EQ(std::accumulate(statistics.costs.begin(), statistics.costs.end(), 0ULL), 7u * 7 * 7);
+  const std::uint32_t row = before.quadric_width;
+  for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+    const bool is_inner = (before.marks[v] & kOnBoundary) == 0;
+    EXPECT_EQ(s.mesh.quadrics[(v + 1) * row - 1] > 0, is_inner);
+    s.mesh.quadrics[(v + 1) * row - 1] = 0;
+  }
+  expect_same(s.mesh, before);
+}
+
+}  // namespace
+}  // namespace tetfusion
