@@ -94,6 +94,27 @@ class OutOfCore : public ::testing::Test {
     out.pop_back();  // the last one comes when all is done
     return out;
   }
+  void expect_same_bytes_everywhere() {
+    const std::string expected = run_in_core();
+    ASSERT_FALSE(expected.empty());
+    for (const int threads : {1, 2, 3, 8}) {
+      for (const bool on_disk : {false, true}) {
+        request.performance.threads = threads;
+        request.performance.on_disk = on_disk;
+        const SimplifyReport report = simplify(request);
+        EXPECT_GE(report.lods.front().chunks, 8u);
+        EXPECT_EQ(report.scratch_bytes > 0, on_disk);
+        EXPECT_EQ(files(), std::set<std::string>{"out.vtu"});
+        EXPECT_EQ(take_output() == expected, true) << threads << " threads, on disk: " << on_disk;
+      }
+    }
+  }
+  // By the method that takes the cheapest first; `reduction` is the goal, or none.
+  void fuse(std::optional<double> reduction) {
+    request.behaviour.method = Method::kFuse;
+    request.behaviour.reduction = reduction;
+    if (!reduction) request.behaviour.max_rms = 0.01;
+  }
   ErrorCode refusal(std::string* message = nullptr) {
     try {
       simplify(request);
@@ -113,20 +134,27 @@ TEST_F(OutOfCore, TheBytesDoNotDependOnThreadsAndMemory) {
   for (const bool has_goal : {false, true}) {
     if (has_goal) request.behaviour.reduction = 0.2;
     request.encoding = has_goal ? Encoding::kZlib : Encoding::kRaw;
-    const std::string expected = run_in_core();
-    ASSERT_FALSE(expected.empty());
-    for (const int threads : {1, 2, 3, 8}) {
-      for (const bool on_disk : {false, true}) {
-        request.performance.threads = threads;
-        request.performance.on_disk = on_disk;
-        const SimplifyReport report = simplify(request);
-        EXPECT_GT(report.lods.front().chunks, 8u);
-        EXPECT_EQ(report.scratch_bytes > 0, on_disk);
-        EXPECT_EQ(files(), std::set<std::string>{"out.vtu"});
-        EXPECT_EQ(take_output() == expected, true) << threads << " threads, on disk: " << on_disk;
-      }
-    }
+    expect_same_bytes_everywhere();
   }
+}
+
+TEST_F(OutOfCore, NorDoThoseOfFuse) {
+  for (const bool has_goal : {false, true}) {
+    fuse(has_goal ? std::optional(0.5) : std::nullopt);
+    expect_same_bytes_everywhere();
+  }
+}
+
+// Two fields, one of them a vector, in a mesh of floats: quadrics are rows of another length.
+TEST_F(OutOfCore, NorDoThoseOfFuseWithSeveralFields) {
+  MeshFile file = rich_box(10);
+  file.geometry = testing::to_float(file.geometry);
+  file.point_arrays.push_back(testing::make_array<float>(
+      "v", file.points(), 3, [](auto i, auto k) { return std::sin(0.01 * double(i * (k + 1))); }));
+  file.write(request.input);
+  request.behaviour.arrays = {"f", "v"};
+  fuse(0.4);
+  expect_same_bytes_everywhere();
 }
 
 TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
@@ -196,6 +224,16 @@ TEST_F(StoppedRun, EndsInTheSameBytesWithAGoal) {
   expect_same_bytes_wherever_it_stops();
 }
 
+TEST_F(StoppedRun, EndsInTheSameBytesWhenItFuses) {
+  fuse(std::nullopt);
+  expect_same_bytes_wherever_it_stops();
+}
+
+TEST_F(StoppedRun, EndsInTheSameBytesWhenItFusesTowardsAGoal) {
+  fuse(0.5);
+  expect_same_bytes_wherever_it_stops();
+}
+
 TEST_F(StoppedRun, EndsInTheSameBytesWithFloats) {
   MeshFile file = rich_box(9);
   file.geometry = testing::to_float(file.geometry);
@@ -218,7 +256,11 @@ TEST_F(StoppedRun, ComesToAnEnd) {
   EXPECT_TRUE(files().empty());
 }
 
-TEST_F(StoppedRun, LevelsThatAreWholeStay) {
+// By either method.
+class StoppedLevels : public StoppedRun, public ::testing::WithParamInterface<Method> {};
+
+TEST_P(StoppedLevels, StayWhenTheyAreWhole) {
+  request.behaviour.method = GetParam();
   request.output = folder.file("level_{lod}.vtu");
   request.performance.scratch = folder.file("scratch");
   request.behaviour.lods = {0.1, 0.2};
@@ -250,6 +292,9 @@ TEST_F(StoppedRun, LevelsThatAreWholeStay) {
   EXPECT_GT(stopped_between, 1);
 }
 
+INSTANTIATE_TEST_SUITE_P(Methods, StoppedLevels,
+                         ::testing::Values(Method::kTetFuse, Method::kFuse));
+
 TEST_F(StoppedRun, InMemoryLeavesNothing) {
   for (int report = 1; run_until(report); report += 3) EXPECT_TRUE(files().empty());
   EXPECT_EQ(files(), std::set<std::string>{"out.vtu"});
@@ -272,6 +317,10 @@ TEST_F(StoppedRun, IsRefusedWithOtherOptionsAndAnotherInput) {
   request = same;
   request.behaviour.chunk_tets = 701;
   EXPECT_EQ(refusal(), ErrorCode::kUsage);
+  request = same;
+  request.behaviour.method = Method::kFuse;
+  EXPECT_EQ(refusal(&message), ErrorCode::kUsage);
+  EXPECT_THAT(message, HasSubstr("method"));
   request = same;
   request.encoding = Encoding::kZlib;
   EXPECT_EQ(refusal(), ErrorCode::kUsage);

@@ -51,12 +51,23 @@ void copy_vertex(const WorkMesh<Real>& from, VertexId v, VertexId to, WorkMesh<R
   copy_rows(from.point_columns, v, to, &mesh->point_columns);
 }
 
+// What the chunk has of its vertices' quadrics; place(id) is where a vertex goes.
+template <class Real, class Place>
+void add_quadrics(const WorkMesh<Real>& chunk, Place place, WorkMesh<Real>* mesh) {
+  const std::size_t numbers = mesh->quadric_width;
+  for (std::size_t v = 0; v < chunk.vertex_count() && numbers > 0; ++v) {
+    float* sum = mesh->quadrics.data() + place(chunk.point_ids[v]) * numbers;
+    for (std::size_t k = 0; k < numbers; ++k) sum[k] += chunk.quadrics[v * numbers + k];
+  }
+}
+
 }  // namespace
 
 template <class Real>
 WorkMesh<Real> layout_of(const WorkMesh<Real>& mesh) {
   WorkMesh<Real> layout;
   layout.steering_width = mesh.steering_width;
+  layout.quadric_width = mesh.quadric_width;
   for (const Column& c : mesh.point_columns)
     layout.point_columns.push_back({c.type, c.components, {}});
   for (const Column& c : mesh.cell_columns)
@@ -173,8 +184,11 @@ WorkMesh<Real> join(const std::vector<WorkMesh<Real>>& chunks) {
     copy.place = place++;
     copy_vertex(chunks[copy.chunk], copy.vertex, copy.place, &mesh);
   }
+  mesh.quadrics.assign(copies.size() * mesh.quadric_width, 0.0F);
   std::size_t to = 0;
   for (const WorkMesh<Real>& chunk : chunks) {
+    add_quadrics(
+        chunk, [&](VertexId id) { return copies.at(id).place; }, &mesh);
     for (std::size_t t = 0; t < chunk.tets.size(); ++t, ++to) {
       for (std::size_t k = 0; k < 4; ++k) {
         mesh.tets[to][k] = copies.at(chunk.point_ids[chunk.tets[t][k]]).place;

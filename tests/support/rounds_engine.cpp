@@ -45,7 +45,7 @@ RoundsEngine::RoundsEngine(const WorkMesh<double>& mesh, std::uint64_t chunk_tet
 
 RoundStatistics RoundsEngine::run(const RunContext& context) {
   const auto before = static_cast<double>(lod.tets);
-  const RoundStatistics round = rounds_.run(settings, limits, {}, context, &lod);
+  const RoundStatistics round = rounds_.run(settings, limits, fields, context, &lod);
   ++settings.number;
   settings.shrink = static_cast<double>(lod.tets) / before;
   return round;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "driver/rounds.h"
 #include "support/cut_meshes.h"
@@ -35,6 +36,7 @@ class RoundsEngine {
 
   RoundSettings settings;
   PassLimits limits;
+  std::span<const SteeringField> fields;
 
  private:
   MemoryBudget budget_;

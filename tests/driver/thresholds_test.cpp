@@ -1,0 +1,90 @@
+#include "driver/thresholds.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <utility>
+
+namespace tetfusion {
+namespace {
+
+// So many vertices at each cost.
+CostHistogram histogram(std::initializer_list<std::pair<double, std::uint64_t>> counts) {
+  CostHistogram costs{};
+  for (const auto& [cost, vertices] : counts) costs[cost_bin(cost)] += vertices;
+  return costs;
+}
+
+// The end of the bin that a cost is in.
+double above(double cost) { return cost_bin_end(cost_bin(cost)); }
+
+TEST(Costs, BinsAreHalfAnOctave) {
+  for (double cost = 1e-20; cost < 50; cost *= 1.07) {
+    const std::size_t bin = cost_bin(cost);
+    EXPECT_LT(cost, cost_bin_end(bin));
+    EXPECT_GE(cost, cost_bin_end(bin - 1));
+    EXPECT_NEAR(cost_bin_end(bin) / cost_bin_end(bin - 1), std::sqrt(2.0), 1e-12);
+    EXPECT_EQ(cost_bin(cost_bin_end(bin)), bin + 1);
+  }
+}
+
+TEST(Costs, BinsAtTheEndsTakeTheRest) {
+  EXPECT_EQ(cost_bin(0), 0u);
+  EXPECT_EQ(cost_bin(-1), 0u);
+  EXPECT_EQ(cost_bin(std::nan("")), 0u);
+  EXPECT_EQ(cost_bin(1e-300), 0u);
+  EXPECT_EQ(cost_bin(1e30), kCostBins - 1);
+}
+
+TEST(NextThreshold, TheFirstTakesHalfOfTheVertices) {
+  const CostHistogram costs = histogram({{1e-6, 40}, {1e-4, 60}});
+  EXPECT_EQ(next_threshold(costs, {}, {}), above(1e-4));
+  EXPECT_EQ(next_threshold(histogram({{1e-6, 50}, {1e-4, 50}}), {}, {}), above(1e-6));
+}
+
+TEST(NextThreshold, ErrorsDoubleFromRoundToRound) {
+  const CostHistogram costs = histogram({{1e-6, 60}, {1e-2, 40}});
+  EXPECT_EQ(next_threshold(costs, {1e-5, false}, {}), 4e-5);
+  EXPECT_EQ(next_threshold(costs, {1e-5, true}, {}), 4e-5);
+  // Half of the vertices may be more.
+  EXPECT_EQ(next_threshold(costs, {1e-7, false}, {}), above(1e-6));
+}
+
+TEST(NextThreshold, LessIsTakenWhereItIsEnough) {
+  const CostHistogram costs = histogram({{1e-8, 30}, {1e-6, 30}, {1e-4, 100}});
+  // 60 tetrahedra are 20 vertices that are counted.
+  EXPECT_EQ(next_threshold(costs, {}, 60), above(1e-8));
+  EXPECT_EQ(next_threshold(costs, {}, 0), above(1e-8));
+  EXPECT_EQ(next_threshold(costs, {}, 120), above(1e-6));
+  EXPECT_EQ(next_threshold(costs, {}, 300), above(1e-4));
+  // Never more than what a round without a goal would take.
+  EXPECT_EQ(next_threshold(costs, {}, 1'000'000), above(1e-4));
+  EXPECT_EQ(next_threshold(histogram({{1e-8, 100}, {1, 10}}), {}, 315), above(1e-8));
+}
+
+TEST(NextThreshold, WhatWasNotEnoughIsNotEnoughNow) {
+  const CostHistogram costs = histogram({{1e-8, 100}, {1e-4, 50}});
+  EXPECT_EQ(next_threshold(costs, {1e-6, false}, 6), 2e-6);
+  EXPECT_EQ(next_threshold(costs, {1e-6, true}, 6), above(1e-8));
+  EXPECT_EQ(next_threshold(costs, {1e-6, true}, 400), 4e-6);
+}
+
+TEST(NextThreshold, AlwaysGoesOn) {
+  for (const double last : {1e-12, 1e-6, 1.0}) {
+    EXPECT_GE(next_threshold({}, {last, false}, {}), 2 * last);
+    EXPECT_GE(next_threshold({}, {last, false}, 10), 2 * last);
+    EXPECT_TRUE(std::isfinite(next_threshold({}, {last, false}, 10)));
+  }
+  EXPECT_GT(next_threshold({}, {}, {}), 0);
+}
+
+TEST(LargestCost, IsAboveAll) {
+  EXPECT_EQ(largest_cost({}), 0);
+  EXPECT_EQ(largest_cost(histogram({{1e-9, 5}})), above(1e-9));
+  EXPECT_EQ(largest_cost(histogram({{1e-9, 5}, {0.3, 1}, {1e-3, 7}})), above(0.3));
+}
+
+}  // namespace
+}  // namespace tetfusion
