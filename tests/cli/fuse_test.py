@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""simplify --method fuse, from file to file. Usage: fuse_test.py TETFUSION"""
+from harness import USAGE, FolderTest, finish, main, report_of
+from independent_check import Vtu, judge_pair, load
+from tiny_vtu import TinyVtu
+
+
+class Fuse(FolderTest):
+    def fuse(self, path, *options):
+        out = self.folder / "out.vtu"
+        return out, report_of("simplify", path, "-o", out, "--method", "fuse", "--quiet", *options)
+
+    def compare(self, path, out):
+        """The report of compare, on a mesh that is as valid as the original and has its surface: by its own judgement, by
+        that of check, and by that of a checker which shares no code with them."""
+        report_of("check", out, "--strict")
+        _, failures = judge_pair(load(path, "original"), load(out, "simplified"), False)
+        self.assertEqual(failures, [])
+        report = report_of("compare", path, out, "--surface", "0")
+        self.assertEqual(report["outside_points"], 0)
+        self.assertIs(report["surface"]["identical"], True)
+        return report
+
+    def test_towards_a_goal(self):
+        path = self.generate("--jitter", "0.5", tets="120k")
+        for reduction, options in ((0.8, []), (0.9, []), (0.8, ["--chunk-tets", "15k", "--threads", "2"])):
+            out, report = self.fuse(path, "--regions", "none", "--reduction", reduction, *options)
+            self.assertEqual(report["stop_reason"], "goal")
+            goal = report["input"]["tets"] * (1 - reduction)
+            self.assertGreaterEqual(report["output"]["tets"], goal - 1e-6)
+            self.assertLess(report["output"]["tets"], goal + 12)
+            self.assertEqual(report["output"]["tets"], len(Vtu(out).tets))
+            self.assertEqual(report["output"]["boundary_triangles"], report["input"]["boundary_triangles"])
+            self.compare(path, out)
+
+    def test_as_far_as_the_error_allows(self):
+        path = self.generate("--jitter", "0.5", tets="40k")
+        left = []
+        for rms in ("0.01%", "0.1%"):
+            out, report = self.fuse(path, "--max-rms", rms)
+            self.assertEqual(report["stop_reason"], "saturated")
+            self.assertGreater(report["lods"][-1]["rejected"]["error"], 0)
+            left.append(report["output"]["tets"])
+            steering = [a for a in self.compare(path, out)["arrays"] if a["name"] == report["steering"][0]]
+            self.assertLess(steering[0]["rms"], float(rms[:-1]) / 100)
+        self.assertLess(left[1], left[0])
+        # It goes before the goal.
+        _, report = self.fuse(path, "--max-rms", "0.01%", "--reduction", "99%")
+        self.assertEqual((report["stop_reason"], report["output"]["tets"]), ("saturated", left[0]))
+
+    def test_values_that_are_none(self):
+        path = self.write(TinyVtu(3))
+        for option, values in (("--min-quality", ("-0.1", "1", "2", "nan", "good", "")),
+                               ("--max-rms", ("0", "0%", "-1%", "nan", "little", ""))):
+            for value in values:
+                result = finish("simplify", path, "-o", self.folder / "out.vtu", "--method", "fuse", f"{option}={value}")
+                self.assertEqual(result.returncode, USAGE, (option, value))
+                self.assertIn(option, result.stderr.decode())
+        self.assertEqual(self.files(), ["mesh.vtu"])
+
+
+if __name__ == "__main__":
+    main()
