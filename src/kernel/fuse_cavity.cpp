@@ -16,8 +16,8 @@ struct ShapeOf {
 };
 
 template <class Real>
-inline ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c, const Vec3<Real>& d,
-                 double unit) {
+inline ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c,
+                        const Vec3<Real>& d, double unit) {
   const double ax = a.x, ay = a.y, az = a.z;
   const double ux = (b.x - ax) * unit, uy = (b.y - ay) * unit, uz = (b.z - az) * unit;
   const double vx = (c.x - ax) * unit, vy = (c.y - ay) * unit, vz = (c.z - az) * unit;

@@ -22,6 +22,9 @@ constexpr float kLengthCost = 1e-6F;
 constexpr float kSlack = 1.3F;
 constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
+// What quadrics cannot tell, in single precision: this share of the differences in a cavity.
+constexpr double kSingle = 1e-4;
+
 // Lists of candidates, after the first one, that a vertex may use up while nothing near it moves.
 constexpr std::uint8_t kLists = 1;
 
@@ -66,6 +69,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   interpolates_ = steering_columns < mesh->point_columns.size();
   sum_.resize(row_);
   differences_.resize(width_);
+  values_.resize(width_);
 
   const std::size_t n = mesh->vertex_count();
   balls_.reset(n, mesh->tets);
@@ -356,11 +360,11 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
     return false;
   }
   const VertexId kept = fixed_ ? partner : std::min(v, partner);
-  if (!fixed_ && interpolates_) {
-    interpolations_.push_back(cavity_.interpolation(v, partner, position_));
-    interpolations_.back().to = kept;
-  }
-  apply(v, partner, kept);
+  Interpolation interpolation;
+  if (!fixed_) interpolation = cavity_.interpolation(v, partner, position_);
+  interpolation.to = kept;
+  if (!fixed_ && interpolates_) interpolations_.push_back(interpolation);
+  apply(v, partner, interpolation);
   return true;
 }
 
@@ -416,9 +420,10 @@ void FuseRound<Real>::set_position(VertexId v, const Offset& u) {
 }
 
 template <class Real>
-void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
+void FuseRound<Real>::apply(VertexId v, VertexId partner, const Interpolation& interpolation) {
   ++now_;
-  merge_quadrics(v, kept);
+  const VertexId kept = interpolation.to;
+  merge_quadrics(v, interpolation);
   move_tets(kept, kept == v ? partner : v);
   removed_ += cavity_.deleted().size();
   ++fused_;
@@ -429,23 +434,48 @@ void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
 
 // One that stays where it is keeps its values, too.
 template <class Real>
-void FuseRound<Real>::merge_quadrics(VertexId v, VertexId kept) {
+void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolation) {
+  const VertexId kept = interpolation.to;
   float* row = mesh_->quadrics.data() + kept * row_;
   if (fixed_) {
     find_differences(v, kept);
     add_shifted(quadric(v), offset(v, mesh_->positions[kept]), differences_.data(), width_, row);
     return;
   }
-  const Offset u = offset(v, position_);
+  choose_values(v, interpolation);
   const double* from = mesh_->steering.data() + v * width_;
   double* to = mesh_->steering.data() + kept * width_;
   for (std::size_t k = 0; k < width_; ++k) {
-    differences_[k] = best_value(sum_.data(), k, u);
-    to[k] = from[k] + double{differences_[k]} / field_scale_[k];
+    differences_[k] = static_cast<float>(values_[k] - from[k]) * field_scale_[k];
   }
+  std::copy(values_.begin(), values_.end(), to);
   std::fill_n(row, row_, 0.0F);
-  add_shifted(sum_.data(), u, differences_.data(), width_, row);
+  add_shifted(sum_.data(), offset(v, position_), differences_.data(), width_, row);
   mesh_->positions[kept] = position_;
+}
+
+// The best values within those of the cavity, or the old fields' own, where the best are the same
+// but for single precision.
+template <class Real>
+void FuseRound<Real>::choose_values(VertexId v, const Interpolation& interpolation) {
+  const Offset u = offset(v, position_);
+  const double* steering = mesh_->steering.data();
+  for (std::size_t k = 0; k < width_; ++k) {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    const auto look = [&](TetId t) {
+      for (const VertexId c : mesh_->tets[t]) {
+        least = std::min(least, steering[c * width_ + k]);
+        most = std::max(most, steering[c * width_ + k]);
+      }
+    };
+    for (const std::uint32_t entry : cavity_.affected()) look(entry >> 2);
+    for (const TetId t : cavity_.deleted()) look(t);
+    const double before = interpolate(interpolation, steering, width_, k);
+    const double best =
+        steering[v * width_ + k] + double{best_value(sum_.data(), k, u)} / field_scale_[k];
+    const bool same = std::abs(best - before) <= kSingle * (most - least);
+    values_[k] = same ? before : std::clamp(best, least, most);
+  }
 }
 
 template <class Real>

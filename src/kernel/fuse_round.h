@@ -100,8 +100,9 @@ class FuseRound {
   void add_quadrics(VertexId v, VertexId partner);
   void set_position(VertexId v, const Offset& u);
   bool allows(VertexId v, VertexId partner);
-  void apply(VertexId v, VertexId partner, VertexId kept);
-  void merge_quadrics(VertexId v, VertexId kept);
+  void apply(VertexId v, VertexId partner, const Interpolation& interpolation);
+  void merge_quadrics(VertexId v, const Interpolation& interpolation);
+  void choose_values(VertexId v, const Interpolation& interpolation);
   void move_tets(VertexId kept, VertexId gone);
 
   void write_steering_columns();
@@ -143,6 +144,7 @@ class FuseRound {
 
   // The fusion in hand.
   std::vector<float> sum_, differences_;
+  std::vector<double> values_;
   Offset best_{};
   Vec3<Real> position_{};
   bool fixed_ = false;  // the partner stays where it is

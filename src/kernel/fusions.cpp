@@ -28,13 +28,7 @@ void interpolate_tuple(const Interpolation& fusion, std::size_t components, T* v
   T* to = values + fusion.to * components;
   if constexpr (std::is_floating_point_v<T>) {
     for (std::size_t k = 0; k < components; ++k) {
-      double value = 0;
-      for (std::size_t i = 0; i < 4; ++i) {
-        if (fusion.weights[i] != 0) {
-          value += fusion.weights[i] * values[fusion.from[i] * components + k];
-        }
-      }
-      to[k] = static_cast<T>(value);
+      to[k] = static_cast<T>(interpolate(fusion, values, components, k));
     }
   } else {
     std::copy_n(values + fusion.nearest * components, components, to);

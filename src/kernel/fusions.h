@@ -1,6 +1,7 @@
 // What a pass did, as a list, so that arrays which do not steer can follow afterwards.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -23,6 +24,22 @@ struct Interpolation {
   std::array<double, 4> weights{};
   VertexId nearest = 0;  // of those that were fused
 };
+
+// Component k there, of rows of so many. A constant stays the same to the bit, and the value is one
+// between those of the four.
+template <class T>
+double interpolate(const Interpolation& fusion, const T* rows, std::size_t components,
+                   std::size_t k) {
+  const auto at = [&](std::size_t i) { return double{rows[fusion.from[i] * components + k]}; };
+  const double first = at(0);
+  double value = first, least = first, most = first;
+  for (std::size_t i = 1; i < 4; ++i) {
+    value += fusion.weights[i] * (at(i) - first);
+    least = std::min(least, at(i));
+    most = std::max(most, at(i));
+  }
+  return std::min(std::max(value, least), most);
+}
 
 // Gives each fused vertex the value of the old cavity's piecewise-linear interpolant at its place;
 // integers take the nearest fused vertex's. In the order of the list, as later ones may stand on

@@ -111,7 +111,7 @@ class OtherFormats(FolderTest):
             self.assertEqual([after[k] for k in ("volume", "tets", "points", "lower_cells", "boundary_triangles")],
                              [before[k] for k in ("volume", "tets", "points", "lower_cells", "boundary_triangles")])
             self.assertIn(array[1], Vtu(out).arrays[array[0]])
-            run("simplify", path, "-o", out, "--tetrahedralize", "--quiet")
+            run("simplify", path, "-o", out, "--tetrahedralize", "--reduction", "50%", "--quiet")
             self.assertEqual(report_of("check", out, "--strict")["volume"], 2.0)
 
     def test_broken_indices_are_an_invalid_mesh(self):
@@ -119,7 +119,7 @@ class OtherFormats(FolderTest):
         report = report_of("check", path, "--tetrahedralize", code=INVALID)
         self.assertFalse(report["valid"])
         self.assertIn("cell 1 uses point 12", report["error"])
-        run("simplify", path, "-o", self.folder / "out.vtu", "--tetrahedralize", code=BAD)
+        run("simplify", path, "-o", self.folder / "out.vtu", "--tetrahedralize", "--reduction", "50%", code=BAD)
 
     def test_damaged_files(self):
         path = self.write(HEXAHEDRA[:300], "a.vtk")

@@ -259,16 +259,20 @@ def dress(rng, mesh):
 
 
 def choose_options(rng, mesh):
-    options = ["--scalar-tolerance", str(rng.choice(["off", "off", "2.5%", "0.01,0.2"])),
-               "--stretch-factor", str(rng.choice(["off", "5", "1.5,10"])),
-               "--boundary-rule", str(rng.choice(["vertices", "tets"])), "--threads", str(rng.integers(1, 4)),
-               "--chunk-tets", "600" if len(mesh.points) % 5 == 0 else "200k"]
-    if rng.random() < 0.2:
-        options += ["--aspect-ratio", "4"]
+    options = ["--threads", str(rng.integers(1, 4)), "--chunk-tets", "600" if len(mesh.points) % 5 == 0 else "200k"]
+    fuse = rng.random() < 0.5
+    if fuse:
+        options += ["--min-quality", str(rng.choice(["0", "0.1", "0.22"])), "--max-rms", str(rng.choice(["1%", "20%"]))]
+    else:
+        options += ["--method", "tetfuse", "--scalar-tolerance", str(rng.choice(["off", "off", "2.5%", "0.01,0.2"])),
+                    "--stretch-factor", str(rng.choice(["off", "5", "1.5,10"])),
+                    "--boundary-rule", str(rng.choice(["vertices", "tets"]))]
+        if rng.random() < 0.2:
+            options += ["--aspect-ratio", "4"]
     if mesh.regions and rng.random() < 0.3:
         options, mesh.regions = options + ["--regions", "none"], None
     goal = 1
-    if rng.random() < 0.4:
+    if rng.random() < 0.4 or (fuse and not mesh.point_data):
         goal = int(rng.integers(1, len(mesh.tets) + 2))
         options += ["--tets", str(goal)]
     return options, goal
