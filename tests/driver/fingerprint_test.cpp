@@ -30,7 +30,7 @@ TEST(Fingerprint, KnowsHowAMeshIsFused) {
   mesh.spooled_checksum = 1;
   const std::string one = fingerprint(request, mesh);
   SimplifyRequest other = request;
-  other.behaviour.method = Method::kFuse;
+  other.behaviour.method = Method::kTetFuse;
   EXPECT_NE(fingerprint(other, mesh), one);
   other = request;
   other.behaviour.min_quality = 0.1;

@@ -33,6 +33,7 @@ class OutOfCore : public ::testing::Test {
   OutOfCore() {
     request.input = folder.file("in.vtu");
     request.output = folder.file("out.vtu");
+    request.behaviour.method = Method::kTetFuse;
     request.behaviour.scalar_tolerance = {0.2};
     request.behaviour.chunk_tets = 700;
     rich_box(11).write(request.input);
@@ -162,7 +163,7 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   const auto source = open_mesh(request.input);
   request.performance.threads = 2;
   const MemoryNeeds needs =
-      estimate_needs(source->description(), 1, request.behaviour.chunk_tets, 2, 0);
+      estimate_needs(source->description(), sizeof(double), request.behaviour.chunk_tets, 2, 0);
   request.performance.memory = needs.in_core;
   EXPECT_EQ(simplify(request).scratch_bytes, 0u);
   EXPECT_EQ(take_output() == expected, true);

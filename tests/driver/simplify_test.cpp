@@ -59,6 +59,7 @@ class Simplify : public ::testing::Test {
     SimplifyRequest r;
     r.input = folder.file("in.vtu");
     r.output = folder.file("out.vtu");
+    r.behaviour.method = Method::kTetFuse;
     r.behaviour.scalar_tolerance = {std::numeric_limits<double>::infinity()};
     return r;
   }();

@@ -208,7 +208,7 @@ TEST(Quadric, TheBestPositionIsTheLeast) {
     const Quadric q = make_sum(place, &random, &tets);
     const Reduced r = reduce(q.data(), width);
     const Offset home = to_offset(random.vector());
-    const Offset best = best_position(r, home, 0, 1e6F);
+    const Offset best = best_position(r, home, 0, 1e12F);
     for (int i = 0; i < 200; ++i) {
       const Vector3 step = random.vector();
       Offset other = best;
@@ -219,12 +219,13 @@ TEST(Quadric, TheBestPositionIsTheLeast) {
     const auto distance = [&](const Offset& p) {
       return std::hypot(p[0] - home[0], p[1] - home[1], p[2] - home[2]);
     };
-    const Offset drawn = best_position(r, home, 0.5F, 1e6F);
+    const Offset drawn = best_position(r, home, 0.5F, 1e12F);
     EXPECT_LT(distance(drawn), distance(best));
     EXPECT_GE(value_at(r, drawn), value_at(r, best) - 1e-4);
     EXPECT_LE(value_at(r, drawn), value_at(r, home) + 1e-4);
     for (const float reach : {0.0F, 1e-3F, 0.1F}) {
-      EXPECT_LE(distance(best_position(r, home, 0.02F, reach)), reach * (1 + 1e-5F) + 1e-7F);
+      EXPECT_LE(distance(best_position(r, home, 0.02F, reach * reach)),
+                reach * (1 + 1e-5F) + 1e-7F);
     }
   }
 }
@@ -238,7 +239,7 @@ TEST(Quadric, WhereNothingTellsItStaysAtHome) {
   const std::array<float, 3> one{1, 0, 0}, other{3, 0, 0};
   add_tetrahedron(1, one.data(), 1, q.data());
   add_tetrahedron(1, other.data(), 1, q.data());
-  const Offset best = best_position(reduce(q.data(), 1), home, 0.02F, 10);
+  const Offset best = best_position(reduce(q.data(), 1), home, 0.02F, 100);
   EXPECT_NEAR(best[0], 0, 0.05);
   EXPECT_FLOAT_EQ(best[1], 2);
   EXPECT_FLOAT_EQ(best[2], 3);
