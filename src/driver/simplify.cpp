@@ -17,6 +17,7 @@
 #include "driver/memory_plan.h"
 #include "driver/regions.h"
 #include "driver/rounds.h"
+#include "driver/scratch_place.h"
 #include "driver/stages.h"
 #include "driver/steering.h"
 #include "driver/thresholds.h"
@@ -45,12 +46,6 @@ constexpr std::uint64_t kSmallChunk = 100'000;
 double at_lod(const std::vector<double>& schedule, std::size_t lod) {
   if (schedule.empty()) return std::numeric_limits<double>::infinity();
   return schedule[std::min(lod, schedule.size() - 1)];
-}
-
-// The folder that a run keeps its mesh in, if it does not fit into memory.
-std::string scratch_folder(const SimplifyRequest& request) {
-  return request.performance.scratch.empty() ? request.output + ".tetfusion"
-                                             : request.performance.scratch;
 }
 
 struct RoundPlan {
@@ -138,6 +133,7 @@ RunPlan Job::plan() {
   plan.memory = budget_->total();
   plan.on_disk = on_disk_;
   plan.scratch = scratch_folder(request_);
+  if (mesh.spooled_checksum) plan.needs.scratch += mesh.file_bytes;
   return plan;
 }
 
@@ -197,8 +193,8 @@ void Job::fail_with_hint(const Error& error) {
 void Job::open_input() {
   context_.report("reading", 0);
   clock_.begin("read");
-  source_ =
-      open_mesh(request_.input, {request_.behaviour.tetrahedralize, request_.behaviour.linearize});
+  source_ = open_mesh(request_.input, {request_.behaviour.tetrahedralize,
+                                       request_.behaviour.linearize, spool_folder(request_)});
   stream_ = source_->stream();
   steering_choices_ = choose_steering(source_->description(), request_.behaviour.arrays);
   regions_ = choose_regions(source_->description(), request_.behaviour.regions);
