@@ -21,7 +21,6 @@
 #include "driver/stages.h"
 #include "driver/steering.h"
 #include "driver/thresholds.h"
-#include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 
 namespace tetfusion {
@@ -142,7 +141,7 @@ void Job::begin() {
   report_.method = request_.behaviour.method;
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
-  for (const Stage& stage : plan_stages(request_, kMaxTets)) check_mesh_output(stage.path);
+  for (const Stage& stage : plan_stages(request_, kMaxTets)) check_export(stage.path);
   open_input();
   plan_memory();
 }
@@ -418,10 +417,12 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     clock_.begin("write");
     if (last) rounds.reset();
     const double share = progress_at(state->input.mesh.tets, report_.lods.size());
-    const ExportSettings out{stages_[i].path, request_.encoding, thread_count(), [&](double done) {
-                               context_.check();
-                               context_.report("writing", share + (last ? 1 - share : 0) * done);
-                             }};
+    const auto progress = [&](double done) {
+      context_.check();
+      context_.report("writing", share + (last ? 1 - share : 0) * done);
+    };
+    const ExportSettings out{stages_[i].path, request_.encoding, thread_count(), progress,
+                             request_.pieces};
     report_.output = export_mesh(state->input.mesh, layout, state->input.lower, carried,
                                  source_.get(), out, context_, budget_.get(), scratch_.get());
     state->outputs.push_back(stages_[i].path);
