@@ -20,7 +20,8 @@ void check_mesh_output(const std::string& path) {
   if (!special && suffix != ".vtu") {
     throw Error(ErrorCode::kUsage,
                 fmt::format("cannot write {}: meshes are written as VTK XML unstructured grids; "
-                            "give a name that ends in .vtu, or - for standard output",
+                            "give a name that ends in .vtu (simplify also writes .pvtu), or - for "
+                            "standard output",
                             path));
   }
   check_output_path(path);

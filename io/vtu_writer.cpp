@@ -15,11 +15,12 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
+
+#include "io/vtu_markup.h"
 
 namespace tetfusion {
 
@@ -44,22 +45,7 @@ std::string head(Encoding encoding) {
   const char* compressor = encoding == Encoding::kZlib  ? " compressor=\"vtkZLibDataCompressor\""
                            : encoding == Encoding::kLz4 ? " compressor=\"vtkLZ4DataCompressor\""
                                                         : "";
-  return fmt::format(
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
-      "byte_order=\"{}\" header_type=\"UInt64\"{}>\n  <UnstructuredGrid>\n",
-      std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian", compressor);
-}
-
-// The attributes of a DataArray's tag up to its format.
-std::string describe(const ArrayInfo& info) {
-  std::string text =
-      fmt::format("type=\"{}\" Name=\"{}\"", vtk_name(info.type), xml_escape(info.name));
-  if (info.components != 1) text += fmt::format(" NumberOfComponents=\"{}\"", info.components);
-  for (std::size_t i = 0; i < info.component_names.size(); ++i) {
-    if (info.component_names[i].empty()) continue;
-    text += fmt::format(" ComponentName{}=\"{}\"", i, xml_escape(info.component_names[i]));
-  }
-  return text;
+  return vtk_file_tag("UnstructuredGrid", compressor) + "  <UnstructuredGrid>\n";
 }
 
 }  // namespace
@@ -121,12 +107,7 @@ void VtuWriter::declare(const VtuLayout& layout) {
 }
 
 void VtuWriter::add_section(const char* element, const AttributeSet& set, std::uint64_t tuples) {
-  pending_ += fmt::format("      <{}", element);
-  for (const auto& [kind, name] : set.active) {
-    if (set.find(name) == AttributeSet::npos) continue;
-    pending_ += fmt::format(" {}=\"{}\"", kind, xml_escape(name));
-  }
-  pending_ += ">\n";
+  pending_ += fmt::format("      <{}{}>\n", element, active_attributes(set));
   for (ArrayInfo info : set.arrays) {
     info.tuples = tuples;
     add_slot(info, info.values() * size_of(info.type), Place::kPiece);
@@ -140,7 +121,7 @@ void VtuWriter::add_slot(const ArrayInfo& info, std::uint64_t bytes, Place place
   slot.info = info;
   slot.bytes = bytes;
   slot.before =
-      fmt::format("{}        <{} {}", std::exchange(pending_, {}), element, describe(info));
+      fmt::format("{}        <{} {}", std::exchange(pending_, {}), element, array_attributes(info));
   if (place == Place::kFieldData) slot.before += fmt::format(" NumberOfTuples=\"{}\"", info.tuples);
   if (appended()) {
     slot.before += " format=\"appended\" ";

@@ -348,8 +348,15 @@ void add_simplify_command(CLI::App& app) {
       ->required();
   command
       ->add_option("-o,--output", a->request.output,
-                   "The result: a .vtu file, or - for standard output")
+                   "The result: a .vtu file, a .pvtu file with several pieces, or - for standard "
+                   "output")
       ->required()
+      ->group(kOutputGroup);
+  command
+      ->add_option("--pieces", a->request.pieces,
+                   "Pieces of a .pvtu file; they lie in the folder OUT_pieces beside it. Default: "
+                   "one for each 4 million tetrahedra of the result")
+      ->check(CLI::Range(1, 65536))
       ->group(kOutputGroup);
   add_goal_options(*command, a.get());
   add_criteria_options(*command, a.get());

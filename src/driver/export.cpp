@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "driver/export_chunks.h"
+#include "driver/export_pieces.h"
 #include "io/cell_order.h"
 #include "io/output_file.h"
+#include "io/pieces_output.h"
 #include "io/vtu_writer.h"
 
 namespace tetfusion {
@@ -231,6 +233,14 @@ void Exporter<Real>::for_each_piece(std::uint32_t section, F put) {
 
 }  // namespace
 
+void check_export(const std::string& path) {
+  if (is_pieces_name(path)) {
+    check_pieces_output(path);
+  } else {
+    check_mesh_output(path);
+  }
+}
+
 template <class Real>
 MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
                         const LowerPart<Real>& lower, const CarriedArrays& carried,
@@ -238,7 +248,7 @@ MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout
                         const RunContext& context, MemoryBudget* budget, Scratch* scratch) {
   const ExportJob<Real> job{mesh,     layout,  lower,  carried, source,
                             settings, context, budget, scratch};
-  return Exporter<Real>(job).run();
+  return is_pieces_name(settings.path) ? export_pieces(job) : Exporter<Real>(job).run();
 }
 
 template MeshSummary export_mesh(const MacroLod<float>&, const WorkMesh<float>&,

@@ -15,12 +15,18 @@
 namespace tetfusion {
 
 struct ExportSettings {
-  std::string path;
+  std::string path;  // NAME.pvtu: several files (export_pieces.h)
   Encoding encoding = Encoding::kRaw;
   int threads = 1;
   // From any of the threads. May throw: nothing is written then.
   std::function<void(double share)> progress;
+  // Of a .pvtu file, but for one of cells of lower dimension; at most one for each tetrahedron.
+  // 0: as many as have at most four million tetrahedra each.
+  std::uint32_t pieces = 0;
 };
+
+// Throws what export_mesh() would throw for such a name, before any work.
+void check_export(const std::string& path);
 
 // Writes the mesh with the carried arrays and the input's field data. Points are numbered chunk by
 // chunk, a point between chunks with the lowest of them, those that only cells of lower dimension

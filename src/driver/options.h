@@ -82,6 +82,7 @@ struct SimplifyRequest {
   BehaviourOptions behaviour;
   PerformanceOptions performance;
   Encoding encoding = Encoding::kRaw;
+  std::uint32_t pieces = 0;  // of an output that is called .pvtu, at most 65536; 0: by its size
 };
 
 }  // namespace tetfusion

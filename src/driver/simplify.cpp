@@ -17,10 +17,10 @@
 #include "driver/memory_plan.h"
 #include "driver/regions.h"
 #include "driver/rounds.h"
+#include "driver/scratch_place.h"
 #include "driver/stages.h"
 #include "driver/steering.h"
 #include "driver/thresholds.h"
-#include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 
 namespace tetfusion {
@@ -45,12 +45,6 @@ constexpr std::uint64_t kSmallChunk = 100'000;
 double at_lod(const std::vector<double>& schedule, std::size_t lod) {
   if (schedule.empty()) return std::numeric_limits<double>::infinity();
   return schedule[std::min(lod, schedule.size() - 1)];
-}
-
-// The folder that a run keeps its mesh in, if it does not fit into memory.
-std::string scratch_folder(const SimplifyRequest& request) {
-  return request.performance.scratch.empty() ? request.output + ".tetfusion"
-                                             : request.performance.scratch;
 }
 
 struct RoundPlan {
@@ -138,6 +132,7 @@ RunPlan Job::plan() {
   plan.memory = budget_->total();
   plan.on_disk = on_disk_;
   plan.scratch = scratch_folder(request_);
+  if (mesh.spooled_checksum) plan.needs.scratch += mesh.file_bytes;
   return plan;
 }
 
@@ -146,7 +141,7 @@ void Job::begin() {
   report_.method = request_.behaviour.method;
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
-  for (const Stage& stage : plan_stages(request_, kMaxTets)) check_mesh_output(stage.path);
+  for (const Stage& stage : plan_stages(request_, kMaxTets)) check_export(stage.path);
   open_input();
   plan_memory();
 }
@@ -197,8 +192,8 @@ void Job::fail_with_hint(const Error& error) {
 void Job::open_input() {
   context_.report("reading", 0);
   clock_.begin("read");
-  source_ =
-      open_mesh(request_.input, {request_.behaviour.tetrahedralize, request_.behaviour.linearize});
+  source_ = open_mesh(request_.input, {request_.behaviour.tetrahedralize,
+                                       request_.behaviour.linearize, spool_folder(request_)});
   stream_ = source_->stream();
   steering_choices_ = choose_steering(source_->description(), request_.behaviour.arrays);
   regions_ = choose_regions(source_->description(), request_.behaviour.regions);
@@ -422,10 +417,12 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     clock_.begin("write");
     if (last) rounds.reset();
     const double share = progress_at(state->input.mesh.tets, report_.lods.size());
-    const ExportSettings out{stages_[i].path, request_.encoding, thread_count(), [&](double done) {
-                               context_.check();
-                               context_.report("writing", share + (last ? 1 - share : 0) * done);
-                             }};
+    const auto progress = [&](double done) {
+      context_.check();
+      context_.report("writing", share + (last ? 1 - share : 0) * done);
+    };
+    const ExportSettings out{stages_[i].path, request_.encoding, thread_count(), progress,
+                             request_.pieces};
     report_.output = export_mesh(state->input.mesh, layout, state->input.lower, carried,
                                  source_.get(), out, context_, budget_.get(), scratch_.get());
     state->outputs.push_back(stages_[i].path);

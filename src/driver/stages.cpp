@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "io/pieces_output.h"
 
 namespace tetfusion {
 
@@ -87,6 +88,10 @@ void check_options(const SimplifyRequest& request) {
         fmt::format("--lods writes several files: the name after -o must hold {{lod}}, as in "
                     "part_{{lod}}.vtu, but it is \"{}\"",
                     request.output));
+  }
+  if (request.pieces > 0 && !is_pieces_name(request.output)) {
+    refuse(fmt::format("--pieces is for a name after -o that ends in .pvtu, but it is \"{}\"",
+                       request.output));
   }
   if (b.lods.empty() && has_field) {
     refuse("the name after -o holds {lod}, but there is no --lods");

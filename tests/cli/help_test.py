@@ -10,7 +10,7 @@ READING = ["--tetrahedralize", "--linearize"]
 OPTIONS = {
     "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio",
                            "--method", "--max-rms", "--min-quality", "--boundary-rule", "--boundary", "--array", "--regions", "--lods", "--encoding",
-                           "--report", "--strict", "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run"],
+                           "--pieces", "--report", "--strict", "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run"],
     "info": READING + ["--report"],
     "check": READING + ["--report", "--strict"],
     "compare": READING + ["--report", "--max-error", "--max-rms", "--surface", "--array"],

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Standard input, output and error, and pipes. Usage: streams_test.py TETFUSION"""
 import json
+import os
 import subprocess
 
 from harness import BAD, IO, FolderTest, command, finish, main, report_of, run
@@ -21,6 +22,17 @@ class Streams(FolderTest):
         self.assertEqual(piped, out.read_bytes())
         self.generate()
         self.assertEqual(run("generate", "bcc", "--tets", "20k", "-o", "-"), (self.folder / "generated.vtu").read_bytes())
+
+    def test_standard_input_is_copied_to_the_disk_of_the_scratch_folder(self):
+        mesh, out = mesh_of_all_sorts().bytes(), self.folder / "out.vtu"
+        nowhere = {**os.environ, "TMPDIR": str(self.folder / "missing")}
+        run("simplify", "-", "-o", out, input=mesh, env=nowhere)
+        expected = out.read_bytes()
+        for scratch in (self.folder, self.folder / "new"):
+            self.assertEqual(run("simplify", "-", "-o", "-", "--scratch", scratch, input=mesh, env=nowhere), expected)
+        self.assertEqual(self.files(), ["out.vtu"])
+        for arguments in (["simplify", "-", "-o", "-"], ["simplify", "-", "-o", "/dev/null"], ["info", "-"]):
+            self.assertIn(b"TMPDIR", finish(*arguments, input=mesh, env=nowhere).stderr)
 
     def test_a_pipe_of_three(self):
         line = ('"$0" generate bcc --tets 20k -o - | "$0" simplify - -o - --reduction 30% --quiet | '

@@ -1,14 +1,17 @@
 // Runs with the mesh in memory and on disk, to the end, and stopped on the way.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <thread>
 
 #include "base/error.h"
 #include "base/resources.h"
@@ -334,6 +337,34 @@ TEST_F(StoppedRun, IsRefusedWithOtherOptionsAndAnotherInput) {
   EXPECT_EQ(files(), std::set<std::string>{"out.vtu.tetfusion"});
 
   simplify(request);  // after all that the work is still there
+  EXPECT_EQ(take_output() == expected, true);
+}
+
+// Another mesh of the same size, through a pipe of the same name.
+TEST_F(StoppedRun, KnowsWhetherAPipeBringsTheSameAgain) {
+  const std::string expected = run_in_core();
+  MeshFile other = rich_box(11);
+  other.point_arrays[0].bytes[0] ^= std::byte{1};
+  const std::string mesh = bytes_of(request.input);
+  other.write(request.input);
+  const std::string other_mesh = bytes_of(request.input);
+  ASSERT_EQ(other_mesh.size(), mesh.size());
+  std::filesystem::remove(request.input);
+  ASSERT_EQ(::mkfifo(request.input.c_str(), 0600), 0);
+  const auto feed = [&](const std::string& bytes) {
+    return std::jthread([&] { std::ofstream(request.input, std::ios::binary) << bytes; });
+  };
+
+  request.performance.on_disk = true;
+  auto writer = feed(mesh);
+  ASSERT_TRUE(run_until(3, "fusing"));
+  request.performance.resume = true;
+  writer = feed(other_mesh);
+  std::string message;
+  EXPECT_EQ(refusal(&message), ErrorCode::kUsage);
+  EXPECT_THAT(message, HasSubstr("input checksum"));
+  writer = feed(mesh);
+  simplify(request);
   EXPECT_EQ(take_output() == expected, true);
 }
 

@@ -34,5 +34,16 @@ TEST(CheckOptions, LevelsMustAscend) {
   EXPECT_THAT(refusal([](auto b) { b->lods = {0.5, 1}; }), HasSubstr("less than 100%"));
 }
 
+TEST(CheckOptions, PiecesNeedAFileThatNamesThem) {
+  SimplifyRequest request;
+  request.output = "a.pvtu";
+  request.pieces = 3;
+  check_options(request);
+  request.output = "a.vtu";
+  EXPECT_THROW(check_options(request), Error);
+  request.pieces = 0;
+  check_options(request);
+}
+
 }  // namespace
 }  // namespace tetfusion

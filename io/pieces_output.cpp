@@ -1,0 +1,173 @@
+#include "io/pieces_output.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "io/encode.h"
+#include "io/file_system.h"
+#include "io/mapped_file.h"
+#include "io/output_file.h"
+#include "io/vtu_markup.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr int kMaxFolders = 10000;
+
+std::string stem_of(const std::string& path) { return std::filesystem::path(path).stem().string(); }
+
+bool is_number(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+std::string folder_name(const std::string& stem, int n) {
+  return n == 1 ? stem + "_pieces" : fmt::format("{}_pieces-{}", stem, n);
+}
+
+std::string piece_name(const std::string& stem, std::uint32_t piece) {
+  return fmt::format("{}_{}.vtu", stem, piece);
+}
+
+bool is_piece_name(std::string_view name, const std::string& stem) {
+  constexpr std::string_view kEnd = ".vtu";
+  if (!name.starts_with(stem + "_") || !name.ends_with(kEnd)) return false;
+  name.remove_prefix(stem.size() + 1);
+  return is_number(name.substr(0, name.size() - std::min(name.size(), kEnd.size())));
+}
+
+std::string beside(const std::string& path, const std::string& name) {
+  return (std::filesystem::path(path).parent_path() / name).string();
+}
+
+// The folder that the file names, if it is one that this program made for a file of this name.
+std::string folder_named_by(const std::string& path) {
+  const std::string stem = stem_of(path);
+  try {
+    const MappedFile file = MappedFile::open(path);
+    const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
+    constexpr std::string_view kSource = "<Piece Source=\"";
+    const std::string expected = xml_escape(folder_name(stem, 1));
+    const std::size_t at = text.find(kSource);
+    if (at == std::string_view::npos) return {};
+    std::string_view source = text.substr(at + kSource.size());
+    if (!source.starts_with(expected)) return {};
+    source.remove_prefix(expected.size());
+    const std::string_view number = source.substr(0, source.find('/'));
+    if (!number.empty() && (number[0] != '-' || !is_number(number.substr(1)))) return {};
+    return beside(path, folder_name(stem, 1) + std::string(number));
+  } catch (const Error&) {
+    return {};  // there is none, or none that names anything
+  }
+}
+
+// Removes the pieces in the folder, and the folder if nothing else is in it.
+void remove_pieces(const std::string& folder, const std::string& stem) noexcept {
+  try {
+    FileSystem& system = file_system();
+    {
+      const Descriptor opened(system.openat(AT_FDCWD, folder.c_str(),
+                                            O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC, 0));
+      if (!opened) return;
+      std::vector<std::string> names;
+      if (system.list(opened.get(), &names) != 0) return;
+      for (const std::string& name : names) {
+        if (is_piece_name(name, stem)) system.unlinkat(opened.get(), name.c_str(), 0);
+      }
+    }
+    system.unlinkat(AT_FDCWD, folder.c_str(), AT_REMOVEDIR);
+  } catch (const std::exception&) {  // no memory for names
+  }
+}
+
+std::string section(const char* element, const AttributeSet& set) {
+  std::string text = fmt::format("    <{}{}>\n", element, active_attributes(set));
+  for (const ArrayInfo& info : set.arrays) {
+    text += fmt::format("      <PDataArray {}/>\n", array_attributes(info));
+  }
+  return text + fmt::format("    </{}>\n", element);
+}
+
+}  // namespace
+
+bool is_pieces_name(const std::string& path) {
+  std::string suffix = std::filesystem::path(path).extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix == ".pvtu";
+}
+
+void check_pieces_output(const std::string& path) {
+  struct stat status {};
+  if (file_system().fstatat(AT_FDCWD, path.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
+      S_ISLNK(status.st_mode)) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("cannot write {}: it is a link, and the pieces are looked for beside "
+                            "it; give the name of the file itself",
+                            path));
+  }
+  if (folder_name(stem_of(path), kMaxFolders).size() > NAME_MAX) {
+    throw Error(ErrorCode::kIo,
+                fmt::format("cannot write {}: its name is too long for a folder with \"_pieces\" "
+                            "added to it",
+                            path));
+  }
+  check_output_path(path);
+}
+
+PiecesOutput::PiecesOutput(const std::string& path) : path_(path) {
+  check_pieces_output(path);
+  old_folder_ = folder_named_by(path);
+  for (int n = 1; n <= kMaxFolders; ++n) {
+    const std::string folder = beside(path, folder_name(stem_of(path), n));
+    if (retry([&] { return file_system().mkdir(folder.c_str(), 0777); }) == 0) {
+      folder_ = folder;
+      if (old_folder_ == folder) old_folder_.clear();  // it is gone already
+      return;
+    }
+    if (errno == EEXIST) continue;
+    break;
+  }
+  throw Error(ErrorCode::kIo, fmt::format("cannot make a folder for the pieces of {}: {}", path,
+                                          std::strerror(errno)));
+}
+
+PiecesOutput::~PiecesOutput() {
+  if (!folder_.empty()) remove_pieces(folder_, stem_of(path_));
+}
+
+std::string PiecesOutput::piece_path(std::uint32_t piece) const {
+  return folder_ + "/" + piece_name(stem_of(path_), piece);
+}
+
+void PiecesOutput::commit(const VtuLayout& layout, std::uint32_t pieces) {
+  AttributeSet points;
+  points.arrays = {{"Points", layout.point_type, 3, {}, 0}};
+  std::string text = vtk_file_tag("PUnstructuredGrid") + "  <PUnstructuredGrid GhostLevel=\"0\">\n";
+  text += section("PPointData", layout.point_data) + section("PCellData", layout.cell_data) +
+          section("PPoints", points);
+  const std::string folder = std::filesystem::path(folder_).filename().string();
+  for (std::uint32_t i = 0; i < pieces; ++i) {
+    text += fmt::format("    <Piece Source=\"{}\"/>\n",
+                        xml_escape(folder + "/" + piece_name(stem_of(path_), i)));
+  }
+  text += "  </PUnstructuredGrid>\n</VTKFile>\n";
+  OutputFile file(path_);
+  file.append(text.data(), text.size());
+  file.commit();
+  folder_.clear();
+  if (!old_folder_.empty()) remove_pieces(old_folder_, stem_of(path_));
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+"""Results in several files, as VTK's own reader sees them. Usage: pieces_test.py TETFUSION"""
+import json
+import pathlib
+import re
+import signal
+import subprocess
+import time
+
+import numpy as np
+import vtk
+from vtk.util.numpy_support import vtk_to_numpy
+
+from harness import INTERRUPTED, IO, USAGE, FolderTest, command, finish, main, report_of, run
+from sample_meshes import mesh_of_all_sorts
+
+
+class Grid:
+    """What VTK reads: points, cells, arrays."""
+
+    def __init__(self, reader, path):
+        errors = []
+        reader.AddObserver("ErrorEvent", lambda *_: errors.append(True))
+        reader.SetFileName(str(path))
+        reader.Update()
+        grid = reader.GetOutput()
+        if errors or grid.GetNumberOfCells() == 0:
+            raise AssertionError(f"VTK cannot read {path}")
+        self.points = vtk_to_numpy(grid.GetPoints().GetData())
+        self.types = vtk_to_numpy(grid.GetCellTypesArray())
+        self.ends = vtk_to_numpy(grid.GetCells().GetOffsetsArray())[1:]
+        self.corners = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
+        ids = grid.GetPointData().GetGlobalIds()
+        self.ids = None if ids is None else vtk_to_numpy(ids)
+        self.point_data, self.cell_data, self.field_data = (self.arrays(d) for d in (
+            grid.GetPointData(), grid.GetCellData(), grid.GetFieldData()))
+
+    @staticmethod
+    def arrays(data):
+        arrays = (data.GetArray(i) for i in range(data.GetNumberOfArrays()))
+        return {a.GetName(): vtk_to_numpy(a) for a in arrays if a}
+
+
+class Pieces(FolderTest):
+    def write_both(self, path, *options, pieces="5"):
+        """The same result in one file and in pieces, read by VTK. Appended data is what VTK 9.1 cannot read any more."""
+        one, many = self.folder / "one.vtu", self.folder / "many.pvtu"
+        run("simplify", path, "-o", one, "--encoding", "inline", *options)
+        run("simplify", path, "-o", many, "--encoding", "inline", "--pieces", pieces, *options)
+        return Grid(vtk.vtkXMLUnstructuredGridReader(), one), Grid(vtk.vtkXMLPUnstructuredGridReader(), many)
+
+    def expect_the_same(self, one, many):
+        self.assertIsNotNone(many.ids, "no array is marked as global ids")
+        count = len(one.points)
+        self.assertTrue(np.array_equal(np.unique(many.ids), np.arange(count)), "points were lost or made")
+        self.assertTrue(np.array_equal(many.points, one.points[many.ids]))
+        for name, values in one.point_data.items():
+            self.assertEqual(many.point_data[name].dtype, values.dtype)
+            self.assertTrue(np.array_equal(many.point_data[name], values[many.ids], equal_nan=values.dtype.kind == "f"))
+        self.assertTrue(np.array_equal(many.types, one.types))
+        self.assertTrue(np.array_equal(many.ends, one.ends))
+        self.assertTrue(np.array_equal(many.ids[many.corners], one.corners))
+        self.assertEqual(many.cell_data.keys(), one.cell_data.keys())
+        for name, values in one.cell_data.items():
+            self.assertTrue(np.array_equal(many.cell_data[name], values, equal_nan=values.dtype.kind == "f"), name)
+        self.assertEqual(many.field_data.keys(), one.field_data.keys())
+
+    def pieces(self, folder="many_pieces"):
+        return sorted(p.name for p in (self.folder / folder).iterdir())
+
+    def test_vtk_reads_the_mesh_of_one_file(self):
+        path = self.generate(tets="60k")
+        one, many = self.write_both(path, "--reduction", "30%", "--chunk-tets", "3000")
+        self.expect_the_same(one, many)
+        self.assertEqual(self.pieces(), [f"many_{i}.vtu" for i in range(5)])
+        # Every piece is lean and of about the same size.
+        for name in self.pieces():
+            piece = Grid(vtk.vtkXMLUnstructuredGridReader(), self.folder / "many_pieces" / name)
+            self.assertAlmostEqual(len(piece.types), len(one.types) / 5, delta=1)
+            self.assertEqual(len(np.unique(piece.ids)), len(piece.ids))
+            self.assertEqual(len(np.unique(piece.corners)), len(piece.ids))
+        self.assertEqual(self.files(), ["generated.vtu", "many.pvtu", "many_pieces", "one.vtu"])
+
+    def test_cells_of_lower_dimension_are_the_last_piece(self):
+        one, many = self.write_both(self.write(mesh_of_all_sorts()), "--reduction", "30%", pieces="3")
+        self.expect_the_same(one, many)
+        self.assertTrue((one.types != 10).any())
+        last = Grid(vtk.vtkXMLUnstructuredGridReader(), self.folder / "many_pieces" / "many_3.vtu")
+        self.assertTrue((last.types != 10).all())
+
+    def test_out_of_core_the_bytes_are_the_same(self):
+        path = self.generate(tets="200k")
+        options = ("--reduction", "30%", "--chunk-tets", "5000", "--pieces", "4")
+        run("simplify", path, "-o", self.folder / "a.pvtu", *options)
+        for threads, name in ("1", "b"), ("2", "c"):
+            arguments = ["simplify", path, "-o", self.folder / f"{name}.pvtu", *options, "--threads", threads]
+            least = re.search(rb"give --memory (\d+M)", finish(*arguments, "--memory", "1M").stderr).group(1).decode()
+            report = json.loads(run(*arguments, "--memory", least, "--report", "-"))
+            self.assertGreater(report["scratch_bytes"], 0)
+            for i in range(4):
+                self.assertEqual(self.bytes_of(name, i), self.bytes_of("a", i))
+
+    def bytes_of(self, name, i):
+        return (self.folder / f"{name}_pieces" / f"{name}_{i}.vtu").read_bytes()
+
+    def test_our_reader_puts_them_together(self):
+        if not (pathlib.Path(command()).resolve().parent / "tetfusion-vtk.so").exists():
+            self.skipTest("the plugin is not built: VTK was not found")
+        path = self.generate(tets="30k")
+        one, many = self.write_both(path, "--chunk-tets", "3000")
+        info = report_of("info", self.folder / "many.pvtu")
+        self.assertEqual((info["points"], info["tets"]), (len(one.points), len(one.types)))
+        self.assertTrue(report_of("check", self.folder / "many.pvtu")["valid"])
+
+    def test_new_pieces_replace_old_ones(self):
+        path, out = self.generate(), self.folder / "out.pvtu"
+        run("simplify", path, "-o", out, "--pieces", "4")
+        run("simplify", path, "-o", out, "--pieces", "2")
+        self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces-2"])
+        run("simplify", path, "-o", out)
+        self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces"])
+        self.assertEqual(self.pieces("out_pieces"), ["out_0.vtu"])
+        run("simplify", path, "-o", self.folder / "l{lod}.pvtu", "--lods", "10%,20%", "--pieces", "3")
+        self.assertEqual(self.pieces("l1_pieces"), ["l1_0.vtu", "l1_1.vtu", "l1_2.vtu"])
+        self.assertEqual(len(self.pieces("l2_pieces")), 3)
+
+    def test_an_interrupted_run_leaves_the_old_pieces(self):
+        path, out = self.generate(tets="200k"), self.folder / "out.pvtu"
+        run("simplify", path, "-o", out, "--pieces", "2", "--encoding", "ascii")
+        expected = (out.read_bytes(), (self.folder / "out_pieces" / "out_1.vtu").read_bytes())
+        stopped = 0
+        for delay in (0.1, 0.3, 0.5, 0.7, 0.9):
+            process = subprocess.Popen([command(), "simplify", path, "-o", out, "--pieces", "2", "--encoding", "ascii",
+                                        "--quiet"], stderr=subprocess.PIPE)
+            time.sleep(delay)
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=60)
+            if process.returncode == 0:
+                break
+            self.assertEqual(process.returncode, INTERRUPTED)
+            stopped += 1
+            self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces"])
+            self.assertEqual((out.read_bytes(), (self.folder / "out_pieces" / "out_1.vtu").read_bytes()), expected)
+        self.assertGreater(stopped, 0)
+
+    def test_what_is_refused(self):
+        path = self.generate()
+        for code, word, arguments in ((USAGE, "pvtu", ["-o", self.folder / "a.vtu", "--pieces", "2"]),
+                                      (USAGE, "pvtu", ["-o", "-", "--pieces", "2"]),
+                                      (USAGE, "--pieces", ["-o", self.folder / "a.pvtu", "--pieces", "0"]),
+                                      (IO, "does not exist", ["-o", self.folder / "missing" / "a.pvtu"])):
+            result = finish("simplify", path, *arguments)
+            self.assertEqual((result.returncode, result.stdout), (code, b""), result.stderr)
+            self.assertIn(word, result.stderr.decode())
+        for other in (["convert", path, self.folder / "a.pvtu"], ["generate", "bcc", "--tets", "1k", "-o", self.folder / "a.pvtu"]):
+            self.assertEqual(finish(*other).returncode, USAGE)
+        self.assertEqual(self.files(), ["generated.vtu"])
+
+
+if __name__ == "__main__":
+    main()
