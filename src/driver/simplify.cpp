@@ -16,42 +16,16 @@
 #include "driver/import.h"
 #include "driver/memory_plan.h"
 #include "driver/regions.h"
+#include "driver/round_plan.h"
 #include "driver/rounds.h"
 #include "driver/scratch_place.h"
 #include "driver/stages.h"
 #include "driver/steering.h"
-#include "driver/thresholds.h"
 #include "io/mesh_source.h"
 
 namespace tetfusion {
 
 namespace {
-
-// When less than this share of the tetrahedra has to go, it may go anywhere; more is spread over
-// the mesh.
-constexpr double kTrimShare = 1e-4;
-
-// Without a goal, passes over a chunk before the mesh is cut anew.
-constexpr int kPassesPerRound = 8;
-
-// A mesh in one piece is worked on until nothing fuses. Where it is cut, some fusions are always
-// left on interfaces, a third of them after each round: when a round has removed less than this
-// share of the tetrahedra, the run ends ...
-constexpr double kSaturatedShare = 1e-4;
-// ... if chunks have at least so many tetrahedra. Smaller ones have so much interface that they are
-// doubled first.
-constexpr std::uint64_t kSmallChunk = 100'000;
-
-double at_lod(const std::vector<double>& schedule, std::size_t lod) {
-  if (schedule.empty()) return std::numeric_limits<double>::infinity();
-  return schedule[std::min(lod, schedule.size() - 1)];
-}
-
-struct RoundPlan {
-  RoundSettings settings;
-  PassLimits limits;
-  double start = 0;  // wall_seconds()
-};
 
 class Job {
  public:
@@ -79,36 +53,21 @@ class Job {
   template <class Real>
   bool reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds, RunState<Real>* state);
   template <class Real>
-  RoundPlan plan_round(std::uint64_t tets, const std::optional<std::uint64_t>& goal,
-                       const RunState<Real>& state) const;
-  template <class Real>
-  void plan_fuse(std::uint64_t tets, const std::optional<std::uint64_t>& goal,
-                 const RunState<Real>& state, RoundPlan* plan) const;
-  template <class Real>
   void end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state);
   template <class Real>
-  StageEnd judge_round(const RoundStatistics& round, RunState<Real>* state) const;
-  template <class Real>
-  StageEnd judge_fuse_round(const RoundStatistics& round, RunState<Real>* state) const;
-  double max_cost() const;
-  template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
-  std::size_t schedule() const {
-    return std::max(request_.behaviour.scalar_tolerance.size(),
-                    request_.behaviour.stretch_factor.size());
-  }
   double progress_at(std::uint64_t tets, std::size_t rounds) const;
   [[noreturn]] void fail_with_hint(const Error& error);
 
   const SimplifyRequest& request_;
   const RunContext& context_;
+  const RoundPlanner planner_{request_.behaviour};
   std::unique_ptr<MeshSource> source_;
   std::unique_ptr<MeshStream> stream_;
   std::vector<SteeringChoice> steering_choices_;
   std::vector<std::size_t> regions_;
   MemoryNeeds needs_;
   std::unique_ptr<MemoryBudget> budget_;
-  MemoryBudget::Reservation fixed_memory_;
   bool on_disk_ = false;
   bool committed_ = false;  // there is something to resume
   std::unique_ptr<Scratch> scratch_;
@@ -265,7 +224,6 @@ void Job::run_with() {
     state.input.mesh.pieces = std::move(checkpoint_->pieces);
     checkpoint_.reset();
     committed_ = true;
-    report_.lods = state.lods;
     report_.outputs = state.outputs;
     context_.say(fmt::format("going on after {} rounds, with {} tetrahedra left", state.lods.size(),
                              format_count(state.input.mesh.tets)));
@@ -330,7 +288,7 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
       report_.input.tets = tets;
       plan_output(tets);
       state->input.box = box;
-      plan = plan_round(tets, stages_.front().tets, *state);
+      plan = planner_.plan(box, tets, stages_.front().tets, *state);
       rounds->begin(plan.settings, plan.limits, state->fields, tets, std::move(shares), samples);
     };
     first.work = [&](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
@@ -416,7 +374,7 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     }
     clock_.begin("write");
     if (last) rounds.reset();
-    const double share = progress_at(state->input.mesh.tets, report_.lods.size());
+    const double share = progress_at(state->input.mesh.tets, state->lods.size());
     const auto progress = [&](double done) {
       context_.check();
       context_.report("writing", share + (last ? 1 - share : 0) * done);
@@ -429,6 +387,7 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     state->end = StageEnd::kOpen;
     state->spread = 1;
     report_.outputs = state->outputs;
+    report_.lods = state->lods;
     report_.stop_reason = reached ? StopReason::kGoal : StopReason::kSaturated;
     if (last) return;
   }
@@ -455,8 +414,8 @@ bool Job::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds,
   MacroLod<Real>& mesh = state->input.mesh;
   while (!goal || mesh.tets > *goal) {
     if (state->end != StageEnd::kOpen) return state->end == StageEnd::kGoal;
-    context_.report("fusing", progress_at(mesh.tets, report_.lods.size()));
-    const RoundPlan plan = plan_round(mesh.tets, goal, *state);
+    context_.report("fusing", progress_at(mesh.tets, state->lods.size()));
+    const RoundPlan plan = planner_.plan(state->input.box, mesh.tets, goal, *state);
     const RoundStatistics round =
         rounds->run(plan.settings, plan.limits, state->fields, context_, &mesh);
     end_round(plan, round, state);
@@ -464,120 +423,12 @@ bool Job::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds,
   return true;
 }
 
-template <class Real>
-RoundPlan Job::plan_round(std::uint64_t tets, const std::optional<std::uint64_t>& goal,
-                          const RunState<Real>& state) const {
-  const BehaviourOptions& b = request_.behaviour;
-  const std::size_t lod = report_.lods.size();
-  RoundPlan plan;
-  PassLimits& limits = plan.limits;
-  limits.boundary_rule = b.boundary_rule;
-  limits.aspect_ratio = b.aspect_ratio;
-  limits.scalar_tolerance = at_lod(b.scalar_tolerance, lod);
-  limits.stretch_factor = at_lod(b.stretch_factor, lod);
-  if (goal) {
-    limits.quota = tets - std::min(tets, *goal);
-    const bool much = static_cast<double>(limits.quota) > kTrimShare * static_cast<double>(tets);
-    limits.spread = state.spread != 0 && much;
-  }
-  plan.settings.box = state.input.box;
-  plan.settings.chunk_tets = state.chunk_tets;
-  plan.settings.number = static_cast<std::uint32_t>(lod + 1);
-  plan.settings.shrink = state.shrink;
-  // Towards a goal the cut moves on after each pass, so that what lies on an interface has the same
-  // share in what goes as everything else.
-  if (b.method == Method::kFuse) plan_fuse(tets, goal, state, &plan);
-  plan.settings.passes = !goal && lod + 1 >= schedule() ? kPassesPerRound : 1;
-  plan.start = wall_seconds();
-  return plan;
-}
-
-// The first round only looks.
-template <class Real>
-void Job::plan_fuse(std::uint64_t tets, const std::optional<std::uint64_t>& goal,
-                    const RunState<Real>& state, RoundPlan* plan) const {
-  RoundSettings& settings = plan->settings;
-  const Box& box = state.input.box;
-  const double diagonal = std::hypot(box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z);
-  settings.method = Method::kFuse;
-  settings.look = report_.lods.empty();
-  settings.fuse.unit = std::ldexp(1.0, -std::ilogb(diagonal));
-  settings.fuse.min_quality = request_.behaviour.min_quality;
-  if (settings.look) return;
-  std::optional<std::uint64_t> tets_to_go;
-  if (goal) tets_to_go = tets - std::min(tets, *goal);
-  settings.fuse.threshold =
-      std::min(next_threshold(state.costs, state.threshold, tets_to_go), max_cost());
-}
-
-// Notes what a round did, and whether that is the end of its stage.
+// Notes what a round did, and keeps it.
 template <class Real>
 void Job::end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state) {
-  report_.lods.push_back({round.pass, plan.limits.scalar_tolerance, plan.limits.stretch_factor,
-                          round.chunks, wall_seconds() - plan.start});
-  state->lods = report_.lods;
-  state->spread = plan.limits.spread ? 1 : 0;
-  const auto before = static_cast<double>(round.pass.tets_before);
-  const auto removed = before - static_cast<double>(round.pass.tets_after);
-  state->shrink = 1 - removed / before;
-  state->costs = round.costs;
-  if (plan.settings.method == Method::kFuse && !plan.settings.look) {
-    state->threshold = {plan.settings.fuse.threshold,
-                        round.pass.rejected[static_cast<std::size_t>(Reject::kQuota)] > 0};
-  }
-  state->end = judge_round(round, state);
+  planner_.note(plan, round, state);
   trim_memory();
   commit(fmt::format("round-{}", plan.settings.number), *state);
-}
-
-template <class Real>
-StageEnd Job::judge_round(const RoundStatistics& round, RunState<Real>* state) const {
-  const auto rejected = [&](Reject r) {
-    return round.pass.rejected[static_cast<std::size_t>(r)] > 0;
-  };
-  StageEnd end = StageEnd::kSaturated;
-  if (request_.behaviour.method == Method::kFuse) return judge_fuse_round(round, state);
-  if (round.pass.fused == 0 && rejected(Reject::kQuota)) {
-    if (state->spread != 0) {
-      state->spread = 0;  // the little that is left may go anywhere
-      return StageEnd::kOpen;
-    }
-    end = StageEnd::kGoal;  // every fusion that is allowed would go below it
-  } else {
-    const auto before = static_cast<double>(round.pass.tets_before);
-    const auto removed = before - static_cast<double>(round.pass.tets_after);
-    const bool next_to_nothing =
-        rejected(Reject::kInterface)
-            ? removed <= kSaturatedShare * before && !rejected(Reject::kQuota)
-            : round.pass.fused == 0;
-    if (!next_to_nothing || report_.lods.size() < schedule()) return StageEnd::kOpen;
-  }
-  if (!rejected(Reject::kInterface) || state->chunk_tets >= kSmallChunk) return end;
-  state->chunk_tets *= 2;
-  return StageEnd::kOpen;
-}
-
-double Job::max_cost() const {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const double none = report_.has_goal ? kInfinity : kDefaultMaxRms;
-  const double rms = request_.behaviour.max_rms.value_or(none);
-  return rms * rms;
-}
-
-template <class Real>
-StageEnd Job::judge_fuse_round(const RoundStatistics& round, RunState<Real>* state) const {
-  if (report_.lods.size() == 1) return StageEnd::kOpen;  // it has only looked
-  const auto before = static_cast<double>(round.pass.tets_before);
-  const auto removed = before - static_cast<double>(round.pass.tets_after);
-  if (state->threshold.quota_was_met) {
-    if (removed > 0) return StageEnd::kOpen;
-    if (state->spread == 0) return StageEnd::kGoal;
-    state->spread = 0;  // the little that is left may go anywhere
-    return StageEnd::kOpen;
-  }
-  if (removed > kSaturatedShare * before) return StageEnd::kOpen;
-  const double most = std::min(max_cost(), largest_cost(round.costs));
-  return state->threshold.cost >= most ? StageEnd::kSaturated : StageEnd::kOpen;
 }
 
 }  // namespace

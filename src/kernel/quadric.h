@@ -1,10 +1,10 @@
 // Vertex quadrics of the steering fields: how far a vertex's value would be from the fields of the
 // original mesh, as linear functions of the tetrahedra round it, in the mean of squares.
 //
-// A tetrahedron T of volume V with the linear function g.x + d contributes, at each of its
-// vertices, V (g.u + e - t)^2, where u is the offset of a position from the vertex, t the offset of
-// a value from the vertex's, and e the function's deviation there (none at first). A sum of these,
-// for `width` fields whose squares add up, is
+// A tetrahedron T with the weight V (its volume, in any unit) and the linear function g.x + d
+// contributes, at each of its vertices, V (g.u + e - t)^2, where u is the offset of a position from
+// the vertex, t the offset of a value from the vertex's, and e the function's deviation there (none
+// at first). A sum of these, for `width` fields whose squares add up, is
 //
 //   u'Au + 2 l.u + c - 2 sum_k t_k (b_k.u + e_k) + w sum_k t_k^2
 //
@@ -44,14 +44,14 @@ inline Offset times(const float* a, const Offset& u) {
           a[2] * u[0] + a[4] * u[1] + a[5] * u[2]};
 }
 
-// Adds a tetrahedron of this volume, in which the fields have these gradients (three numbers each),
+// Adds a tetrahedron of this weight, in which the fields have these gradients (three numbers each),
 // to the quadric of one of its vertices.
-inline void add_tetrahedron(float volume, const float* gradients, std::size_t width, float* q) {
-  q[kQuadricW] += volume;
+inline void add_tetrahedron(float weight, const float* gradients, std::size_t width, float* q) {
+  q[kQuadricW] += weight;
   for (std::size_t k = 0; k < width; ++k) {
     const float* g = gradients + 3 * k;
     float* field = q + kQuadricFields + 4 * k;
-    const float x = volume * g[0], y = volume * g[1], z = volume * g[2];
+    const float x = weight * g[0], y = weight * g[1], z = weight * g[2];
     q[0] += x * g[0];
     q[1] += x * g[1];
     q[2] += x * g[2];

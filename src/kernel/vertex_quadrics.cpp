@@ -60,7 +60,7 @@ void begin_quadrics(std::span<const SteeringField> fields, double unit, WorkMesh
   for (const Tet& tet : mesh->tets) {
     const Determinant det = determinant(mesh->positions, tet);
     if (!(det.value > det.error)) continue;
-    const double volume = det.value * unit * unit * unit;
+    const double volume = det.value * unit * unit * unit;  // six times
     if (!find_gradients(*mesh, tet, scale, unit, volume, &gradients)) continue;
     for (const VertexId v : tet) {
       add_tetrahedron(static_cast<float>(volume), gradients.data(), width,

@@ -1,0 +1,151 @@
+#include "driver/round_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/resources.h"
+
+namespace tetfusion {
+
+namespace {
+
+// When less than this share of the tetrahedra has to go, it may go anywhere; more is spread over
+// the mesh.
+constexpr double kTrimShare = 1e-4;
+
+// Without a goal, passes over a chunk before the mesh is cut anew.
+constexpr int kPassesPerRound = 8;
+
+// A mesh in one piece is worked on until nothing fuses. Where it is cut, some fusions are always
+// left on interfaces, a third of them after each round: when a round has removed less than this
+// share of the tetrahedra, the run ends ...
+constexpr double kSaturatedShare = 1e-4;
+// ... if chunks have at least so many tetrahedra. Smaller ones have so much interface that they are
+// doubled first.
+constexpr std::uint64_t kSmallChunk = 100'000;
+
+double at_lod(const std::vector<double>& schedule, std::size_t lod) {
+  if (schedule.empty()) return std::numeric_limits<double>::infinity();
+  return schedule[std::min(lod, schedule.size() - 1)];
+}
+
+bool was_rejected(const RoundStatistics& round, Reject reason) {
+  return round.pass.rejected[static_cast<std::size_t>(reason)] > 0;
+}
+
+// A power of two that makes the diagonal a number near 1.
+double unit_of(const Box& box) {
+  const double diagonal = std::hypot(box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z);
+  if (!std::isnormal(diagonal)) return 1;
+  return std::ldexp(1.0, -std::ilogb(diagonal));
+}
+
+}  // namespace
+
+RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
+                             const std::optional<std::uint64_t>& goal,
+                             const RoundsState& state) const {
+  const std::size_t lod = state.lods.size();
+  RoundPlan plan;
+  PassLimits& limits = plan.limits;
+  limits.boundary_rule = options_.boundary_rule;
+  limits.aspect_ratio = options_.aspect_ratio;
+  limits.scalar_tolerance = at_lod(options_.scalar_tolerance, lod);
+  limits.stretch_factor = at_lod(options_.stretch_factor, lod);
+  if (goal) {
+    limits.quota = tets - std::min(tets, *goal);
+    const bool much = static_cast<double>(limits.quota) > kTrimShare * static_cast<double>(tets);
+    limits.spread = state.spread != 0 && much;
+  }
+  plan.settings.method = options_.method;
+  plan.settings.box = box;
+  plan.settings.chunk_tets = state.chunk_tets;
+  plan.settings.number = static_cast<std::uint32_t>(lod + 1);
+  plan.settings.shrink = state.shrink;
+  // Towards a goal the cut moves on after each pass, so that what lies on an interface gets its
+  // turn before the quota is gone.
+  plan.settings.passes = !goal && lod + 1 >= schedule() ? kPassesPerRound : 1;
+  if (options_.method == Method::kFuse) {
+    plan_fuse(box, limits.quota, goal.has_value(), state, &plan.settings);
+  }
+  plan.start = wall_seconds();
+  return plan;
+}
+
+// The first round only looks.
+void RoundPlanner::plan_fuse(const Box& box, std::uint64_t quota, bool has_goal,
+                             const RoundsState& state, RoundSettings* settings) const {
+  settings->look = state.lods.empty();
+  settings->fuse.unit = unit_of(box);
+  settings->fuse.min_quality = options_.min_quality;
+  if (settings->look) return;
+  const double next =
+      next_threshold(state.costs, state.threshold, has_goal ? std::optional(quota) : std::nullopt);
+  settings->fuse.threshold = std::min(next, max_cost());
+}
+
+void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
+                        RoundsState* state) const {
+  state->lods.push_back({round.pass, plan.limits.scalar_tolerance, plan.limits.stretch_factor,
+                         round.chunks, wall_seconds() - plan.start});
+  state->spread = plan.limits.spread ? 1 : 0;
+  const auto before = static_cast<double>(round.pass.tets_before);
+  const auto removed = before - static_cast<double>(round.pass.tets_after);
+  state->shrink = 1 - removed / before;
+  state->costs = round.costs;
+  if (options_.method == Method::kFuse && !plan.settings.look) {
+    state->threshold = {plan.settings.fuse.threshold, was_rejected(round, Reject::kQuota)};
+  }
+  state->end = options_.method == Method::kFuse ? judge_fuse(round, state) : judge(round, state);
+}
+
+StageEnd RoundPlanner::judge(const RoundStatistics& round, RoundsState* state) const {
+  StageEnd end = StageEnd::kSaturated;
+  if (round.pass.fused == 0 && was_rejected(round, Reject::kQuota)) {
+    if (state->spread != 0) {
+      state->spread = 0;  // the little that is left may go anywhere
+      return StageEnd::kOpen;
+    }
+    end = StageEnd::kGoal;  // every fusion that is allowed would go below it
+  } else {
+    const auto before = static_cast<double>(round.pass.tets_before);
+    const auto removed = before - static_cast<double>(round.pass.tets_after);
+    const bool next_to_nothing =
+        was_rejected(round, Reject::kInterface)
+            ? removed <= kSaturatedShare * before && !was_rejected(round, Reject::kQuota)
+            : round.pass.fused == 0;
+    if (!next_to_nothing || state->lods.size() < schedule()) return StageEnd::kOpen;
+  }
+  if (!was_rejected(round, Reject::kInterface) || state->chunk_tets >= kSmallChunk) return end;
+  state->chunk_tets *= 2;
+  return StageEnd::kOpen;
+}
+
+StageEnd RoundPlanner::judge_fuse(const RoundStatistics& round, RoundsState* state) const {
+  if (state->lods.size() == 1) return StageEnd::kOpen;  // it has only looked
+  const auto before = static_cast<double>(round.pass.tets_before);
+  const auto removed = before - static_cast<double>(round.pass.tets_after);
+  if (state->threshold.quota_was_met) {
+    if (removed > 0) return StageEnd::kOpen;
+    if (state->spread == 0) return StageEnd::kGoal;
+    state->spread = 0;
+    return StageEnd::kOpen;
+  }
+  if (removed > kSaturatedShare * before) return StageEnd::kOpen;
+  const double most = std::min(max_cost(), largest_cost(round.costs));
+  return state->threshold.cost >= most ? StageEnd::kSaturated : StageEnd::kOpen;
+}
+
+double RoundPlanner::max_cost() const {
+  const bool has_goal = options_.reduction || options_.tets || !options_.lods.empty();
+  const double none = has_goal ? std::numeric_limits<double>::infinity() : kDefaultMaxRms;
+  const double rms = options_.max_rms.value_or(none);
+  return rms * rms;
+}
+
+std::size_t RoundPlanner::schedule() const {
+  return std::max(options_.scalar_tolerance.size(), options_.stretch_factor.size());
+}
+
+}  // namespace tetfusion

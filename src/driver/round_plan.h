@@ -1,0 +1,63 @@
+// What each round is to do, and whether it was the last one of its stage.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "driver/options.h"
+#include "driver/report.h"
+#include "driver/rounds.h"
+#include "driver/thresholds.h"
+
+namespace tetfusion {
+
+// How the stage in hand has ended.
+enum class StageEnd : std::uint8_t {
+  kOpen,       // not yet
+  kGoal,       // as near to its goal as can be
+  kSaturated,  // nothing fuses any more
+};
+
+// What the rounds so far have left for the next one, besides the mesh.
+struct RoundsState {
+  std::vector<LodSummary> lods;  // of the rounds so far
+  std::uint64_t chunk_tets = 0;  // of the next round
+  double shrink = 1;             // what the last round has left of the mesh
+  std::uint8_t spread = 1;       // what has to go is spread over the mesh
+  CostHistogram costs{};         // with Method::kFuse
+  Threshold threshold;           // of the last round
+  StageEnd end = StageEnd::kOpen;
+};
+
+struct RoundPlan {
+  RoundSettings settings;
+  PassLimits limits;
+  double start = 0;  // wall_seconds()
+};
+
+class RoundPlanner {
+ public:
+  // The options outlive this.
+  explicit RoundPlanner(const BehaviourOptions& behaviour) : options_(behaviour) {}
+
+  // The round after those in the state, over a mesh of so many tetrahedra; `box` is the input's. A
+  // function of its arguments, but for the time.
+  RoundPlan plan(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
+                 const RoundsState& state) const;
+
+  // Notes what the round did.
+  void note(const RoundPlan& plan, const RoundStatistics& round, RoundsState* state) const;
+
+ private:
+  void plan_fuse(const Box& box, std::uint64_t quota, bool has_goal, const RoundsState& state,
+                 RoundSettings* settings) const;
+  StageEnd judge(const RoundStatistics& round, RoundsState* state) const;
+  StageEnd judge_fuse(const RoundStatistics& round, RoundsState* state) const;
+  double max_cost() const;
+  std::size_t schedule() const;
+
+  const BehaviourOptions& options_;
+};
+
+}  // namespace tetfusion
