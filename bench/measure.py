@@ -33,7 +33,8 @@ def add_mesh_options(parser, tets, grading=1):
     parser.add_argument("--jitter", default="0.5")
     parser.add_argument("--grading", default=str(grading))
     parser.add_argument("--shuffle", action="store_true", help="points and tetrahedra of the mesh in pseudo-random order")
-    parser.add_argument("--options", default="", help='more options for simplify, as in --options="--regions none"')
+    parser.add_argument("--options", default="--method tetfuse",
+                        help='options for simplify, as in --options="--reduction 90%% --regions none"; default: --method tetfuse')
 
 
 def prepare(args):

@@ -18,9 +18,12 @@ $tetfusion generate five --tets 1M --jitter 0.5 -o "$folder/mesh.vtu"
 $tetfusion info "$folder/mesh.vtu"
 echo
 echo "== simplified"
-$tetfusion simplify "$folder/mesh.vtu" -o "$folder/small.vtu" --method tetfuse --report "$folder/report.json"
+$tetfusion simplify "$folder/mesh.vtu" -o "$folder/small.vtu" --reduction 60% --report "$folder/report.json"
 echo
 echo "== checked"
 $tetfusion check "$folder/small.vtu"
+echo
+echo "== compared"
+$tetfusion compare "$folder/mesh.vtu" "$folder/small.vtu"
 echo
 echo "The meshes are in $folder: open them in ParaView. The report is $folder/report.json."

@@ -15,6 +15,9 @@ namespace tetfusion {
 
 inline constexpr double kDefaultMaxRms = 0.005;
 
+// With Method::kFuse a chunk, whose events are counted in 32 bits, may have no more tetrahedra.
+inline constexpr std::uint64_t kMaxFuseChunk = std::uint64_t{1} << 27;
+
 // May change the result.
 struct BehaviourOptions {
   Method method = Method::kFuse;

@@ -155,6 +155,13 @@ void Job::open_input() {
                                        request_.behaviour.linearize, spool_folder(request_)});
   stream_ = source_->stream();
   steering_choices_ = choose_steering(source_->description(), request_.behaviour.arrays);
+  for (const SteeringChoice& choice : steering_choices_) {
+    if (request_.behaviour.method != Method::kFuse || !choice.tolerance) continue;
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--array {}: a tolerance of its own belongs to --method tetfuse; with "
+                            "fuse give --max-rms, for all arrays that steer",
+                            choice.name));
+  }
   regions_ = choose_regions(source_->description(), request_.behaviour.regions);
   context_.check();
 }

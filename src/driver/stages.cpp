@@ -53,6 +53,9 @@ void check_options(const SimplifyRequest& request) {
   }
   if (b.tets && *b.tets == 0) refuse("--tets must be at least 1");
   if (b.chunk_tets == 0) refuse("--chunk-tets must be at least 1");
+  if (b.method == Method::kFuse && b.chunk_tets > kMaxFuseChunk) {
+    refuse(fmt::format("--chunk-tets must be at most {} with --method fuse", kMaxFuseChunk));
+  }
   const auto positive = [](double v) { return v > 0; };
   if (!std::all_of(b.scalar_tolerance.begin(), b.scalar_tolerance.end(), positive)) {
     refuse("--scalar-tolerance must be greater than 0 (a share of the range), or off");

@@ -30,7 +30,7 @@ constexpr std::uint8_t kLists = 1;
 
 // Bins of costs, eight an octave: a float's exponent, and the first three bits of its fraction.
 constexpr std::size_t kBins = 1 << 11;
-std::size_t bin_of(float cost) { return std::bit_cast<std::uint32_t>(std::max(cost, 0.0F)) >> 20; }
+std::size_t bin_of(float cost) { return cost > 0 ? std::bit_cast<std::uint32_t>(cost) >> 20 : 0; }
 
 // Failures are asked again once in so many bins: half an octave.
 constexpr std::size_t kAskAgain = 4;

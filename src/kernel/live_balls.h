@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "base/vector.h"
 #include "mesh/vertex_tets.h"
@@ -22,8 +23,7 @@ class LiveBalls {
   // Every vertex's incidence must be right from here on: by it a ball knows what is gone.
   void reset(std::size_t vertices, std::span<const Tet> tets) {
     build_vertex_tets(vertices, tets, &start_);
-    entries_.resize(start_.entries.size());
-    std::copy(start_.entries.begin(), start_.entries.end(), entries_.begin());
+    std::swap(entries_, start_.entries);
     balls_.resize(vertices);
     for (std::size_t v = 0; v < vertices; ++v) {
       const std::uint32_t count = start_.offsets[v + 1] - start_.offsets[v];

@@ -171,6 +171,8 @@ option_case("report folder missing", ["-o", "{out}/a.vtu", "--report", "{out}/no
 option_case("unknown array", ["--array", "pressure"], USAGE, "pressure", "temperature")
 option_case("unknown cell array", ["--array", "cell:pressure"], USAGE, "pressure")
 option_case("unknown region array", ["--regions", "pressure"], USAGE, "pressure")
+option_case("tolerance of an array with fuse", ["--array", "temperature:1%"], USAGE, "temperature", "--max-rms")
+option_case("chunks too large for fuse", ["--chunk-tets", "200M"], USAGE, "--chunk-tets", "134217728")
 option_case("chunks of nothing", ["--chunk-tets", "0"], USAGE, "--chunk-tets")
 option_case("an empty value", ["--reduction", ""], USAGE, "--reduction")
 option_case("levels beyond the goal", ["--lods", "50%,80%", "--reduction", "20%", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
