@@ -158,9 +158,7 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least) {
     *least = known_cost(v);
   }
   if (failed) return static_cast<Reject>(reason_[v]);
-  return *least > 0 && *least <= threshold && removed_ < limits_->quota ? Reject::kFlip
-         : *least > 0 && *least <= threshold                            ? Reject::kQuota
-                                                                        : Reject::kError;
+  return *least > 0 && *least <= threshold && quota_is_met() ? Reject::kQuota : Reject::kError;
 }
 
 // Vertices take turns, those with the cheapest candidates first. Where a fusion failed, the vertex
@@ -176,7 +174,7 @@ void FuseRound<Real>::work() {
     removed_before = removed_;
     for (bin_ = 0; bin_ <= last; ++bin_) {
       if (bin_ % kAskAgain == 0) ask_again();
-      while (first_[bin_] != kNoVertex && removed_ < limits_->quota) {
+      while (first_[bin_] != kNoVertex && !quota_is_met()) {
         const VertexId v = first_[bin_];
         first_[bin_] = next_[v];
         waits_[v] = 0;
@@ -186,7 +184,7 @@ void FuseRound<Real>::work() {
     bin_ = 0;
     const auto left = static_cast<double>(mesh_->tets.size() - removed_);
     if (static_cast<double>(removed_ - removed_before) < kIdleShare * left) return;
-  } while (removed_ < limits_->quota && ask_again());
+  } while (!quota_is_met() && ask_again());
 }
 
 template <class Real>

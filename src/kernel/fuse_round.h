@@ -79,6 +79,8 @@ class FuseRound {
   void visit(VertexId v);
   const Candidate* next_candidate(VertexId v);
   void queue(VertexId v, float cost);
+  // An edge inside has three tetrahedra or more.
+  bool quota_is_met() const { return limits_->quota < removed_ + 3; }
   bool ask_again();
 
   // Costs.
