@@ -228,7 +228,7 @@ TEST_F(ExportPieces, LeaveNothingWhereTheyFail) {
   const std::string expected = bytes_of(out), first = bytes_of(piece(0));
   double last = 0;
   for (const double when : {0.0, 0.3, 0.6, 0.99, 2.0}) {
-    settings.progress = [&](double done) {
+    settings.progress = [&, when](double done) {
       EXPECT_LE(done, 1);
       last = std::max(last, done);
       if (done >= when) throw std::runtime_error("stop");
