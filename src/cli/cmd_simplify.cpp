@@ -289,7 +289,7 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
   command
       .add_option(
           "--array", a->request.behaviour.arrays,
-          "An array that steers: NAME, NAME:0.5% (with a tolerance of its own), cell:NAME; may be "
+          "An array that steers: NAME, NAME:0.5% (with a tolerance of its own; --method tetfuse), cell:NAME; may be "
           "given again. Default: the active scalars, else the first floating-point point array. "
           "All "
           "arrays are carried along")

@@ -231,6 +231,7 @@ void Job::run_with() {
     state.input.mesh.pieces = std::move(checkpoint_->pieces);
     checkpoint_.reset();
     committed_ = true;
+    report_.lods = state.lods;
     report_.outputs = state.outputs;
     context_.say(fmt::format("going on after {} rounds, with {} tetrahedra left", state.lods.size(),
                              format_count(state.input.mesh.tets)));
