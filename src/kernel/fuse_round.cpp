@@ -1,21 +1,12 @@
 #include "kernel/fuse_round.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <type_traits>
 
 namespace tetfusion {
 
 namespace {
-
-// best_position(): enough to keep a vertex between its two where the fields are flat.
-constexpr float kPull = 0.02F;
-constexpr float kReachSquared = 0.25F;  // half the edge
-
-// What an edge's squared length (in units of the mesh) adds to the cost, so that where fields do
-// not tell, short edges go first: an edge of a tenth of the mesh is worth an error of 1e-4.
-constexpr float kLengthCost = 1e-6F;
 
 // Where the best position is not allowed, others on the edge are tried that cost at most so much
 // more.
@@ -27,10 +18,6 @@ constexpr double kSingle = 1e-4;
 
 // Lists of candidates, after the first one, that a vertex may use up while nothing near it moves.
 constexpr std::uint8_t kLists = 1;
-
-// Bins of costs, eight an octave: a float's exponent, and the first three bits of its fraction.
-constexpr std::size_t kBins = 1 << 11;
-std::size_t bin_of(float cost) { return cost > 0 ? std::bit_cast<std::uint32_t>(cost) >> 20 : 0; }
 
 // Failures are asked again once in so many bins: half an octave.
 constexpr std::size_t kAskAgain = 4;
@@ -56,19 +43,13 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   fields_ = fields;
   mesh_ = mesh;
   width_ = mesh->steering_width;
-  row_ = mesh->quadric_width;
   cavity_.begin(mesh, &balls_, limits.min_quality, limits.unit);
   std::size_t steering_columns = 0;
-  field_scale_.resize(width_);
   for (const SteeringField& f : fields) {
     if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type)) ++steering_columns;
-    for (std::uint32_t k = 0; k < f.count; ++k) {
-      field_scale_[f.first + k] = static_cast<float>(1 / f.range);
-    }
   }
   interpolates_ = steering_columns < mesh->point_columns.size();
-  sum_.resize(row_);
-  differences_.resize(width_);
+  edge_costs_.begin(mesh, fields, limits.unit);
   values_.resize(width_);
 
   const std::size_t n = mesh->vertex_count();
@@ -84,10 +65,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   judged_.assign(n, 0);
   failed_.assign(n, 0);
   moved_.assign(n, 1);
-  first_.assign(kBins, kNoVertex);
-  last_.assign(kBins, kNoVertex);
-  next_.resize(n);
-  waits_.assign(n, 0);
+  queue_.reset(n);
   place_.assign(n, 0);
   lists_.assign(n, 0);
   failures_.clear();
@@ -166,18 +144,17 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least) {
 template <class Real>
 void FuseRound<Real>::work() {
   for (VertexId v = 0; v < kind_.size(); ++v) {
-    if (kind_[v] == kFree) queue(v, known_cost(v));
+    if (kind_[v] == kFree) queue_.push(v, known_cost(v), bin_);
   }
-  const std::size_t last = bin_of(static_cast<float>(limits_->threshold));
+  const std::size_t last = CostQueue::bin_of(static_cast<float>(limits_->threshold));
   std::uint64_t removed_before = 0;
   do {
     removed_before = removed_;
     for (bin_ = 0; bin_ <= last; ++bin_) {
       if (bin_ % kAskAgain == 0) ask_again();
-      while (first_[bin_] != kNoVertex && !quota_is_met()) {
-        const VertexId v = first_[bin_];
-        first_[bin_] = next_[v];
-        waits_[v] = 0;
+      while (!quota_is_met()) {
+        const VertexId v = queue_.pop(bin_);
+        if (v == kNoVertex) break;
         if (mesh_->incidence[v] != 0) visit(v);
       }
     }
@@ -185,16 +162,6 @@ void FuseRound<Real>::work() {
     const auto left = static_cast<double>(mesh_->tets.size() - removed_);
     if (static_cast<double>(removed_ - removed_before) < kIdleShare * left) return;
   } while (!quota_is_met() && ask_again());
-}
-
-template <class Real>
-void FuseRound<Real>::queue(VertexId v, float cost) {
-  if (waits_[v] != 0) return;
-  const std::size_t bin = std::max(bin_of(cost), bin_);
-  waits_[v] = 1;
-  next_[v] = kNoVertex;
-  (first_[bin] == kNoVertex ? first_[bin] : next_[last_[bin]]) = v;
-  last_[bin] = v;
 }
 
 template <class Real>
@@ -209,7 +176,7 @@ bool FuseRound<Real>::ask_again() {
     }
     judge_all(v, -1);
     if (const Candidate* c = next_candidate(v)) {
-      queue(v, c->cost);
+      queue_.push(v, c->cost, bin_);
       any = true;
     }
   }
@@ -240,8 +207,8 @@ void FuseRound<Real>::visit(VertexId v) {
     c = next_candidate(v);
   }
   if (c == nullptr || c->cost > limits_->threshold) return;
-  if (bin_of(c->cost) > bin_) {
-    queue(v, c->cost);
+  if (CostQueue::bin_of(c->cost) > bin_) {
+    queue_.push(v, c->cost, bin_);
     return;
   }
   const VertexId partner = c->partner;
@@ -249,33 +216,14 @@ void FuseRound<Real>::visit(VertexId v) {
     const VertexId kept = mesh_->incidence[v] != 0 ? v : partner;
     if (kind_[kept] != kFree) return;
     judge(kept);
-    if (const Candidate* next = next_candidate(kept)) queue(kept, next->cost);
+    if (const Candidate* next = next_candidate(kept)) queue_.push(kept, next->cost, bin_);
     return;
   }
   reason_[v] = static_cast<std::uint8_t>(reject_);
   ++place_[v];
   if (failed_[v] < judged_[v]) failures_.push_back(v);
   failed_[v] = now_;
-  queue(v, c->cost);
-}
-
-template <class Real>
-Offset FuseRound<Real>::offset(VertexId from, const Vec3<Real>& to) const {
-  const Vec3<Real>& a = mesh_->positions[from];
-  const double unit = limits_->unit;
-  return {static_cast<float>((double{to.x} - a.x) * unit),
-          static_cast<float>((double{to.y} - a.y) * unit),
-          static_cast<float>((double{to.z} - a.z) * unit)};
-}
-
-// Of the fields' values, as shares of their ranges.
-template <class Real>
-void FuseRound<Real>::find_differences(VertexId from, VertexId to) {
-  const double* a = mesh_->steering.data() + from * width_;
-  const double* b = mesh_->steering.data() + to * width_;
-  for (std::size_t k = 0; k < width_; ++k) {
-    differences_[k] = static_cast<float>(b[k] - a[k]) * field_scale_[k];
-  }
+  queue_.push(v, c->cost, bin_);
 }
 
 // Chooses the cheapest partners of v. An edge whose other end has been judged since v got its
@@ -300,54 +248,32 @@ template <class Skip>
 void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
   ++stamped_;
   stamp_[v] = stamped_;
-  Candidates best{};
+  movable_.clear();
+  fixed_ones_.clear();
   for (const std::uint32_t entry : ball(v)) {
     for (const VertexId u : mesh_->tets[entry >> 2]) {
       if (stamp_[u] == stamped_) continue;
       stamp_[u] = stamped_;
       if (kind_[u] == kOut || skip(u)) continue;
-      Candidate c{width_ == 1 ? cost_of<1>(v, u) : cost_of<0>(v, u), u};
-      if (!(c.cost > above)) continue;
-      for (Candidate& b : best) {
-        if (c.cost < b.cost) std::swap(b, c);
-      }
+      (kind_[u] == kFree ? movable_ : fixed_ones_).push_back(u);
     }
   }
+  Candidates best{};
+  const auto add = [&](float cost, VertexId partner) {
+    if (!(cost > above)) return;
+    Candidate c{cost, partner};
+    for (Candidate& b : best) {
+      if (c.cost < b.cost) std::swap(b, c);
+    }
+  };
+  costs_.resize(movable_.size());
+  edge_costs_.between(v, movable_, costs_.data());
+  for (std::size_t i = 0; i < movable_.size(); ++i) add(costs_[i], movable_[i]);
+  for (const VertexId u : fixed_ones_) add(edge_costs_.onto(v, u), u);
   candidates_[v] = best;
   place_[v] = 0;
   lists_[v] = 0;
   judged_[v] = ++now_;
-}
-
-// What it costs to make v and its neighbour one; kWidth is the number of steering values, or 0 for
-// any.
-template <class Real>
-template <std::size_t kWidth>
-float FuseRound<Real>::cost_of(VertexId v, VertexId partner) {
-  const std::size_t width = kWidth != 0 ? kWidth : width_;
-  const float* qv = quadric(v);
-  const float* qp = quadric(partner);
-  const Offset d = offset(v, mesh_->positions[partner]);
-  const float length_squared = dot(d.data(), d);
-  std::array<float, quadric_size(kWidth)> small{};
-  float* sum = kWidth != 0 ? small.data() : sum_.data();
-  float cost = 0;
-  if (kind_[partner] == kTarget) {
-    find_differences(v, partner);
-    std::copy_n(qp, quadric_size(width), sum);
-    add_shifted(qv, d, differences_.data(), width, sum);
-    cost = sum[kQuadricC];
-  } else {
-    find_differences(partner, v);
-    std::copy_n(qv, quadric_size(width), sum);
-    add_shifted(qp, {-d[0], -d[1], -d[2]}, differences_.data(), width, sum);
-    const Reduced r = reduce(sum, width);
-    const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
-    cost = value_at(r, best_position(r, home, kPull, kReachSquared * length_squared));
-  }
-  const float weight = sum[kQuadricW];
-  const float mean = weight > 0 ? std::max(cost, 0.0F) / weight : 0.0F;
-  return mean + (width == 0 ? 1.0F : kLengthCost) * length_squared;
 }
 
 template <class Real>
@@ -374,20 +300,17 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
     position_ = mesh_->positions[partner];
     return allows(v, partner);
   }
-  add_quadrics(v, partner);
-  const Offset d = offset(v, mesh_->positions[partner]);
-  const Reduced r = reduce(sum_.data(), width_);
-  const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
-  best_ = best_position(r, home, kPull, kReachSquared * dot(d.data(), d));
-  set_position(v, best_);
+  const MergedQuadric& merged = edge_costs_.merge(v, partner);
+  position_ = edge_costs_.place(v, merged.best);
   if (allows(v, partner)) return true;
-  const float weight = sum_[kQuadricW];
-  const float most = std::min(kSlack * std::max(value_at(r, best_), 1e-12F * weight),
-                              static_cast<float>(limits_->threshold) * weight);
+  const float weight = merged.sum[kQuadricW];
+  const float most =
+      std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
+               static_cast<float>(limits_->threshold) * weight);
   for (const float t : kElsewhere) {
-    const Offset u{t * d[0], t * d[1], t * d[2]};
-    if (!(value_at(r, u) <= most)) continue;
-    set_position(v, u);
+    const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
+    if (!(value_at(merged.reduced, u) <= most)) continue;
+    position_ = edge_costs_.place(v, u);
     if (allows(v, partner)) return true;
   }
   return false;
@@ -398,23 +321,6 @@ bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   const auto reason = cavity_.collect(v, partner, fixed_, position_);
   reject_ = reason.value_or(reject_);
   return !reason;
-}
-
-// The quadric of both, about v.
-template <class Real>
-void FuseRound<Real>::add_quadrics(VertexId v, VertexId partner) {
-  find_differences(partner, v);
-  std::copy_n(quadric(v), row_, sum_.begin());
-  add_shifted(quadric(partner), offset(partner, mesh_->positions[v]), differences_.data(), width_,
-              sum_.data());
-}
-
-template <class Real>
-void FuseRound<Real>::set_position(VertexId v, const Offset& u) {
-  const Vec3<Real>& p = mesh_->positions[v];
-  const double length = 1 / limits_->unit;
-  position_ = {static_cast<Real>(p.x + u[0] * length), static_cast<Real>(p.y + u[1] * length),
-               static_cast<Real>(p.z + u[2] * length)};
 }
 
 template <class Real>
@@ -434,21 +340,17 @@ void FuseRound<Real>::apply(VertexId v, VertexId partner, const Interpolation& i
 template <class Real>
 void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolation) {
   const VertexId kept = interpolation.to;
-  float* row = mesh_->quadrics.data() + kept * row_;
+  const std::size_t size = mesh_->quadric_width;
+  float* row = mesh_->quadrics.data() + kept * size;
+  double* values = mesh_->steering.data() + kept * width_;
   if (fixed_) {
-    find_differences(v, kept);
-    add_shifted(quadric(v), offset(v, mesh_->positions[kept]), differences_.data(), width_, row);
+    edge_costs_.add(v, mesh_->positions[kept], values, row);
     return;
   }
   choose_values(v, interpolation);
-  const double* from = mesh_->steering.data() + v * width_;
-  double* to = mesh_->steering.data() + kept * width_;
-  for (std::size_t k = 0; k < width_; ++k) {
-    differences_[k] = static_cast<float>(values_[k] - from[k]) * field_scale_[k];
-  }
-  std::copy(values_.begin(), values_.end(), to);
-  std::fill_n(row, row_, 0.0F);
-  add_shifted(sum_.data(), offset(v, position_), differences_.data(), width_, row);
+  std::fill_n(row, size, 0.0F);
+  edge_costs_.add_merged(v, position_, values_.data(), row);
+  std::copy(values_.begin(), values_.end(), values);
   mesh_->positions[kept] = position_;
 }
 
@@ -456,7 +358,8 @@ void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolat
 // but for single precision.
 template <class Real>
 void FuseRound<Real>::choose_values(VertexId v, const Interpolation& interpolation) {
-  const Offset u = offset(v, position_);
+  const MergedQuadric& merged = edge_costs_.merged();
+  const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
   const double* steering = mesh_->steering.data();
   for (std::size_t k = 0; k < width_; ++k) {
     double least = std::numeric_limits<double>::infinity(), most = -least;
@@ -469,8 +372,8 @@ void FuseRound<Real>::choose_values(VertexId v, const Interpolation& interpolati
     for (const std::uint32_t entry : cavity_.affected()) look(entry >> 2);
     for (const TetId t : cavity_.deleted()) look(t);
     const double before = interpolate(interpolation, steering, width_, k);
-    const double best =
-        steering[v * width_ + k] + double{best_value(sum_.data(), k, u)} / field_scale_[k];
+    const double best = steering[v * width_ + k] +
+                        double{best_value(merged.sum.data(), k, u)} / edge_costs_.scale(k);
     const bool same = std::abs(best - before) <= kSingle * (most - least);
     values_[k] = same ? before : std::clamp(best, least, most);
   }

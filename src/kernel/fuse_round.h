@@ -8,8 +8,10 @@
 #include <span>
 #include <vector>
 
+#include "kernel/cost_queue.h"
 #include "kernel/costs.h"
 #include "kernel/criteria.h"
+#include "kernel/edge_costs.h"
 #include "kernel/fuse_cavity.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
@@ -74,33 +76,25 @@ class FuseRound {
   void finish(FuseStatistics* statistics);
   Reject look_back(VertexId v, float* least);
 
-  // The queue.
+  // Whose turn it is.
   void work();
   void visit(VertexId v);
   const Candidate* next_candidate(VertexId v);
-  void queue(VertexId v, float cost);
   // An edge inside has three tetrahedra or more.
   bool quota_is_met() const { return limits_->quota < removed_ + 3; }
   bool ask_again();
 
-  // Costs.
+  // With whom.
   bool knows_candidates(VertexId v) const { return judged_[v] > changed_[v]; }
   void judge(VertexId v);
   void judge_all(VertexId v, float above);
   template <class Skip>
   void choose(VertexId v, Skip skip, float above);
-  template <std::size_t kWidth>
-  float cost_of(VertexId v, VertexId partner);
-  float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * row_ - 1]; }
-  const float* quadric(VertexId v) const { return mesh_->quadrics.data() + v * row_; }
-  Offset offset(VertexId from, const Vec3<Real>& to) const;
-  void find_differences(VertexId from, VertexId to);
+  float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * mesh_->quadric_width - 1]; }
 
   // One fusion.
   bool fuse(VertexId v, VertexId partner);
   bool plan(VertexId v, VertexId partner);
-  void add_quadrics(VertexId v, VertexId partner);
-  void set_position(VertexId v, const Offset& u);
   bool allows(VertexId v, VertexId partner);
   void apply(VertexId v, VertexId partner, const Interpolation& interpolation);
   void merge_quadrics(VertexId v, const Interpolation& interpolation);
@@ -116,16 +110,20 @@ class FuseRound {
   const FuseLimits* limits_ = nullptr;
   std::span<const SteeringField> fields_;
   WorkMesh<Real>* mesh_ = nullptr;
-  std::size_t width_ = 0, row_ = 0;
-  std::vector<float> field_scale_;  // of each steering value: one over its field's range
-  bool interpolates_ = false;       // there are point columns that do not steer
+  std::size_t width_ = 0;
+  bool interpolates_ = false;  // there are point columns that do not steer
 
   LiveBalls balls_;
+  EdgeCosts<Real> edge_costs_;
   Vector<Kind> kind_;
   Vector<Candidates> candidates_;
   Vector<std::uint8_t> reason_;  // why the last fusion of a vertex failed
+
+  // The neighbours of the vertex in hand: those that may move, and those that stay.
   Vector<std::uint32_t> stamp_;
   std::uint32_t stamped_ = 0;
+  std::vector<VertexId> movable_, fixed_ones_;
+  std::vector<float> costs_;
 
   // When things happened to a vertex; each event has a number, ascending from 1.
   std::uint32_t now_ = 0;
@@ -134,20 +132,15 @@ class FuseRound {
   Vector<std::uint32_t> failed_;   // one of them could not be fused with
   Vector<std::uint32_t> moved_;    // its ball changed
 
-  // Vertices that wait for their turn, in bins by what they cost.
-  Vector<VertexId> first_, last_;  // of a bin
-  Vector<VertexId> next_;          // in the same bin
-  Vector<std::uint8_t> waits_;
+  CostQueue queue_;
+  std::size_t bin_ = 0;         // whose turn it is
   Vector<std::uint8_t> place_;  // in its candidates: those before are used up
   Vector<std::uint8_t> lists_;  // of candidates that it has used up
   Vector<VertexId> failures_;   // to be asked again
-  std::size_t bin_ = 0;         // whose turn it is
   std::uint64_t removed_ = 0, fused_ = 0;
 
   // The fusion in hand.
-  std::vector<float> sum_, differences_;
   std::vector<double> values_;
-  Offset best_{};
   Vec3<Real> position_{};
   bool fixed_ = false;  // the partner stays where it is
   Reject reject_{};
