@@ -96,20 +96,20 @@ void Rounds<Real>::gather(const MacroLod<Real>& mesh, std::uint32_t chunk,
 
 // Passes over one chunk, or the whole mesh; limits.quota is its own.
 template <class Real>
-PassStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
-                                        CostHistogram* costs) {
+FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker,
+                                        WorkMesh<Real>* mesh) {
   Worker& tools = *workers_[worker];
   const RoundSettings& settings = round_.settings;
   if (settings.method == Method::kTetFuse) {
-    return run_greedy_passes(settings.passes, limits, round_.fields, &tools.pass, mesh);
+    FuseStatistics statistics;
+    statistics.pass = run_greedy_passes(settings.passes, limits, round_.fields, &tools.pass, mesh);
+    return statistics;
   }
   FuseLimits fuse = settings.fuse;
   fuse.quota = limits.quota;
   if (settings.look) begin_quadrics(round_.fields, fuse.unit, mesh);
-  const FuseStatistics statistics = settings.look ? tools.fuse.look(fuse, round_.fields, mesh)
-                                                  : tools.fuse.run(fuse, round_.fields, mesh);
-  *costs = statistics.costs;
-  return statistics.pass;
+  return settings.look ? tools.fuse.look(fuse, round_.fields, mesh)
+                       : tools.fuse.run(fuse, round_.fields, mesh);
 }
 
 // By the chunks that will have the vertices.
@@ -164,7 +164,10 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
     round_ = {};
     round_.settings = settings;
     round_.fields = fields;
-    statistics.pass = run_passes(limits, 0, &whole, &statistics.costs);
+    const FuseStatistics all = run_passes(limits, 0, &whole);
+    statistics.pass = all.pass;
+    statistics.costs = all.costs;
+    statistics.deviation = all.deviation;
   }
   mesh->tets = whole.tets.size();
   return statistics;
@@ -220,7 +223,10 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
                        round_.shares.back());
   ChunkResult& result = round_.results[chunk];
   Worker& tools = *workers_[worker];
-  result.pass = run_passes(own, worker, mesh, &result.costs);
+  const FuseStatistics statistics = run_passes(own, worker, mesh);
+  result.pass = statistics.pass;
+  result.costs = statistics.costs;
+  result.deviation = statistics.deviation;
   tools.scatter.scatter(*mesh, round_.next_cut, chunk, round_.next.get(), &result.interface);
   result.sizes = tools.scatter.sizes();
   if (!round_.costs.empty()) count_costs(*mesh, tools.scatter);
@@ -245,6 +251,7 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
   for (ChunkResult& result : round_.results) {
     add(result.pass, &statistics.pass);
     for (std::size_t b = 0; b < kCostBins; ++b) statistics.costs[b] += result.costs[b];
+    statistics.deviation = std::max(statistics.deviation, result.deviation);
     reports.insert(reports.end(), result.interface.begin(), result.interface.end());
     next.samples.insert(next.samples.end(), result.samples.begin(), result.samples.end());
     for (const auto& size : result.sizes) {

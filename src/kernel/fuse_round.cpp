@@ -27,13 +27,39 @@ constexpr double kIdleShare = 0.02;
 }  // namespace
 
 template <class Real>
-auto FuseRound<Real>::kind_of(VertexId v) const -> Kind {
+auto FuseRound<Real>::kind_of(VertexId v) -> Kind {
   for (std::size_t k = 0; k < width_; ++k) {
     if (!std::isfinite(mesh_->steering[v * width_ + k])) return kOut;
   }
   const std::uint8_t marks = mesh_->marks[v];
   if ((marks & kOnInterface) != 0) return kOut;
-  return (marks & (kLocked | kOnBoundary)) != 0 ? kTarget : kFree;
+  if ((marks & kLocked) != 0) return kTarget;
+  if (!limits_->sheets_move()) return (marks & kOnBoundary) != 0 ? kTarget : kFree;
+  switch (sheets_.place(v)) {
+    case SheetPlace::kNone:
+      return kFree;
+    case SheetPlace::kSmooth:
+      return kOnSheet;
+    case SheetPlace::kLine:
+      return kOnLine;
+    case SheetPlace::kCorner:
+      return kTarget;
+  }
+  return kTarget;
+}
+
+// A vertex on a sheet gets its quadric when it is first free.
+template <class Real>
+void FuseRound<Real>::begin_sheets() {
+  sheets_.begin(mesh_, &balls_, limits_->regions);
+  sheet_fusion_.begin(mesh_, &sheets_, limits_->unit, limits_->max_deviation);
+  const std::size_t at = quadric_size(width_);
+  for (VertexId v = 0; v < mesh_->vertex_count(); ++v) {
+    const bool is_on_one = (mesh_->marks[v] & kOnBoundary) != 0 || sheets_.is_between_regions(v);
+    if (!is_on_one || (mesh_->marks[v] & kOnInterface) != 0) continue;
+    float* quadric = mesh_->quadrics.data() + std::size_t{v} * mesh_->quadric_width + at;
+    if (quadric[kQuadricW] == 0) sheets_.add_planes(v, limits_->unit, quadric);
+  }
 }
 
 template <class Real>
@@ -49,11 +75,12 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
     if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type)) ++steering_columns;
   }
   interpolates_ = steering_columns < mesh->point_columns.size();
-  edge_costs_.begin(mesh, fields, limits.unit);
+  edge_costs_.begin(mesh, fields, limits.unit, limits.sheet_weight);
   values_.resize(width_);
 
   const std::size_t n = mesh->vertex_count();
   balls_.reset(n, mesh->tets);
+  if (limits.sheets_move()) begin_sheets();
   kind_.resize(n);
   for (VertexId v = 0; v < n; ++v) kind_[v] = kind_of(v);
   candidates_.assign(n, Candidates{});
@@ -109,13 +136,16 @@ void FuseRound<Real>::finish(FuseStatistics* statistics) {
     ++pass.rejected[static_cast<std::size_t>(reason)];
     known_cost(v) = least;
     if (least > 0) ++statistics->costs[cost_bin(least)];
+    if (mesh_->has_deviations) {
+      statistics->deviation = std::max(statistics->deviation, mesh_->deviations[v]);
+    }
   }
 }
 
 // Why the vertex has not fused; `least` gets what its cheapest fusion costs, if that is known.
 template <class Real>
 Reject FuseRound<Real>::look_back(VertexId v, float* least) {
-  if (kind_[v] != kFree) {
+  if (!may_move(v)) {
     const std::uint8_t marks = mesh_->marks[v];
     if ((marks & kOnInterface) != 0) return Reject::kInterface;
     return (marks & kOnBoundary) != 0 ? Reject::kBoundary : Reject::kLocked;
@@ -144,7 +174,7 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least) {
 template <class Real>
 void FuseRound<Real>::work() {
   for (VertexId v = 0; v < kind_.size(); ++v) {
-    if (kind_[v] == kFree) queue_.push(v, known_cost(v), bin_);
+    if (may_move(v)) queue_.push(v, known_cost(v), bin_);
   }
   const std::size_t last = CostQueue::bin_of(static_cast<float>(limits_->threshold));
   std::uint64_t removed_before = 0;
@@ -214,7 +244,7 @@ void FuseRound<Real>::visit(VertexId v) {
   const VertexId partner = c->partner;
   if (fuse(v, partner)) {
     const VertexId kept = mesh_->incidence[v] != 0 ? v : partner;
-    if (kind_[kept] != kFree) return;
+    if (!may_move(kept)) return;
     judge(kept);
     if (const Candidate* next = next_candidate(kept)) queue_.push(kept, next->cost, bin_);
     return;
@@ -231,7 +261,7 @@ void FuseRound<Real>::visit(VertexId v) {
 template <class Real>
 void FuseRound<Real>::judge(VertexId v) {
   const auto judged_there = [&](VertexId u) {
-    return kind_[u] == kFree && judged_[u] > changed_[u] && judged_[u] > changed_[v];
+    return kind_[u] == kind_[v] && judged_[u] > changed_[u] && judged_[u] > changed_[v];
   };
   choose(v, judged_there, -1);
 }
@@ -243,20 +273,44 @@ void FuseRound<Real>::judge_all(VertexId v, float above) {
       v, [](VertexId) { return false; }, above);
 }
 
+// All neighbours.
 template <class Real>
-template <class Skip>
-void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
+void FuseRound<Real>::find_partners(VertexId v) {
+  partners_.clear();
   ++stamped_;
   stamp_[v] = stamped_;
-  movable_.clear();
-  fixed_ones_.clear();
   for (const std::uint32_t entry : ball(v)) {
     for (const VertexId u : mesh_->tets[entry >> 2]) {
       if (stamp_[u] == stamped_) continue;
       stamp_[u] = stamped_;
-      if (kind_[u] == kOut || skip(u)) continue;
-      (kind_[u] == kFree ? movable_ : fixed_ones_).push_back(u);
+      partners_.push_back(u);
     }
+  }
+}
+
+// Those along edges of the sheet, or of the line.
+template <class Real>
+void FuseRound<Real>::find_partners_on_sheet(VertexId v) {
+  partners_.clear();
+  const bool is_line = kind_[v] == kOnLine;
+  if (!sheets_.find_fan(v, &fan_) || (is_line && fan_.sharp_edges != 2)) return;
+  for (std::size_t i = 0; i < fan_.size(); ++i) {
+    const VertexId u = fan_.ring[i];
+    if (is_line && (fan_.sharp[i] == 0 || kind_[u] == kOnSheet)) continue;
+    partners_.push_back(u);
+  }
+}
+
+template <class Real>
+template <class Skip>
+void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
+  const bool on_sheet = is_on_sheet(v);
+  on_sheet ? find_partners_on_sheet(v) : find_partners(v);
+  movable_.clear();
+  fixed_ones_.clear();
+  for (const VertexId u : partners_) {
+    if (kind_[u] == kOut || skip(u)) continue;
+    (kind_[u] == kind_[v] ? movable_ : fixed_ones_).push_back(u);
   }
   Candidates best{};
   const auto add = [&](float cost, VertexId partner) {
@@ -267,9 +321,14 @@ void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
     }
   };
   costs_.resize(movable_.size());
-  edge_costs_.between(v, movable_, costs_.data());
-  for (std::size_t i = 0; i < movable_.size(); ++i) add(costs_[i], movable_[i]);
-  for (const VertexId u : fixed_ones_) add(edge_costs_.onto(v, u), u);
+  if (on_sheet) {
+    for (const VertexId u : movable_) add(edge_costs_.between_on_sheet(v, u, along(v)), u);
+    for (const VertexId u : fixed_ones_) add(edge_costs_.onto_on_sheet(v, u), u);
+  } else {
+    edge_costs_.between(v, movable_, costs_.data());
+    for (std::size_t i = 0; i < movable_.size(); ++i) add(costs_[i], movable_[i]);
+    for (const VertexId u : fixed_ones_) add(edge_costs_.onto(v, u), u);
+  }
   candidates_[v] = best;
   place_[v] = 0;
   lists_[v] = 0;
@@ -295,15 +354,20 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
 // Finds a position that is allowed, and the cavity.
 template <class Real>
 bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
-  fixed_ = kind_[partner] == kTarget;
+  fixed_ = kind_[partner] != kind_[v];
+  if (is_on_sheet(v) && !sheet_fusion_.choose(v, partner, fixed_, along(v))) {
+    reject_ = Reject::kSurface;
+    return false;
+  }
   if (fixed_) {
     position_ = mesh_->positions[partner];
     return allows(v, partner);
   }
-  const MergedQuadric& merged = edge_costs_.merge(v, partner);
+  const MergedQuadric& merged = is_on_sheet(v) ? edge_costs_.merge_on_sheet(v, partner, along(v))
+                                               : edge_costs_.merge(v, partner);
   position_ = edge_costs_.place(v, merged.best);
   if (allows(v, partner)) return true;
-  const float weight = merged.sum[kQuadricW];
+  const float weight = merged.weight;
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
                static_cast<float>(limits_->threshold) * weight);
@@ -319,8 +383,8 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
 template <class Real>
 bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   const auto reason = cavity_.collect(v, partner, fixed_, position_);
-  reject_ = reason.value_or(reject_);
-  return !reason;
+  reject_ = reason.value_or(Reject::kSurface);
+  return !reason && (!is_on_sheet(v) || sheet_fusion_.allows(position_));
 }
 
 template <class Real>
@@ -343,13 +407,16 @@ void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolat
   const std::size_t size = mesh_->quadric_width;
   float* row = mesh_->quadrics.data() + kept * size;
   double* values = mesh_->steering.data() + kept * width_;
+  if (is_on_sheet(v)) mesh_->deviations[kept] = sheet_fusion_.deviation();
   if (fixed_) {
     edge_costs_.add(v, mesh_->positions[kept], values, row);
+    if (is_on_sheet(v)) edge_costs_.add_sheet(v, mesh_->positions[kept], row);
     return;
   }
   choose_values(v, interpolation);
   std::fill_n(row, size, 0.0F);
   edge_costs_.add_merged(v, position_, values_.data(), row);
+  if (is_on_sheet(v)) edge_costs_.add_merged_sheet(v, position_, row);
   std::copy(values_.begin(), values_.end(), values);
   mesh_->positions[kept] = position_;
 }
@@ -416,7 +483,7 @@ void FuseRound<Real>::write_steering_columns() {
       if constexpr (std::is_floating_point_v<T>) {
         T* values = reinterpret_cast<T*>(column.rows.data());
         for (std::size_t v = 0; v < kind_.size(); ++v) {
-          if (changed_[v] == 1 || kind_[v] != kFree) continue;
+          if (changed_[v] == 1 || !may_move(v)) continue;
           for (std::uint32_t k = 0; k < f.count; ++k) {
             values[v * f.count + k] =
                 static_cast<T>(std::ldexp(mesh_->steering[v * width_ + f.first + k], -f.exponent));

@@ -29,9 +29,9 @@ double cross(const Seen& o, const Seen& a, const Seen& b) {
 class View {
  public:
   explicit View(const Point3& normal) : n_(normal) {
-    const std::size_t least =
-        std::abs(n_[0]) <= std::abs(n_[1]) ? (std::abs(n_[0]) <= std::abs(n_[2]) ? 0 : 2)
-                                           : (std::abs(n_[1]) <= std::abs(n_[2]) ? 1 : 2);
+    const std::size_t least = std::abs(n_[0]) <= std::abs(n_[1])
+                                  ? (std::abs(n_[0]) <= std::abs(n_[2]) ? 0 : 2)
+                                  : (std::abs(n_[1]) <= std::abs(n_[2]) ? 1 : 2);
     Point3 axis{};
     axis[least] = 1;
     e1_ = tetfusion::cross(axis, n_);

@@ -47,9 +47,9 @@ struct PatchDistance {
 
 // Both are graphs over the same polygon, seen along the mean normal of the patch, if all triangles
 // show their front: the image of a point is then the one above or below it. The height between the
-// two is piecewise linear, so it is largest where an edge of one crosses an edge of the other, or at
-// a corner. Nothing, if they are no such graphs, or if a triangle of the fan is tilted by more than
-// 60 degrees.
+// two is piecewise linear, so it is largest where an edge of one crosses an edge of the other, or
+// at a corner. Nothing, if they are no such graphs, or if a triangle of the fan is tilted by more
+// than 60 degrees.
 std::optional<PatchDistance> measure(const PatchChange& change);
 
 // The point of a segment that is nearest to x.

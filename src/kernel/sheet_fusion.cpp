@@ -23,16 +23,16 @@ Point3 SheetFusion<Real>::at(VertexId u) const {
 }
 
 template <class Real>
-bool SheetFusion<Real>::choose(VertexId v, VertexId partner, bool fixed) {
+bool SheetFusion<Real>::choose(VertexId v, VertexId partner, bool fixed, Along along) {
   v_ = v;
   partner_ = partner;
   fixed_ = fixed;
+  along_ = along;
   if (!sheets_->find_fan(v, &fan_v_) || !fan_v_.turn_to(partner)) return false;
   if (!fixed && (!sheets_->find_fan(partner, &fan_partner_) || !fan_partner_.turn_to(v))) {
     return false;
   }
-  if (fan_v_.sharp_edges > 0 && !find_sides()) return false;
-  if (!fixed && fan_partner_.sharp_edges != fan_v_.sharp_edges) return false;
+  if (along == Along::kLine && !find_sides()) return false;
   if (!sheets_->may_contract(v, fan_v_, partner)) return false;
   deviation_before_ = deviation_so_far();
   return true;
@@ -44,8 +44,8 @@ bool SheetFusion<Real>::find_sides() {
   // No triangle has two edges of the line.
   const auto find_end = [](const SheetFan& fan) {
     if (fan.sharp_edges != 2 || fan.sharp[0] == 0) return std::size_t{0};
-    const auto end = static_cast<std::size_t>(
-        std::find(fan.sharp.begin() + 1, fan.sharp.end(), 1) - fan.sharp.begin());
+    const auto end = static_cast<std::size_t>(std::find(fan.sharp.begin() + 1, fan.sharp.end(), 1) -
+                                              fan.sharp.begin());
     return end == 1 || end + 1 == fan.size() ? 0 : end;
   };
   end_v_ = find_end(fan_v_);
@@ -72,7 +72,7 @@ bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
   position_ = {(double{position.x} - o.x) * unit_, (double{position.y} - o.y) * unit_,
                (double{position.z} - o.z) * unit_};
   double distance = 0;
-  if (!(fan_v_.sharp_edges == 0 ? measure_disc(&distance) : measure_line(&distance))) return false;
+  if (!(along_ == Along::kSheet ? measure_disc(&distance) : measure_line(&distance))) return false;
   const double sum = double{deviation_before_} + distance;
   deviation_ = std::nextafter(static_cast<float>(sum), std::numeric_limits<float>::infinity());
   return deviation_ <= max_deviation_;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "kernel/edge_costs.h"
 #include "kernel/patch_distance.h"
 #include "kernel/sheets.h"
 #include "mesh/work_mesh.h"
@@ -17,13 +18,13 @@ class SheetFusion {
   // See FuseLimits for the unit and the limit of the deviation.
   void begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, double unit, double max_deviation);
 
-  // The pair in hand: v, inside its sheet or on a line of it, and its neighbour along an edge of the
-  // sheet, or of the line. A partner that is fixed stays where it is, whatever it is; any other is
-  // of v's kind. False where they may never become one.
-  bool choose(VertexId v, VertexId partner, bool fixed);
+  // The pair in hand: v, inside its sheet or on a line of it, and its neighbour along an edge of
+  // the sheet, or of the line. A partner that is fixed stays where it is, whatever it is; any other
+  // is of v's kind. False where they may never become one.
+  bool choose(VertexId v, VertexId partner, bool fixed, Along along);
 
-  // May the pair meet at this position (the partner's, if that is fixed; on the edge, if v lies on a
-  // line)?
+  // May the pair meet at this position (the partner's, if that is fixed; on the edge, if v lies on
+  // a line)?
   bool allows(const Vec3<Real>& position);
   // If so: the deviation of the vertex that they become.
   float deviation() const { return deviation_; }
@@ -44,7 +45,8 @@ class SheetFusion {
 
   VertexId v_ = kNoVertex, partner_ = kNoVertex;
   bool fixed_ = false;
-  SheetFan fan_v_, fan_partner_;  // each begins with the other one
+  Along along_{};
+  SheetFan fan_v_, fan_partner_;             // each begins with the other one
   std::size_t end_v_ = 0, end_partner_ = 0;  // in the fans: the line's next vertices
   float deviation_before_ = 0;
   float deviation_ = 0;

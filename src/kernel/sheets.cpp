@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <string>
 
 #include "kernel/patch_distance.h"
+#include "kernel/quadric.h"
 #include "mesh/faces.h"
 
 namespace tetfusion {
@@ -43,16 +45,16 @@ std::size_t count_common(const std::vector<T>& a, const std::vector<T>& b) {
 template <class Real>
 void number_regions(const WorkMesh<Real>& mesh, std::span<const std::uint32_t> columns,
                     Vector<std::uint32_t>* regions) {
-  std::map<std::vector<std::byte>, std::uint32_t> numbers;
-  std::vector<std::byte> value, last;
+  std::map<std::string, std::uint32_t> numbers;
+  std::string value, last;
   std::uint32_t number = 0;
   regions->resize(mesh.tets.size());
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     value.clear();
     for (const std::uint32_t c : columns) {
       const Column& column = mesh.cell_columns[c];
-      const std::byte* row = column.rows.data() + t * column.stride();
-      value.insert(value.end(), row, row + column.stride());
+      const auto* row = reinterpret_cast<const char*>(column.rows.data() + t * column.stride());
+      value.append(row, column.stride());
     }
     if (t == 0 || value != last) {
       number = numbers.try_emplace(value, static_cast<std::uint32_t>(numbers.size())).first->second;
@@ -168,6 +170,27 @@ SheetPlace Sheets<Real>::place(VertexId v) {
     return SheetPlace::kCorner;
   }
   return fan_.sharp_edges == 2 ? SheetPlace::kLine : SheetPlace::kSmooth;
+}
+
+template <class Real>
+void Sheets<Real>::add_planes(VertexId v, double unit, float* quadric) {
+  const auto to = [&](VertexId u) {
+    const Vec3<Real>&p = mesh_->positions[v], &q = mesh_->positions[u];
+    return Point3{(double{q.x} - p.x) * unit, (double{q.y} - p.y) * unit,
+                  (double{q.z} - p.z) * unit};
+  };
+  for (const SheetEdge& e : edges_opposite(v)) {
+    const Point3 normal = cross(to(e.from), to(e.to));  // as long as twice the area
+    const double length = std::sqrt(dot(normal, normal));
+    if (!(length > 0)) continue;
+    std::size_t at = kQuadricA;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = i; k < 3; ++k) {
+        quadric[at++] += static_cast<float>(normal[i] * normal[k] / length);
+      }
+    }
+    quadric[kQuadricW] += static_cast<float>(length);
+  }
 }
 
 // Neighbours, and the edges opposite to v in its tetrahedra's faces.

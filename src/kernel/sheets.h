@@ -61,10 +61,13 @@ class Sheets {
   // False if the vertex's triangles are not one closed fan.
   bool find_fan(VertexId v, SheetFan* fan);
   SheetPlace place(VertexId v);
+  // Adds the squared distances from the planes of its triangles, by their areas, to a quadric
+  // without fields.
+  void add_planes(VertexId v, double unit, float* quadric);
 
   // May the ends of an edge become one as far as topology goes? The edge has two triangles of a
-  // sheet, and `fan` is a's. In the volume, and on the sheet, the links of the two share the link of
-  // the edge and nothing else.
+  // sheet, and `fan` is a's. In the volume, and on the sheet, the links of the two share the link
+  // of the edge and nothing else.
   bool may_contract(VertexId a, const SheetFan& fan, VertexId b);
 
  private:

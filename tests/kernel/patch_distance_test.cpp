@@ -28,9 +28,7 @@ PatchChange star(const std::vector<Point3>& ring, const Point3& centre, const Po
   return change;
 }
 
-std::vector<Point3> square() {
-  return {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
-}
+std::vector<Point3> square() { return {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}; }
 
 TEST(PatchDistance, TheTipOfAPyramidGoesDown) {
   const auto down = measure(star(square(), {0, 0, 0.25}, {0, 0, 0}));
