@@ -82,9 +82,16 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
   }
   v_ = v;
   partner_ = partner;
-  if (const auto reason = collect_ball(v, partner, true)) return reason;
+  const auto reason = judge_cavity(fixed);
+  if (!reason) v_ = kNoVertex;  // nothing has failed
+  return reason;
+}
+
+template <class Real>
+std::optional<Reject> FuseCavity<Real>::judge_cavity(bool fixed) {
+  if (const auto reason = collect_ball(v_, partner_, true)) return reason;
   if (!fixed) {
-    if (const auto reason = collect_ball(partner, v, false)) return reason;
+    if (const auto reason = collect_ball(partner_, v_, false)) return reason;
   }
   if (weak_.empty()) return std::nullopt;
   const double limit = worst();

@@ -366,6 +366,7 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const MergedQuadric& merged = is_on_sheet(v) ? edge_costs_.merge_on_sheet(v, partner, along(v))
                                                : edge_costs_.merge(v, partner);
   position_ = edge_costs_.place(v, merged.best);
+  if (is_on_sheet(v)) position_ = sheet_fusion_.flattened(position_);
   if (allows(v, partner)) return true;
   const float weight = merged.weight;
   const float most =

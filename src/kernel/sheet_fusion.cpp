@@ -6,6 +6,13 @@
 
 namespace tetfusion {
 
+namespace {
+
+// Heights up to this share of the width are what coordinates of single precision make of a plane.
+constexpr double kFlat = 1e-5;
+
+}  // namespace
+
 template <class Real>
 void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, double unit,
                               double max_deviation) {
@@ -15,10 +22,10 @@ void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, 
   max_deviation_ = max_deviation;
 }
 
-// About v, in the unit.
+// In the unit.
 template <class Real>
-Point3 SheetFusion<Real>::at(VertexId u) const {
-  const Vec3<Real>&p = mesh_->positions[u], &o = mesh_->positions[v_];
+Point3 SheetFusion<Real>::about_v(const Vec3<Real>& p) const {
+  const Vec3<Real>& o = mesh_->positions[v_];
   return {(double{p.x} - o.x) * unit_, (double{p.y} - o.y) * unit_, (double{p.z} - o.z) * unit_};
 }
 
@@ -67,10 +74,35 @@ float SheetFusion<Real>::deviation_so_far() const {
 }
 
 template <class Real>
+Vec3<Real> SheetFusion<Real>::flattened(const Vec3<Real>& position) const {
+  if (along_ == Along::kLine) return position;
+  Point3 normal{};
+  for (std::size_t i = 0; i < fan_v_.size(); ++i) {
+    const Point3 area = cross(at(fan_v_.ring[i]), at(fan_v_.at(i + 1)));
+    for (std::size_t k = 0; k < 3; ++k) normal[k] += area[k];
+  }
+  const double length = std::sqrt(dot(normal, normal));
+  if (!(length > 0)) return position;
+  for (double& c : normal) c /= length;
+  double width = 0, height = 0;
+  for (const SheetFan* fan : {&fan_v_, &fan_partner_}) {
+    for (const VertexId u : fan->ring) {
+      const Point3 p = at(u);
+      width = std::max(width, dot(p, p));
+      height = std::max(height, std::abs(dot(p, normal)));
+    }
+  }
+  if (!(height <= kFlat * std::sqrt(width))) return position;
+  const Point3 p = about_v(position);
+  const double off = dot(p, normal) / unit_;
+  return {static_cast<Real>(position.x - off * normal[0]),
+          static_cast<Real>(position.y - off * normal[1]),
+          static_cast<Real>(position.z - off * normal[2])};
+}
+
+template <class Real>
 bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
-  const Vec3<Real>& o = mesh_->positions[v_];
-  position_ = {(double{position.x} - o.x) * unit_, (double{position.y} - o.y) * unit_,
-               (double{position.z} - o.z) * unit_};
+  position_ = about_v(position);
   double distance = 0;
   if (!(along_ == Along::kSheet ? measure_disc(&distance) : measure_line(&distance))) return false;
   const double sum = double{deviation_before_} + distance;

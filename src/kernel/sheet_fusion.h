@@ -23,6 +23,9 @@ class SheetFusion {
   // is of v's kind. False where they may never become one.
   bool choose(VertexId v, VertexId partner, bool fixed, Along along);
 
+  // The position, in the plane of the pair's triangles, if they lie in one but for rounding; what
+  // has been found in single precision is then not what moves a flat sheet.
+  Vec3<Real> flattened(const Vec3<Real>& position) const;
   // May the pair meet at this position (the partner's, if that is fixed; on the edge, if v lies on
   // a line)?
   bool allows(const Vec3<Real>& position);
@@ -30,7 +33,8 @@ class SheetFusion {
   float deviation() const { return deviation_; }
 
  private:
-  Point3 at(VertexId u) const;
+  Point3 about_v(const Vec3<Real>& p) const;
+  Point3 at(VertexId u) const { return about_v(mesh_->positions[u]); }
   bool find_sides();
   void collect_disc();
   void collect_side(bool left);
