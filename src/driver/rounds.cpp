@@ -107,6 +107,11 @@ FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker,
   }
   FuseLimits fuse = settings.fuse;
   fuse.quota = limits.quota;
+  if (fuse.sheets_move()) {
+    fuse.facing = round_.facing.empty() ? nullptr : &round_.facing;
+    fuse.facing_after = &round_.next_facing;
+    fuse.marks_are_known = !settings.look;
+  }
   if (settings.look) begin_quadrics(round_.fields, fuse.unit, mesh);
   return settings.look ? tools.fuse.look(fuse, round_.fields, mesh)
                        : tools.fuse.run(fuse, round_.fields, mesh);
@@ -146,6 +151,13 @@ std::vector<std::uint64_t> Rounds<Real>::shares_of(const RoundSettings& settings
 }
 
 template <class Real>
+void Rounds<Real>::begin_facing() {
+  if (!round_.settings.fuse.sheets_move()) return;
+  const Box& box = round_.settings.box;
+  round_.next_facing.reset({{box.lo.x, box.lo.y, box.lo.z}, {box.hi.x, box.hi.y, box.hi.z}});
+}
+
+template <class Real>
 RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimits limits,
                                         std::span<const SteeringField> fields,
                                         MacroLod<Real>* mesh) {
@@ -164,7 +176,10 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
     round_ = {};
     round_.settings = settings;
     round_.fields = fields;
+    round_.facing = std::move(mesh->facing);
+    begin_facing();
     const FuseStatistics all = run_passes(limits, 0, &whole);
+    mesh->facing = std::move(round_.next_facing);
     statistics.pass = all.pass;
     statistics.costs = all.costs;
     statistics.deviation = all.deviation;
@@ -180,6 +195,7 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
   context.check();
   if (mesh->whole) return run_whole(settings, limits, fields, mesh);
   begin(settings, limits, fields, mesh->tets, shares_of(settings, *mesh), mesh->samples);
+  round_.facing = std::move(mesh->facing);
   run_tasks(mesh->chunks, static_cast<int>(workers_.size()), [&](std::size_t c, std::size_t w) {
     context.check();
     const auto chunk = static_cast<std::uint32_t>(c);
@@ -199,7 +215,13 @@ template <class Real>
 void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits,
                          std::span<const SteeringField> fields, std::uint64_t tets,
                          std::vector<std::uint64_t> shares, const Vector<Vec3<Real>>& samples) {
-  round_ = {settings, limits, fields, tets, std::move(shares), {}, nullptr, {}, {}};
+  round_ = {};
+  round_.settings = settings;
+  round_.limits = limits;
+  round_.fields = fields;
+  round_.tets = tets;
+  round_.shares = std::move(shares);
+  begin_facing();
   round_.results.resize(round_.shares.size() - 1);
   round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
   // By what the mesh will about have shrunk to.
@@ -244,6 +266,7 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
   next.pieces = std::move(round_.next);
   next.pieces->seal();
   next.costs = std::move(round_.costs);
+  next.facing = std::move(round_.next_facing);
   next.sizes.resize(next.chunks);
   RoundStatistics statistics;
   statistics.chunks = round_.results.size();

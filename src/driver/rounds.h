@@ -99,9 +99,11 @@ class Rounds {
     std::unique_ptr<PieceStore> next;
     std::vector<ChunkResult> results;
     std::vector<ChunkCosts> costs;  // of the next chunks
+    FacingGrid facing, next_facing;
   };
   RoundStatistics run_whole(const RoundSettings& settings, PassLimits limits,
                             std::span<const SteeringField> fields, MacroLod<Real>* mesh);
+  void begin_facing();
   void make_whole(MacroLod<Real>* mesh);
   FuseStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh);
   void count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter);

@@ -52,7 +52,7 @@ auto FuseRound<Real>::kind_of(VertexId v) -> Kind {
 template <class Real>
 void FuseRound<Real>::begin_sheets() {
   sheets_.begin(mesh_, &balls_, limits_->regions);
-  sheet_fusion_.begin(mesh_, &sheets_, limits_->unit, limits_->max_deviation);
+  sheet_fusion_.begin(mesh_, &sheets_, limits_->unit, limits_->max_deviation, limits_->facing);
   const std::size_t at = quadric_size(width_);
   for (VertexId v = 0; v < mesh_->vertex_count(); ++v) {
     const bool is_on_one = (mesh_->marks[v] & kOnBoundary) != 0 || sheets_.is_between_regions(v);
@@ -136,6 +136,9 @@ void FuseRound<Real>::finish(FuseStatistics* statistics) {
     ++pass.rejected[static_cast<std::size_t>(reason)];
     known_cost(v) = least;
     if (least > 0) ++statistics->costs[cost_bin(least)];
+    if (limits_->facing_after != nullptr) {
+      sheets_.note_facing(v, limits_->marks_are_known, limits_->facing_after);
+    }
     if (mesh_->has_deviations) {
       statistics->deviation = std::max(statistics->deviation, mesh_->deviations[v]);
     }

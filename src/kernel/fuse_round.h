@@ -42,6 +42,12 @@ struct FuseLimits {
   double max_deviation = -1;
   double sheet_weight = 0;             // as in EdgeCosts::begin()
   std::vector<std::uint32_t> regions;  // cell columns: sheets lie where their values differ
+  // Ways the boundary looks at the beginning of the round: no part of it rises where another part
+  // that faces it may be in reach. Null: there is none.
+  const FacingGrid* facing = nullptr;
+  // To be filled in; and whether the boundary's marks are known of vertices on the interface.
+  FacingGrid* facing_after = nullptr;
+  bool marks_are_known = true;
   bool sheets_move() const { return max_deviation >= 0; }
 };
 

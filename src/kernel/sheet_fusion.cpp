@@ -15,11 +15,12 @@ constexpr double kFlat = 1e-5;
 
 template <class Real>
 void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, double unit,
-                              double max_deviation) {
+                              double max_deviation, const FacingGrid* facing) {
   mesh_ = mesh;
   sheets_ = sheets;
   unit_ = unit;
   max_deviation_ = max_deviation;
+  facing_ = facing;
 }
 
 // In the unit.
@@ -115,7 +116,7 @@ bool SheetFusion<Real>::measure_disc(double* distance) {
   collect_disc();
   const auto disc = measure(change_);
   if (disc) *distance = disc->distance;
-  return disc.has_value();
+  return disc && !may_meet_another(*disc, disc->rise);
 }
 
 // First the line goes to its new place, and draws the triangles with it: they move no further than
@@ -135,11 +136,31 @@ bool SheetFusion<Real>::measure_line(double* distance) {
   for (const bool left : {true, false}) {
     collect_side(left);
     const auto side = measure(change_);
-    if (!side) return false;
+    if (!side || may_meet_another(*side, side->rise + line)) return false;
     sides = std::max(sides, side->distance);
   }
   *distance = line + sides;
   return true;
+}
+
+// What a patch that rises would meet is another part of the boundary, somewhere above, that looks
+// down at it: a way up that enters the volume there crosses such a triangle. That part may itself
+// have moved since the round began, no further than from one end of its deviation to the other.
+template <class Real>
+bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
+  constexpr double kRounding = 1e-12;
+  if (facing_ == nullptr || !(rise > kRounding)) return false;
+  if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
+  PointBox box{change_.apex, change_.apex};
+  for (const auto& triangle : change_.triangles) {
+    for (const Point3& p : triangle) box.add(p);
+  }
+  box.widen(2 * max_deviation_);
+  const Vec3<Real>& o = mesh_->positions[v_];
+  const auto back = [&](const Point3& p) {
+    return Point3{p[0] / unit_ + o.x, p[1] / unit_ + o.y, p[2] / unit_ + o.z};
+  };
+  return facing_->may_face({back(box.lo), back(box.hi)}, patch.normal);
 }
 
 // All triangles round v, or round both.

@@ -15,8 +15,9 @@ namespace tetfusion {
 template <class Real>
 class SheetFusion {
  public:
-  // See FuseLimits for the unit and the limit of the deviation.
-  void begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, double unit, double max_deviation);
+  // See FuseLimits for the unit, the limit of the deviation, and what is faced.
+  void begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, double unit, double max_deviation,
+             const FacingGrid* facing);
 
   // The pair in hand: v, inside its sheet or on a line of it, and its neighbour along an edge of
   // the sheet, or of the line. A partner that is fixed stays where it is, whatever it is; any other
@@ -40,12 +41,14 @@ class SheetFusion {
   void collect_side(bool left);
   bool measure_disc(double* distance);
   bool measure_line(double* distance);
+  bool may_meet_another(const PatchDistance& patch, double rise) const;
   float deviation_so_far() const;
 
   const WorkMesh<Real>* mesh_ = nullptr;
   Sheets<Real>* sheets_ = nullptr;
   double unit_ = 1;
   double max_deviation_ = 0;
+  const FacingGrid* facing_ = nullptr;
 
   VertexId v_ = kNoVertex, partner_ = kNoVertex;
   bool fixed_ = false;

@@ -103,7 +103,7 @@ const std::vector<SheetEdge>& Sheets<Real>::edges_opposite(VertexId v) {
       if (apex == at) continue;
       const auto& corners = kFaceCorners[apex];
       const std::size_t i = corners[0] == at ? 0 : (corners[1] == at ? 1 : 2);
-      const SheetEdge edge{tet[corners[(i + 1) % 3]], tet[corners[(i + 2) % 3]]};
+      const SheetEdge edge{tet[corners[(i + 1) % 3]], tet[corners[(i + 2) % 3]], true};
       faces_.push_back({key_of(edge.from, edge.to), edge, region_of(entry >> 2)});
     }
   }
@@ -113,10 +113,31 @@ const std::vector<SheetEdge>& Sheets<Real>::edges_opposite(VertexId v) {
   edges_.clear();
   for (std::size_t i = 0; i < faces_.size();) {
     const bool twice = i + 1 < faces_.size() && faces_[i + 1].key == faces_[i].key;
-    if (!twice || faces_[i].region != faces_[i + 1].region) edges_.push_back(faces_[i].edge);
+    if (!twice || faces_[i].region != faces_[i + 1].region) {
+      edges_.push_back(faces_[i].edge);
+      edges_.back().is_outer = !twice;
+    }
     i += twice ? 2 : 1;
   }
   return edges_;
+}
+
+template <class Real>
+void Sheets<Real>::note_facing(VertexId v, bool marks_are_known, FacingGrid* grid) {
+  const auto is_marked = [&](VertexId u, std::uint8_t mark) {
+    return (mesh_->marks[u] & mark) != 0;
+  };
+  const std::uint8_t here = marks_are_known ? kOnBoundary : kOnBoundary | kOnInterface;
+  if (!is_marked(v, here)) return;
+  const auto at = [&](VertexId u) {
+    const Vec3<Real>& p = mesh_->positions[u];
+    return Point3{double{p.x}, double{p.y}, double{p.z}};
+  };
+  for (const SheetEdge& e : edges_opposite(v)) {
+    if (!e.is_outer || e.from < v || e.to < v) continue;
+    if (!is_marked(e.from, here) || !is_marked(e.to, here)) continue;
+    grid->note(at(v), at(e.from), at(e.to));
+  }
 }
 
 template <class Real>

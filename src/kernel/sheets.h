@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kernel/facing_grid.h"
 #include "kernel/live_balls.h"
 #include "mesh/work_mesh.h"
 
@@ -18,7 +19,7 @@ inline constexpr double kFeatureAngleCosine = 0.766;  // 40 degrees
 // two corners of a triangle.
 struct SheetEdge {
   VertexId from, to;
-  bool operator==(const SheetEdge&) const = default;
+  bool is_outer;  // on the boundary, or where this mesh ends
 };
 
 // The triangles of a sheet round a vertex: one closed fan. Triangle i has the vertex, ring[i] and
@@ -58,6 +59,10 @@ class Sheets {
   // Edges of the sheets' triangles opposite to v, in the order of its ball. A surface between two
   // regions looks out of the one that came first.
   const std::vector<SheetEdge>& edges_opposite(VertexId v);
+  // Notes boundary triangles of the vertex, each once for all vertices. Those between vertices that
+  // other chunks have, too, may lie between two chunks: they count if all three are marked as
+  // lying on the boundary, or if those marks are yet to come.
+  void note_facing(VertexId v, bool marks_are_known, FacingGrid* grid);
   // False if the vertex's triangles are not one closed fan.
   bool find_fan(VertexId v, SheetFan* fan);
   SheetPlace place(VertexId v);

@@ -4,16 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "support/meshes.h"
+#include "support/surfaces.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::furthest;
 using testing::uniform;
-using Corners = std::array<Point3, 3>;
+using Corners = testing::SurfaceTriangle;
 
 // A fan round a centre, over a ring, that another apex takes over.
 PatchChange star(const std::vector<Point3>& ring, const Point3& centre, const Point3& apex) {
@@ -85,39 +86,6 @@ TEST(PatchDistance, RefusesWhatIsNoGraph) {
   open.chain.resize(9);
   EXPECT_FALSE(measure(open));
   EXPECT_FALSE(measure(PatchChange{}));
-}
-
-double distance_to(const Point3& x, const Corners& t) {
-  // By brute force: the interior, else the edges.
-  const Point3 n = cross(minus(t[1], t[0]), minus(t[2], t[0]));
-  bool inside = true;
-  double best = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Point3& a = t[i];
-    const Point3& b = t[(i + 1) % 3];
-    inside = inside && dot(cross(minus(b, a), minus(x, a)), n) >= 0;
-    const Point3 d = minus(x, nearest_on_segment(x, a, b));
-    best = std::min(best, std::sqrt(dot(d, d)));
-  }
-  return inside ? std::abs(dot(minus(x, t[0]), n)) / std::sqrt(dot(n, n)) : best;
-}
-
-double furthest(const std::vector<Corners>& from, const std::vector<Corners>& to) {
-  double most = 0;
-  constexpr int kSteps = 8;
-  for (const Corners& t : from) {
-    for (int i = 0; i <= kSteps; ++i) {
-      for (int k = 0; i + k <= kSteps; ++k) {
-        const double u = double(i) / kSteps, v = double(k) / kSteps, w = 1 - u - v;
-        Point3 x{};
-        for (std::size_t c = 0; c < 3; ++c) x[c] = w * t[0][c] + u * t[1][c] + v * t[2][c];
-        double least = std::numeric_limits<double>::infinity();
-        for (const Corners& other : to) least = std::min(least, distance_to(x, other));
-        most = std::max(most, least);
-      }
-    }
-  }
-  return most;
 }
 
 // The bound holds both ways, and is not far from what is measured.
