@@ -161,6 +161,13 @@ TEST_F(OutOfCore, NorDoThoseOfFuseWithSeveralFields) {
   expect_same_bytes_everywhere();
 }
 
+TEST_F(OutOfCore, NorDoThoseOfABoundaryThatMoves) {
+  fuse(0.6);
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.01;
+  expect_same_bytes_everywhere();
+}
+
 TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   const std::string expected = run_in_core();
   const auto source = open_mesh(request.input);
@@ -235,6 +242,13 @@ TEST_F(StoppedRun, EndsInTheSameBytesWhenItFuses) {
 
 TEST_F(StoppedRun, EndsInTheSameBytesWhenItFusesTowardsAGoal) {
   fuse(0.5);
+  expect_same_bytes_wherever_it_stops();
+}
+
+TEST_F(StoppedRun, EndsInTheSameBytesWhenTheBoundaryMoves) {
+  fuse(0.6);
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.01;
   expect_same_bytes_wherever_it_stops();
 }
 

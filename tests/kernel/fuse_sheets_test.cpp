@@ -12,6 +12,7 @@
 namespace tetfusion {
 namespace {
 
+using testing::brute_check;
 using testing::distance_between;
 using testing::euler_number;
 using testing::expect_whole;

@@ -98,7 +98,8 @@ TEST(PatchDistance, IsABoundBothWays) {
     const std::size_t n = 4 + seed % 6;
     std::vector<Point3> ring;
     for (std::size_t i = 0; i < n; ++i) {
-      const double angle = 2 * std::numbers::pi * (double(i) + 0.5 * draw()) / double(n);
+      const double angle =
+          2 * std::numbers::pi * (static_cast<double>(i) + 0.5 * draw()) / static_cast<double>(n);
       const double r = 1 + 0.8 * draw();
       ring.push_back({r * std::cos(angle), r * std::sin(angle), 0.3 * draw()});
     }

@@ -83,7 +83,8 @@ double furthest(const std::vector<SurfaceTriangle>& from, const std::vector<Surf
   for (const SurfaceTriangle& t : from) {
     for (int i = 0; i <= kSteps; ++i) {
       for (int k = 0; i + k <= kSteps; ++k) {
-        const double u = double(i) / kSteps, v = double(k) / kSteps, w = 1 - u - v;
+        const double u = static_cast<double>(i) / kSteps, v = static_cast<double>(k) / kSteps,
+                     w = 1 - u - v;
         Point3 x{};
         for (std::size_t c = 0; c < 3; ++c) x[c] = w * t[0][c] + u * t[1][c] + v * t[2][c];
         double least = std::numeric_limits<double>::infinity();
