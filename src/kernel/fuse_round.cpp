@@ -8,10 +8,10 @@ namespace tetfusion {
 
 namespace {
 
-// Where the best position is not allowed, others on the edge are tried that cost at most so much
-// more.
+// Where the best position is not allowed, it is pushed so often, as long as it costs at most so
+// much more.
+constexpr int kPushes = 3;
 constexpr float kSlack = 1.3F;
-constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
 // What quadrics cannot tell, in single precision: this share of the differences in a cavity.
 constexpr double kSingle = 1e-4;
@@ -19,8 +19,8 @@ constexpr double kSingle = 1e-4;
 // Lists of candidates, after the first one, that a vertex may use up while nothing near it moves.
 constexpr std::uint8_t kLists = 1;
 
-// Failures are asked again once in so many bins: half an octave.
-constexpr std::size_t kAskAgain = 4;
+// Failures are asked again once in so many bins: an octave.
+constexpr std::size_t kAskAgain = 8;
 // A round is over when all have been asked, and less than this share of the tetrahedra went.
 constexpr double kIdleShare = 0.02;
 
@@ -96,6 +96,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   place_.assign(n, 0);
   lists_.assign(n, 0);
   failures_.clear();
+  listed_.assign(n, 0);
   bin_ = 0;
   removed_ = 0;
   fused_ = 0;
@@ -197,21 +198,26 @@ void FuseRound<Real>::work() {
   } while (!quota_is_met() && ask_again());
 }
 
+// Where something near has moved since. What had its quadric last has judged its edges itself.
 template <class Real>
 bool FuseRound<Real>::ask_again() {
   bool any = false;
   std::size_t kept = 0;
   for (const VertexId v : failures_) {
+    listed_[v] = 0;
     if (mesh_->incidence[v] == 0 || failed_[v] < changed_[v]) continue;
-    if (moved_[v] <= failed_[v]) {
-      failures_[kept++] = v;
-      continue;
+    if (moved_[v] > failed_[v]) {
+      if (lists_[v] > 0) judge_all(v, -1);
+      place_[v] = 0;
+      if (const Candidate* c = next_candidate(v)) {
+        queue_.push(v, c->cost, bin_);
+        any = true;
+        continue;
+      }
+      failed_[v] = now_;
     }
-    judge_all(v, -1);
-    if (const Candidate* c = next_candidate(v)) {
-      queue_.push(v, c->cost, bin_);
-      any = true;
-    }
+    listed_[v] = 1;
+    failures_[kept++] = v;
   }
   failures_.resize(kept);
   return any;
@@ -254,7 +260,8 @@ void FuseRound<Real>::visit(VertexId v) {
   }
   reason_[v] = static_cast<std::uint8_t>(reject_);
   ++place_[v];
-  if (failed_[v] < judged_[v]) failures_.push_back(v);
+  if (listed_[v] == 0) failures_.push_back(v);
+  listed_[v] = 1;
   failed_[v] = now_;
   queue_.push(v, c->cost, bin_);
 }
@@ -375,10 +382,10 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
                static_cast<float>(limits_->threshold) * weight);
-  for (const float t : kElsewhere) {
-    const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
-    if (!(value_at(merged.reduced, u) <= most)) continue;
-    position_ = edge_costs_.place(v, u);
+  for (int i = 0; i < kPushes; ++i) {
+    position_ = cavity_.pushed();
+    const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
+    if (!(value_at(merged.reduced, u) <= most)) return false;
     if (allows(v, partner)) return true;
   }
   return false;
