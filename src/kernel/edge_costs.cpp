@@ -138,7 +138,6 @@ const MergedQuadric& EdgeCosts<Real>::merge(VertexId v, VertexId partner) {
   add_shifted(quadric(partner), {-m.edge[0], -m.edge[1], -m.edge[2]},
               differences(values(partner), values(v)), width_, m.sum.data());
   m.reduced = reduce(m.sum.data(), width_);
-  m.weight = m.sum[kQuadricW];
   m.best = best_on(m.reduced, m.edge);
   return m;
 }
@@ -152,7 +151,8 @@ const MergedQuadric& EdgeCosts<Real>::merge_on_sheet(VertexId v, VertexId partne
   add_shifted(sheet_quadric(partner), {-m.edge[0], -m.edge[1], -m.edge[2]}, nullptr, 0,
               m.sheet.data());
   const float area = m.sheet[kQuadricW];
-  const float of_fields = m.weight > 0 ? 1 / m.weight : 0.0F;
+  const float weight = m.sum[kQuadricW];
+  const float of_fields = weight > 0 ? 1 / weight : 0.0F;
   const float of_sheet = area > 0 ? sheet_weight_ / area : 0.0F;
   for (std::size_t i = 0; i < 6; ++i) {
     m.reduced.m[i] = of_fields * m.reduced.m[i] + of_sheet * m.sheet[i];
@@ -161,7 +161,6 @@ const MergedQuadric& EdgeCosts<Real>::merge_on_sheet(VertexId v, VertexId partne
     m.reduced.n[i] = of_fields * m.reduced.n[i] + of_sheet * m.sheet[kQuadricL + i];
   }
   m.reduced.k = of_fields * m.reduced.k + of_sheet * m.sheet[kQuadricC];
-  m.weight = 1;
   m.best = along == Along::kLine ? best_on_line(m.reduced, m.edge) : best_on(m.reduced, m.edge);
   return m;
 }

@@ -18,8 +18,7 @@ namespace tetfusion {
 struct MergedQuadric {
   std::vector<float> sum;
   std::array<float, quadric_size(0)> sheet{};  // of vertices on a sheet
-  Reduced reduced;                             // with the sheet's part, if there is one
-  float weight = 0;                            // the mean of squares is `reduced` over this
+  Reduced reduced;                             // on a sheet: the mean of both
   Offset edge{};                               // from the first to the second
   Offset best{};                               // where it is least, or nearly
 };

@@ -35,31 +35,7 @@ auto FuseRound<Real>::kind_of(VertexId v) -> Kind {
   if ((marks & kOnInterface) != 0) return kOut;
   if ((marks & kLocked) != 0) return kTarget;
   if (!limits_->sheets_move()) return (marks & kOnBoundary) != 0 ? kTarget : kFree;
-  switch (sheets_.place(v)) {
-    case SheetPlace::kNone:
-      return kFree;
-    case SheetPlace::kSmooth:
-      return kOnSheet;
-    case SheetPlace::kLine:
-      return kOnLine;
-    case SheetPlace::kCorner:
-      return kTarget;
-  }
-  return kTarget;
-}
-
-// A vertex on a sheet gets its quadric when it is first free.
-template <class Real>
-void FuseRound<Real>::begin_sheets() {
-  sheets_.begin(mesh_, &balls_, limits_->regions);
-  sheet_fusion_.begin(mesh_, &sheets_, limits_->unit, limits_->max_deviation, limits_->facing);
-  const std::size_t at = quadric_size(width_);
-  for (VertexId v = 0; v < mesh_->vertex_count(); ++v) {
-    const bool is_on_one = (mesh_->marks[v] & kOnBoundary) != 0 || sheets_.is_between_regions(v);
-    if (!is_on_one || (mesh_->marks[v] & kOnInterface) != 0) continue;
-    float* quadric = mesh_->quadrics.data() + std::size_t{v} * mesh_->quadric_width + at;
-    if (quadric[kQuadricW] == 0) sheets_.add_planes(v, limits_->unit, quadric);
-  }
+  return kind_on_sheet(v);
 }
 
 template <class Real>
@@ -298,19 +274,6 @@ void FuseRound<Real>::find_partners(VertexId v) {
   }
 }
 
-// Those along edges of the sheet, or of the line.
-template <class Real>
-void FuseRound<Real>::find_partners_on_sheet(VertexId v) {
-  partners_.clear();
-  const bool is_line = kind_[v] == kOnLine;
-  if (!sheets_.find_fan(v, &fan_) || (is_line && fan_.sharp_edges != 2)) return;
-  for (std::size_t i = 0; i < fan_.size(); ++i) {
-    const VertexId u = fan_.ring[i];
-    if (is_line && (fan_.sharp[i] == 0 || kind_[u] == kOnSheet)) continue;
-    partners_.push_back(u);
-  }
-}
-
 template <class Real>
 template <class Skip>
 void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
@@ -364,21 +327,16 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
 // Finds a position that is allowed, and the cavity.
 template <class Real>
 bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
+  if (is_on_sheet(v)) return plan_on_sheet(v, partner);
   fixed_ = kind_[partner] != kind_[v];
-  if (is_on_sheet(v) && !sheet_fusion_.choose(v, partner, fixed_, along(v))) {
-    reject_ = Reject::kSurface;
-    return false;
-  }
   if (fixed_) {
     position_ = mesh_->positions[partner];
     return allows(v, partner);
   }
-  const MergedQuadric& merged = is_on_sheet(v) ? edge_costs_.merge_on_sheet(v, partner, along(v))
-                                               : edge_costs_.merge(v, partner);
+  const MergedQuadric& merged = edge_costs_.merge(v, partner);
   position_ = edge_costs_.place(v, merged.best);
-  if (is_on_sheet(v)) position_ = sheet_fusion_.flattened(position_);
   if (allows(v, partner)) return true;
-  const float weight = merged.weight;
+  const float weight = merged.sum[kQuadricW];
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
                static_cast<float>(limits_->threshold) * weight);

@@ -91,7 +91,6 @@ class FuseRound {
 
   void begin(const FuseLimits& limits, std::span<const SteeringField> fields, WorkMesh<Real>* mesh);
   Kind kind_of(VertexId v);
-  void begin_sheets();
   bool may_move(VertexId v) const { return kind_[v] < kTarget; }
   bool is_on_sheet(VertexId v) const { return kind_[v] == kOnSheet || kind_[v] == kOnLine; }
   Along along(VertexId v) const { return kind_[v] == kOnLine ? Along::kLine : Along::kSheet; }
@@ -113,7 +112,6 @@ class FuseRound {
   template <class Skip>
   void choose(VertexId v, Skip skip, float above);
   void find_partners(VertexId v);
-  void find_partners_on_sheet(VertexId v);
   float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * mesh_->quadric_width - 1]; }
 
   // One fusion.
@@ -124,6 +122,12 @@ class FuseRound {
   void merge_quadrics(VertexId v, const Interpolation& interpolation);
   void choose_values(VertexId v, const Interpolation& interpolation);
   void move_tets(VertexId kept, VertexId gone);
+
+  // The same on sheets (fuse_sheets.cpp).
+  void begin_sheets();
+  Kind kind_on_sheet(VertexId v);
+  void find_partners_on_sheet(VertexId v);
+  bool plan_on_sheet(VertexId v, VertexId partner);
 
   void write_steering_columns();
   void compact();
