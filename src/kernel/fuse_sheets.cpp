@@ -76,7 +76,7 @@ bool FuseRound<Real>::plan_on_sheet(VertexId v, VertexId partner) {
   for (const float t : kElsewhere) {
     const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
     if (!(value_at(merged.reduced, u) <= most)) continue;
-    position_ = edge_costs_.place(v, u);
+    position_ = sheet_fusion_.on_edge(t);
     if (allows(v, partner)) return true;
   }
   return false;

@@ -75,8 +75,21 @@ float SheetFusion<Real>::deviation_so_far() const {
 }
 
 template <class Real>
+Vec3<Real> SheetFusion<Real>::on_edge(double t) const {
+  const Vec3<Real>&a = mesh_->positions[v_], &b = mesh_->positions[partner_];
+  if (t <= 0) return a;
+  if (t >= 1) return b;
+  return {static_cast<Real>(a.x + t * (double{b.x} - a.x)),
+          static_cast<Real>(a.y + t * (double{b.y} - a.y)),
+          static_cast<Real>(a.z + t * (double{b.z} - a.z))};
+}
+
+template <class Real>
 Vec3<Real> SheetFusion<Real>::flattened(const Vec3<Real>& position) const {
-  if (along_ == Along::kLine) return position;
+  if (along_ == Along::kLine) {
+    const Point3 edge = at(partner_);
+    return on_edge(dot(about_v(position), edge) / dot(edge, edge));
+  }
   Point3 normal{};
   for (std::size_t i = 0; i < fan_v_.size(); ++i) {
     const Point3 area = cross(at(fan_v_.ring[i]), at(fan_v_.at(i + 1)));

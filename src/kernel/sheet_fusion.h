@@ -24,9 +24,12 @@ class SheetFusion {
   // is of v's kind. False where they may never become one.
   bool choose(VertexId v, VertexId partner, bool fixed, Along along);
 
-  // The position, in the plane of the pair's triangles, if they lie in one but for rounding; what
-  // has been found in single precision is then not what moves a flat sheet.
+  // The position, in the plane of the pair's triangles, if they lie in one but for rounding, or on
+  // the edge, if that is where a line goes: what has been found in single precision is then not
+  // what moves a flat sheet, or a straight line.
   Vec3<Real> flattened(const Vec3<Real>& position) const;
+  // On the edge, at a share of it, from v.
+  Vec3<Real> on_edge(double t) const;
   // May the pair meet at this position (the partner's, if that is fixed; on the edge, if v lies on
   // a line)?
   bool allows(const Vec3<Real>& position);
