@@ -62,6 +62,8 @@ std::string_view reason_in_words(Reject reason) {
       return "the fields would change by more than they may";
     case Reject::kQuality:
       return "a tetrahedron would fall below the quality floor";
+    case Reject::kDeviation:
+      return "a field would deviate by more than it may at a point of the original";
   }
   return "";
 }

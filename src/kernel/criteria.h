@@ -28,11 +28,12 @@ enum class Reject : std::uint8_t {
   kQuota,      // the pass has removed what the goal allows up to here
   kError,      // it would cost more than the round allows
   kQuality,    // an affected tetrahedron would be worse than the floor, and than all were
+  kDeviation,  // a steering field would deviate too far at a point of the original
 };
-inline constexpr std::size_t kRejectReasons = 10;
+inline constexpr std::size_t kRejectReasons = 11;
 inline constexpr std::array<std::string_view, kRejectReasons> kRejectNames{
-    "boundary", "locked",    "scalar", "flip",  "stretch",
-    "aspect",   "interface", "quota",  "error", "quality"};
+    "boundary",  "locked", "scalar", "flip",    "stretch",  "aspect",
+    "interface", "quota",  "error",  "quality", "deviation"};
 
 // What a pass, or all passes of a round, did.
 struct PassStatistics {

@@ -50,7 +50,10 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   }
   interpolates_ = steering_columns < mesh->point_columns.size();
   edge_costs_.begin(mesh, fields, limits.unit);
+  errors_.begin(fields, limits.max_error, limits.unit, mesh);
   values_.resize(width_);
+  least_.resize(width_);
+  most_.resize(width_);
 
   const std::size_t n = mesh->vertex_count();
   balls_.reset(n, mesh->tets);
@@ -284,11 +287,10 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
     return false;
   }
   const VertexId kept = fixed_ ? partner : std::min(v, partner);
-  Interpolation interpolation;
-  if (!fixed_) interpolation = cavity_.interpolation(v, partner, position_);
-  interpolation.to = kept;
-  if (!fixed_ && interpolates_) interpolations_.push_back(interpolation);
-  apply(v, partner, interpolation);
+  if (!fixed_ && !errors_.bounds()) choose_values(v, partner);
+  interpolation_.to = kept;
+  if (!fixed_ && interpolates_) interpolations_.push_back(interpolation_);
+  apply(v, partner, kept);
   return true;
 }
 
@@ -320,14 +322,30 @@ template <class Real>
 bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   const auto reason = cavity_.collect(v, partner, fixed_, position_);
   reject_ = reason.value_or(reject_);
-  return !reason;
+  if (reason) return false;
+  if (!errors_.bounds() || bounds_hold(v, partner)) return true;
+  reject_ = Reject::kDeviation;
+  return false;
+}
+
+// Chooses the values, too, as far as the bounds leave a choice.
+template <class Real>
+bool FuseRound<Real>::bounds_hold(VertexId v, VertexId partner) {
+  if (fixed_) {
+    std::copy_n(mesh_->steering.data() + partner * width_, width_, values_.begin());
+    least_ = most_ = values_;
+  } else {
+    choose_values(v, partner);
+  }
+  return errors_.allows({v, partner, fixed_, position_, cavity_.affected(), cavity_.deleted()},
+                        least_, most_, values_);
 }
 
 template <class Real>
-void FuseRound<Real>::apply(VertexId v, VertexId partner, const Interpolation& interpolation) {
+void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   ++now_;
-  const VertexId kept = interpolation.to;
-  merge_quadrics(v, interpolation);
+  if (errors_.bounds()) errors_.apply(kept);
+  merge_quadrics(v, kept);
   move_tets(kept, kept == v ? partner : v);
   removed_ += cavity_.deleted().size();
   ++fused_;
@@ -338,8 +356,7 @@ void FuseRound<Real>::apply(VertexId v, VertexId partner, const Interpolation& i
 
 // One that stays where it is keeps its values, too.
 template <class Real>
-void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolation) {
-  const VertexId kept = interpolation.to;
+void FuseRound<Real>::merge_quadrics(VertexId v, VertexId kept) {
   const std::size_t size = mesh_->quadric_width;
   float* row = mesh_->quadrics.data() + kept * size;
   double* values = mesh_->steering.data() + kept * width_;
@@ -347,7 +364,6 @@ void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolat
     edge_costs_.add(v, mesh_->positions[kept], values, row);
     return;
   }
-  choose_values(v, interpolation);
   std::fill_n(row, size, 0.0F);
   edge_costs_.add_merged(v, position_, values_.data(), row);
   std::copy(values_.begin(), values_.end(), values);
@@ -357,12 +373,14 @@ void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolat
 // The best values within those of the cavity, or the old fields' own, where the best are the same
 // but for single precision.
 template <class Real>
-void FuseRound<Real>::choose_values(VertexId v, const Interpolation& interpolation) {
+void FuseRound<Real>::choose_values(VertexId v, VertexId partner) {
+  interpolation_ = cavity_.interpolation(v, partner, position_);
   const MergedQuadric& merged = edge_costs_.merged();
   const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
   const double* steering = mesh_->steering.data();
   for (std::size_t k = 0; k < width_; ++k) {
-    double least = std::numeric_limits<double>::infinity(), most = -least;
+    double& least = least_[k] = std::numeric_limits<double>::infinity();
+    double& most = most_[k] = -least;
     const auto look = [&](TetId t) {
       for (const VertexId c : mesh_->tets[t]) {
         least = std::min(least, steering[c * width_ + k]);
@@ -371,7 +389,7 @@ void FuseRound<Real>::choose_values(VertexId v, const Interpolation& interpolati
     };
     for (const std::uint32_t entry : cavity_.affected()) look(entry >> 2);
     for (const TetId t : cavity_.deleted()) look(t);
-    const double before = interpolate(interpolation, steering, width_, k);
+    const double before = interpolate(interpolation_, steering, width_, k);
     const double best = steering[v * width_ + k] +
                         double{best_value(merged.sum.data(), k, u)} / edge_costs_.scale(k);
     const bool same = std::abs(best - before) <= kSingle * (most - least);
@@ -439,6 +457,7 @@ void FuseRound<Real>::compact() {
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     if (is_deleted(mesh.tets[t])) continue;
     mesh.tets[tets] = mesh.tets[t];
+    if (mesh.removed.wanted()) mesh.removed.first[tets] = mesh.removed.first[t];
     for (Column& column : mesh.cell_columns) column.move_row(t, tets);
     ++tets;
   }

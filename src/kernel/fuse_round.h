@@ -15,6 +15,7 @@
 #include "kernel/fuse_cavity.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
+#include "kernel/point_errors.h"
 #include "kernel/vertex_quadrics.h"
 #include "mesh/work_mesh.h"
 
@@ -31,6 +32,9 @@ struct FuseLimits {
   double threshold = std::numeric_limits<double>::infinity();
   // No affected tetrahedron has a lower mean ratio, unless one of the cavity had; in [0, 1).
   double min_quality = 0;
+  // No steering field deviates by more at a point of the original mesh, as a share of its range,
+  // unless it has a tolerance of its own.
+  double max_error = std::numeric_limits<double>::infinity();
   double unit = 1;  // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
   // At most so many tetrahedra may go.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();
@@ -96,9 +100,10 @@ class FuseRound {
   bool fuse(VertexId v, VertexId partner);
   bool plan(VertexId v, VertexId partner);
   bool allows(VertexId v, VertexId partner);
-  void apply(VertexId v, VertexId partner, const Interpolation& interpolation);
-  void merge_quadrics(VertexId v, const Interpolation& interpolation);
-  void choose_values(VertexId v, const Interpolation& interpolation);
+  bool bounds_hold(VertexId v, VertexId partner);
+  void apply(VertexId v, VertexId partner, VertexId kept);
+  void merge_quadrics(VertexId v, VertexId kept);
+  void choose_values(VertexId v, VertexId partner);
   void move_tets(VertexId kept, VertexId gone);
 
   void write_steering_columns();
@@ -140,11 +145,13 @@ class FuseRound {
   std::uint64_t removed_ = 0, fused_ = 0;
 
   // The fusion in hand.
-  std::vector<double> values_;
+  std::vector<double> values_, least_, most_;  // of the new vertex; the cavity's, now
+  Interpolation interpolation_;
   Vec3<Real> position_{};
   bool fixed_ = false;  // the partner stays where it is
   Reject reject_{};
   FuseCavity<Real> cavity_;
+  PointErrors<Real> errors_;
 
   Vector<Interpolation> interpolations_;
 };

@@ -149,6 +149,16 @@ TEST_F(OutOfCore, NorDoThoseOfFuse) {
   }
 }
 
+// Points that are no vertices any more go from chunk to chunk.
+TEST_F(OutOfCore, NorDoThoseOfABoundAtPoints) {
+  for (const bool has_goal : {false, true}) {
+    fuse(has_goal ? std::optional(0.3) : std::nullopt);
+    request.behaviour.max_rms.reset();
+    request.behaviour.max_error = 0.05;
+    expect_same_bytes_everywhere();
+  }
+}
+
 // Two fields, one of them a vector, in a mesh of floats: quadrics are rows of another length.
 TEST_F(OutOfCore, NorDoThoseOfFuseWithSeveralFields) {
   MeshFile file = rich_box(10);
@@ -165,8 +175,8 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   const std::string expected = run_in_core();
   const auto source = open_mesh(request.input);
   request.performance.threads = 2;
-  const MemoryNeeds needs =
-      estimate_needs(source->description(), sizeof(double), request.behaviour.chunk_tets, 2, 0);
+  const MemoryNeeds needs = estimate_needs(source->description(), {sizeof(double), 0},
+                                           request.behaviour.chunk_tets, 2, 0);
   request.performance.memory = needs.in_core;
   EXPECT_EQ(simplify(request).scratch_bytes, 0u);
   EXPECT_EQ(take_output() == expected, true);
@@ -230,6 +240,13 @@ TEST_F(StoppedRun, EndsInTheSameBytesWithAGoal) {
 
 TEST_F(StoppedRun, EndsInTheSameBytesWhenItFuses) {
   fuse(std::nullopt);
+  expect_same_bytes_wherever_it_stops();
+}
+
+TEST_F(StoppedRun, EndsInTheSameBytesWithABoundAtPoints) {
+  fuse(std::nullopt);
+  request.behaviour.max_rms.reset();
+  request.behaviour.max_error = 0.05;
   expect_same_bytes_wherever_it_stops();
 }
 

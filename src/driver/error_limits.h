@@ -1,0 +1,24 @@
+// How far the steering fields may go from those of the original, with --method fuse.
+#pragma once
+
+#include <limits>
+#include <span>
+
+#include "driver/options.h"
+
+namespace tetfusion {
+
+struct ErrorLimits {
+  // At any of the original's points, as a share of the range of a field that has no tolerance of
+  // its own; infinity is none.
+  double max_error = std::numeric_limits<double>::infinity();
+  // Of a fusion: the mean of the squares of its deviations.
+  double max_cost = std::numeric_limits<double>::infinity();
+  // Some field has a limit at the original's points: those that go have to be remembered.
+  bool at_points = false;
+};
+
+// Without a goal and without any limit it is kDefaultMaxError.
+ErrorLimits error_limits(const BehaviourOptions& options, std::span<const SteeringField> fields);
+
+}  // namespace tetfusion
