@@ -304,6 +304,11 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
   }
   state->input = import_mesh<Real>(source_->description(), *stream_, carried, steering, settings,
                                    first, context_, &clock_, budget_.get(), scratch_.get());
+  const ErrorLimits limits = error_limits(request_.behaviour, state->fields);
+  if (limits.at_points && state->input.facts.unused_points > 0) {
+    relate_to_used_points(state->input.steering_box, limits.max_error, &state->fields);
+    planner_.limit_errors(error_limits(request_.behaviour, state->fields));
+  }
   describe_input(state->input.facts);
   say_what_is_odd(state->input.facts);
   plan_output(state->input.facts.tets);

@@ -222,11 +222,19 @@ void FuseRound<Real>::visit(VertexId v) {
     if (const Candidate* next = next_candidate(kept)) queue_.push(kept, next->cost, bin_);
     return;
   }
-  reason_[v] = static_cast<std::uint8_t>(reject_);
+  note_reason(v);
   ++place_[v];
   if (failed_[v] < judged_[v]) failures_.push_back(v);
   failed_[v] = now_;
   queue_.push(v, c->cost, bin_);
+}
+
+// One reason may stand for several candidates. A bound is the one that somebody may want to change.
+template <class Real>
+void FuseRound<Real>::note_reason(VertexId v) {
+  constexpr auto kBound = static_cast<std::uint8_t>(Reject::kDeviation);
+  if (failed_[v] >= moved_[v] && reason_[v] == kBound) return;
+  reason_[v] = static_cast<std::uint8_t>(reject_);
 }
 
 // Chooses the cheapest partners of v. An edge whose other end has been judged since v got its
@@ -305,6 +313,7 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const MergedQuadric& merged = edge_costs_.merge(v, partner);
   position_ = edge_costs_.place(v, merged.best);
   if (allows(v, partner)) return true;
+  const Reject first_reason = reject_;
   const float weight = merged.sum[kQuadricW];
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
@@ -315,6 +324,7 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
     position_ = edge_costs_.place(v, u);
     if (allows(v, partner)) return true;
   }
+  if (first_reason == Reject::kDeviation) reject_ = first_reason;
   return false;
 }
 

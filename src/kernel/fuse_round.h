@@ -84,6 +84,7 @@ class FuseRound {
   void work();
   void visit(VertexId v);
   const Candidate* next_candidate(VertexId v);
+  void note_reason(VertexId v);
   // An edge inside has three tetrahedra or more.
   bool quota_is_met() const { return limits_->quota < removed_ + 3; }
   bool ask_again();

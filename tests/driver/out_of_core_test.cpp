@@ -192,6 +192,17 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   EXPECT_TRUE(files().empty());
 }
 
+// Half of a chunk's points may be removed ones, or all.
+TEST_F(OutOfCore, RemovedPointsTakeMemory) {
+  const auto source = open_mesh(request.input);
+  const auto needs = [&](std::uint64_t removed) {
+    return estimate_needs(source->description(), {8, removed}, 700, 2, 0);
+  };
+  EXPECT_EQ(needs(0).out_of_core, needs(1).out_of_core);  // less than its tetrahedra
+  EXPECT_EQ(needs(2000).out_of_core - needs(1000).out_of_core, 2u * 6 * 2 * 700 * 1000);
+  EXPECT_EQ(needs(2000).pieces, needs(0).pieces);
+}
+
 TEST_F(OutOfCore, TheScratchFolderMayBeElsewhere) {
   request.performance.on_disk = true;
   request.performance.scratch = folder.file("elsewhere");

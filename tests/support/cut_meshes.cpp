@@ -181,7 +181,7 @@ void expect_chunks_know_their_vertices(const std::vector<WorkMesh<Real>>& chunks
       if (home.size() > 1) expected |= kOnInterface;
       if (home.size() > 1 && *home.begin() != c) expected |= kAway;
       if (home.size() > 1 && *home.rbegin() == c) expected |= kLast;
-      const int told = home.size() > 1 ? chunk.marks[v] : chunk.marks[v] & ~kLast;
+      const int told = chunk.marks[v] & ~(home.size() > 1 ? kMoved : kMoved | kLast);
       EXPECT_EQ(told, expected) << "vertex " << id << " in chunk " << c;
       if (*home.begin() == c) ++seen;
     }
