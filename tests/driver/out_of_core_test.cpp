@@ -192,7 +192,7 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   EXPECT_TRUE(files().empty());
 }
 
-// Half of a chunk's points may be removed ones, or all.
+// In the end a chunk may be full of them.
 TEST_F(OutOfCore, RemovedPointsTakeMemory) {
   const auto source = open_mesh(request.input);
   const auto needs = [&](std::uint64_t removed) {
