@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace tetfusion {
@@ -32,6 +33,9 @@ inline ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Rea
 double cubed_mean_ratio(const ShapeOf& s) {
   return 432 * s.det * s.det / (s.edges * s.edges * s.edges);
 }
+
+// pushed() goes a little further than it must.
+constexpr double kPush = 1.05;
 
 // A mean ratio from which on the sign of a volume is beyond doubt.
 constexpr double kSureQuality = 1e-3;
@@ -145,6 +149,26 @@ std::optional<Reject> FuseCavity<Real>::judge_shape(std::uint32_t entry) {
   if (!near_bad_here_) return Reject::kQuality;
   weak_.push_back(entry);
   return std::nullopt;
+}
+
+// Along the base triangle's normal, which is the gradient of the tetrahedron's determinant.
+template <class Real>
+Vec3<Real> FuseCavity<Real>::pushed() const {
+  const Tet& tet = mesh_->tets[failed_ >> 2];
+  const auto& order = kCornerFirst[failed_ & 3u];
+  const auto& p = mesh_->positions;
+  const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
+  const ShapeOf shape = shape_of(position_, b, c, d, unit_);
+  const double wanted = kPush * std::sqrt(sure_ * cube(shape.edges) / 432);
+  const double ux = (double{c.x} - b.x) * unit_, uy = (double{c.y} - b.y) * unit_;
+  const double uz = (double{c.z} - b.z) * unit_;
+  const double vx = (double{d.x} - b.x) * unit_, vy = (double{d.y} - b.y) * unit_;
+  const double vz = (double{d.z} - b.z) * unit_;
+  const double gx = uz * vy - uy * vz, gy = ux * vz - uz * vx, gz = uy * vx - ux * vy;
+  const double square = gx * gx + gy * gy + gz * gz;
+  const double step = square > 0 ? (wanted - shape.det) / (square * unit_) : 0;
+  return {static_cast<Real>(position_.x + step * gx), static_cast<Real>(position_.y + step * gy),
+          static_cast<Real>(position_.z + step * gz)};
 }
 
 template <class Real>

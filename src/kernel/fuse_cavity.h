@@ -27,6 +27,10 @@ class FuseCavity {
   std::optional<Reject> collect(VertexId v, VertexId partner, bool fixed,
                                 const Vec3<Real>& position);
 
+  // The last position, if it may not be, moved off the tetrahedron that spoke against it, so far
+  // that this one would be content.
+  Vec3<Real> pushed() const;
+
   // To be called when the cavity has been fused, with the vertex that it was fused into.
   void note_fused(VertexId kept);
 

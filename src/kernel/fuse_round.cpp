@@ -1,16 +1,20 @@
 #include "kernel/fuse_round.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <type_traits>
 
 namespace tetfusion {
 
 namespace {
 
-// Where the best position is not allowed, others on the edge are tried that cost at most so much
-// more.
+// Where the best position is not allowed, it is pushed so often, as long as it costs at most so
+// much more.
+constexpr int kPushes = 3;
 constexpr float kSlack = 1.3F;
+// Where a point of the original speaks against it, these are tried, on the edge.
 constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
 // What quadrics cannot tell, in single precision: this share of the differences in a cavity.
@@ -19,8 +23,8 @@ constexpr double kSingle = 1e-4;
 // Lists of candidates, after the first one, that a vertex may use up while nothing near it moves.
 constexpr std::uint8_t kLists = 1;
 
-// Failures are asked again once in so many bins: half an octave.
-constexpr std::size_t kAskAgain = 4;
+// Failures are asked again once in so many bins: an octave.
+constexpr std::size_t kAskAgain = 8;
 // A round is over when all have been asked, and less than this share of the tetrahedra went.
 constexpr double kIdleShare = 0.02;
 
@@ -72,6 +76,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   place_.assign(n, 0);
   lists_.assign(n, 0);
   failures_.clear();
+  listed_.assign(n, 0);
   bin_ = 0;
   removed_ = 0;
   fused_ = 0;
@@ -167,21 +172,26 @@ void FuseRound<Real>::work() {
   } while (!quota_is_met() && ask_again());
 }
 
+// Where something near has moved since. What had its quadric last has judged its edges itself.
 template <class Real>
 bool FuseRound<Real>::ask_again() {
   bool any = false;
   std::size_t kept = 0;
   for (const VertexId v : failures_) {
+    listed_[v] = 0;
     if (mesh_->incidence[v] == 0 || failed_[v] < changed_[v]) continue;
-    if (moved_[v] <= failed_[v]) {
-      failures_[kept++] = v;
-      continue;
+    if (moved_[v] > failed_[v]) {
+      if (lists_[v] > 0) judge_all(v, -1);
+      place_[v] = 0;
+      if (const Candidate* c = next_candidate(v)) {
+        queue_.push(v, c->cost, bin_);
+        any = true;
+        continue;
+      }
+      failed_[v] = now_;
     }
-    judge_all(v, -1);
-    if (const Candidate* c = next_candidate(v)) {
-      queue_.push(v, c->cost, bin_);
-      any = true;
-    }
+    listed_[v] = 1;
+    failures_[kept++] = v;
   }
   failures_.resize(kept);
   return any;
@@ -224,7 +234,8 @@ void FuseRound<Real>::visit(VertexId v) {
   }
   note_reason(v);
   ++place_[v];
-  if (failed_[v] < judged_[v]) failures_.push_back(v);
+  if (listed_[v] == 0) failures_.push_back(v);
+  listed_[v] = 1;
   failed_[v] = now_;
   queue_.push(v, c->cost, bin_);
 }
@@ -313,18 +324,25 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const MergedQuadric& merged = edge_costs_.merge(v, partner);
   position_ = edge_costs_.place(v, merged.best);
   if (allows(v, partner)) return true;
-  const Reject first_reason = reject_;
   const float weight = merged.sum[kQuadricW];
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
                static_cast<float>(limits_->threshold) * weight);
+  for (int i = 0; i < kPushes && reject_ != Reject::kDeviation; ++i) {
+    position_ = cavity_.pushed();
+    const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
+    if (!(value_at(merged.reduced, u) <= most)) return false;
+    if (allows(v, partner)) return true;
+  }
+  if (reject_ != Reject::kDeviation) return false;
+  if (getenv("NOELSE")) return false;
   for (const float t : kElsewhere) {
     const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
     if (!(value_at(merged.reduced, u) <= most)) continue;
     position_ = edge_costs_.place(v, u);
     if (allows(v, partner)) return true;
   }
-  if (first_reason == Reject::kDeviation) reject_ = first_reason;
+  reject_ = Reject::kDeviation;
   return false;
 }
 

@@ -139,10 +139,11 @@ class FuseRound {
   Vector<std::uint32_t> moved_;    // its ball changed
 
   CostQueue queue_;
-  std::size_t bin_ = 0;         // whose turn it is
-  Vector<std::uint8_t> place_;  // in its candidates: those before are used up
-  Vector<std::uint8_t> lists_;  // of candidates that it has used up
-  Vector<VertexId> failures_;   // to be asked again
+  std::size_t bin_ = 0;          // whose turn it is
+  Vector<std::uint8_t> place_;   // in its candidates: those before are used up
+  Vector<std::uint8_t> lists_;   // of candidates that it has used up
+  Vector<VertexId> failures_;    // to be asked again
+  Vector<std::uint8_t> listed_;  // among them
   std::uint64_t removed_ = 0, fused_ = 0;
 
   // The fusion in hand.

@@ -5,11 +5,40 @@
 #include <algorithm>
 #include <vector>
 
-#include "support/meshes.h"
-#include "support/work_meshes.h"
+#include "support/fuse_meshes.h"
 
 namespace tetfusion {
 namespace {
+
+using testing::kUnit;
+
+// The centre of an icosahedron may go to a vertex, and near it. From further away it is
+// pushed until each of the tetrahedra is content.
+TEST(FuseCavity, PushesAPositionUntilItIsAllowed) {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::icosahedron_ball());
+  VertexId centre = 0;
+  while (mesh.incidence[centre] != 20) ++centre;
+  const VertexId partner = centre == 0 ? 1 : 0;
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  FuseCavity<double> cavity;
+  cavity.begin(&mesh, &balls, 0.2, kUnit);
+  const Vec3<double> at = mesh.positions[partner];
+  EXPECT_FALSE(cavity.collect(centre, partner, true, at));
+  EXPECT_EQ(cavity.deleted().size(), 5u);
+  EXPECT_EQ(cavity.affected().size(), 15u);
+  for (const double far : {1.2, 3.0, -2.0}) {
+    Vec3<double> position{far * at.x, far * at.y + 0.3, far * at.z};
+    int pushes = 0;
+    auto reason = cavity.collect(centre, partner, true, position);
+    EXPECT_TRUE(reason);
+    for (; reason && pushes < 30; ++pushes) {
+      position = cavity.pushed();
+      reason = cavity.collect(centre, partner, true, position);
+    }
+    EXPECT_FALSE(reason);
+  }
+}
 
 // What spoke against one edge has nothing to say about another, even where that is asked twice.
 TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
