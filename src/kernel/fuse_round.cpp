@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <type_traits>
 
 namespace tetfusion {
 
@@ -328,14 +326,25 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
                static_cast<float>(limits_->threshold) * weight);
+  return push(v, partner, most) || (reject_ == Reject::kDeviation && slide(v, partner, most));
+}
+
+// Off the tetrahedra that speak against a position.
+template <class Real>
+bool FuseRound<Real>::push(VertexId v, VertexId partner, float most) {
   for (int i = 0; i < kPushes && reject_ != Reject::kDeviation; ++i) {
     position_ = cavity_.pushed();
     const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
-    if (!(value_at(merged.reduced, u) <= most)) return false;
+    if (!(value_at(edge_costs_.merged().reduced, u) <= most)) return false;
     if (allows(v, partner)) return true;
   }
-  if (reject_ != Reject::kDeviation) return false;
-  if (getenv("NOELSE")) return false;
+  return false;
+}
+
+// Along the edge, away from points of the original that speak against one.
+template <class Real>
+bool FuseRound<Real>::slide(VertexId v, VertexId partner, float most) {
+  const MergedQuadric& merged = edge_costs_.merged();
   for (const float t : kElsewhere) {
     const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
     if (!(value_at(merged.reduced, u) <= most)) continue;
@@ -451,28 +460,6 @@ void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
   mesh.incidence[kept] += static_cast<std::uint32_t>(cavity_.affected().size());
 }
 
-// An array that steers has the values that the quadrics gave.
-template <class Real>
-void FuseRound<Real>::write_steering_columns() {
-  for (const SteeringField& f : fields_) {
-    if (f.column == kNoColumn) continue;
-    Column& column = mesh_->point_columns[f.column];
-    visit_type(column.type, [&](auto zero) {
-      using T = decltype(zero);
-      if constexpr (std::is_floating_point_v<T>) {
-        T* values = reinterpret_cast<T*>(column.rows.data());
-        for (std::size_t v = 0; v < kind_.size(); ++v) {
-          if (changed_[v] == 1 || kind_[v] != kFree) continue;
-          for (std::uint32_t k = 0; k < f.count; ++k) {
-            values[v * f.count + k] =
-                static_cast<T>(std::ldexp(mesh_->steering[v * width_ + f.first + k], -f.exponent));
-          }
-        }
-      }
-    });
-  }
-}
-
 template <class Real>
 void FuseRound<Real>::compact() {
   WorkMesh<Real>& mesh = *mesh_;
@@ -480,7 +467,11 @@ void FuseRound<Real>::compact() {
   if (interpolates_) {
     for (Column& column : mesh.point_columns) interpolate_point_column(interpolations_, &column);
   }
-  write_steering_columns();
+  std::vector<VertexId> moved;
+  for (VertexId v = 0; v < kind_.size(); ++v) {
+    if (changed_[v] != 1 && kind_[v] == kFree) moved.push_back(v);
+  }
+  write_steering_columns(fields_, moved, &mesh);
   std::size_t tets = 0;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     if (is_deleted(mesh.tets[t])) continue;

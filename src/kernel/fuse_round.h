@@ -100,6 +100,8 @@ class FuseRound {
   // One fusion.
   bool fuse(VertexId v, VertexId partner);
   bool plan(VertexId v, VertexId partner);
+  bool push(VertexId v, VertexId partner, float most);
+  bool slide(VertexId v, VertexId partner, float most);
   bool allows(VertexId v, VertexId partner);
   bool bounds_hold(VertexId v, VertexId partner);
   void apply(VertexId v, VertexId partner, VertexId kept);
@@ -107,7 +109,6 @@ class FuseRound {
   void choose_values(VertexId v, VertexId partner);
   void move_tets(VertexId kept, VertexId gone);
 
-  void write_steering_columns();
   void compact();
   std::span<const std::uint32_t> ball(VertexId v) {
     return balls_.of(v, mesh_->incidence[v], mesh_->tets);

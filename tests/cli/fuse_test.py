@@ -52,7 +52,7 @@ class Fuse(FolderTest):
         path = self.generate("--jitter", "0.5", tets="40k")
         left = []
         for options in (["--max-error", "0.1%"], ["--max-error", "1%"], []):
-            out, report = self.fuse(path, *options)
+            out, report = self.fuse(path, "--regions", "none", *options)
             name = report["steering"][0]
             self.assertEqual(report["stop_reason"], "saturated")
             if "0.1%" in options:
