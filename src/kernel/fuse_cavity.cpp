@@ -113,11 +113,14 @@ std::optional<Reject> FuseCavity<Real>::compare_shapes() {
   return std::nullopt;
 }
 
-// The tetrahedra round one of the two, up to the first one that speaks against it.
+// The tetrahedra round one of the two, up to the first one that speaks against it. That one often
+// speaks against other partners, too, and is asked first from then on.
 template <class Real>
 std::optional<Reject> FuseCavity<Real>::collect_ball(VertexId moved, VertexId other,
                                                      bool is_first) {
-  for (const std::uint32_t entry : balls_->of(moved, mesh_->incidence[moved], mesh_->tets)) {
+  const auto ball = balls_->of(moved, mesh_->incidence[moved], mesh_->tets);
+  for (std::size_t i = 0; i < ball.size(); ++i) {
+    const std::uint32_t entry = ball[i];
     const Tet& tet = mesh_->tets[entry >> 2];
     if ((tet[0] == other) | (tet[1] == other) | (tet[2] == other) | (tet[3] == other)) {
       if (is_first) deleted_.push_back(entry >> 2);
@@ -125,6 +128,7 @@ std::optional<Reject> FuseCavity<Real>::collect_ball(VertexId moved, VertexId ot
     }
     if (const auto reason = judge_shape(entry)) {
       failed_ = entry;
+      balls_->put_first(moved, i);
       return reason;
     }
     affected_.push_back(entry);
