@@ -40,7 +40,7 @@ TEST(FuseCavity, PushesAPositionUntilItIsAllowed) {
   }
 }
 
-// What spoke against a pair long ago is no reason against it when nothing did since.
+// What spoke against one pair does not speak against the next when that one is asked again.
 TEST(FuseCavity, ForgetsAReasonThatIsGone) {
   WorkMesh<double> mesh = testing::to_work_mesh(testing::icosahedron_ball());
   VertexId centre = 0;
@@ -51,10 +51,13 @@ TEST(FuseCavity, ForgetsAReasonThatIsGone) {
   FuseCavity<double> cavity;
   cavity.begin(&mesh, &balls, 0.2, kUnit);
   const Vec3<double> at = mesh.positions[partner];
-  EXPECT_TRUE(cavity.collect(centre, partner, true, {-2 * at.x, -2 * at.y, -2 * at.z}));
-  EXPECT_FALSE(cavity.collect(centre, partner, true, at));
-  EXPECT_FALSE(cavity.collect(centre, partner, true, at));
-  EXPECT_FALSE(cavity.collect(centre, partner, true, {1.2 * at.x, 1.2 * at.y, 1.2 * at.z}));
+  for (VertexId u = 0; u < mesh.vertex_count(); ++u) {
+    if (u == centre) continue;
+    EXPECT_TRUE(cavity.collect(centre, partner, true, {-2 * at.x, -2 * at.y, -2 * at.z}));
+    if (u == partner) continue;
+    EXPECT_FALSE(cavity.collect(centre, u, true, mesh.positions[u]));
+    EXPECT_FALSE(cavity.collect(centre, u, true, mesh.positions[u]));
+  }
 }
 
 // What spoke against one edge has nothing to say about another, even where that is asked twice.
