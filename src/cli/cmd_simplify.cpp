@@ -26,8 +26,7 @@ struct Arguments {
   ConsoleOptions console;
   std::string boundary = "exact";
   std::string reduction, tets, max_error, max_rms, min_quality, lods, chunk_tets, memory, report;
-  std::string scalar_tolerance = "0.025";
-  std::string stretch_factor = "5";
+  std::string scalar_tolerance, stretch_factor;
   std::string aspect_ratio = "off";
   std::vector<std::string> regions;
   bool strict = false;
@@ -132,8 +131,12 @@ void parse_arguments(Arguments* a) {
   }
   if (!a->tets.empty()) b.tets = parse_tets("--tets", a->tets);
   if (!a->chunk_tets.empty()) b.chunk_tets = parse_tets("--chunk-tets", a->chunk_tets);
-  b.scalar_tolerance = parse_schedule("--scalar-tolerance", a->scalar_tolerance, true);
-  b.stretch_factor = parse_schedule("--stretch-factor", a->stretch_factor, false);
+  if (!a->scalar_tolerance.empty()) {
+    b.scalar_tolerance = parse_schedule("--scalar-tolerance", a->scalar_tolerance, true);
+  }
+  if (!a->stretch_factor.empty()) {
+    b.stretch_factor = parse_schedule("--stretch-factor", a->stretch_factor, false);
+  }
   const auto aspect = parse_schedule("--aspect-ratio", a->aspect_ratio, false);
   if (aspect.size() != 1) refuse("--aspect-ratio takes one value");
   b.aspect_ratio = aspect[0];
@@ -151,9 +154,9 @@ void parse_arguments(Arguments* a) {
 // An option that the method has no use for would be forgotten without a word.
 void refuse_foreign_options(const CLI::App& command, Method method) {
   const bool fuse = method == Method::kFuse;
-  const auto names = fuse ? std::vector<std::string>{"--scalar-tolerance", "--stretch-factor",
-                                                     "--aspect-ratio", "--boundary-rule"}
-                          : std::vector<std::string>{"--min-quality", "--max-error", "--max-rms"};
+  const auto names =
+      fuse ? std::vector<std::string>{"--boundary-rule"}
+           : std::vector<std::string>{"--min-quality", "--max-error", "--max-rms", "--conserve"};
   for (const std::string& name : names) {
     if (command.get_option(name)->count() == 0) continue;
     refuse(fmt::format("{} belongs to --method {}: give that as well, or leave the option out",
@@ -296,24 +299,30 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       ->group(kGroup);
   command
       .add_option("--scalar-tolerance", a->scalar_tolerance,
-                  "With --method tetfuse: a prey's values may differ from their mean by this share "
-                  "of the field's range (0.025 or "
-                  "2.5%), or off; a list has one value a macroLoD, the last one repeated")
-      ->capture_default_str()
+                  "In a single fusion the values of the fused may differ from the new one by this "
+                  "share of the field's range (0.025 or 2.5%), or off; a list has one value a "
+                  "macroLoD, the last one repeated. Default: 0.025 with --method tetfuse, else off")
+      ->check(not_empty)
       ->group(kGroup);
   command
-      .add_option("--stretch-factor", a->stretch_factor,
-                  "With --method tetfuse: a tetrahedron's height may grow by this factor in a "
-                  "macroLoD, at least 1, or "
-                  "off; a list "
-                  "has one value a macroLoD")
-      ->capture_default_str()
+      .add_option(
+          "--stretch-factor", a->stretch_factor,
+          "A tetrahedron's height may grow by this factor in a macroLoD, at least 1, or "
+          "off; a list has one value a macroLoD. Default: 5 with --method tetfuse, else off")
+      ->check(not_empty)
       ->group(kGroup);
   command
       .add_option("--aspect-ratio", a->aspect_ratio,
-                  "With --method tetfuse: longest over shortest edge may not exceed this, at least "
-                  "1, unless it was worse; or off")
+                  "Longest over shortest edge of a tetrahedron may not exceed this, at least 1, "
+                  "unless it was worse; or off")
       ->capture_default_str()
+      ->group(kGroup);
+  command
+      .add_flag(
+          "--conserve", a->request.behaviour.conserve,
+          "With --method fuse: the integral of every floating-point array over the mesh stays, "
+          "to 1e-12 of that of its absolute value (1e-6 in single precision). With a boundary "
+          "that is exact or planar")
       ->group(kGroup);
   command
       .add_option("--min-quality", a->min_quality,

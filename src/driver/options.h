@@ -13,6 +13,8 @@
 
 namespace tetfusion {
 
+inline constexpr double kDefaultScalarTolerance = 0.025;
+inline constexpr double kDefaultStretchFactor = 5;
 inline constexpr double kDefaultMaxError = 0.01;
 
 // With Method::kFuse a chunk, whose events are counted in 32 bits, may have no more tetrahedra.
@@ -36,12 +38,12 @@ struct BehaviourOptions {
   std::optional<double> reduction;
   std::optional<std::uint64_t> tets;
 
-  // With kTetFuse: the paper's criteria: one value a macroLoD, the last one repeated. Infinity is
+  // The paper's criteria, for each fusion: one value a macroLoD, the last one repeated. Infinity is
   // off. Tolerances are shares of the field's range over the whole original mesh, > 0; the stretch
-  // factor and aspect ratio are >= 1. The defaults are the values that the paper's Table 1 uses
-  // most.
-  std::vector<double> scalar_tolerance{0.025};
-  std::vector<double> stretch_factor{5.0};
+  // factor and aspect ratio are >= 1. Empty: off with kFuse; with kTetFuse kDefaultScalarTolerance
+  // and kDefaultStretchFactor, the values that the paper's Table 1 uses most.
+  std::vector<double> scalar_tolerance;
+  std::vector<double> stretch_factor;
   double aspect_ratio = std::numeric_limits<double>::infinity();
 
   // With kFuse: no new tetrahedron has a lower mean ratio, unless there was a worse one in the
@@ -54,6 +56,10 @@ struct BehaviourOptions {
   // points, as a share of its range; > 0. Absent: anything with a goal, another bound, or a
   // tolerance of an array; else kDefaultMaxError.
   std::optional<double> max_error;
+
+  // With kFuse, and a boundary that is not kWithin: the integrals of all floating-point arrays
+  // stay.
+  bool conserve = false;
 
   // With kFuse; kWithin: by this share of the diagonal of the bounding box, > 0.
   Boundary boundary = Boundary::kExact;

@@ -66,6 +66,8 @@ std::string_view reason_in_words(Reject reason) {
       return "the surface would move further than it may, or be torn";
     case Reject::kDeviation:
       return "a field would deviate by more than it may at a point of the original";
+    case Reject::kIntegral:
+      return "the integral of a field would change";
   }
   return "";
 }

@@ -25,8 +25,8 @@ constexpr double kSaturatedShare = 1e-4;
 // doubled first.
 constexpr std::uint64_t kSmallChunk = 100'000;
 
-double at_lod(const std::vector<double>& schedule, std::size_t lod) {
-  if (schedule.empty()) return std::numeric_limits<double>::infinity();
+double at_lod(const std::vector<double>& schedule, std::size_t lod, double otherwise) {
+  if (schedule.empty()) return otherwise;
   return schedule[std::min(lod, schedule.size() - 1)];
 }
 
@@ -63,8 +63,11 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   PassLimits& limits = plan.limits;
   limits.boundary_rule = options_.boundary_rule;
   limits.aspect_ratio = options_.aspect_ratio;
-  limits.scalar_tolerance = at_lod(options_.scalar_tolerance, lod);
-  limits.stretch_factor = at_lod(options_.stretch_factor, lod);
+  const bool fuse = options_.method == Method::kFuse;
+  const double off = std::numeric_limits<double>::infinity();
+  limits.scalar_tolerance =
+      at_lod(options_.scalar_tolerance, lod, fuse ? off : kDefaultScalarTolerance);
+  limits.stretch_factor = at_lod(options_.stretch_factor, lod, fuse ? off : kDefaultStretchFactor);
   if (goal) {
     limits.quota = tets - std::min(tets, *goal);
     const bool much = static_cast<double>(limits.quota) > kTrimShare * static_cast<double>(tets);
@@ -78,7 +81,7 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   // Towards a goal the cut moves on after each pass, so that what lies on an interface gets its
   // turn before the quota is gone.
   plan.settings.passes = !goal && lod + 1 >= schedule() ? kPassesPerRound : 1;
-  if (options_.method == Method::kFuse) {
+  if (fuse) {
     plan_fuse(box, limits.quota, goal.has_value(), state, &plan.settings);
   }
   plan.start = wall_seconds();
@@ -99,6 +102,7 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t quota, bool has_goal,
   }
   settings->fuse.min_quality = options_.min_quality;
   settings->fuse.max_error = errors_.max_error;
+  settings->fuse.keep_integrals = options_.conserve;
   if (settings->look) return;
   const double next =
       next_threshold(state.costs, state.threshold, has_goal ? std::optional(quota) : std::nullopt);

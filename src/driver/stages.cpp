@@ -77,6 +77,9 @@ void check_options(const SimplifyRequest& request) {
   if (b.boundary == Boundary::kWithin && !(b.boundary_distance > 0 && b.boundary_distance < 1)) {
     refuse("--boundary must be a share of the diagonal, more than 0% and less than 100%");
   }
+  if (b.conserve && (b.method != Method::kFuse || b.boundary == Boundary::kWithin)) {
+    refuse("--conserve needs --method fuse and a boundary that stays, exact or planar");
+  }
   if (b.max_error && !(*b.max_error > 0)) {
     refuse("--max-error must be greater than 0 (a share of the range)");
   }

@@ -30,11 +30,12 @@ enum class Reject : std::uint8_t {
   kQuality,    // an affected tetrahedron would be worse than the floor, and than all were
   kSurface,    // the surface, or one between regions, would move too far, or be torn or pinched
   kDeviation,  // a steering field would deviate too far at a point of the original
+  kIntegral,   // the integral of a field would change, or a value would leave its cavity's range
 };
-inline constexpr std::size_t kRejectReasons = 12;
+inline constexpr std::size_t kRejectReasons = 13;
 inline constexpr std::array<std::string_view, kRejectReasons> kRejectNames{
-    "boundary",  "locked", "scalar", "flip",    "stretch", "aspect",
-    "interface", "quota",  "error",  "quality", "surface", "deviation"};
+    "boundary", "locked", "scalar",  "flip",    "stretch",   "aspect",  "interface",
+    "quota",    "error",  "quality", "surface", "deviation", "integral"};
 
 // What a pass, or all passes of a round, did.
 struct PassStatistics {

@@ -52,8 +52,10 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   for (const SteeringField& f : fields) {
     if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type)) ++steering_columns;
   }
-  interpolates_ = steering_columns < mesh->point_columns.size();
+  interpolates_ = !limits.keep_integrals && steering_columns < mesh->point_columns.size();
   edge_costs_.begin(mesh, fields, limits.unit, limits.sheet_weight);
+  paper_.begin(limits.paper, fields, mesh);
+  integrals_.begin(limits.keep_integrals, fields, mesh);
   errors_.begin(fields, limits.max_error, limits.unit, mesh);
   values_.resize(width_);
   least_.resize(width_);
@@ -329,7 +331,7 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
     return false;
   }
   const VertexId kept = fixed_ ? partner : std::min(v, partner);
-  if (!fixed_ && !errors_.bounds()) choose_values(v, partner);
+  if (!fixed_ && !judges_values()) choose_values(v, partner);
   interpolation_.to = kept;
   if (!fixed_ && interpolates_) interpolations_.push_back(interpolation_);
   apply(v, partner, kept);
@@ -358,7 +360,7 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
 // Off the tetrahedra that speak against a position.
 template <class Real>
 bool FuseRound<Real>::push(VertexId v, VertexId partner, float most) {
-  for (int i = 0; i < kPushes && reject_ != Reject::kDeviation; ++i) {
+  for (int i = 0; i < kPushes && (reject_ == Reject::kFlip || reject_ == Reject::kQuality); ++i) {
     position_ = cavity_.pushed();
     const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
     if (!(value_at(edge_costs_.merged().reduced, u) <= most)) return false;
@@ -386,28 +388,36 @@ bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   const auto reason = cavity_.collect(v, partner, fixed_, position_);
   reject_ = reason.value_or(Reject::kSurface);
   if (reason || (is_on_sheet(v) && !sheet_fusion_.allows(position_))) return false;
-  if (!errors_.bounds() || bounds_hold(v, partner)) return true;
-  reject_ = Reject::kDeviation;
-  return false;
+  const auto speaks = judges_values() ? judge_values(v, partner) : std::nullopt;
+  reject_ = speaks.value_or(reject_);
+  return !speaks;
 }
 
 // Chooses the values, too, as far as the bounds leave a choice.
 template <class Real>
-bool FuseRound<Real>::bounds_hold(VertexId v, VertexId partner) {
+std::optional<Reject> FuseRound<Real>::judge_values(VertexId v, VertexId partner) {
+  const Joining<Real> joining{v, partner, fixed_, position_, cavity_.affected(), cavity_.deleted()};
   if (fixed_) {
     std::copy_n(mesh_->steering.data() + partner * width_, width_, values_.begin());
     least_ = most_ = values_;
   } else {
     choose_values(v, partner);
   }
-  return errors_.allows({v, partner, fixed_, position_, cavity_.affected(), cavity_.deleted()},
-                        least_, most_, values_);
+  if (integrals_.stay()) {
+    if (!integrals_.find(joining, values_)) return Reject::kIntegral;
+    least_ = most_ = values_;
+  }
+  if (errors_.bounds() && !errors_.allows(joining, least_, most_, values_)) {
+    return Reject::kDeviation;
+  }
+  return paper_.judge(joining, values_);
 }
 
 template <class Real>
 void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   ++now_;
   if (errors_.bounds()) errors_.apply(kept);
+  if (integrals_.stay()) integrals_.apply(kept, interpolation_.nearest);
   merge_quadrics(v, kept);
   move_tets(kept, kept == v ? partner : v);
   removed_ += cavity_.deleted().size();

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,12 +13,14 @@
 #include "kernel/costs.h"
 #include "kernel/criteria.h"
 #include "kernel/edge_costs.h"
+#include "kernel/field_integrals.h"
 #include "kernel/fuse_cavity.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
+#include "kernel/paper_bounds.h"
+#include "kernel/point_errors.h"
 #include "kernel/sheet_fusion.h"
 #include "kernel/sheets.h"
-#include "kernel/point_errors.h"
 #include "kernel/vertex_quadrics.h"
 #include "mesh/work_mesh.h"
 
@@ -37,7 +40,9 @@ struct FuseLimits {
   // No steering field deviates by more at a point of the original mesh, as a share of its range,
   // unless it has a tolerance of its own.
   double max_error = std::numeric_limits<double>::infinity();
-  double unit = 1;  // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
+  PaperLimits paper;            // of single fusions; stretch is against the start of the round
+  bool keep_integrals = false;  // of all floating-point fields (field_integrals.h)
+  double unit = 1;              // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
   // At most so many tetrahedra may go.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();
 
@@ -125,7 +130,9 @@ class FuseRound {
   bool push(VertexId v, VertexId partner, float most);
   bool slide(VertexId v, VertexId partner, float most);
   bool allows(VertexId v, VertexId partner);
-  bool bounds_hold(VertexId v, VertexId partner);
+  // May the values speak against a fusion?
+  bool judges_values() const { return errors_.bounds() || paper_.any() || integrals_.stay(); }
+  std::optional<Reject> judge_values(VertexId v, VertexId partner);
   void apply(VertexId v, VertexId partner, VertexId kept);
   void merge_quadrics(VertexId v, VertexId kept);
   void choose_values(VertexId v, VertexId partner);
@@ -185,6 +192,8 @@ class FuseRound {
   bool fixed_ = false;  // the partner stays where it is
   Reject reject_{};
   FuseCavity<Real> cavity_;
+  PaperBounds<Real> paper_;
+  FieldIntegrals<Real> integrals_;
   PointErrors<Real> errors_;
 
   Vector<Interpolation> interpolations_;

@@ -61,7 +61,10 @@ void PointErrors<Real>::begin(std::span<const SteeringField> fields, double max_
 template <class Real>
 bool PointErrors<Real>::allows(const Joining<Real>& joining, std::span<const double> low,
                                std::span<const double> high, std::span<double> values) {
-  if (joining.v != joining_.v || joining.partner != joining_.partner) collect(joining);
+  if (joining.v != joining_.v || joining.partner != joining_.partner ||
+      joining.fixed != joining_.fixed) {
+    collect(joining);
+  }
   joining_ = joining;
   make_fan(joining);
   low_.assign(low.begin(), low.end());

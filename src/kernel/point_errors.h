@@ -8,19 +8,10 @@
 #include <vector>
 
 #include "kernel/criteria.h"
+#include "kernel/joining.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
-
-// Two neighbours that are to become one.
-template <class Real>
-struct Joining {
-  VertexId v = kNoVertex, partner = kNoVertex;
-  bool fixed = false;  // the partner stays where it is, and as it is
-  Vec3<Real> position{};
-  std::span<const std::uint32_t> affected;  // tet << 2 | corner of the vertex that moves
-  std::span<const TetId> deleted;
-};
 
 // Keeps its memory from mesh to mesh. Not thread-safe.
 template <class Real>

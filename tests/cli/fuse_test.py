@@ -83,6 +83,30 @@ class Fuse(FolderTest):
         out, _ = self.fuse(path, "--array", name + ":0.3%")
         report_of("compare", path, out, "--array", name, "--max-error", "0.3%")
 
+    def test_integrals_stay(self):
+        path = self.generate("--jitter", "0.5", tets="40k")
+        for boundary in ("exact", "planar"):
+            for conserve in ([], ["--conserve"]):
+                out, report = self.fuse(path, "--regions", "none", "--reduction", "70%", "--boundary", boundary, *conserve)
+                report_of("check", out, "--strict")
+                changes = [abs(a["integral_change"]) for a in report_of("compare", path, out)["arrays"]
+                           if a["type"].startswith("Float") and a["integral_change"] is not None]
+                self.assertGreater(len(changes), 1)
+                if conserve:
+                    self.assertLess(max(changes), 1e-6)
+                elif boundary == "exact":
+                    self.assertGreater(max(changes), 1e-6)
+
+    def test_the_criteria_of_the_paper_bound_fusions(self):
+        path = self.generate("--jitter", "0.5", tets="40k")
+        _, free = self.fuse(path, "--max-rms", "1%")
+        for option, value, reason in (("--aspect-ratio", "2.5", "aspect"), ("--stretch-factor", "1.5", "stretch"),
+                                      ("--scalar-tolerance", "0.5%", "scalar")):
+            out, report = self.fuse(path, "--max-rms", "1%", option, value)
+            report_of("check", out, "--strict")
+            self.assertGreater(report["output"]["tets"], free["output"]["tets"])
+            self.assertGreater(report["lods"][-1]["rejected"][reason], 0)
+
     def test_values_that_are_none(self):
         path = self.write(TinyVtu(3))
         for option, values in (("--min-quality", ("-0.1", "1", "2", "nan", "good", "")),

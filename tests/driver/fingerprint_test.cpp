@@ -47,6 +47,9 @@ TEST(Fingerprint, KnowsHowAMeshIsFused) {
   other = request;
   other.behaviour.max_error = 0.1;
   EXPECT_NE(fingerprint(other, mesh), one);
+  other = request;
+  other.behaviour.conserve = true;
+  EXPECT_NE(fingerprint(other, mesh), one);
 }
 
 // The time of change apart: a file may have been written over within one tick of the clock.

@@ -1,0 +1,214 @@
+#include "kernel/field_integrals.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "mesh/predicates.h"
+
+namespace tetfusion {
+
+namespace {
+
+// What an integral over a cavity may change by where nothing can be chosen, as a share of that of
+// the absolute values: a point is in some ten cavities, and the sum is to be right to 1e-12, or
+// 1e-6 in single precision.
+template <class T>
+constexpr double kExactness = std::is_same_v<T, float> ? 1e-7 : 1e-13;
+
+template <class Real>
+Vec3<double> to_double(const Vec3<Real>& p) {
+  return {p.x, p.y, p.z};
+}
+
+}  // namespace
+
+template <class Real>
+void FieldIntegrals<Real>::begin(bool stay, std::span<const SteeringField> fields,
+                                 WorkMesh<Real>* mesh) {
+  stay_ = stay;
+  fields_ = fields;
+  mesh_ = mesh;
+  steers_.assign(mesh->point_columns.size(), 0);
+  for (const SteeringField& f : fields) {
+    if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type))
+      steers_[f.column] = 1;
+  }
+  has_cells_ = std::any_of(mesh->cell_columns.begin(), mesh->cell_columns.end(),
+                           [](const Column& c) { return is_float(c.type); });
+}
+
+template <class Real>
+TetCorners FieldIntegrals<Real>::corners(TetId t) const {
+  TetCorners out;
+  for (std::size_t i = 0; i < 4; ++i) out[i] = to_double(mesh_->positions[mesh_->tets[t][i]]);
+  return out;
+}
+
+// Volumes, six times.
+template <class Real>
+void FieldIntegrals<Real>::measure() {
+  const auto& p = mesh_->positions;
+  old_tets_.clear();
+  before_.clear();
+  after_.clear();
+  sum_ = 0;
+  for (const std::uint32_t entry : joining_.affected) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    const auto& order = kCornerFirst[entry & 3u];
+    old_tets_.push_back(entry >> 2);
+    after_.push_back(
+        determinant(joining_.position, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]]).value);
+    sum_ += after_.back();
+  }
+  old_tets_.insert(old_tets_.end(), joining_.deleted.begin(), joining_.deleted.end());
+  for (const TetId t : old_tets_) before_.push_back(determinant(p, mesh_->tets[t]).value);
+}
+
+// Of the cavity as it is.
+template <class Real>
+template <class T>
+auto FieldIntegrals<Real>::range_of(const T* rows, const Values& of) const -> Range {
+  Range range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const TetId t : old_tets_) {
+    for (const VertexId v : mesh_->tets[t]) {
+      const double value{rows[v * of.width + of.k]};
+      range.least = std::min(range.least, value);
+      range.most = std::max(range.most, value);
+    }
+  }
+  return range;
+}
+
+// The integral over a tetrahedron is its volume times the mean of its corners. All values are taken
+// relative to one of them, so that a constant stays one to the bit.
+template <class Real>
+template <class T>
+bool FieldIntegrals<Real>::solve(const T* rows, const Values& of, double* value) const {
+  const auto at = [&](VertexId v) { return double{rows[v * of.width + of.k]}; };
+  const double origin = at(joining_.fixed ? joining_.partner : joining_.v);
+  double missing = 0, all = 0;
+  for (std::size_t i = 0; i < old_tets_.size(); ++i) {
+    double sum = 0, absolute = 0;
+    for (const VertexId v : mesh_->tets[old_tets_[i]]) {
+      sum += at(v) - origin;
+      absolute += std::abs(at(v));
+    }
+    missing += before_[i] * sum;
+    all += before_[i] * absolute;
+    if (i >= after_.size()) continue;
+    const std::uint32_t entry = joining_.affected[i];
+    missing -= after_[i] * (sum - (at(mesh_->tets[entry >> 2][entry & 3u]) - origin));
+  }
+  *value = origin;
+  if (joining_.fixed) return std::abs(missing) <= of.exactness * all;
+  const double wanted = origin + missing / sum_;
+  const Range range = range_of(rows, of);
+  const double rounding = of.exactness * std::max(std::abs(range.least), std::abs(range.most));
+  *value = std::clamp(wanted, range.least, range.most);
+  return std::abs(wanted - *value) <= rounding;
+}
+
+template <class Real>
+bool FieldIntegrals<Real>::find(const Joining<Real>& joining, std::span<double> values) {
+  joining_ = joining;
+  measure();
+  for (const SteeringField& f : fields_) {
+    if (f.column == kNoColumn || steers_[f.column] == 0) continue;
+    const bool is_single = mesh_->point_columns[f.column].type == ValueType::kFloat32;
+    const double exactness = is_single ? kExactness<float> : kExactness<double>;
+    for (std::size_t k = f.first; k < f.first + f.count; ++k) {
+      if (!solve(mesh_->steering.data(), {mesh_->steering_width, k, exactness}, &values[k])) {
+        return false;
+      }
+    }
+  }
+  rows_.clear();
+  bool stays = true;
+  for (std::size_t c = 0; c < steers_.size() && stays; ++c) {
+    const Column& column = mesh_->point_columns[c];
+    if (steers_[c] != 0) continue;
+    visit_type(column.type, [&](auto zero) {
+      using T = decltype(zero);
+      if constexpr (std::is_floating_point_v<T>) {
+        const T* rows = reinterpret_cast<const T*>(column.rows.data());
+        for (std::size_t k = 0; k < column.components && stays; ++k) {
+          stays = solve(rows, {column.components, k, kExactness<T>}, &rows_.emplace_back());
+        }
+      }
+    });
+  }
+  return stays;
+}
+
+// What each affected tetrahedron will have of the old ones.
+template <class Real>
+void FieldIntegrals<Real>::find_shares() {
+  begins_.assign(1, 0);
+  shares_.clear();
+  for (const std::uint32_t entry : joining_.affected) {
+    TetCorners after = corners(entry >> 2);
+    after[entry & 3u] = to_double(joining_.position);
+    for (std::uint32_t i = 0; i < old_tets_.size(); ++i) {
+      const double volume = overlap(corners(old_tets_[i]), after);
+      if (volume > 0) shares_.push_back({i, volume});
+    }
+    begins_.push_back(static_cast<std::uint32_t>(shares_.size()));
+  }
+}
+
+template <class Real>
+template <class T>
+void FieldIntegrals<Real>::mix_cells(Column* column) {
+  T* rows = reinterpret_cast<T*>(column->rows.data());
+  const std::size_t width = column->components;
+  mixed_.clear();
+  for (std::size_t i = 0; i + 1 < begins_.size(); ++i) {
+    for (std::size_t k = 0; k < width; ++k) {
+      const double origin{rows[old_tets_[i] * width + k]};
+      double sum = 0, volume = 0;
+      for (std::uint32_t s = begins_[i]; s < begins_[i + 1]; ++s) {
+        sum += shares_[s].volume * (rows[old_tets_[shares_[s].old] * width + k] - origin);
+        volume += shares_[s].volume;
+      }
+      mixed_.push_back(volume > 0 ? origin + sum / volume : origin);
+    }
+  }
+  for (std::size_t i = 0; i < mixed_.size(); ++i) {
+    rows[old_tets_[i / width] * width + i % width] = static_cast<T>(mixed_[i]);
+  }
+}
+
+template <class Real>
+void FieldIntegrals<Real>::apply(VertexId kept, VertexId nearest) {
+  const double* found = rows_.data();
+  for (std::size_t c = 0; c < steers_.size() && !joining_.fixed; ++c) {
+    Column& column = mesh_->point_columns[c];
+    if (steers_[c] != 0) continue;
+    visit_type(column.type, [&](auto zero) {
+      using T = decltype(zero);
+      T* rows = reinterpret_cast<T*>(column.rows.data());
+      const std::size_t width = column.components;
+      if constexpr (std::is_floating_point_v<T>) {
+        for (std::size_t k = 0; k < width; ++k) {
+          rows[kept * width + k] = static_cast<T>(*found++);
+        }
+      } else {
+        std::copy_n(rows + nearest * width, width, rows + kept * width);
+      }
+    });
+  }
+  if (!has_cells_) return;
+  find_shares();
+  for (Column& column : mesh_->cell_columns) {
+    if (column.type == ValueType::kFloat32) mix_cells<float>(&column);
+    if (column.type == ValueType::kFloat64) mix_cells<double>(&column);
+  }
+}
+
+template class FieldIntegrals<float>;
+template class FieldIntegrals<double>;
+
+}  // namespace tetfusion

@@ -1,0 +1,78 @@
+// Conservation: the integrals of all floating-point fields over a cavity stay what they are when
+// two vertices become one.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernel/criteria.h"
+#include "kernel/joining.h"
+#include "mesh/tet_overlap.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// Keeps its memory from mesh to mesh. Not thread-safe.
+template <class Real>
+class FieldIntegrals {
+ public:
+  // Mesh and fields outlive this.
+  void begin(bool stay, std::span<const SteeringField> fields, WorkMesh<Real>* mesh);
+  bool stay() const { return stay_; }
+
+  // Finds the values of the new vertex for which the integrals stay; those that steer go to
+  // `values`, which keeps those of fields that are no point array. False if one would leave the
+  // range of its cavity or, where the partner keeps its own, if its integral would change. The
+  // cavity fills the same domain before and after, with positive volumes.
+  bool find(const Joining<Real>& joining, std::span<double> values);
+
+  // To be called before the mesh changes, with what find() has found last. Writes the rows of the
+  // vertex that stays, but for columns that steer, and those of affected tetrahedra: what they take
+  // over of the old ones, by volume. Integers are those of the nearest vertex of the two, and stay
+  // in tetrahedra.
+  void apply(VertexId kept, VertexId nearest);
+
+ private:
+  // Component k of rows of `width`; how exact its type is.
+  struct Values {
+    std::size_t width, k;
+    double exactness;
+  };
+  struct Range {
+    double least, most;
+  };
+  struct Share {
+    std::uint32_t old;  // in old_tets_
+    double volume;
+  };
+  template <class T>
+  bool solve(const T* rows, const Values& of, double* value) const;
+  template <class T>
+  Range range_of(const T* rows, const Values& of) const;
+  void measure();
+  void find_shares();
+  template <class T>
+  void mix_cells(Column* column);
+  TetCorners corners(TetId t) const;
+
+  WorkMesh<Real>* mesh_ = nullptr;
+  std::span<const SteeringField> fields_;
+  bool stay_ = false;
+  bool has_cells_ = false;            // floating-point arrays of tetrahedra
+  std::vector<std::uint8_t> steers_;  // of a point column
+
+  Joining<Real> joining_;
+  std::vector<TetId> old_tets_;         // the affected ones first
+  std::vector<double> before_, after_;  // volumes of old tetrahedra, and of affected ones
+  double sum_ = 0;                      // of the latter
+  std::vector<double> rows_;            // what find() has found, column by column
+  std::vector<std::uint32_t> begins_;   // of each affected tetrahedron's shares; one more
+  std::vector<Share> shares_;
+  std::vector<double> mixed_;
+};
+
+extern template class FieldIntegrals<float>;
+extern template class FieldIntegrals<double>;
+
+}  // namespace tetfusion
