@@ -25,7 +25,7 @@ struct Arguments {
   SimplifyRequest request;
   ConsoleOptions console;
   std::string boundary = "exact";
-  std::string reduction, tets, max_rms, min_quality, lods, chunk_tets, memory, report;
+  std::string reduction, tets, max_error, max_rms, min_quality, lods, chunk_tets, memory, report;
   std::string scalar_tolerance = "0.025";
   std::string stretch_factor = "5";
   std::string aspect_ratio = "off";
@@ -120,6 +120,11 @@ void parse_arguments(Arguments* a) {
     b.max_rms = *rms;
   }
   parse_boundary(a->boundary, &b);
+  if (!a->max_error.empty()) {
+    const auto error = parse_share(a->max_error);
+    if (!error) refuse(fmt::format("--max-error {}: give a share, as in 1%", a->max_error));
+    b.max_error = *error;
+  }
   if (!a->reduction.empty()) {
     b.reduction = parse_share(a->reduction);
     if (!b.reduction)
@@ -148,7 +153,7 @@ void refuse_foreign_options(const CLI::App& command, Method method) {
   const bool fuse = method == Method::kFuse;
   const auto names = fuse ? std::vector<std::string>{"--scalar-tolerance", "--stretch-factor",
                                                      "--aspect-ratio", "--boundary-rule"}
-                          : std::vector<std::string>{"--min-quality", "--max-rms"};
+                          : std::vector<std::string>{"--min-quality", "--max-error", "--max-rms"};
   for (const std::string& name : names) {
     if (command.get_option(name)->count() == 0) continue;
     refuse(fmt::format("{} belongs to --method {}: give that as well, or leave the option out",
@@ -230,11 +235,17 @@ void add_goal_options(CLI::App& command, Arguments* a) {
       ->check(not_empty)
       ->group(kGroup);
   command
-      .add_option(
-          "--max-rms", a->max_rms,
-          "With --method fuse: no fusion may change a steering field by more than this, "
-          "in the mean of squares, as a share of its range (0.1%). Default: anything with a "
-          "goal, 0.5% without one")
+      .add_option("--max-error", a->max_error,
+                  "With --method fuse: at none of the input's points a steering field is off by "
+                  "more than this share of its range (1%). Default: 1%, but anything with a goal "
+                  "or --max-rms")
+      ->check(not_empty)
+      ->group(kGroup);
+  command
+      .add_option("--max-rms", a->max_rms,
+                  "With --method fuse: no fusion may change a steering field by more than this, "
+                  "in the mean of squares, as a share of its range (0.1%); an estimate. Default: "
+                  "anything")
       ->check(not_empty)
       ->group(kGroup);
   command
@@ -257,7 +268,7 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       .add_option(
           "--method", a->request.behaviour.method,
           "fuse: neighbouring vertices become one, where that changes the fields least; "
-          "without a goal as far as --max-rms allows. tetfuse: the paper's operation, the "
+          "without a goal as far as --max-error allows. tetfuse: the paper's operation, the "
           "four vertices of a tetrahedron become one; without a goal until nothing, or next "
           "to nothing, fuses")
       ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
@@ -313,7 +324,7 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
   command
       .add_option(
           "--array", a->request.behaviour.arrays,
-          "An array that steers: NAME, NAME:0.5% (with a tolerance of its own; --method tetfuse), "
+          "An array that steers: NAME, NAME:0.5% (in place of --max-error or --scalar-tolerance), "
           "cell:NAME; may be "
           "given again. Default: the active scalars, else the first floating-point point array. "
           "All "

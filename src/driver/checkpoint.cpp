@@ -60,6 +60,7 @@ template <class Stream, class State>
 void pass(Stream stream, State& state) {
   auto& mesh = state.input.mesh;
   stream.value(mesh.tets);
+  stream.value(mesh.removed);
   stream.value(mesh.chunks);
   stream.all(mesh.interface.entries());
   stream.all(mesh.sizes);

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstring>
+#include <limits>
+#include <span>
 
 #include "driver/assemble.h"
 #include "driver/windows.h"
@@ -105,6 +108,8 @@ class Importer {
                             PieceStore* to);
   Assembly<Real> assemble(PieceStore* tets, PieceStore* points);
   void settle_facts(const Assembly<Real>& assembly);
+  void note_values(std::size_t window, const double* values);
+  void join_boxes();
 
   const MeshDescription& description_;
   const MeshStream& stream_;
@@ -148,6 +153,7 @@ class Importer {
   Pool<PointScratch> point_scratch_;
   std::vector<LowerWindow> lower_;
   std::vector<LooseWindow> loose_;
+  std::vector<SteeringBox> boxes_;
   std::vector<std::uint64_t> ghosts_;
   std::atomic<std::uint64_t> tet_count_{0};
   Vector<Vec3<Real>> samples_;  // points, for cuts
@@ -294,6 +300,9 @@ template <class Real>
 void Importer<Real>::scatter_points(PieceStore* to) {
   const std::uint64_t points = stream_.points();
   loose_.resize(block_count(points, kPointWindow));
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const std::size_t width = steering_.width();
+  boxes_.assign(loose_.size(), {std::vector(width, kInfinity), std::vector(width, -kInfinity)});
   std::atomic<std::size_t> done{0};
   for_each_block(points, kPointWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
     context_.check();
@@ -303,6 +312,7 @@ void Importer<Real>::scatter_points(PieceStore* to) {
   });
   to->seal();
   point_scratch_.clear();
+  join_boxes();
   LowerPart<Real>& all = out_.lower;
   all.loose_columns = layout_.point_columns;
   for (LooseWindow& window : loose_) {
@@ -355,6 +365,7 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
     marks[i] = static_cast<std::uint8_t>((chunks > 1 ? kOnInterface : 0) |
                                          (is_carried || not_finite[i] != 0 ? kLocked : 0));
     last[i] = chunks > 0 ? chunk_of.back() : 0;
+    if (chunks > 0) note_values(window, steering.data() + i * width);
     if (chunks > 0 || !is_carried) continue;
     LooseWindow& loose = loose_[window];
     if (loose.columns.empty()) loose.columns = layout_.point_columns;
@@ -378,6 +389,31 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
         }
         for (const Column& c : columns) writer->put_rows(c, places, items);
       });
+}
+
+template <class Real>
+void Importer<Real>::note_values(std::size_t window, const double* values) {
+  SteeringBox& box = boxes_[window];
+  for (const SteeringField& f : steering_.fields()) {
+    const std::span<const double> of_field(values + f.first, f.count);
+    if (!std::ranges::all_of(of_field, [](double v) { return std::isfinite(v); })) continue;
+    for (std::size_t k = f.first; k < f.first + f.count; ++k) {
+      box.low[k] = std::min(box.low[k], values[k]);
+      box.high[k] = std::max(box.high[k], values[k]);
+    }
+  }
+}
+
+template <class Real>
+void Importer<Real>::join_boxes() {
+  if (boxes_.empty()) return;
+  SteeringBox& all = out_.steering_box = boxes_.front();
+  for (const SteeringBox& box : boxes_) {
+    for (std::size_t k = 0; k < all.low.size(); ++k) {
+      all.low[k] = std::min(all.low[k], box.low[k]);
+      all.high[k] = std::max(all.high[k], box.high[k]);
+    }
+  }
 }
 
 template <class Real>

@@ -61,6 +61,11 @@ struct LowerPart {
   std::vector<Column> loose_columns;  // point columns
 };
 
+// `low` is above `high` where there is no value.
+struct SteeringBox {
+  std::vector<double> low, high;
+};
+
 template <class Real>
 struct ImportedMesh {
   // With `first_round_done` the interface table, with marks alone; the mesh is what that round ends
@@ -70,6 +75,8 @@ struct ImportedMesh {
   Box box;
   LowerPart<Real> lower;
   InputFacts facts;
+  // Of each steering value, over the points that tetrahedra use, where all of the field are finite.
+  SteeringBox steering_box;
 };
 
 // The first round is not done where the mesh is in one piece, and where it turns out, after the

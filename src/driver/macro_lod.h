@@ -33,6 +33,7 @@ using ChunkCosts = std::array<std::uint32_t, kCostBins>;
 template <class Real>
 struct MacroLod {
   std::uint64_t tets = 0;
+  std::uint64_t removed = 0;  // points that chunks remember (mesh/removed_points.h)
   std::uint32_t chunks = 1;
 
   // Exactly one of the two: the whole mesh, or the pieces of its chunks and what they need to know

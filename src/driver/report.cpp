@@ -64,6 +64,8 @@ std::string_view reason_in_words(Reject reason) {
       return "a tetrahedron would fall below the quality floor";
     case Reject::kSurface:
       return "the surface would move further than it may, or be torn";
+    case Reject::kDeviation:
+      return "a field would deviate by more than it may at a point of the original";
   }
   return "";
 }

@@ -98,10 +98,11 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t quota, bool has_goal,
     settings->fuse.sheet_weight = kSurfaceCost / (width * width);
   }
   settings->fuse.min_quality = options_.min_quality;
+  settings->fuse.max_error = errors_.max_error;
   if (settings->look) return;
   const double next =
       next_threshold(state.costs, state.threshold, has_goal ? std::optional(quota) : std::nullopt);
-  settings->fuse.threshold = std::min(next, max_cost());
+  settings->fuse.threshold = std::min(next, errors_.max_cost);
 }
 
 void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
@@ -154,15 +155,8 @@ StageEnd RoundPlanner::judge_fuse(const RoundStatistics& round, RoundsState* sta
     return StageEnd::kOpen;
   }
   if (removed > kSaturatedShare * before) return StageEnd::kOpen;
-  const double most = std::min(max_cost(), largest_cost(round.costs));
+  const double most = std::min(errors_.max_cost, largest_cost(round.costs));
   return state->threshold.cost >= most ? StageEnd::kSaturated : StageEnd::kOpen;
-}
-
-double RoundPlanner::max_cost() const {
-  const bool has_goal = options_.reduction || options_.tets || !options_.lods.empty();
-  const double none = has_goal ? std::numeric_limits<double>::infinity() : kDefaultMaxRms;
-  const double rms = options_.max_rms.value_or(none);
-  return rms * rms;
 }
 
 std::size_t RoundPlanner::schedule() const {

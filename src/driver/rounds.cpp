@@ -194,7 +194,9 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
                                   MacroLod<Real>* mesh) {
   context.check();
   if (mesh->whole) return run_whole(settings, limits, fields, mesh);
-  begin(settings, limits, fields, mesh->tets, shares_of(settings, *mesh), mesh->samples);
+  RoundSettings own = settings;
+  own.removed = mesh->removed;
+  begin(own, limits, fields, mesh->tets, shares_of(settings, *mesh), mesh->samples);
   round_.facing = std::move(mesh->facing);
   run_tasks(mesh->chunks, static_cast<int>(workers_.size()), [&](std::size_t c, std::size_t w) {
     context.check();
@@ -225,7 +227,8 @@ void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits
   round_.results.resize(round_.shares.size() - 1);
   round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
   // By what the mesh will about have shrunk to.
-  const double expected = settings.shrink * static_cast<double>(tets);
+  const double expected = settings.shrink * static_cast<double>(tets) +
+                          static_cast<double>(settings.removed / kRemovedPerTet);
   const auto chunks =
       static_cast<std::uint32_t>(std::ceil(expected / static_cast<double>(settings.chunk_tets)));
   if (settings.method == Method::kFuse) round_.costs.resize(std::max(chunks, 1U));
@@ -257,6 +260,11 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
   for (std::size_t t = 0; t < mesh->tets.size(); t += step) {
     result.samples.push_back(mesh->positions[mesh->tets[t][0]]);
   }
+  const Vector<Vec3<Real>>& removed = mesh->removed.positions;
+  for (std::size_t p = 0; p < removed.size(); p += kRemovedPerTet * step) {
+    result.samples.push_back(removed[p]);
+  }
+  result.removed_points = removed.size();
 }
 
 template <class Real>
@@ -277,6 +285,7 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
     statistics.deviation = std::max(statistics.deviation, result.deviation);
     reports.insert(reports.end(), result.interface.begin(), result.interface.end());
     next.samples.insert(next.samples.end(), result.samples.begin(), result.samples.end());
+    next.removed += result.removed_points;
     for (const auto& size : result.sizes) {
       next.sizes[size.bucket].free_points += size.free_vertices;
       next.sizes[size.bucket].tets += size.tets;

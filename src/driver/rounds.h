@@ -19,6 +19,9 @@
 
 namespace tetfusion {
 
+// Points that are remembered weigh in a chunk's size: so many are one more tetrahedron.
+inline constexpr std::uint64_t kRemovedPerTet = 2;
+
 struct RoundStatistics {
   PassStatistics pass;    // fusions of all passes; why what is left was refused in the last ones
   CostHistogram costs{};  // with Method::kFuse: of the vertices that are left
@@ -37,7 +40,8 @@ struct RoundSettings {
   // Where the mesh is cut, a chunk that has been loaded is worked on until a pass fuses next to
   // nothing, but at most so often. Loading costs more than a pass.
   int passes = 1;
-  std::uint32_t number = 1;  // of the round; ascending from 1: it shifts the cut
+  std::uint32_t number = 1;   // of the round; ascending from 1: it shifts the cut
+  std::uint64_t removed = 0;  // removed points of the mesh; Rounds::run() knows itself
   double shrink =
       1;  // what the last round has left of the mesh: the next cut expects the same again
 };
@@ -86,6 +90,7 @@ class Rounds {
     float deviation = 0;
     Vector<InterfaceReport> interface;
     Vector<Vec3<Real>> samples;
+    std::uint64_t removed_points = 0;
     std::vector<typename ChunkScatter<Real>::PieceSize> sizes;
   };
   // The round that has begun.

@@ -70,7 +70,7 @@ class Job {
 
   const SimplifyRequest& request_;
   const RunContext& context_;
-  const RoundPlanner planner_{request_.behaviour};
+  RoundPlanner planner_{request_.behaviour};
   std::unique_ptr<MeshSource> source_;
   std::unique_ptr<MeshStream> stream_;
   std::vector<SteeringChoice> steering_choices_;
@@ -166,13 +166,6 @@ void Job::open_input() {
                                        request_.behaviour.linearize, spool_folder(request_)});
   stream_ = source_->stream();
   steering_choices_ = choose_steering(source_->description(), request_.behaviour.arrays);
-  for (const SteeringChoice& choice : steering_choices_) {
-    if (request_.behaviour.method != Method::kFuse || !choice.tolerance) continue;
-    throw Error(ErrorCode::kUsage,
-                fmt::format("--array {}: a tolerance of its own belongs to --method tetfuse; with "
-                            "fuse give --max-rms, for all arrays that steer",
-                            choice.name));
-  }
   regions_ = choose_regions(source_->description(), request_.behaviour.regions);
   context_.check();
 }
@@ -182,15 +175,19 @@ void Job::plan_memory() {
       request_.performance.memory != 0 ? request_.performance.memory : memory_limit() / 2;
   std::uint32_t width = 0;
   const MeshDescription& mesh = source_->description();
+  std::vector<SteeringField> fields;
   for (const SteeringChoice& choice : steering_choices_) {
     const bool of_cells = choice.association == Association::kCell;
     width += (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index].components;
+    fields.push_back({0, 1, 1, choice.tolerance});
   }
+  const bool removed_points = error_limits(request_.behaviour, fields).at_points;
   std::uint64_t steering_bytes = width * sizeof(double);
   if (request_.behaviour.method == Method::kFuse)
     steering_bytes +=
         (quadric_row(width, surfaces_move()) + (surfaces_move() ? 1 : 0)) * sizeof(float);
-  needs_ = estimate_needs(mesh, steering_bytes, request_.behaviour.chunk_tets, thread_count(),
+  needs_ = estimate_needs(mesh, {steering_bytes, removed_points ? width * sizeof(double) : 0},
+                          request_.behaviour.chunk_tets, thread_count(),
                           stream_ ? 0 : source_->memory_to_read());
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
@@ -253,6 +250,7 @@ void Job::run_with() {
     describe_input(state.input.facts);
     plan_output(state.input.facts.tets);
     report_.steering = state.field_names;
+    planner_.limit_errors(error_limits(request_.behaviour, state.fields));
     run_stages(carried, layout, std::move(rounds), &state);
     return;
   }
@@ -303,6 +301,7 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
     const auto at = std::find(carried.point_indices.begin(), carried.point_indices.end(), *index);
     state->fields[f].column = static_cast<std::uint32_t>(at - carried.point_indices.begin());
   }
+  planner_.limit_errors(error_limits(request_.behaviour, state->fields));
   state->field_names = steering.names();
   state->steering_width = steering.width();
   state->chunk_tets = request_.behaviour.chunk_tets;
@@ -330,6 +329,11 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
   }
   state->input = import_mesh<Real>(source_->description(), *stream_, carried, steering, settings,
                                    first, context_, &clock_, budget_.get(), scratch_.get());
+  const ErrorLimits limits = error_limits(request_.behaviour, state->fields);
+  if (limits.at_points && state->input.facts.unused_points > 0) {
+    relate_to_used_points(state->input.steering_box, limits.max_error, &state->fields);
+    planner_.limit_errors(error_limits(request_.behaviour, state->fields));
+  }
   describe_input(state->input.facts);
   say_what_is_odd(state->input.facts);
   plan_output(state->input.facts.tets);

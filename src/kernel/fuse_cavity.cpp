@@ -84,19 +84,20 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
     if (const auto reason = judge_shape(failed_)) return reason;
     weak_.clear();
   }
-  v_ = v;
-  partner_ = partner;
-  const auto reason = judge_cavity(fixed);
-  if (!reason) v_ = kNoVertex;  // nothing has failed
+  v_ = kNoVertex;
+  std::optional<Reject> reason = collect_ball(v, partner, true);
+  if (!reason && !fixed) reason = collect_ball(partner, v, false);
+  if (!reason) reason = compare_shapes();
+  if (reason) {
+    v_ = v;
+    partner_ = partner;
+  }
   return reason;
 }
 
+// Those that are below the floor with the worst that there are now.
 template <class Real>
-std::optional<Reject> FuseCavity<Real>::judge_cavity(bool fixed) {
-  if (const auto reason = collect_ball(v_, partner_, true)) return reason;
-  if (!fixed) {
-    if (const auto reason = collect_ball(partner_, v_, false)) return reason;
-  }
+std::optional<Reject> FuseCavity<Real>::compare_shapes() {
   if (weak_.empty()) return std::nullopt;
   const double limit = worst();
   const auto& p = mesh_->positions;

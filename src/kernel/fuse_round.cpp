@@ -1,8 +1,8 @@
 #include "kernel/fuse_round.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <type_traits>
 
 namespace tetfusion {
 
@@ -12,6 +12,8 @@ namespace {
 // much more.
 constexpr int kPushes = 3;
 constexpr float kSlack = 1.3F;
+// Where a point of the original speaks against it, these are tried, on the edge.
+constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
 // What quadrics cannot tell, in single precision: this share of the differences in a cavity.
 constexpr double kSingle = 1e-4;
@@ -52,7 +54,10 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   }
   interpolates_ = steering_columns < mesh->point_columns.size();
   edge_costs_.begin(mesh, fields, limits.unit, limits.sheet_weight);
+  errors_.begin(fields, limits.max_error, limits.unit, mesh);
   values_.resize(width_);
+  least_.resize(width_);
+  most_.resize(width_);
 
   const std::size_t n = mesh->vertex_count();
   balls_.reset(n, mesh->tets);
@@ -234,12 +239,20 @@ void FuseRound<Real>::visit(VertexId v) {
     if (const Candidate* next = next_candidate(kept)) queue_.push(kept, next->cost, bin_);
     return;
   }
-  reason_[v] = static_cast<std::uint8_t>(reject_);
+  note_reason(v);
   ++place_[v];
   if (listed_[v] == 0) failures_.push_back(v);
   listed_[v] = 1;
   failed_[v] = now_;
   queue_.push(v, c->cost, bin_);
+}
+
+// One reason may stand for several candidates. A bound is the one that somebody may want to change.
+template <class Real>
+void FuseRound<Real>::note_reason(VertexId v) {
+  constexpr auto kBound = static_cast<std::uint8_t>(Reject::kDeviation);
+  if (failed_[v] >= moved_[v] && reason_[v] == kBound) return;
+  reason_[v] = static_cast<std::uint8_t>(reject_);
 }
 
 // Chooses the cheapest partners of v. An edge whose other end has been judged since v got its
@@ -316,11 +329,10 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
     return false;
   }
   const VertexId kept = fixed_ ? partner : std::min(v, partner);
-  Interpolation interpolation;
-  if (!fixed_) interpolation = cavity_.interpolation(v, partner, position_);
-  interpolation.to = kept;
-  if (!fixed_ && interpolates_) interpolations_.push_back(interpolation);
-  apply(v, partner, interpolation);
+  if (!fixed_ && !errors_.bounds()) choose_values(v, partner);
+  interpolation_.to = kept;
+  if (!fixed_ && interpolates_) interpolations_.push_back(interpolation_);
+  apply(v, partner, kept);
   return true;
 }
 
@@ -340,12 +352,32 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
                static_cast<float>(limits_->threshold) * weight);
-  for (int i = 0; i < kPushes; ++i) {
+  return push(v, partner, most) || (reject_ == Reject::kDeviation && slide(v, partner, most));
+}
+
+// Off the tetrahedra that speak against a position.
+template <class Real>
+bool FuseRound<Real>::push(VertexId v, VertexId partner, float most) {
+  for (int i = 0; i < kPushes && reject_ != Reject::kDeviation; ++i) {
     position_ = cavity_.pushed();
     const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
-    if (!(value_at(merged.reduced, u) <= most)) return false;
+    if (!(value_at(edge_costs_.merged().reduced, u) <= most)) return false;
     if (allows(v, partner)) return true;
   }
+  return false;
+}
+
+// Along the edge, away from points of the original that speak against one.
+template <class Real>
+bool FuseRound<Real>::slide(VertexId v, VertexId partner, float most) {
+  const MergedQuadric& merged = edge_costs_.merged();
+  for (const float t : kElsewhere) {
+    const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
+    if (!(value_at(merged.reduced, u) <= most)) continue;
+    position_ = edge_costs_.place(v, u);
+    if (allows(v, partner)) return true;
+  }
+  reject_ = Reject::kDeviation;
   return false;
 }
 
@@ -353,14 +385,30 @@ template <class Real>
 bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   const auto reason = cavity_.collect(v, partner, fixed_, position_);
   reject_ = reason.value_or(Reject::kSurface);
-  return !reason && (!is_on_sheet(v) || sheet_fusion_.allows(position_));
+  if (reason || (is_on_sheet(v) && !sheet_fusion_.allows(position_))) return false;
+  if (!errors_.bounds() || bounds_hold(v, partner)) return true;
+  reject_ = Reject::kDeviation;
+  return false;
+}
+
+// Chooses the values, too, as far as the bounds leave a choice.
+template <class Real>
+bool FuseRound<Real>::bounds_hold(VertexId v, VertexId partner) {
+  if (fixed_) {
+    std::copy_n(mesh_->steering.data() + partner * width_, width_, values_.begin());
+    least_ = most_ = values_;
+  } else {
+    choose_values(v, partner);
+  }
+  return errors_.allows({v, partner, fixed_, position_, cavity_.affected(), cavity_.deleted()},
+                        least_, most_, values_);
 }
 
 template <class Real>
-void FuseRound<Real>::apply(VertexId v, VertexId partner, const Interpolation& interpolation) {
+void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   ++now_;
-  const VertexId kept = interpolation.to;
-  merge_quadrics(v, interpolation);
+  if (errors_.bounds()) errors_.apply(kept);
+  merge_quadrics(v, kept);
   move_tets(kept, kept == v ? partner : v);
   removed_ += cavity_.deleted().size();
   ++fused_;
@@ -371,8 +419,7 @@ void FuseRound<Real>::apply(VertexId v, VertexId partner, const Interpolation& i
 
 // One that stays where it is keeps its values, too.
 template <class Real>
-void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolation) {
-  const VertexId kept = interpolation.to;
+void FuseRound<Real>::merge_quadrics(VertexId v, VertexId kept) {
   const std::size_t size = mesh_->quadric_width;
   float* row = mesh_->quadrics.data() + kept * size;
   double* values = mesh_->steering.data() + kept * width_;
@@ -385,7 +432,6 @@ void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolat
     if (is_on_sheet(v)) edge_costs_.add_sheet(v, mesh_->positions[kept], row);
     return;
   }
-  choose_values(v, interpolation);
   std::fill_n(row, size, 0.0F);
   edge_costs_.add_merged(v, position_, values_.data(), row);
   if (is_on_sheet(v)) edge_costs_.add_merged_sheet(v, position_, row);
@@ -396,12 +442,14 @@ void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolat
 // The best values within those of the cavity, or the old fields' own, where the best are the same
 // but for single precision.
 template <class Real>
-void FuseRound<Real>::choose_values(VertexId v, const Interpolation& interpolation) {
+void FuseRound<Real>::choose_values(VertexId v, VertexId partner) {
+  interpolation_ = cavity_.interpolation(v, partner, position_);
   const MergedQuadric& merged = edge_costs_.merged();
   const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
   const double* steering = mesh_->steering.data();
   for (std::size_t k = 0; k < width_; ++k) {
-    double least = std::numeric_limits<double>::infinity(), most = -least;
+    double& least = least_[k] = std::numeric_limits<double>::infinity();
+    double& most = most_[k] = -least;
     const auto look = [&](TetId t) {
       for (const VertexId c : mesh_->tets[t]) {
         least = std::min(least, steering[c * width_ + k]);
@@ -410,7 +458,7 @@ void FuseRound<Real>::choose_values(VertexId v, const Interpolation& interpolati
     };
     for (const std::uint32_t entry : cavity_.affected()) look(entry >> 2);
     for (const TetId t : cavity_.deleted()) look(t);
-    const double before = interpolate(interpolation, steering, width_, k);
+    const double before = interpolate(interpolation_, steering, width_, k);
     const double best = steering[v * width_ + k] +
                         double{best_value(merged.sum.data(), k, u)} / edge_costs_.scale(k);
     const bool same = std::abs(best - before) <= kSingle * (most - least);
@@ -444,28 +492,6 @@ void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
   mesh.incidence[kept] += static_cast<std::uint32_t>(cavity_.affected().size());
 }
 
-// An array that steers has the values that the quadrics gave.
-template <class Real>
-void FuseRound<Real>::write_steering_columns() {
-  for (const SteeringField& f : fields_) {
-    if (f.column == kNoColumn) continue;
-    Column& column = mesh_->point_columns[f.column];
-    visit_type(column.type, [&](auto zero) {
-      using T = decltype(zero);
-      if constexpr (std::is_floating_point_v<T>) {
-        T* values = reinterpret_cast<T*>(column.rows.data());
-        for (std::size_t v = 0; v < kind_.size(); ++v) {
-          if (changed_[v] == 1 || !may_move(v)) continue;
-          for (std::uint32_t k = 0; k < f.count; ++k) {
-            values[v * f.count + k] =
-                static_cast<T>(std::ldexp(mesh_->steering[v * width_ + f.first + k], -f.exponent));
-          }
-        }
-      }
-    });
-  }
-}
-
 template <class Real>
 void FuseRound<Real>::compact() {
   WorkMesh<Real>& mesh = *mesh_;
@@ -473,11 +499,16 @@ void FuseRound<Real>::compact() {
   if (interpolates_) {
     for (Column& column : mesh.point_columns) interpolate_point_column(interpolations_, &column);
   }
-  write_steering_columns();
+  std::vector<VertexId> moved;
+  for (VertexId v = 0; v < kind_.size(); ++v) {
+    if (changed_[v] != 1 && may_move(v)) moved.push_back(v);
+  }
+  write_steering_columns(fields_, moved, &mesh);
   std::size_t tets = 0;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     if (is_deleted(mesh.tets[t])) continue;
     mesh.tets[tets] = mesh.tets[t];
+    if (mesh.removed.wanted()) mesh.removed.first[tets] = mesh.removed.first[t];
     for (Column& column : mesh.cell_columns) column.move_row(t, tets);
     ++tets;
   }

@@ -17,6 +17,7 @@
 #include "kernel/live_balls.h"
 #include "kernel/sheet_fusion.h"
 #include "kernel/sheets.h"
+#include "kernel/point_errors.h"
 #include "kernel/vertex_quadrics.h"
 #include "mesh/work_mesh.h"
 
@@ -33,6 +34,9 @@ struct FuseLimits {
   double threshold = std::numeric_limits<double>::infinity();
   // No affected tetrahedron has a lower mean ratio, unless one of the cavity had; in [0, 1).
   double min_quality = 0;
+  // No steering field deviates by more at a point of the original mesh, as a share of its range,
+  // unless it has a tolerance of its own.
+  double max_error = std::numeric_limits<double>::infinity();
   double unit = 1;  // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
   // At most so many tetrahedra may go.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();
@@ -101,6 +105,7 @@ class FuseRound {
   void work();
   void visit(VertexId v);
   const Candidate* next_candidate(VertexId v);
+  void note_reason(VertexId v);
   // An edge inside has three tetrahedra or more.
   bool quota_is_met() const { return limits_->quota < removed_ + 3; }
   bool ask_again();
@@ -117,10 +122,13 @@ class FuseRound {
   // One fusion.
   bool fuse(VertexId v, VertexId partner);
   bool plan(VertexId v, VertexId partner);
+  bool push(VertexId v, VertexId partner, float most);
+  bool slide(VertexId v, VertexId partner, float most);
   bool allows(VertexId v, VertexId partner);
-  void apply(VertexId v, VertexId partner, const Interpolation& interpolation);
-  void merge_quadrics(VertexId v, const Interpolation& interpolation);
-  void choose_values(VertexId v, const Interpolation& interpolation);
+  bool bounds_hold(VertexId v, VertexId partner);
+  void apply(VertexId v, VertexId partner, VertexId kept);
+  void merge_quadrics(VertexId v, VertexId kept);
+  void choose_values(VertexId v, VertexId partner);
   void move_tets(VertexId kept, VertexId gone);
 
   // The same on sheets (fuse_sheets.cpp).
@@ -129,7 +137,6 @@ class FuseRound {
   void find_partners_on_sheet(VertexId v);
   bool plan_on_sheet(VertexId v, VertexId partner);
 
-  void write_steering_columns();
   void compact();
   std::span<const std::uint32_t> ball(VertexId v) {
     return balls_.of(v, mesh_->incidence[v], mesh_->tets);
@@ -172,11 +179,13 @@ class FuseRound {
   std::uint64_t removed_ = 0, fused_ = 0;
 
   // The fusion in hand.
-  std::vector<double> values_;
+  std::vector<double> values_, least_, most_;  // of the new vertex; the cavity's, now
+  Interpolation interpolation_;
   Vec3<Real> position_{};
   bool fixed_ = false;  // the partner stays where it is
   Reject reject_{};
   FuseCavity<Real> cavity_;
+  PointErrors<Real> errors_;
 
   Vector<Interpolation> interpolations_;
 };

@@ -21,6 +21,7 @@ template <class Real>
 void WorkMesh<Real>::resize_tets(std::size_t count) {
   tets.resize(count);
   flipped.resize(count);
+  if (removed.wanted()) removed.first.resize(count, kNoPoint);
   for (Column& column : cell_columns) column.resize(count);
 }
 

@@ -44,6 +44,9 @@ TEST(Fingerprint, KnowsHowAMeshIsFused) {
   EXPECT_NE(within, one);
   other.behaviour.boundary_distance = 0.1;
   EXPECT_NE(fingerprint(other, mesh), within);
+  other = request;
+  other.behaviour.max_error = 0.1;
+  EXPECT_NE(fingerprint(other, mesh), one);
 }
 
 // The time of change apart: a file may have been written over within one tick of the clock.

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "support/fuse_meshes.h"
 
 namespace tetfusion {
@@ -55,6 +58,35 @@ TEST(FuseCavity, ForgetsAReasonThatIsGone) {
     EXPECT_FALSE(cavity.collect(centre, u, true, mesh.positions[u]));
     EXPECT_FALSE(cavity.collect(centre, u, true, mesh.positions[u]));
   }
+}
+
+// What spoke against one edge has nothing to say about another, even where that is asked twice.
+TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(5, 0.1, 2));
+  count_incidence(&mesh);
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  FuseCavity<double> cavity;
+  cavity.begin(&mesh, &balls, 0.05, 0x1p-3);
+  const auto inside = [&](VertexId v) { return (mesh.marks[v] & kOnBoundary) == 0; };
+  std::size_t allowed = 0;
+  for (const Tet& tet : mesh.tets) {
+    const VertexId v = tet[0], partner = tet[1];
+    if (!inside(v) || !inside(partner) || !inside(tet[2])) continue;
+    ASSERT_TRUE(cavity.collect(tet[2], v, false, {-100, -100, -100}));
+    const Vec3<double>&a = mesh.positions[v], &b = mesh.positions[partner];
+    const Vec3<double> middle{(a.x + b.x) / 2, (a.y + b.y) / 2, (a.z + b.z) / 2};
+    if (cavity.collect(v, partner, false, middle)) continue;
+    ++allowed;
+    const std::vector<std::uint32_t> affected(cavity.affected().begin(), cavity.affected().end());
+    const std::vector<TetId> deleted(cavity.deleted().begin(), cavity.deleted().end());
+    EXPECT_FALSE(cavity.collect(v, partner, false, middle));
+    EXPECT_TRUE(std::equal(affected.begin(), affected.end(), cavity.affected().begin(),
+                           cavity.affected().end()));
+    EXPECT_TRUE(std::equal(deleted.begin(), deleted.end(), cavity.deleted().begin(),
+                           cavity.deleted().end()));
+  }
+  EXPECT_GT(allowed, 5u);
 }
 
 }  // namespace
