@@ -433,7 +433,10 @@ void FuseRound<Real>::merge_quadrics(VertexId v, VertexId kept) {
   const std::size_t size = mesh_->quadric_width;
   float* row = mesh_->quadrics.data() + kept * size;
   double* values = mesh_->steering.data() + kept * width_;
-  if (is_on_sheet(v)) mesh_->deviations[kept] = sheet_fusion_.deviation();
+  if (is_on_sheet(v)) {
+    mesh_->deviations[kept] = sheet_fusion_.deviation();
+    sheet_fusion_.note_fused(kept);
+  }
   if (fixed_) {
     edge_costs_.add(v, mesh_->positions[kept], values, row);
     if (is_on_sheet(v)) edge_costs_.add_sheet(v, mesh_->positions[kept], row);

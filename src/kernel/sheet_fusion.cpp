@@ -11,6 +11,11 @@ namespace {
 // Heights up to this share of the width are what coordinates of single precision make of a plane.
 constexpr double kFlat = 1e-5;
 
+// So little is no rise; and so far may a part of the boundary move in a round that rises: a quarter
+// to a half of a cell of the grid, in the unit.
+constexpr double kRounding = 1e-12;
+constexpr double kReach = 1.0 / 256;
+
 }  // namespace
 
 template <class Real>
@@ -21,6 +26,7 @@ void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, 
   unit_ = unit;
   max_deviation_ = max_deviation;
   facing_ = facing;
+  moved_.assign(mesh->vertex_count(), 0.0F);
 }
 
 // In the unit.
@@ -42,7 +48,8 @@ bool SheetFusion<Real>::choose(VertexId v, VertexId partner, bool fixed, Along a
   }
   if (along == Along::kLine && !find_sides()) return false;
   if (!sheets_->may_contract(v, fan_v_, partner)) return false;
-  deviation_before_ = deviation_so_far();
+  deviation_before_ = largest(mesh_->deviations);
+  moved_before_ = largest(moved_);
   return true;
 }
 
@@ -63,14 +70,13 @@ bool SheetFusion<Real>::find_sides() {
   return end_partner_ != 0 && fan_v_.ring[end_v_] != fan_partner_.ring[end_partner_];
 }
 
-// The largest deviation of a vertex of the old patch.
+// Of the vertices of the old patch.
 template <class Real>
-float SheetFusion<Real>::deviation_so_far() const {
-  const Vector<float>& deviations = mesh_->deviations;
-  float most = deviations[v_];
-  for (const VertexId u : fan_v_.ring) most = std::max(most, deviations[u]);
+float SheetFusion<Real>::largest(const Vector<float>& values) const {
+  float most = values[v_];
+  for (const VertexId u : fan_v_.ring) most = std::max(most, values[u]);
   if (fixed_) return most;
-  for (const VertexId u : fan_partner_.ring) most = std::max(most, deviations[u]);
+  for (const VertexId u : fan_partner_.ring) most = std::max(most, values[u]);
   return most;
 }
 
@@ -119,8 +125,12 @@ bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
   position_ = about_v(position);
   double distance = 0;
   if (!(along_ == Along::kSheet ? measure_disc(&distance) : measure_line(&distance))) return false;
-  const double sum = double{deviation_before_} + distance;
-  deviation_ = std::nextafter(static_cast<float>(sum), std::numeric_limits<float>::infinity());
+  const auto sum = [distance](float before) {
+    return std::nextafter(static_cast<float>(double{before} + distance),
+                          std::numeric_limits<float>::infinity());
+  };
+  deviation_ = sum(deviation_before_);
+  moved_here_ = sum(moved_before_);
   return deviation_ <= max_deviation_;
 }
 
@@ -157,18 +167,18 @@ bool SheetFusion<Real>::measure_line(double* distance) {
 }
 
 // What a patch that rises would meet is another part of the boundary, somewhere above, that looks
-// down at it: a way up that enters the volume there crosses such a triangle. That part may itself
-// have moved since the round began, no further than from one end of its deviation to the other.
+// down at it: a way up that enters the volume there crosses such a triangle. That part may have
+// risen, too, since the round began: no part may when it has moved by more than kReach.
 template <class Real>
 bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
-  constexpr double kRounding = 1e-12;
   if (facing_ == nullptr || !(rise > kRounding)) return false;
   if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
+  if (!(moved_before_ + patch.distance + rise <= kReach)) return true;
   PointBox box{change_.apex, change_.apex};
   for (const auto& triangle : change_.triangles) {
     for (const Point3& p : triangle) box.add(p);
   }
-  box.widen(2 * max_deviation_);
+  box.widen(kReach);
   const Vec3<Real>& o = mesh_->positions[v_];
   const auto back = [&](const Point3& p) {
     return Point3{p[0] / unit_ + o.x, p[1] / unit_ + o.y, p[2] / unit_ + o.z};

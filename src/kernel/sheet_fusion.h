@@ -33,8 +33,9 @@ class SheetFusion {
   // May the pair meet at this position (the partner's, if that is fixed; on the edge, if v lies on
   // a line)?
   bool allows(const Vec3<Real>& position);
-  // If so: the deviation of the vertex that they become.
+  // If so: the deviation of the vertex that they become, which is to be noted when they have.
   float deviation() const { return deviation_; }
+  void note_fused(VertexId kept) { moved_[kept] = moved_here_; }
 
  private:
   Point3 about_v(const Vec3<Real>& p) const;
@@ -45,7 +46,7 @@ class SheetFusion {
   bool measure_disc(double* distance);
   bool measure_line(double* distance);
   bool may_meet_another(const PatchDistance& patch, double rise) const;
-  float deviation_so_far() const;
+  float largest(const Vector<float>& values) const;
 
   const WorkMesh<Real>* mesh_ = nullptr;
   Sheets<Real>* sheets_ = nullptr;
@@ -60,6 +61,10 @@ class SheetFusion {
   std::size_t end_v_ = 0, end_partner_ = 0;  // in the fans: the line's next vertices
   float deviation_before_ = 0;
   float deviation_ = 0;
+
+  // How far the sheet round a vertex has moved since begin().
+  Vector<float> moved_;
+  float moved_before_ = 0, moved_here_ = 0;
 
   Point3 position_{};
   Point3 near_v_{}, near_partner_{};  // on the new line

@@ -243,6 +243,55 @@ TEST(FuseSheets, PartsDoNotMeetAcrossAGap) {
   EXPECT_GT(compared, 3000);
 }
 
+// A crack across the middle of a box of six: two sides, with points of their own inside a square.
+Geometry cracked_box() {
+  Geometry g = five_split_cube(6, 0.15, 4);
+  auto& points = std::get<Vector<Vec3<double>>>(g.points);
+  std::map<VertexId, VertexId> twin;
+  for (VertexId v = 0, n = static_cast<VertexId>(points.size()); v < n; ++v) {
+    const auto [i, j, k] = std::array{v % 7, v / 7 % 7, v / 49};
+    if (k != 3 || i < 1 || i > 5 || j < 1 || j > 5) continue;
+    points[v] = {static_cast<double>(i), static_cast<double>(j), 3};
+    if (i == 1 || i == 5 || j == 1 || j == 5) continue;  // the tip
+    twin[v] = static_cast<VertexId>(points.size());
+    points.push_back(points[v]);
+  }
+  for (std::size_t t = 0; t < g.tets.size(); ++t) {
+    if (t / 5 / 36 < 3) continue;  // a cube below
+    for (VertexId& v : g.tets[t]) {
+      if (twin.contains(v)) v = twin[v];
+    }
+  }
+  return g;
+}
+
+// Of the triangles in the crack's plane, those that look down and those that look up.
+std::array<double, 2> areas_of_crack(const WorkMesh<double>& mesh) {
+  std::array<double, 2> area{};
+  for (const SurfaceTriangle& t : surface_of(mesh)) {
+    const Point3 n = cross(minus(t[1], t[0]), minus(t[2], t[0]));
+    if (t[0][2] != 3 || t[1][2] != 3 || t[2][2] != 3) continue;
+    area[n[2] > 0 ? 1 : 0] += std::abs(n[2]) / 2;
+  }
+  return area;
+}
+
+TEST(FuseSheets, ACrackKeepsItsTwoSides) {
+  for (const double deviation : {kPlanar, 0.01}) {
+    Steered s = moving(cracked_box());
+    const WorkMesh<double> before = s.mesh;
+    ASSERT_TRUE(testing::all_positive(before));
+    run_rounds(deviation, &s);
+    expect_valid(s.mesh, before);
+    EXPECT_LT(surface_of(s.mesh).size(), surface_of(before).size() / 2);
+    const auto now = areas_of_crack(s.mesh), was = areas_of_crack(before);
+    for (const std::size_t side : {0, 1}) {
+      EXPECT_EQ(was[side], 14);
+      EXPECT_NEAR(now[side], 14, 1e-12);
+    }
+  }
+}
+
 // Locked ones and those on an interface stay, and so does what is known of the latter.
 TEST(FuseSheets, MarkedVerticesStay) {
   Steered s = moving(wavy(five_split_box(8, 8, 4, 0.15, 3), 4));
