@@ -1,6 +1,7 @@
 // A piece: a header, then one column after another, each at a multiple of 8 bytes:
 //
-//   vertices  positions, point_ids, marks, steering, quadrics, point columns
+//   vertices  positions, point_ids, marks, steering, quadrics, deviations (if there are any), point
+//             columns
 //   tets      corners (by place among the piece's vertices), settled (1 byte), cell columns
 //   removed   points: tet (by place among the piece's), positions, steering
 //
@@ -37,7 +38,8 @@ std::size_t piece_bytes(const WorkMesh<Real>& layout, const PieceHeader& header)
   std::size_t bytes = sizeof(PieceHeader);
   bytes += padded(vertices * sizeof(Vec3<Real>)) + padded(vertices * sizeof(VertexId)) +
            padded(vertices) + vertices * layout.steering_width * sizeof(double) +
-           padded(vertices * layout.quadric_width * sizeof(float));
+           padded(vertices * layout.quadric_width * sizeof(float)) +
+           padded(layout.has_deviations ? vertices * sizeof(float) : 0);
   for (const Column& c : layout.point_columns) bytes += padded(vertices * c.stride());
   bytes += tets * sizeof(Tet) + padded(tets);
   for (const Column& c : layout.cell_columns) bytes += padded(tets * c.stride());
@@ -219,6 +221,9 @@ void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slo
   auto* steering = as<double>(cursor.take(n * width * sizeof(double)));
   const std::size_t numbers = mesh.quadric_width;
   auto* quadrics = as<float>(cursor.take(n * numbers * sizeof(float)));
+  const std::size_t deviation_count = mesh.has_deviations ? n : 0;
+  auto* deviations = as<float>(cursor.take(deviation_count * sizeof(float)));
+  for (std::size_t i = 0; i < deviation_count; ++i) deviations[i] = mesh.deviations[used_[i]];
   PieceSize& size = sizes_.emplace_back(PieceSize{buckets_[slot], 0, tets.size()});
   for (std::size_t i = 0; i < n; ++i) {
     const VertexId v = used_[i];
@@ -285,11 +290,13 @@ void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
     const std::size_t n = header.vertices;
     const std::size_t width = mesh->steering_width;
     const std::size_t numbers = mesh->quadric_width;
+    const std::size_t deviations = mesh->has_deviations ? n : 0;
     const VertexColumns<Real> columns{as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>))),
                                       as<VertexId>(cursor.take(n * sizeof(VertexId))),
                                       as<std::uint8_t>(cursor.take(n)),
                                       as<double>(cursor.take(n * width * sizeof(double))),
-                                      as<float>(cursor.take(n * numbers * sizeof(float)))};
+                                      as<float>(cursor.take(n * numbers * sizeof(float))),
+                                      as<float>(cursor.take(deviations * sizeof(float)))};
     const std::size_t first = vertices;
     vertices = take_vertices(columns, n, first, chunk, interface, mesh);
     for (Column& c : mesh->point_columns) {
@@ -396,6 +403,7 @@ std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns,
     mesh->changed[next] = changed;
     std::copy_n(columns.steering + i * width, width, mesh->steering.data() + next * width);
     std::copy_n(columns.quadrics + i * numbers, numbers, mesh->quadrics.data() + next * numbers);
+    if (mesh->has_deviations) mesh->deviations[next] = columns.deviations[i];
     new_ids_[i] = static_cast<VertexId>(next++);
   }
   return next;

@@ -94,6 +94,19 @@ void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
   }
 }
 
+void parse_boundary(const std::string& text, BehaviourOptions* behaviour) {
+  if (text == "exact") return;
+  behaviour->boundary = Boundary::kPlanar;
+  if (text == "planar") return;
+  const auto share = parse_share(text);
+  if (!share) {
+    refuse(fmt::format("--boundary {}: give exact, planar, or a share of the diagonal, as in 0.1%",
+                       text));
+  }
+  behaviour->boundary = Boundary::kWithin;
+  behaviour->boundary_distance = *share;
+}
+
 void parse_arguments(Arguments* a) {
   BehaviourOptions& b = a->request.behaviour;
   if (!a->min_quality.empty()) {
@@ -106,13 +119,11 @@ void parse_arguments(Arguments* a) {
     if (!rms) refuse(fmt::format("--max-rms {}: give a share, as in 0.1%", a->max_rms));
     b.max_rms = *rms;
   }
+  parse_boundary(a->boundary, &b);
   if (!a->max_error.empty()) {
     const auto error = parse_share(a->max_error);
     if (!error) refuse(fmt::format("--max-error {}: give a share, as in 1%", a->max_error));
     b.max_error = *error;
-  }
-  if (a->boundary != "exact") {
-    refuse("--boundary " + a->boundary + ": this version keeps the boundary exact only");
   }
   if (!a->reduction.empty()) {
     b.reduction = parse_share(a->reduction);
@@ -168,6 +179,10 @@ void summarize(const SimplifyReport& r, Console* console) {
   console->say(fmt::format("boundary triangles {} -> {}; volume {:.6g}, changed by {:.1e}",
                            format_count(r.input.boundary_triangles),
                            format_count(r.output.boundary_triangles), r.input.volume, change));
+  if (r.boundary != "exact" && !r.lods.empty()) {
+    console->say(fmt::format("the surface has moved by at most {:.2g} % of the diagonal",
+                             100 * r.lods.back().deviation));
+  }
   console->say(r.stop_sentence());
   console->detail_resources();
 }
@@ -267,7 +282,16 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       ->transform(CLI::CheckedTransformer(kRules, CLI::ignore_case).description(""))
       ->default_str("vertices")
       ->group(kGroup);
-  command.add_option("--boundary", a->boundary, "exact: every boundary triangle stays")
+  command
+      .add_option(
+          "--boundary", a->boundary,
+          "What may become of the boundary surface, and of surfaces between regions. exact: every "
+          "triangle stays. With --method fuse also planar: the surface stays where it is, but flat "
+          "parts and straight edges get new triangles; or a share of the bounding box's diagonal, "
+          "as in 0.1%: nowhere is the new surface further from the old one, nor the old one from "
+          "the "
+          "new one")
+      ->check(not_empty)
       ->capture_default_str()
       ->group(kGroup);
   command

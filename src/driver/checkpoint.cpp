@@ -67,6 +67,8 @@ void pass(Stream stream, State& state) {
   stream.all(mesh.costs);
   stream.all(mesh.locks);
   stream.all(mesh.samples);
+  stream.value(mesh.facing.box());
+  stream.all(mesh.facing.cells());
   stream.value(state.input.box);
   stream.value(state.input.facts);
   auto& lower = state.input.lower;

@@ -65,6 +65,7 @@ class Importer {
         layout_(layout_of<Real>(carried, steering.width())),
         table_(stream.points()) {
     layout_.quadric_width = settings.quadric_width;
+    layout_.has_deviations = settings.has_deviations;
   }
 
   ImportedMesh<Real> run() {

@@ -35,6 +35,7 @@ struct ImportSettings {
   std::uint64_t chunk_tets = 0;
   std::vector<std::size_t> regions;  // of CarriedArrays::cell_data: interfaces that stay
   std::uint32_t quadric_width = 0;   // WorkMesh::quadric_width of pieces
+  bool has_deviations = false;       // WorkMesh::has_deviations of pieces
 };
 
 // The first round may be done with each chunk as it is put together, so that it need not be written

@@ -47,6 +47,9 @@ struct MacroLod {
   // to be locked when they are read. Ascending ids; nearly always empty.
   Vector<VertexId> locks;
 
+  // Ways its boundary looks, where surfaces may move.
+  FacingGrid facing;
+
   // Vertices spread over the mesh as its tetrahedra are, from which the next cut is made; none
   // where the mesh is whole.
   Vector<Vec3<Real>> samples;

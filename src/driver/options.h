@@ -18,6 +18,13 @@ inline constexpr double kDefaultMaxError = 0.01;
 // With Method::kFuse a chunk, whose events are counted in 32 bits, may have no more tetrahedra.
 inline constexpr std::uint64_t kMaxFuseChunk = std::uint64_t{1} << 27;
 
+// What may become of the boundary surface, and of surfaces between regions.
+enum class Boundary : std::uint8_t {
+  kExact,   // every triangle stays
+  kPlanar,  // the same surface: flat parts and straight edges get new triangles
+  kWithin,  // it may move by a distance
+};
+
 // May change the result.
 struct BehaviourOptions {
   Method method = Method::kFuse;
@@ -47,6 +54,10 @@ struct BehaviourOptions {
   // points, as a share of its range; > 0. Absent: anything with a goal, another bound, or a
   // tolerance of an array; else kDefaultMaxError.
   std::optional<double> max_error;
+
+  // With kFuse; kWithin: by this share of the diagonal of the bounding box, > 0.
+  Boundary boundary = Boundary::kExact;
+  double boundary_distance = 0;
 
   // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". The share
   // stands in the place of scalar_tolerance or max_error. Empty: the active

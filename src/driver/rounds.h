@@ -25,6 +25,7 @@ inline constexpr std::uint64_t kRemovedPerTet = 2;
 struct RoundStatistics {
   PassStatistics pass;    // fusions of all passes; why what is left was refused in the last ones
   CostHistogram costs{};  // with Method::kFuse: of the vertices that are left
+  float deviation = 0;    // and how far sheets may have moved, in the unit
   std::uint64_t chunks = 1;
 };
 
@@ -86,6 +87,7 @@ class Rounds {
   struct ChunkResult {
     PassStatistics pass;
     CostHistogram costs{};
+    float deviation = 0;
     Vector<InterfaceReport> interface;
     Vector<Vec3<Real>> samples;
     std::uint64_t removed_points = 0;
@@ -102,12 +104,13 @@ class Rounds {
     std::unique_ptr<PieceStore> next;
     std::vector<ChunkResult> results;
     std::vector<ChunkCosts> costs;  // of the next chunks
+    FacingGrid facing, next_facing;
   };
   RoundStatistics run_whole(const RoundSettings& settings, PassLimits limits,
                             std::span<const SteeringField> fields, MacroLod<Real>* mesh);
+  void begin_facing();
   void make_whole(MacroLod<Real>* mesh);
-  PassStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
-                            CostHistogram* costs);
+  FuseStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh);
   void count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter);
   std::vector<std::uint64_t> shares_of(const RoundSettings& settings,
                                        const MacroLod<Real>& mesh) const;

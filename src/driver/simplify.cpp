@@ -27,6 +27,11 @@ namespace tetfusion {
 
 namespace {
 
+std::string boundary_name(const BehaviourOptions& b) {
+  if (b.boundary == Boundary::kWithin) return fmt::format("{}", b.boundary_distance);
+  return b.boundary == Boundary::kPlanar ? "planar" : "exact";
+}
+
 class Job {
  public:
   Job(const SimplifyRequest& request, const RunContext& context)
@@ -56,6 +61,10 @@ class Job {
   void end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state);
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
+  bool surfaces_move() const { return request_.behaviour.boundary != Boundary::kExact; }
+  void find_region_columns(const CarriedArrays& carried);
+  RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
+                       const RoundsState& state) const;
   double progress_at(std::uint64_t tets, std::size_t rounds) const;
   [[noreturn]] void fail_with_hint(const Error& error);
 
@@ -66,6 +75,7 @@ class Job {
   std::unique_ptr<MeshStream> stream_;
   std::vector<SteeringChoice> steering_choices_;
   std::vector<std::size_t> regions_;
+  std::vector<std::uint32_t> region_columns_;  // the same, of the columns of chunks
   MemoryNeeds needs_;
   std::unique_ptr<MemoryBudget> budget_;
   bool on_disk_ = false;
@@ -98,6 +108,7 @@ RunPlan Job::plan() {
 void Job::begin() {
   check_options(request_);
   report_.method = request_.behaviour.method;
+  report_.boundary = boundary_name(request_.behaviour);
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
   for (const Stage& stage : plan_stages(request_, kMaxTets)) check_export(stage.path);
@@ -173,7 +184,8 @@ void Job::plan_memory() {
   const bool removed_points = error_limits(request_.behaviour, fields).at_points;
   std::uint64_t steering_bytes = width * sizeof(double);
   if (request_.behaviour.method == Method::kFuse)
-    steering_bytes += quadric_row(width) * sizeof(float);
+    steering_bytes +=
+        (quadric_row(width, surfaces_move()) + (surfaces_move() ? 1 : 0)) * sizeof(float);
   needs_ = estimate_needs(mesh, {steering_bytes, removed_points ? width * sizeof(double) : 0},
                           request_.behaviour.chunk_tets, thread_count(),
                           stream_ ? 0 : source_->memory_to_read());
@@ -213,12 +225,14 @@ template <class Real>
 void Job::run_with() {
   const MeshDescription& description = source_->description();
   const CarriedArrays carried(description);
+  find_region_columns(carried);
   RunState<Real> state;
   std::unique_ptr<Rounds<Real>> rounds;
   const auto begin = [&](std::uint32_t steering_width) {
     auto layout = layout_of<Real>(carried, steering_width);
     if (request_.behaviour.method == Method::kFuse) {
-      layout.quadric_width = quadric_row(steering_width);
+      layout.quadric_width = quadric_row(steering_width, surfaces_move());
+      layout.has_deviations = surfaces_move();
     }
     rounds = std::make_unique<Rounds<Real>>(layout, thread_count(), budget_.get(), scratch_.get());
     return layout;
@@ -261,6 +275,22 @@ void Job::run_with() {
   run_stages(carried, layout, std::move(rounds), &state);
 }
 
+void Job::find_region_columns(const CarriedArrays& carried) {
+  for (const std::size_t i : regions_) {
+    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
+    if (at == carried.cell_indices.end()) continue;
+    region_columns_.push_back(static_cast<std::uint32_t>(at - carried.cell_indices.begin()));
+  }
+}
+
+RoundPlan Job::plan_round(const Box& box, std::uint64_t tets,
+                          const std::optional<std::uint64_t>& goal,
+                          const RoundsState& state) const {
+  RoundPlan plan = planner_.plan(box, tets, goal, state);
+  if (surfaces_move()) plan.settings.fuse.regions = region_columns_;
+  return plan;
+}
+
 template <class Real>
 void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<Real>* rounds,
                  RunState<Real>* state) {
@@ -276,16 +306,11 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
   state->steering_width = steering.width();
   state->chunk_tets = request_.behaviour.chunk_tets;
   report_.steering = state->field_names;
-  ImportSettings settings{request_.behaviour.chunk_tets, {}, 0};
+  ImportSettings settings{request_.behaviour.chunk_tets, {}, 0, surfaces_move()};
   if (request_.behaviour.method == Method::kFuse) {
-    settings.quadric_width = quadric_row(state->steering_width);
+    settings.quadric_width = quadric_row(state->steering_width, surfaces_move());
   }
-  for (const std::size_t i : regions_) {
-    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
-    if (at != carried.cell_indices.end()) {
-      settings.regions.push_back(static_cast<std::size_t>(at - carried.cell_indices.begin()));
-    }
-  }
+  if (!surfaces_move()) settings.regions.assign(region_columns_.begin(), region_columns_.end());
   RoundPlan plan;
   FirstRound<Real> first;
   // Under the rule of boundary tetrahedra chunks must know each other's boundary before they begin.
@@ -295,7 +320,7 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
       report_.input.tets = tets;
       plan_output(tets);
       state->input.box = box;
-      plan = planner_.plan(box, tets, stages_.front().tets, *state);
+      plan = plan_round(box, tets, stages_.front().tets, *state);
       rounds->begin(plan.settings, plan.limits, state->fields, tets, std::move(shares), samples);
     };
     first.work = [&](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
@@ -427,7 +452,7 @@ bool Job::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds,
   while (!goal || mesh.tets > *goal) {
     if (state->end != StageEnd::kOpen) return state->end == StageEnd::kGoal;
     context_.report("fusing", progress_at(mesh.tets, state->lods.size()));
-    const RoundPlan plan = planner_.plan(state->input.box, mesh.tets, goal, *state);
+    const RoundPlan plan = plan_round(state->input.box, mesh.tets, goal, *state);
     const RoundStatistics round =
         rounds->run(plan.settings, plan.limits, state->fields, context_, &mesh);
     end_round(plan, round, state);

@@ -21,6 +21,17 @@ OffsetOf<F> best_on(const ReducedOf<F>& reduced, const OffsetOf<F>& d) {
   return best_position(reduced, home, kPull, kReachSquared * dot(d.data(), d));
 }
 
+// Best on the edge itself.
+Offset best_on_line(const Reduced& r, const Offset& d) {
+  const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
+  const Offset mh = times(r.m.data(), home), md = times(r.m.data(), d);
+  const Offset g{mh[0] + r.n[0], mh[1] + r.n[1], mh[2] + r.n[2]};
+  const float curvature = dot(md.data(), d) + kPull * (r.m[0] + r.m[3] + r.m[5]) * dot(d.data(), d);
+  const float t =
+      0.5F + (curvature > 0 ? std::clamp(-dot(g.data(), d) / curvature, -0.5F, 0.5F) : 0);
+  return {t * d[0], t * d[1], t * d[2]};
+}
+
 // The cost of a sum of squares with this weight, at one end of an edge of this length.
 template <class F>
 F cost_of(F squares, F weight, F length_squared, std::size_t width) {
@@ -32,9 +43,10 @@ F cost_of(F squares, F weight, F length_squared, std::size_t width) {
 
 template <class Real>
 void EdgeCosts<Real>::begin(const WorkMesh<Real>* mesh, std::span<const SteeringField> fields,
-                            double unit) {
+                            double unit, double sheet_weight) {
   mesh_ = mesh;
   unit_ = unit;
+  sheet_weight_ = static_cast<float>(sheet_weight);
   width_ = mesh->steering_width;
   scale_.resize(width_);
   for (const SteeringField& f : fields) {
@@ -130,6 +142,46 @@ const MergedQuadric& EdgeCosts<Real>::merge(VertexId v, VertexId partner) {
   return m;
 }
 
+// The mean of the fields' squares, and the weighted mean of the sheet's.
+template <class Real>
+const MergedQuadric& EdgeCosts<Real>::merge_on_sheet(VertexId v, VertexId partner, Along along) {
+  merge(v, partner);
+  MergedQuadric& m = merged_;
+  std::copy_n(sheet_quadric(v), m.sheet.size(), m.sheet.begin());
+  add_shifted(sheet_quadric(partner), {-m.edge[0], -m.edge[1], -m.edge[2]}, nullptr, 0,
+              m.sheet.data());
+  const float area = m.sheet[kQuadricW];
+  const float weight = m.sum[kQuadricW];
+  const float of_fields = weight > 0 ? 1 / weight : 0.0F;
+  const float of_sheet = area > 0 ? sheet_weight_ / area : 0.0F;
+  for (std::size_t i = 0; i < 6; ++i) {
+    m.reduced.m[i] = of_fields * m.reduced.m[i] + of_sheet * m.sheet[i];
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    m.reduced.n[i] = of_fields * m.reduced.n[i] + of_sheet * m.sheet[kQuadricL + i];
+  }
+  m.reduced.k = of_fields * m.reduced.k + of_sheet * m.sheet[kQuadricC];
+  m.best = along == Along::kLine ? best_on_line(m.reduced, m.edge) : best_on(m.reduced, m.edge);
+  return m;
+}
+
+template <class Real>
+float EdgeCosts<Real>::between_on_sheet(VertexId v, VertexId partner, Along along) {
+  const MergedQuadric& m = merge_on_sheet(v, partner, along);
+  return cost_of(value_at(m.reduced, m.best), 1.0F, dot(m.edge.data(), m.edge), width_);
+}
+
+template <class Real>
+float EdgeCosts<Real>::onto_on_sheet(VertexId v, VertexId partner) {
+  const float of_fields = onto(v, partner);
+  const Offset d = offset(mesh_->positions[v], mesh_->positions[partner]);
+  std::array<float, quadric_size(0)> sheet{};
+  std::copy_n(sheet_quadric(partner), sheet.size(), sheet.begin());
+  add_shifted(sheet_quadric(v), d, nullptr, 0, sheet.data());
+  const float area = sheet[kQuadricW];
+  return of_fields + (area > 0 ? sheet_weight_ * std::max(sheet[kQuadricC], 0.0F) / area : 0.0F);
+}
+
 template <class Real>
 void EdgeCosts<Real>::add(VertexId v, const Vec3<Real>& position, const double* at, float* row) {
   add_shifted(quadric(v), offset(mesh_->positions[v], position), differences(values(v), at), width_,
@@ -142,6 +194,18 @@ void EdgeCosts<Real>::add_merged(VertexId v, const Vec3<Real>& position, const d
                                  float* row) {
   add_shifted(merged_.sum.data(), offset(mesh_->positions[v], position), differences(values(v), at),
               width_, row);
+}
+
+template <class Real>
+void EdgeCosts<Real>::add_sheet(VertexId v, const Vec3<Real>& position, float* row) {
+  add_shifted(sheet_quadric(v), offset(mesh_->positions[v], position), nullptr, 0,
+              row + quadric_size(width_));
+}
+
+template <class Real>
+void EdgeCosts<Real>::add_merged_sheet(VertexId v, const Vec3<Real>& position, float* row) {
+  add_shifted(merged_.sheet.data(), offset(mesh_->positions[v], position), nullptr, 0,
+              row + quadric_size(width_));
 }
 
 template class EdgeCosts<float>;

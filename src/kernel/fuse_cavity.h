@@ -42,6 +42,7 @@ class FuseCavity {
   Interpolation interpolation(VertexId v, VertexId partner, const Vec3<Real>& position) const;
 
  private:
+  std::optional<Reject> judge_cavity(bool fixed);
   std::optional<Reject> collect_ball(VertexId moved, VertexId other, bool is_first);
   std::optional<Reject> compare_shapes();
   std::optional<Reject> judge_shape(std::uint32_t entry);

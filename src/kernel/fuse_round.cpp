@@ -29,13 +29,15 @@ constexpr double kIdleShare = 0.02;
 }  // namespace
 
 template <class Real>
-auto FuseRound<Real>::kind_of(VertexId v) const -> Kind {
+auto FuseRound<Real>::kind_of(VertexId v) -> Kind {
   for (std::size_t k = 0; k < width_; ++k) {
     if (!std::isfinite(mesh_->steering[v * width_ + k])) return kOut;
   }
   const std::uint8_t marks = mesh_->marks[v];
   if ((marks & kOnInterface) != 0) return kOut;
-  return (marks & (kLocked | kOnBoundary)) != 0 ? kTarget : kFree;
+  if ((marks & kLocked) != 0) return kTarget;
+  if (!limits_->sheets_move()) return (marks & kOnBoundary) != 0 ? kTarget : kFree;
+  return kind_on_sheet(v);
 }
 
 template <class Real>
@@ -51,7 +53,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
     if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type)) ++steering_columns;
   }
   interpolates_ = steering_columns < mesh->point_columns.size();
-  edge_costs_.begin(mesh, fields, limits.unit);
+  edge_costs_.begin(mesh, fields, limits.unit, limits.sheet_weight);
   errors_.begin(fields, limits.max_error, limits.unit, mesh);
   values_.resize(width_);
   least_.resize(width_);
@@ -59,6 +61,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
 
   const std::size_t n = mesh->vertex_count();
   balls_.reset(n, mesh->tets);
+  if (limits.sheets_move()) begin_sheets();
   kind_.resize(n);
   for (VertexId v = 0; v < n; ++v) kind_[v] = kind_of(v);
   candidates_.assign(n, Candidates{});
@@ -115,13 +118,19 @@ void FuseRound<Real>::finish(FuseStatistics* statistics) {
     ++pass.rejected[static_cast<std::size_t>(reason)];
     known_cost(v) = least;
     if (least > 0) ++statistics->costs[cost_bin(least)];
+    if (limits_->facing_after != nullptr) {
+      sheets_.note_facing(v, limits_->marks_are_known, limits_->facing_after);
+    }
+    if (mesh_->has_deviations) {
+      statistics->deviation = std::max(statistics->deviation, mesh_->deviations[v]);
+    }
   }
 }
 
 // Why the vertex has not fused; `least` gets what its cheapest fusion costs, if that is known.
 template <class Real>
 Reject FuseRound<Real>::look_back(VertexId v, float* least) {
-  if (kind_[v] != kFree) {
+  if (!may_move(v)) {
     const std::uint8_t marks = mesh_->marks[v];
     if ((marks & kOnInterface) != 0) return Reject::kInterface;
     return (marks & kOnBoundary) != 0 ? Reject::kBoundary : Reject::kLocked;
@@ -150,7 +159,7 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least) {
 template <class Real>
 void FuseRound<Real>::work() {
   for (VertexId v = 0; v < kind_.size(); ++v) {
-    if (kind_[v] == kFree) queue_.push(v, known_cost(v), bin_);
+    if (may_move(v)) queue_.push(v, known_cost(v), bin_);
   }
   const std::size_t last = CostQueue::bin_of(static_cast<float>(limits_->threshold));
   std::uint64_t removed_before = 0;
@@ -225,7 +234,7 @@ void FuseRound<Real>::visit(VertexId v) {
   const VertexId partner = c->partner;
   if (fuse(v, partner)) {
     const VertexId kept = mesh_->incidence[v] != 0 ? v : partner;
-    if (kind_[kept] != kFree) return;
+    if (!may_move(kept)) return;
     judge(kept);
     if (const Candidate* next = next_candidate(kept)) queue_.push(kept, next->cost, bin_);
     return;
@@ -251,7 +260,7 @@ void FuseRound<Real>::note_reason(VertexId v) {
 template <class Real>
 void FuseRound<Real>::judge(VertexId v) {
   const auto judged_there = [&](VertexId u) {
-    return kind_[u] == kFree && judged_[u] > changed_[u] && judged_[u] > changed_[v];
+    return kind_[u] == kind_[v] && judged_[u] > changed_[u] && judged_[u] > changed_[v];
   };
   choose(v, judged_there, -1);
 }
@@ -263,20 +272,31 @@ void FuseRound<Real>::judge_all(VertexId v, float above) {
       v, [](VertexId) { return false; }, above);
 }
 
+// All neighbours.
 template <class Real>
-template <class Skip>
-void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
+void FuseRound<Real>::find_partners(VertexId v) {
+  partners_.clear();
   ++stamped_;
   stamp_[v] = stamped_;
-  movable_.clear();
-  fixed_ones_.clear();
   for (const std::uint32_t entry : ball(v)) {
     for (const VertexId u : mesh_->tets[entry >> 2]) {
       if (stamp_[u] == stamped_) continue;
       stamp_[u] = stamped_;
-      if (kind_[u] == kOut || skip(u)) continue;
-      (kind_[u] == kFree ? movable_ : fixed_ones_).push_back(u);
+      partners_.push_back(u);
     }
+  }
+}
+
+template <class Real>
+template <class Skip>
+void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
+  const bool on_sheet = is_on_sheet(v);
+  on_sheet ? find_partners_on_sheet(v) : find_partners(v);
+  movable_.clear();
+  fixed_ones_.clear();
+  for (const VertexId u : partners_) {
+    if (kind_[u] == kOut || skip(u)) continue;
+    (kind_[u] == kind_[v] ? movable_ : fixed_ones_).push_back(u);
   }
   Candidates best{};
   const auto add = [&](float cost, VertexId partner) {
@@ -287,9 +307,14 @@ void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
     }
   };
   costs_.resize(movable_.size());
-  edge_costs_.between(v, movable_, costs_.data());
-  for (std::size_t i = 0; i < movable_.size(); ++i) add(costs_[i], movable_[i]);
-  for (const VertexId u : fixed_ones_) add(edge_costs_.onto(v, u), u);
+  if (on_sheet) {
+    for (const VertexId u : movable_) add(edge_costs_.between_on_sheet(v, u, along(v)), u);
+    for (const VertexId u : fixed_ones_) add(edge_costs_.onto_on_sheet(v, u), u);
+  } else {
+    edge_costs_.between(v, movable_, costs_.data());
+    for (std::size_t i = 0; i < movable_.size(); ++i) add(costs_[i], movable_[i]);
+    for (const VertexId u : fixed_ones_) add(edge_costs_.onto(v, u), u);
+  }
   candidates_[v] = best;
   place_[v] = 0;
   lists_[v] = 0;
@@ -314,7 +339,8 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
 // Finds a position that is allowed, and the cavity.
 template <class Real>
 bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
-  fixed_ = kind_[partner] == kTarget;
+  if (is_on_sheet(v)) return plan_on_sheet(v, partner);
+  fixed_ = kind_[partner] != kind_[v];
   if (fixed_) {
     position_ = mesh_->positions[partner];
     return allows(v, partner);
@@ -358,8 +384,8 @@ bool FuseRound<Real>::slide(VertexId v, VertexId partner, float most) {
 template <class Real>
 bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   const auto reason = cavity_.collect(v, partner, fixed_, position_);
-  reject_ = reason.value_or(reject_);
-  if (reason) return false;
+  reject_ = reason.value_or(Reject::kSurface);
+  if (reason || (is_on_sheet(v) && !sheet_fusion_.allows(position_))) return false;
   if (!errors_.bounds() || bounds_hold(v, partner)) return true;
   reject_ = Reject::kDeviation;
   return false;
@@ -397,12 +423,15 @@ void FuseRound<Real>::merge_quadrics(VertexId v, VertexId kept) {
   const std::size_t size = mesh_->quadric_width;
   float* row = mesh_->quadrics.data() + kept * size;
   double* values = mesh_->steering.data() + kept * width_;
+  if (is_on_sheet(v)) mesh_->deviations[kept] = sheet_fusion_.deviation();
   if (fixed_) {
     edge_costs_.add(v, mesh_->positions[kept], values, row);
+    if (is_on_sheet(v)) edge_costs_.add_sheet(v, mesh_->positions[kept], row);
     return;
   }
   std::fill_n(row, size, 0.0F);
   edge_costs_.add_merged(v, position_, values_.data(), row);
+  if (is_on_sheet(v)) edge_costs_.add_merged_sheet(v, position_, row);
   std::copy(values_.begin(), values_.end(), values);
   mesh_->positions[kept] = position_;
 }
@@ -469,7 +498,7 @@ void FuseRound<Real>::compact() {
   }
   std::vector<VertexId> moved;
   for (VertexId v = 0; v < kind_.size(); ++v) {
-    if (changed_[v] != 1 && kind_[v] == kFree) moved.push_back(v);
+    if (changed_[v] != 1 && may_move(v)) moved.push_back(v);
   }
   write_steering_columns(fields_, moved, &mesh);
   std::size_t tets = 0;

@@ -15,6 +15,8 @@
 #include "kernel/fuse_cavity.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
+#include "kernel/sheet_fusion.h"
+#include "kernel/sheets.h"
 #include "kernel/point_errors.h"
 #include "kernel/vertex_quadrics.h"
 #include "mesh/work_mesh.h"
@@ -38,11 +40,25 @@ struct FuseLimits {
   double unit = 1;  // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
   // At most so many tetrahedra may go.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();
+
+  // So far, in the unit, may sheets (sheets.h) move in all; negative: they stay as they are. The
+  // mesh has deviations if they may.
+  double max_deviation = -1;
+  double sheet_weight = 0;             // as in EdgeCosts::begin()
+  std::vector<std::uint32_t> regions;  // cell columns: sheets lie where their values differ
+  // Ways the boundary looks at the beginning of the round: no part of it rises where another part
+  // that faces it may be in reach. Null: there is none.
+  const FacingGrid* facing = nullptr;
+  // To be filled in; and whether the boundary's marks are known of vertices on the interface.
+  FacingGrid* facing_after = nullptr;
+  bool marks_are_known = true;
+  bool sheets_move() const { return max_deviation >= 0; }
 };
 
 struct FuseStatistics {
   PassStatistics pass;    // `rejected` counts the vertices that are left, by why
   CostHistogram costs{};  // of those vertices that may fuse, as far as is known
+  float deviation = 0;    // the largest of a vertex that is left, in the unit
 };
 
 // Works on a mesh or a chunk of one. Keeps its scratch memory. Not thread-safe; different objects
@@ -70,13 +86,18 @@ class FuseRound {
   };
   using Candidates = std::array<Candidate, kCandidates>;  // ascending by cost
   enum Kind : std::uint8_t {
-    kFree,    // may be fused
-    kTarget,  // stays where it is; others may come to it
-    kOut,     // neither
+    kFree,     // inside: may be fused
+    kOnSheet,  // may be fused along a sheet; others may come to it
+    kOnLine,   // the same, along a line of a sheet
+    kTarget,   // stays where it is; others may come to it
+    kOut,      // neither
   };
 
   void begin(const FuseLimits& limits, std::span<const SteeringField> fields, WorkMesh<Real>* mesh);
-  Kind kind_of(VertexId v) const;
+  Kind kind_of(VertexId v);
+  bool may_move(VertexId v) const { return kind_[v] < kTarget; }
+  bool is_on_sheet(VertexId v) const { return kind_[v] == kOnSheet || kind_[v] == kOnLine; }
+  Along along(VertexId v) const { return kind_[v] == kOnLine ? Along::kLine : Along::kSheet; }
   void finish(FuseStatistics* statistics);
   Reject look_back(VertexId v, float* least);
 
@@ -95,6 +116,7 @@ class FuseRound {
   void judge_all(VertexId v, float above);
   template <class Skip>
   void choose(VertexId v, Skip skip, float above);
+  void find_partners(VertexId v);
   float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * mesh_->quadric_width - 1]; }
 
   // One fusion.
@@ -109,6 +131,12 @@ class FuseRound {
   void choose_values(VertexId v, VertexId partner);
   void move_tets(VertexId kept, VertexId gone);
 
+  // The same on sheets (fuse_sheets.cpp).
+  void begin_sheets();
+  Kind kind_on_sheet(VertexId v);
+  void find_partners_on_sheet(VertexId v);
+  bool plan_on_sheet(VertexId v, VertexId partner);
+
   void compact();
   std::span<const std::uint32_t> ball(VertexId v) {
     return balls_.of(v, mesh_->incidence[v], mesh_->tets);
@@ -121,6 +149,9 @@ class FuseRound {
   bool interpolates_ = false;  // there are point columns that do not steer
 
   LiveBalls balls_;
+  Sheets<Real> sheets_;
+  SheetFusion<Real> sheet_fusion_;
+  SheetFan fan_;
   EdgeCosts<Real> edge_costs_;
   Vector<Kind> kind_;
   Vector<Candidates> candidates_;
@@ -129,7 +160,7 @@ class FuseRound {
   // The neighbours of the vertex in hand: those that may move, and those that stay.
   Vector<std::uint32_t> stamp_;
   std::uint32_t stamped_ = 0;
-  std::vector<VertexId> movable_, fixed_ones_;
+  std::vector<VertexId> partners_, movable_, fixed_ones_;
   std::vector<float> costs_;
 
   // When things happened to a vertex; each event has a number, ascending from 1.

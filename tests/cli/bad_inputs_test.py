@@ -199,7 +199,7 @@ option_case("a quality that only regular ones have", ["--min-quality", "1"], USA
 option_case("a quality that is no number", ["--min-quality", "good"], USAGE, "good")
 option_case("unknown method", ["--method", "quadric"], USAGE, "quadric")
 option_case("unknown boundary rule", ["--method", "tetfuse", "--boundary-rule", "edges"], USAGE, "edges")
-option_case("a boundary that moves", ["--boundary", "1%"], USAGE, "--boundary")
+option_case("a boundary that moves with tetfuse", ["--method", "tetfuse", "--boundary", "1%"], USAGE, "--boundary")
 option_case("unknown encoding", ["--encoding", "brotli"], USAGE, "brotli")
 option_case("negative threads", ["--threads=-1"], USAGE, "threads")
 option_case("levels without a place for them", ["--lods", "50%,80%"], USAGE, "{lod}")

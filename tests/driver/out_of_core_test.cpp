@@ -171,6 +171,13 @@ TEST_F(OutOfCore, NorDoThoseOfFuseWithSeveralFields) {
   expect_same_bytes_everywhere();
 }
 
+TEST_F(OutOfCore, NorDoThoseOfABoundaryThatMoves) {
+  fuse(0.6);
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.01;
+  expect_same_bytes_everywhere();
+}
+
 TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   const std::string expected = run_in_core();
   const auto source = open_mesh(request.input);
@@ -263,6 +270,13 @@ TEST_F(StoppedRun, EndsInTheSameBytesWithABoundAtPoints) {
 
 TEST_F(StoppedRun, EndsInTheSameBytesWhenItFusesTowardsAGoal) {
   fuse(0.5);
+  expect_same_bytes_wherever_it_stops();
+}
+
+TEST_F(StoppedRun, EndsInTheSameBytesWhenTheBoundaryMoves) {
+  fuse(0.6);
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.01;
   expect_same_bytes_wherever_it_stops();
 }
 

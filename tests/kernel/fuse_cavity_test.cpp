@@ -40,6 +40,26 @@ TEST(FuseCavity, PushesAPositionUntilItIsAllowed) {
   }
 }
 
+// What spoke against one pair does not speak against the next when that one is asked again.
+TEST(FuseCavity, ForgetsAReasonThatIsGone) {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::icosahedron_ball());
+  VertexId centre = 0;
+  while (mesh.incidence[centre] != 20) ++centre;
+  const VertexId partner = centre == 0 ? 1 : 0;
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  FuseCavity<double> cavity;
+  cavity.begin(&mesh, &balls, 0.2, kUnit);
+  const Vec3<double> at = mesh.positions[partner];
+  for (VertexId u = 0; u < mesh.vertex_count(); ++u) {
+    if (u == centre) continue;
+    EXPECT_TRUE(cavity.collect(centre, partner, true, {-2 * at.x, -2 * at.y, -2 * at.z}));
+    if (u == partner) continue;
+    EXPECT_FALSE(cavity.collect(centre, u, true, mesh.positions[u]));
+    EXPECT_FALSE(cavity.collect(centre, u, true, mesh.positions[u]));
+  }
+}
+
 // What spoke against one edge has nothing to say about another, even where that is asked twice.
 TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
   WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(5, 0.1, 2));
