@@ -15,9 +15,9 @@
 #include "kernel/fuse_cavity.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
+#include "kernel/point_errors.h"
 #include "kernel/sheet_fusion.h"
 #include "kernel/sheets.h"
-#include "kernel/point_errors.h"
 #include "kernel/vertex_quadrics.h"
 #include "mesh/work_mesh.h"
 
