@@ -209,6 +209,20 @@ TEST_F(MaxError, HoldsFarFromTheOrigin) {
   }
 }
 
+// Points of the boundary go, too, and then lie on its flat parts, but for rounding.
+TEST_F(MaxError, HoldsWhereTheBoundaryIsTriangulatedAnew) {
+  request.behaviour.boundary = Boundary::kPlanar;
+  for (const bool floats : {false, true}) {
+    const MeshFile file = wavy_box(12, floats);
+    for (const double max_error : {1e-2, 5e-2}) {
+      request.behaviour.max_error = max_error;
+      const SimplifyReport report = run(file);
+      EXPECT_LT(report.output.boundary_triangles, report.input.boundary_triangles);
+      EXPECT_LE(array_of(compare(), "wave").max, max_error);
+    }
+  }
+}
+
 // Points that no tetrahedron uses have no say in what a share of the range is.
 TEST_F(MaxError, TheRangeIsThatOfThePointsInUse) {
   MeshFile file = wavy_box(9, false);
