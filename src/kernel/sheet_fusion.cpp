@@ -164,7 +164,7 @@ bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise
   constexpr double kRounding = 1e-12;
   if (facing_ == nullptr || !(rise > kRounding)) return false;
   if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
-  PointBox box{change_.apex, change_.apex};
+  FacingBox box{change_.apex, change_.apex};
   for (const auto& triangle : change_.triangles) {
     for (const Point3& p : triangle) box.add(p);
   }
