@@ -39,28 +39,28 @@ std::uint32_t bins_against(const Point3& d) {
 
 }  // namespace
 
-void PointBox::add(const Point3& p) {
+void FacingBox::add(const Point3& p) {
   for (std::size_t i = 0; i < 3; ++i) {
     lo[i] = std::min(lo[i], p[i]);
     hi[i] = std::max(hi[i], p[i]);
   }
 }
 
-void PointBox::widen(double by) {
+void FacingBox::widen(double by) {
   for (std::size_t i = 0; i < 3; ++i) {
     lo[i] -= by;
     hi[i] += by;
   }
 }
 
-void FacingGrid::reset(const PointBox& box) {
+void FacingGrid::reset(const FacingBox& box) {
   box_ = box;
   cells_.assign(kCells * kCells * kCells, 0);
 }
 
 // Calls visit(cell) until it says true.
 template <class Visit>
-void FacingGrid::visit(const PointBox& box, Visit visit) const {
+void FacingGrid::visit(const FacingBox& box, Visit visit) const {
   std::array<std::size_t, 3> first{}, last{};
   for (std::size_t i = 0; i < 3; ++i) {
     const double width = box_.hi[i] - box_.lo[i];
@@ -81,7 +81,7 @@ void FacingGrid::visit(const PointBox& box, Visit visit) const {
 }
 
 void FacingGrid::note(const Point3& a, const Point3& b, const Point3& c) {
-  PointBox box{a, a};
+  FacingBox box{a, a};
   box.add(b);
   box.add(c);
   const std::uint32_t bit = 1u << bin_of(cross(minus(b, a), minus(c, a)));
@@ -91,7 +91,7 @@ void FacingGrid::note(const Point3& a, const Point3& b, const Point3& c) {
   });
 }
 
-bool FacingGrid::may_face(const PointBox& box, const Point3& direction) const {
+bool FacingGrid::may_face(const FacingBox& box, const Point3& direction) const {
   const std::uint32_t bins = bins_against(direction);
   bool found = false;
   visit(box, [&](std::size_t cell) {

@@ -10,7 +10,7 @@
 
 namespace tetfusion {
 
-struct PointBox {
+struct FacingBox {
   Point3 lo{}, hi{};
   void add(const Point3& p);
   void widen(double by);
@@ -19,7 +19,7 @@ struct PointBox {
 class FacingGrid {
  public:
   // Over a box, with nothing in it: 1 MiB.
-  void reset(const PointBox& box);
+  void reset(const FacingBox& box);
   bool empty() const { return cells_.empty(); }
 
   // Notes a triangle of the boundary, whose normal points out, in all cells that its box touches.
@@ -28,18 +28,18 @@ class FacingGrid {
 
   // Whether a triangle that looks against the direction, at more than a right angle, may have been
   // noted in a cell that the box touches.
-  bool may_face(const PointBox& box, const Point3& direction) const;
+  bool may_face(const FacingBox& box, const Point3& direction) const;
 
   const Vector<std::uint32_t>& cells() const { return cells_; }
   Vector<std::uint32_t>& cells() { return cells_; }
-  const PointBox& box() const { return box_; }
-  PointBox& box() { return box_; }
+  const FacingBox& box() const { return box_; }
+  FacingBox& box() { return box_; }
 
  private:
   template <class Visit>
-  void visit(const PointBox& box, Visit visit) const;
+  void visit(const FacingBox& box, Visit visit) const;
 
-  PointBox box_;
+  FacingBox box_;
   Vector<std::uint32_t> cells_;  // a bit a direction: 24 of them, four on each side of a cube
 };
 

@@ -15,9 +15,6 @@ constexpr float kSlack = 1.3F;
 // Where a point of the original speaks against it, these are tried, on the edge.
 constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
-// What quadrics cannot tell, in single precision: this share of the differences in a cavity.
-constexpr double kSingle = 1e-4;
-
 // Lists of candidates, after the first one, that a vertex may use up while nothing near it moves.
 constexpr std::uint8_t kLists = 1;
 
@@ -393,26 +390,6 @@ bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   return !speaks;
 }
 
-// Chooses the values, too, as far as the bounds leave a choice.
-template <class Real>
-std::optional<Reject> FuseRound<Real>::judge_values(VertexId v, VertexId partner) {
-  const Joining<Real> joining{v, partner, fixed_, position_, cavity_.affected(), cavity_.deleted()};
-  if (fixed_) {
-    std::copy_n(mesh_->steering.data() + partner * width_, width_, values_.begin());
-    least_ = most_ = values_;
-  } else {
-    choose_values(v, partner);
-  }
-  if (integrals_.stay()) {
-    if (!integrals_.find(joining, values_)) return Reject::kIntegral;
-    least_ = most_ = values_;
-  }
-  if (errors_.bounds() && !errors_.allows(joining, least_, most_, values_)) {
-    return Reject::kDeviation;
-  }
-  return paper_.judge(joining, values_);
-}
-
 template <class Real>
 void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   ++now_;
@@ -447,33 +424,6 @@ void FuseRound<Real>::merge_quadrics(VertexId v, VertexId kept) {
   if (is_on_sheet(v)) edge_costs_.add_merged_sheet(v, position_, row);
   std::copy(values_.begin(), values_.end(), values);
   mesh_->positions[kept] = position_;
-}
-
-// The best values within those of the cavity, or the old fields' own, where the best are the same
-// but for single precision.
-template <class Real>
-void FuseRound<Real>::choose_values(VertexId v, VertexId partner) {
-  interpolation_ = cavity_.interpolation(v, partner, position_);
-  const MergedQuadric& merged = edge_costs_.merged();
-  const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
-  const double* steering = mesh_->steering.data();
-  for (std::size_t k = 0; k < width_; ++k) {
-    double& least = least_[k] = std::numeric_limits<double>::infinity();
-    double& most = most_[k] = -least;
-    const auto look = [&](TetId t) {
-      for (const VertexId c : mesh_->tets[t]) {
-        least = std::min(least, steering[c * width_ + k]);
-        most = std::max(most, steering[c * width_ + k]);
-      }
-    };
-    for (const std::uint32_t entry : cavity_.affected()) look(entry >> 2);
-    for (const TetId t : cavity_.deleted()) look(t);
-    const double before = interpolate(interpolation_, steering, width_, k);
-    const double best = steering[v * width_ + k] +
-                        double{best_value(merged.sum.data(), k, u)} / edge_costs_.scale(k);
-    const bool same = std::abs(best - before) <= kSingle * (most - least);
-    values_[k] = same ? before : std::clamp(best, least, most);
-  }
 }
 
 template <class Real>

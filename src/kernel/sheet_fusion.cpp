@@ -174,7 +174,7 @@ bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise
   if (facing_ == nullptr || !(rise > kRounding)) return false;
   if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
   if (!(moved_before_ + patch.distance + rise <= kReach)) return true;
-  PointBox box{change_.apex, change_.apex};
+  FacingBox box{change_.apex, change_.apex};
   for (const auto& triangle : change_.triangles) {
     for (const Point3& p : triangle) box.add(p);
   }

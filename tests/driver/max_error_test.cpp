@@ -187,6 +187,42 @@ TEST_F(MaxError, TheMeshsScaleDoesNotMatter) {
   }
 }
 
+// Coordinates in single precision, with few digits left for what is between them: points come to
+// lie on faces and edges, and compare may find them on either side.
+TEST_F(MaxError, HoldsFarFromTheOrigin) {
+  for (const double offset : {1e3, 1e5}) {
+    MeshFile file;
+    file.geometry = five_split_cube(12, 0.15, 4);
+    for (P& p : std::get<Vector<P>>(file.geometry.points)) {
+      p = {p.x + offset, p.y - offset, p.z + 2 * offset};
+    }
+    file.geometry = testing::to_float(file.geometry);
+    file.point_arrays.push_back(point_array<float>(file, "wave", [&](const P& p) {
+      return 1e3 + std::sin((p.x - offset) / 2) * (p.y + offset) + std::cos(p.z - 2 * offset);
+    }));
+    for (const double max_error : {1e-3, 1e-2, 1e-1}) {
+      request.behaviour.max_error = max_error;
+      const SimplifyReport report = run(file);
+      EXPECT_LT(report.output.tets, report.input.tets);
+      EXPECT_LE(array_of(compare(), "wave").max, max_error) << offset;
+    }
+  }
+}
+
+// Points of the boundary go, too, and then lie on its flat parts, but for rounding.
+TEST_F(MaxError, HoldsWhereTheBoundaryIsTriangulatedAnew) {
+  request.behaviour.boundary = Boundary::kPlanar;
+  for (const bool floats : {false, true}) {
+    const MeshFile file = wavy_box(12, floats);
+    for (const double max_error : {1e-2, 5e-2}) {
+      request.behaviour.max_error = max_error;
+      const SimplifyReport report = run(file);
+      EXPECT_LT(report.output.boundary_triangles, report.input.boundary_triangles);
+      EXPECT_LE(array_of(compare(), "wave").max, max_error);
+    }
+  }
+}
+
 // Points that no tetrahedron uses have no say in what a share of the range is.
 TEST_F(MaxError, TheRangeIsThatOfThePointsInUse) {
   MeshFile file = wavy_box(9, false);

@@ -11,8 +11,8 @@ namespace {
 
 using testing::uniform;
 
-PointBox around(const Point3& p, double by) {
-  PointBox box{p, p};
+FacingBox around(const Point3& p, double by) {
+  FacingBox box{p, p};
   box.widen(by);
   return box;
 }

@@ -49,7 +49,7 @@ FuseStatistics run_rounds(double max_deviation, Steered* s, double unit = kUnit)
   limits.sheet_weight = 1000;
   if (!s->mesh.cell_columns.empty()) limits.regions = {0};
   FacingGrid facing, next;
-  PointBox box{{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
+  FacingBox box{{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
   for (const Vec3<double>& p : s->mesh.positions) box.add({p.x, p.y, p.z});
   FuseRound<double> round;
   FuseStatistics all;

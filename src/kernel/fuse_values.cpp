@@ -1,0 +1,69 @@
+// Of fuse_round.h: the values of the new vertex.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kernel/fuse_round.h"
+
+namespace tetfusion {
+
+namespace {
+
+// What quadrics cannot tell, in single precision: this share of the differences in a cavity.
+constexpr double kSingle = 1e-4;
+
+}  // namespace
+
+// Chooses the values, too, as far as the bounds leave a choice.
+template <class Real>
+std::optional<Reject> FuseRound<Real>::judge_values(VertexId v, VertexId partner) {
+  const Joining<Real> joining{v, partner, fixed_, position_, cavity_.affected(), cavity_.deleted()};
+  if (fixed_) {
+    std::copy_n(mesh_->steering.data() + partner * width_, width_, values_.begin());
+    least_ = most_ = values_;
+  } else {
+    choose_values(v, partner);
+  }
+  if (integrals_.stay()) {
+    if (!integrals_.find(joining, values_)) return Reject::kIntegral;
+    least_ = most_ = values_;
+  }
+  if (errors_.bounds() && !errors_.allows(joining, least_, most_, values_)) {
+    return Reject::kDeviation;
+  }
+  return paper_.judge(joining, values_);
+}
+
+// The best values within those of the cavity, or the old fields' own, where the best are the same
+// but for single precision.
+template <class Real>
+void FuseRound<Real>::choose_values(VertexId v, VertexId partner) {
+  interpolation_ = cavity_.interpolation(v, partner, position_);
+  const MergedQuadric& merged = edge_costs_.merged();
+  const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
+  const double* steering = mesh_->steering.data();
+  for (std::size_t k = 0; k < width_; ++k) {
+    double& least = least_[k] = std::numeric_limits<double>::infinity();
+    double& most = most_[k] = -least;
+    const auto look = [&](TetId t) {
+      for (const VertexId c : mesh_->tets[t]) {
+        least = std::min(least, steering[c * width_ + k]);
+        most = std::max(most, steering[c * width_ + k]);
+      }
+    };
+    for (const std::uint32_t entry : cavity_.affected()) look(entry >> 2);
+    for (const TetId t : cavity_.deleted()) look(t);
+    const double before = interpolate(interpolation_, steering, width_, k);
+    const double best = steering[v * width_ + k] +
+                        double{best_value(merged.sum.data(), k, u)} / edge_costs_.scale(k);
+    const bool same = std::abs(best - before) <= kSingle * (most - least);
+    values_[k] = same ? before : std::clamp(best, least, most);
+  }
+}
+
+template std::optional<Reject> FuseRound<float>::judge_values(VertexId, VertexId);
+template std::optional<Reject> FuseRound<double>::judge_values(VertexId, VertexId);
+template void FuseRound<float>::choose_values(VertexId, VertexId);
+template void FuseRound<double>::choose_values(VertexId, VertexId);
+
+}  // namespace tetfusion
