@@ -15,10 +15,7 @@ namespace tetfusion {
 
 namespace {
 
-// Cells and points a window: a few megabytes of each.
-constexpr std::uint64_t kCellWindow = std::uint64_t{1} << 19;
-constexpr std::uint64_t kPointWindow = std::uint64_t{1} << 18;
-// What reading one and sorting it takes.
+// What reading a window and sorting it takes.
 constexpr std::uint64_t kWindowMemory = std::uint64_t{48} << 20;
 
 // Reads `count` rows of each of some arrays.
@@ -169,16 +166,17 @@ void Importer<Real>::find_homes() {
     Box box;
     Vector<Vec3<Real>> samples;
   };
-  std::vector<Window> windows(block_count(points, kPointWindow));
-  for_each_block(points, kPointWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
-    context_.check();
-    const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      const Vec3<Real>& p = positions[i];
-      windows[w].box.add({p.x, p.y, p.z});
-      if ((begin + i) % step == 0) windows[w].samples.push_back(p);
-    }
-  });
+  std::vector<Window> windows(block_count(points, settings_.point_window));
+  for_each_block(points, settings_.point_window,
+                 [&](std::size_t w, std::size_t begin, std::size_t end) {
+                   context_.check();
+                   const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
+                   for (std::size_t i = 0; i < positions.size(); ++i) {
+                     const Vec3<Real>& p = positions[i];
+                     windows[w].box.add({p.x, p.y, p.z});
+                     if ((begin + i) % step == 0) windows[w].samples.push_back(p);
+                   }
+                 });
   for (const Window& window : windows) out_.box.add(window.box);
   if (chunks_ == 1) return;
   const ShiftedCurve curve(out_.box, 0);
@@ -188,28 +186,30 @@ void Importer<Real>::find_homes() {
     for (const Vec3<Real>& p : window.samples) keys.push_back(curve.key(p));
   }
   const CurveCut cut(curve, chunks_, std::move(keys));
-  for_each_block(points, kPointWindow, [&](std::size_t, std::size_t begin, std::size_t end) {
-    context_.check();
-    const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
-    for (std::size_t v = begin; v < end; ++v) {
-      table_.set_home(static_cast<VertexId>(v), cut.chunk_of(positions[v - begin]));
-    }
-  });
+  for_each_block(points, settings_.point_window,
+                 [&](std::size_t, std::size_t begin, std::size_t end) {
+                   context_.check();
+                   const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
+                   for (std::size_t v = begin; v < end; ++v) {
+                     table_.set_home(static_cast<VertexId>(v), cut.chunk_of(positions[v - begin]));
+                   }
+                 });
 }
 
 template <class Real>
 void Importer<Real>::scatter_tets(PieceStore* to) {
   const std::uint64_t cells = stream_.cells();
-  const std::size_t windows = block_count(cells, kCellWindow);
+  const std::size_t windows = block_count(cells, settings_.cell_window);
   lower_.resize(windows);
   ghosts_.assign(windows, 0);
   std::atomic<std::size_t> done{0};
-  for_each_block(cells, kCellWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
-    context_.check();
-    const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
-    scatter_window(w, begin, end - begin, to);
-    context_.report("reading", 0.02, 0.09, ++done, windows);
-  });
+  for_each_block(cells, settings_.cell_window,
+                 [&](std::size_t w, std::size_t begin, std::size_t end) {
+                   context_.check();
+                   const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
+                   scatter_window(w, begin, end - begin, to);
+                   context_.report("reading", 0.02, 0.09, ++done, windows);
+                 });
   to->seal();
   cell_scratch_.clear();
   table_.finish();
@@ -292,14 +292,15 @@ void Importer<Real>::join_lower() {
 template <class Real>
 void Importer<Real>::scatter_points(PieceStore* to) {
   const std::uint64_t points = stream_.points();
-  loose_.resize(block_count(points, kPointWindow));
+  loose_.resize(block_count(points, settings_.point_window));
   std::atomic<std::size_t> done{0};
-  for_each_block(points, kPointWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
-    context_.check();
-    const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
-    scatter_point_window(w, begin, end - begin, to);
-    context_.report("reading", 0.09, 0.12, ++done, loose_.size());
-  });
+  for_each_block(points, settings_.point_window,
+                 [&](std::size_t w, std::size_t begin, std::size_t end) {
+                   context_.check();
+                   const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
+                   scatter_point_window(w, begin, end - begin, to);
+                   context_.report("reading", 0.09, 0.12, ++done, loose_.size());
+                 });
   to->seal();
   point_scratch_.clear();
   LowerPart<Real>& all = out_.lower;

@@ -35,6 +35,9 @@ struct ImportSettings {
   std::uint64_t chunk_tets = 0;
   std::vector<std::size_t> regions;  // of CarriedArrays::cell_data: interfaces that stay
   std::uint32_t quadric_width = 0;   // WorkMesh::quadric_width of pieces
+  // Cells and points a window: a few megabytes of each. The result does not depend on them.
+  std::uint64_t cell_window = std::uint64_t{1} << 19;
+  std::uint64_t point_window = std::uint64_t{1} << 18;
 };
 
 // The first round may be done with each chunk as it is put together, so that it need not be written
