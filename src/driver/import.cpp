@@ -82,7 +82,7 @@ class Importer {
     clock_->begin("assemble");
     Assembly<Real> assembly = assemble(tets.get(), points.get());
     out_.mesh = std::move(assembly.mesh);
-    out_.mesh.chunks = chunks_;
+    out_.mesh.chunks = made_chunks();
     out_.mesh.samples = std::move(samples_);
     settle_facts(assembly);
     return std::move(out_);
@@ -91,12 +91,22 @@ class Importer {
  private:
   void find_homes();
   Vector<Vec3<Real>> read_positions(std::uint64_t first, std::uint64_t count) const;
+  // Those that are made; their numbers are bucket_of(chunk).
+  std::uint32_t made_chunks() const { return settings_.sample != nullptr ? 1 : chunks_; }
+  bool is_made(std::uint32_t chunk) const {
+    return settings_.sample == nullptr || chunk == chunks_ / 2;
+  }
+  std::uint32_t bucket_of(std::uint32_t chunk) const {
+    return settings_.sample != nullptr ? 0 : chunk;
+  }
   void scatter_tets(PieceStore* to);
   void scatter_window(std::size_t window, std::uint64_t first, std::uint64_t count, PieceStore* to);
   void take_lower(std::size_t window, std::uint64_t first, const CellWindow& cells,
                   const std::vector<Column>& columns);
+  void keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chunk_of);
   void join_lower();
   void scatter_points(PieceStore* to);
+  void keep_sampled(std::size_t begin, Vector<std::uint32_t>* chunk_of) const;
   void scatter_point_window(std::size_t window, std::uint64_t first, std::uint64_t count,
                             PieceStore* to);
   Assembly<Real> assemble(PieceStore* tets, PieceStore* points);
@@ -242,11 +252,29 @@ void Importer<Real>::scatter_window(std::size_t window, std::uint64_t first, std
     }
   }
   for (std::uint64_t& row : cells.tet_rows) row -= first;
-  scratch->pieces.add(static_cast<std::uint32_t>(window), chunk_of, chunks_, to,
+  if (settings_.sample != nullptr) keep_sampled(&cells, &chunk_of);
+  scratch->pieces.add(static_cast<std::uint32_t>(window), chunk_of, made_chunks(), to,
                       [&](std::span<const std::uint32_t> items, RowWriter* writer) {
                         writer->put<Tet>(items, [&](std::size_t t) { return cells.tets[t]; });
                         for (const Column& c : columns) writer->put_rows(c, items, cells.tet_rows);
                       });
+}
+
+// Rows count from the window's first.
+template <class Real>
+void Importer<Real>::keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chunk_of) {
+  settings_.sample->add(cells->tets);
+  const bool all_rows = cells->tet_rows.empty();
+  if (all_rows) cells->tet_rows.resize(cells->tets.size());
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < cells->tets.size(); ++t) {
+    if (!is_made((*chunk_of)[t])) continue;
+    cells->tets[kept] = cells->tets[t];
+    cells->tet_rows[kept++] = all_rows ? t : cells->tet_rows[t];
+  }
+  cells->tets.resize(kept);
+  cells->tet_rows.resize(kept);
+  chunk_of->assign(kept, 0);
 }
 
 template <class Real>
@@ -349,12 +377,13 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
     const std::size_t before = chunk_of.size();
     table_.chunks_of(v, &chunk_of);
     const std::size_t chunks = chunk_of.size() - before;
-    items.insert(items.end(), chunks, static_cast<std::uint32_t>(i));
+    last[i] = chunks > 0 ? bucket_of(chunk_of.back()) : 0;
+    if (settings_.sample != nullptr) keep_sampled(before, &chunk_of);
+    items.insert(items.end(), chunk_of.size() - before, static_cast<std::uint32_t>(i));
     const bool is_carried = next_carried != carried.end() && *next_carried == v;
     if (is_carried) ++next_carried;
     marks[i] = static_cast<std::uint8_t>((chunks > 1 ? kOnInterface : 0) |
                                          (is_carried || not_finite[i] != 0 ? kLocked : 0));
-    last[i] = chunks > 0 ? chunk_of.back() : 0;
     if (chunks > 0 || !is_carried) continue;
     LooseWindow& loose = loose_[window];
     if (loose.columns.empty()) loose.columns = layout_.point_columns;
@@ -363,7 +392,7 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
     for (std::size_t c = 0; c < columns.size(); ++c) append_row(columns[c], i, &loose.columns[c]);
   }
   scratch->pieces.add(
-      static_cast<std::uint32_t>(window), chunk_of, chunks_, to,
+      static_cast<std::uint32_t>(window), chunk_of, made_chunks(), to,
       [&](std::span<const std::uint32_t> places, RowWriter* writer) {
         writer->put<VertexId>(
             places, [&](std::size_t i) { return static_cast<VertexId>(first + items[i]); });
@@ -380,11 +409,20 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
       });
 }
 
+// Of the chunks of a point, which begin there.
+template <class Real>
+void Importer<Real>::keep_sampled(std::size_t begin, Vector<std::uint32_t>* chunk_of) const {
+  const auto first = chunk_of->begin() + static_cast<std::ptrdiff_t>(begin);
+  const bool has = std::any_of(first, chunk_of->end(), [&](auto c) { return is_made(c); });
+  chunk_of->resize(begin);
+  if (has) chunk_of->push_back(0);
+}
+
 template <class Real>
 Assembly<Real> Importer<Real>::assemble(PieceStore* tets, PieceStore* points) {
   const auto chunks_to = [&](const ChunkWork<Real>& work) {
-    return assemble_chunks<Real>(layout_, out_.box, chunks_, settings_.regions, *tets, *points,
-                                 work, context_, budget_, scratch_);
+    return assemble_chunks<Real>(layout_, out_.box, made_chunks(), settings_.regions, *tets,
+                                 *points, work, context_, budget_, scratch_);
   };
   if (chunks_ > 1 && first_round_.begin) {
     std::vector<std::uint64_t> shares{0};

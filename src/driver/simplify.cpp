@@ -11,13 +11,14 @@
 #include "base/numbers.h"
 #include "base/resources.h"
 #include "driver/checkpoint.h"
+#include "driver/estimate.h"
 #include "driver/export.h"
 #include "driver/fingerprint.h"
-#include "driver/import.h"
 #include "driver/memory_plan.h"
 #include "driver/regions.h"
 #include "driver/round_plan.h"
 #include "driver/rounds.h"
+#include "driver/run_setup.h"
 #include "driver/scratch_place.h"
 #include "driver/stages.h"
 #include "driver/steering.h"
@@ -32,13 +33,14 @@ class Job {
   Job(const SimplifyRequest& request, const RunContext& context)
       : request_(request), context_(context) {}
   SimplifyReport run();
-  RunPlan plan();
+  RunPlan plan(std::uint64_t sample_tets);
 
  private:
   void begin();
   void open_input();
   void plan_memory();
   void open_scratch();
+  Steering read_steering();
   template <class Real>
   void run_with();
   template <class Real>
@@ -77,7 +79,8 @@ class Job {
   SimplifyReport report_;
 };
 
-RunPlan Job::plan() {
+RunPlan Job::plan(std::uint64_t sample_tets) {
+  const double start = wall_seconds();
   begin();
   const MeshDescription& mesh = source_->description();
   RunPlan plan;
@@ -92,6 +95,13 @@ RunPlan Job::plan() {
   plan.on_disk = on_disk_;
   plan.scratch = scratch_folder(request_);
   if (mesh.spooled_checksum) plan.needs.scratch += mesh.file_bytes;
+  plan.method = request_.behaviour.method;
+  plan.threads = thread_count();
+  const Steering steering = read_steering();
+  plan.estimate = estimate_run(
+      {request_, mesh, *stream_, steering, regions_, sample_tets, thread_count(), start}, context_,
+      budget_.get());
+  context_.report("done", 1);
   return plan;
 }
 
@@ -219,10 +229,7 @@ void Job::run_with() {
   RunState<Real> state;
   std::unique_ptr<Rounds<Real>> rounds;
   const auto begin = [&](std::uint32_t steering_width) {
-    auto layout = layout_of<Real>(carried, steering_width);
-    if (request_.behaviour.method == Method::kFuse) {
-      layout.quadric_width = quadric_row(steering_width);
-    }
+    auto layout = run_layout<Real>(request_.behaviour.method, carried, steering_width);
     rounds = std::make_unique<Rounds<Real>>(layout, thread_count(), budget_.get(), scratch_.get());
     return layout;
   };
@@ -242,20 +249,7 @@ void Job::run_with() {
     run_stages(carried, layout, std::move(rounds), &state);
     return;
   }
-  if (!stream_) stream_ = open_stream(source_.get());
-  context_.check();
-  const Steering steering(steering_choices_, description, *stream_, context_);
-  if (steering.fields().empty()) {
-    const BehaviourOptions& b = request_.behaviour;
-    if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {
-      throw Error(
-          ErrorCode::kUsage,
-          fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
-                      "--reduction or --tets",
-                      request_.input));
-    }
-    context_.say("no array steers: geometry alone decides");
-  }
+  const Steering steering = read_steering();
   const auto layout = begin(steering.width());
   import(carried, steering, rounds.get(), &state);
   stream_.reset();
@@ -263,30 +257,33 @@ void Job::run_with() {
   run_stages(carried, layout, std::move(rounds), &state);
 }
 
+// Opens the stream, too.
+Steering Job::read_steering() {
+  if (!stream_) stream_ = open_stream(source_.get());
+  context_.check();
+  Steering steering(steering_choices_, source_->description(), *stream_, context_);
+  if (!steering.fields().empty()) return steering;
+  const BehaviourOptions& b = request_.behaviour;
+  if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
+                            "--reduction or --tets",
+                            request_.input));
+  }
+  context_.say("no array steers: geometry alone decides");
+  return steering;
+}
+
 template <class Real>
 void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<Real>* rounds,
                  RunState<Real>* state) {
-  state->fields = steering.fields();
-  for (std::size_t f = 0; f < state->fields.size(); ++f) {
-    const auto index = steering.point_array(f);
-    if (!index) continue;
-    const auto at = std::find(carried.point_indices.begin(), carried.point_indices.end(), *index);
-    state->fields[f].column = static_cast<std::uint32_t>(at - carried.point_indices.begin());
-  }
+  state->fields = fields_of(steering, carried);
   state->field_names = steering.names();
   state->steering_width = steering.width();
   state->chunk_tets = request_.behaviour.chunk_tets;
   report_.steering = state->field_names;
-  ImportSettings settings{request_.behaviour.chunk_tets, {}, 0};
-  if (request_.behaviour.method == Method::kFuse) {
-    settings.quadric_width = quadric_row(state->steering_width);
-  }
-  for (const std::size_t i : regions_) {
-    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
-    if (at != carried.cell_indices.end()) {
-      settings.regions.push_back(static_cast<std::size_t>(at - carried.cell_indices.begin()));
-    }
-  }
+  const ImportSettings settings =
+      import_settings(request_.behaviour, carried, regions_, state->steering_width);
   RoundPlan plan;
   FirstRound<Real> first;
   // Under the rule of boundary tetrahedra chunks must know each other's boundary before they begin.
@@ -445,6 +442,9 @@ SimplifyReport simplify(const SimplifyRequest& request, const RunContext& contex
   return Job(request, context).run();
 }
 
-RunPlan plan_run(const SimplifyRequest& request) { return Job(request, {}).plan(); }
+RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
+                 std::uint64_t sample_tets) {
+  return Job(request, context).plan(sample_tets);
+}
 
 }  // namespace tetfusion
