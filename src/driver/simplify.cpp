@@ -118,6 +118,7 @@ void Job::begin() {
 SimplifyReport Job::run() {
   const double start = wall_seconds();
   begin();
+  for (const Stage& stage : plan_stages(request_, kMaxTets)) clear_leftovers(stage.path);
   try {
     open_scratch();
     if (source_->description().point_type == ValueType::kFloat32) {

@@ -112,6 +112,26 @@ class Pieces(FolderTest):
         self.assertEqual((info["points"], info["tets"]), (len(one.points), len(one.types)))
         self.assertTrue(report_of("check", self.folder / "many.pvtu")["valid"])
 
+    def test_what_a_killed_run_leaves_goes_with_the_next(self):
+        path, out = self.generate(tets="200k"), self.folder / "out.pvtu"
+        run("simplify", path, "-o", out, "--pieces", "2")
+        arguments = [command(), "simplify", path, "-o", out, "--pieces", "60", "--encoding", "ascii", "--quiet"]
+        killed = False
+        for _ in range(5):
+            process = subprocess.Popen(arguments)
+            while process.poll() is None:
+                if (self.folder / "out_pieces-2" / "out_5.vtu").exists():
+                    process.kill()
+                    killed = True
+                time.sleep(0.001)
+            if killed:
+                break
+        self.assertTrue(killed)
+        self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces", "out_pieces-2"])
+        run("simplify", path, "-o", out, "--pieces", "3")
+        self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces-2"])
+        self.assertEqual(self.pieces("out_pieces-2"), [f"out_{i}.vtu" for i in range(3)])
+
     def test_new_pieces_replace_old_ones(self):
         path, out = self.generate(), self.folder / "out.pvtu"
         run("simplify", path, "-o", out, "--pieces", "4")
