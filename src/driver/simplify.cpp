@@ -190,7 +190,7 @@ void Job::plan_memory() {
   if (request_.behaviour.method == Method::kFuse)
     steering_bytes += quadric_row(width) * sizeof(float);
   needs_ = estimate_needs(mesh, steering_bytes, request_.behaviour.chunk_tets, thread_count(),
-                          stream_ ? 0 : source_->memory_to_read());
+                          stream_ ? stream_->bytes() : source_->memory_to_read());
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
     throw Error(
