@@ -1,7 +1,9 @@
 // A piece: a header, then one column after another, each at a multiple of 8 bytes:
 //
-//   vertices  positions, point_ids, marks, steering, quadrics, point columns
+//   vertices  positions, point_ids, marks, steering, quadrics, deviations (if there are any), point
+//             columns
 //   tets      corners (by place among the piece's vertices), settled (1 byte), cell columns
+//   removed   points: tet (by place among the piece's), positions, steering
 //
 // Of the marks kOnInterface says that the vertex lies on the interface of the round to come, and
 // kUndecided that the interface table knows.
@@ -16,13 +18,14 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint8_t kUndecided = 1 << 7;
-constexpr std::uint8_t kLasting = kOnBoundary | kLocked;  // marks that outlive a round
+constexpr std::uint8_t kUndecided = kNearBoundary;                 // a mark that no piece has
+constexpr std::uint8_t kLasting = kOnBoundary | kLocked | kMoved;  // marks that outlive a round
 constexpr std::size_t kPieceAlignment = 64;
 
 struct PieceHeader {
   std::uint64_t vertices = 0;
   std::uint64_t tets = 0;
+  std::uint64_t removed = 0;
 };
 
 constexpr std::size_t padded(std::size_t bytes, std::size_t to = 8) {
@@ -30,14 +33,18 @@ constexpr std::size_t padded(std::size_t bytes, std::size_t to = 8) {
 }
 
 template <class Real>
-std::size_t piece_bytes(const WorkMesh<Real>& layout, std::size_t vertices, std::size_t tets) {
+std::size_t piece_bytes(const WorkMesh<Real>& layout, const PieceHeader& header) {
+  const std::size_t vertices = header.vertices, tets = header.tets, removed = header.removed;
   std::size_t bytes = sizeof(PieceHeader);
   bytes += padded(vertices * sizeof(Vec3<Real>)) + padded(vertices * sizeof(VertexId)) +
            padded(vertices) + vertices * layout.steering_width * sizeof(double) +
-           padded(vertices * layout.quadric_width * sizeof(float));
+           padded(vertices * layout.quadric_width * sizeof(float)) +
+           padded(layout.has_deviations ? vertices * sizeof(float) : 0);
   for (const Column& c : layout.point_columns) bytes += padded(vertices * c.stride());
   bytes += tets * sizeof(Tet) + padded(tets);
   for (const Column& c : layout.cell_columns) bytes += padded(tets * c.stride());
+  bytes += padded(removed * sizeof(TetId)) + padded(removed * sizeof(Vec3<Real>)) +
+           removed * layout.steering_width * sizeof(double);
   return bytes;
 }
 
@@ -71,6 +78,16 @@ void copy_rows(const Column& from, std::span<const std::uint32_t> rows, std::byt
   for (const std::uint32_t row : rows) {
     std::memcpy(to, from.rows.data() + row * stride, stride);
     to += stride;
+  }
+}
+
+// The removed points of these tetrahedra, list by list.
+template <class Real, class F>
+void for_each_removed(const RemovedPoints<Real>& removed, std::span<const std::uint32_t> tets,
+                      F f) {
+  if (!removed.wanted()) return;
+  for (std::uint32_t i = 0; i < tets.size(); ++i) {
+    for (std::uint32_t p = removed.first[tets[i]]; p != kNoPoint; p = removed.next[p]) f(i, p);
   }
 }
 
@@ -190,11 +207,12 @@ void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slo
 
   const std::size_t n = used_.size();
   const std::size_t begin = padded(buffer_.size(), kPieceAlignment);
-  const std::size_t bytes = piece_bytes(mesh, n, tets.size());
+  PieceHeader header{n, tets.size(), 0};
+  for_each_removed(mesh.removed, tets, [&](std::uint32_t, std::uint32_t) { ++header.removed; });
+  const std::size_t bytes = piece_bytes(mesh, header);
   extents_.emplace_back(begin, bytes);
   buffer_.resize(begin + bytes);
   Cursor<std::byte> cursor(buffer_.data() + begin);
-  const PieceHeader header{n, tets.size()};
   std::memcpy(cursor.take(sizeof header), &header, sizeof header);
   auto* positions = as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>)));
   auto* point_ids = as<VertexId>(cursor.take(n * sizeof(VertexId)));
@@ -203,6 +221,9 @@ void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slo
   auto* steering = as<double>(cursor.take(n * width * sizeof(double)));
   const std::size_t numbers = mesh.quadric_width;
   auto* quadrics = as<float>(cursor.take(n * numbers * sizeof(float)));
+  const std::size_t deviation_count = mesh.has_deviations ? n : 0;
+  auto* deviations = as<float>(cursor.take(deviation_count * sizeof(float)));
+  for (std::size_t i = 0; i < deviation_count; ++i) deviations[i] = mesh.deviations[used_[i]];
   PieceSize& size = sizes_.emplace_back(PieceSize{buckets_[slot], 0, tets.size()});
   for (std::size_t i = 0; i < n; ++i) {
     const VertexId v = used_[i];
@@ -238,6 +259,14 @@ void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slo
   for (const Column& c : mesh.cell_columns) {
     copy_rows(c, tets, cursor.take(tets.size() * c.stride()));
   }
+  auto* tet_of = as<TetId>(cursor.take(header.removed * sizeof(TetId)));
+  auto* places = as<Vec3<Real>>(cursor.take(header.removed * sizeof(Vec3<Real>)));
+  auto* values = as<double>(cursor.take(header.removed * width * sizeof(double)));
+  for_each_removed(mesh.removed, tets, [&](std::uint32_t tet, std::uint32_t point) {
+    *tet_of++ = tet;
+    *places++ = mesh.removed.positions[point];
+    values = std::copy_n(mesh.removed.values.data() + point * width, width, values);
+  });
 }
 
 template <class Real>
@@ -261,11 +290,13 @@ void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
     const std::size_t n = header.vertices;
     const std::size_t width = mesh->steering_width;
     const std::size_t numbers = mesh->quadric_width;
+    const std::size_t deviations = mesh->has_deviations ? n : 0;
     const VertexColumns<Real> columns{as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>))),
                                       as<VertexId>(cursor.take(n * sizeof(VertexId))),
                                       as<std::uint8_t>(cursor.take(n)),
                                       as<double>(cursor.take(n * width * sizeof(double))),
-                                      as<float>(cursor.take(n * numbers * sizeof(float)))};
+                                      as<float>(cursor.take(n * numbers * sizeof(float))),
+                                      as<float>(cursor.take(deviations * sizeof(float)))};
     const std::size_t first = vertices;
     vertices = take_vertices(columns, n, first, chunk, interface, mesh);
     for (Column& c : mesh->point_columns) {
@@ -290,6 +321,17 @@ void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
       const std::size_t bytes = header.tets * c.stride();
       std::memcpy(c.rows.data() + tets * c.stride(), cursor.take(bytes), bytes);
     }
+    const auto* tet_of = as<TetId>(cursor.take(header.removed * sizeof(TetId)));
+    const auto* places = as<Vec3<Real>>(cursor.take(header.removed * sizeof(Vec3<Real>)));
+    const auto* values = as<double>(cursor.take(header.removed * width * sizeof(double)));
+    RemovedPoints<Real>& removed = mesh->removed;
+    const std::uint32_t first_point = removed.add(header.removed, width);
+    std::copy_n(places, header.removed, removed.positions.data() + first_point);
+    std::copy_n(values, header.removed * width, removed.values.data() + first_point * width);
+    for (std::size_t i = header.removed; i-- > 0;) {  // so that the order in a list stays
+      removed.push(static_cast<TetId>(tets + tet_of[i]),
+                   static_cast<std::uint32_t>(first_point + i));
+    }
     tets += header.tets;
   }
   mesh->resize_vertices(vertices);
@@ -299,15 +341,15 @@ void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
 template <class Real>
 void ChunkGather<Real>::make_room(const std::vector<std::span<const std::byte>>& pieces,
                                   WorkMesh<Real>* mesh) {
-  std::size_t vertices = 0, tets = 0, undecided = 0;
+  std::size_t vertices = 0, tets = 0, removed = 0, undecided = 0;
   for (const std::span<const std::byte> piece : pieces) {
     const auto* header = as<PieceHeader>(piece.data());
-    if (piece.size() < sizeof(PieceHeader) ||
-        piece.size() != piece_bytes(*mesh, header->vertices, header->tets)) {
+    if (piece.size() < sizeof(PieceHeader) || piece.size() != piece_bytes(*mesh, *header)) {
       throw std::logic_error("a piece is not of this layout");
     }
     vertices += header->vertices;
     tets += header->tets;
+    removed += header->removed;
     Cursor<const std::byte> cursor(piece.data());
     cursor.take(sizeof(PieceHeader));
     cursor.take(header->vertices * sizeof(Vec3<Real>));
@@ -318,6 +360,7 @@ void ChunkGather<Real>::make_room(const std::vector<std::span<const std::byte>>&
   }
   mesh->resize_vertices(vertices);
   mesh->resize_tets(tets);
+  mesh->removed.reset(removed > 0 ? tets : 0);
   mesh->incidence.assign(vertices, 0);
   std::size_t slots = 16;
   while (slots < 2 * undecided) slots *= 2;
@@ -360,6 +403,7 @@ std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns,
     mesh->changed[next] = changed;
     std::copy_n(columns.steering + i * width, width, mesh->steering.data() + next * width);
     std::copy_n(columns.quadrics + i * numbers, numbers, mesh->quadrics.data() + next * numbers);
+    if (mesh->has_deviations) mesh->deviations[next] = columns.deviations[i];
     new_ids_[i] = static_cast<VertexId>(next++);
   }
   return next;

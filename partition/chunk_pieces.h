@@ -76,6 +76,7 @@ struct VertexColumns {
   const std::uint8_t* marks;
   const double* steering;
   const float* quadrics;
+  const float* deviations;
 };
 
 // Puts chunks together. Keeps its scratch memory; one a thread.

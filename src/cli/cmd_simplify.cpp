@@ -25,7 +25,7 @@ struct Arguments {
   SimplifyRequest request;
   ConsoleOptions console;
   std::string boundary = "exact";
-  std::string reduction, tets, max_rms, min_quality, lods, chunk_tets, memory, report;
+  std::string reduction, tets, max_error, max_rms, min_quality, lods, chunk_tets, memory, report;
   std::string scalar_tolerance = "0.025";
   std::string stretch_factor = "5";
   std::string aspect_ratio = "off";
@@ -94,6 +94,19 @@ void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
   }
 }
 
+void parse_boundary(const std::string& text, BehaviourOptions* behaviour) {
+  if (text == "exact") return;
+  behaviour->boundary = Boundary::kPlanar;
+  if (text == "planar") return;
+  const auto share = parse_share(text);
+  if (!share) {
+    refuse(fmt::format("--boundary {}: give exact, planar, or a share of the diagonal, as in 0.1%",
+                       text));
+  }
+  behaviour->boundary = Boundary::kWithin;
+  behaviour->boundary_distance = *share;
+}
+
 void parse_arguments(Arguments* a) {
   BehaviourOptions& b = a->request.behaviour;
   if (!a->min_quality.empty()) {
@@ -106,8 +119,11 @@ void parse_arguments(Arguments* a) {
     if (!rms) refuse(fmt::format("--max-rms {}: give a share, as in 0.1%", a->max_rms));
     b.max_rms = *rms;
   }
-  if (a->boundary != "exact") {
-    refuse("--boundary " + a->boundary + ": this version keeps the boundary exact only");
+  parse_boundary(a->boundary, &b);
+  if (!a->max_error.empty()) {
+    const auto error = parse_share(a->max_error);
+    if (!error) refuse(fmt::format("--max-error {}: give a share, as in 1%", a->max_error));
+    b.max_error = *error;
   }
   if (!a->reduction.empty()) {
     b.reduction = parse_share(a->reduction);
@@ -137,7 +153,7 @@ void refuse_foreign_options(const CLI::App& command, Method method) {
   const bool fuse = method == Method::kFuse;
   const auto names = fuse ? std::vector<std::string>{"--scalar-tolerance", "--stretch-factor",
                                                      "--aspect-ratio", "--boundary-rule"}
-                          : std::vector<std::string>{"--min-quality", "--max-rms"};
+                          : std::vector<std::string>{"--min-quality", "--max-error", "--max-rms"};
   for (const std::string& name : names) {
     if (command.get_option(name)->count() == 0) continue;
     refuse(fmt::format("{} belongs to --method {}: give that as well, or leave the option out",
@@ -163,6 +179,10 @@ void summarize(const SimplifyReport& r, Console* console) {
   console->say(fmt::format("boundary triangles {} -> {}; volume {:.6g}, changed by {:.1e}",
                            format_count(r.input.boundary_triangles),
                            format_count(r.output.boundary_triangles), r.input.volume, change));
+  if (r.boundary != "exact" && !r.lods.empty()) {
+    console->say(fmt::format("the surface has moved by at most {:.2g} % of the diagonal",
+                             100 * r.lods.back().deviation));
+  }
   console->say(r.stop_sentence());
   console->detail_resources();
 }
@@ -235,11 +255,17 @@ void add_goal_options(CLI::App& command, Arguments* a) {
       ->check(not_empty)
       ->group(kGroup);
   command
-      .add_option(
-          "--max-rms", a->max_rms,
-          "With --method fuse: no fusion may change a steering field by more than this, "
-          "in the mean of squares, as a share of its range (0.1%). Default: anything with a "
-          "goal, 0.5% without one")
+      .add_option("--max-error", a->max_error,
+                  "With --method fuse: at none of the input's points a steering field is off by "
+                  "more than this share of its range (1%). Default: 1%, but anything with a goal "
+                  "or --max-rms")
+      ->check(not_empty)
+      ->group(kGroup);
+  command
+      .add_option("--max-rms", a->max_rms,
+                  "With --method fuse: no fusion may change a steering field by more than this, "
+                  "in the mean of squares, as a share of its range (0.1%); an estimate. Default: "
+                  "anything")
       ->check(not_empty)
       ->group(kGroup);
   command
@@ -262,7 +288,7 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       .add_option(
           "--method", a->request.behaviour.method,
           "fuse: neighbouring vertices become one, where that changes the fields least; "
-          "without a goal as far as --max-rms allows. tetfuse: the paper's operation, the "
+          "without a goal as far as --max-error allows. tetfuse: the paper's operation, the "
           "four vertices of a tetrahedron become one; without a goal until nothing, or next "
           "to nothing, fuses")
       ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
@@ -276,7 +302,16 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       ->transform(CLI::CheckedTransformer(kRules, CLI::ignore_case).description(""))
       ->default_str("vertices")
       ->group(kGroup);
-  command.add_option("--boundary", a->boundary, "exact: every boundary triangle stays")
+  command
+      .add_option(
+          "--boundary", a->boundary,
+          "What may become of the boundary surface, and of surfaces between regions. exact: every "
+          "triangle stays. With --method fuse also planar: the surface stays where it is, but flat "
+          "parts and straight edges get new triangles; or a share of the bounding box's diagonal, "
+          "as in 0.1%: nowhere is the new surface further from the old one, nor the old one from "
+          "the "
+          "new one")
+      ->check(not_empty)
       ->capture_default_str()
       ->group(kGroup);
   command
@@ -309,7 +344,7 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
   command
       .add_option(
           "--array", a->request.behaviour.arrays,
-          "An array that steers: NAME, NAME:0.5% (with a tolerance of its own; --method tetfuse), "
+          "An array that steers: NAME, NAME:0.5% (in place of --max-error or --scalar-tolerance), "
           "cell:NAME; may be "
           "given again. Default: the active scalars, else the first floating-point point array. "
           "All "

@@ -66,6 +66,7 @@ class Assembler {
   Assembler(const WorkMesh<Real>& layout, const Box& box, const std::vector<std::size_t>& regions)
       : curve_(box, 0), regions_(regions), raw_(layout), mesh_(layout) {
     raw_.quadric_width = 0;
+    raw_.has_deviations = false;
   }
 
   // What a chunk contributes to the whole.
@@ -200,6 +201,7 @@ template <class Real>
 void give_empty_quadrics(std::uint32_t width, WorkMesh<Real>* mesh) {
   mesh->quadric_width = width;
   mesh->quadrics.assign(mesh->vertex_count() * width, 0.0F);
+  mesh->deviations.assign(mesh->has_deviations ? mesh->vertex_count() : 0, 0.0F);
 }
 
 // A tetrahedron's region is what all the region arrays together say.

@@ -60,12 +60,15 @@ template <class Stream, class State>
 void pass(Stream stream, State& state) {
   auto& mesh = state.input.mesh;
   stream.value(mesh.tets);
+  stream.value(mesh.removed);
   stream.value(mesh.chunks);
   stream.all(mesh.interface.entries());
   stream.all(mesh.sizes);
   stream.all(mesh.costs);
   stream.all(mesh.locks);
   stream.all(mesh.samples);
+  stream.value(mesh.facing.box());
+  stream.all(mesh.facing.cells());
   stream.value(state.input.box);
   stream.value(state.input.facts);
   auto& lower = state.input.lower;

@@ -39,6 +39,7 @@ class Trial {
  private:
   void import(const CarriedArrays& carried);
   void look_at_marks();
+  void limit_errors();
   void reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds);
   std::optional<std::uint64_t> goal();
   double seconds_for_all(double reading, double assembling, double rounds) const;
@@ -51,12 +52,13 @@ class Trial {
   const BehaviourOptions& behaviour_;
   const RunContext& context_;
   MemoryBudget* budget_;
-  const RoundPlanner planner_;
+  RoundPlanner planner_;
   BoundarySample boundary_;
   std::unique_ptr<Scratch> scratch_;
   PhaseClock clock_;
   ImportedMesh<Real> input_;
   std::vector<SteeringField> fields_;
+  std::vector<std::uint32_t> regions_;  // columns whose interfaces move
   RoundsState state_;
   RunEstimate out_;
   double free_ = 0;    // vertices of the sample that may go
@@ -73,16 +75,20 @@ RunEstimate Trial<Real>::run() {
   out_.sample_tets = mesh().tets;
   out_.boundary_share = boundary_.boundary_share();
   look_at_marks();
+  limit_errors();
+  if (surfaces_move(behaviour_)) regions_ = region_columns(carried, request_.regions);
 
-  const auto layout = run_layout<Real>(behaviour_.method, carried, request_.steering.width());
+  const auto layout = run_layout<Real>(behaviour_, carried, request_.steering.width());
   Rounds<Real> rounds(layout, 1, budget_, scratch_.get());
   state_.chunk_tets = behaviour_.chunk_tets;
   const double begin = wall_seconds();
   reach(goal(), &rounds);
   out_.seconds = seconds_for_all(reading, assembling, wall_seconds() - begin);
-  state_.end = StageEnd::kOpen;
-  state_.spread = 1;
-  reach(std::nullopt, &rounds);
+  if (out_.goal) {
+    state_.end = StageEnd::kOpen;
+    state_.spread = 1;
+    reach(std::nullopt, &rounds);
+  }
   out_.sample_seconds = wall_seconds() - begin;
   const auto gone = static_cast<double>(out_.sample_tets - mesh().tets);
   const double share = gone * scale() / static_cast<double>(out_.tets);
@@ -106,19 +112,29 @@ void Trial<Real>::import(const CarriedArrays& carried) {
 
 template <class Real>
 void Trial<Real>::look_at_marks() {
-  double own = 0, on_boundary = 0;
+  // Where surfaces move their vertices may go like others.
+  const int stays = surfaces_move(behaviour_) ? 0 : kOnBoundary;
+  double own = 0;
   for (const std::uint8_t marks : mesh().whole->marks) {
-    if ((marks & kOnInterface) != 0) continue;
+    if ((marks & (kOnInterface | stays)) != 0) continue;
     ++own;
-    if ((marks & kOnBoundary) != 0) ++on_boundary;
-    if ((marks & (kOnBoundary | kLocked)) == 0) ++free_;
+    if ((marks & kLocked) == 0) ++free_;
   }
-  if (out_.is_whole() || own == on_boundary) {
+  if (out_.is_whole() || own == 0) {
     inside_ = free_;
     return;
   }
-  const double not_locked = free_ / (own - on_boundary);
-  inside_ = static_cast<double>(boundary_.used_points()) * (1 - out_.boundary_share) * not_locked;
+  const double share = stays != 0 ? 1 - out_.boundary_share : 1;
+  inside_ = static_cast<double>(boundary_.used_points()) * share * free_ / own;
+}
+
+template <class Real>
+void Trial<Real>::limit_errors() {
+  const ErrorLimits limits = error_limits(behaviour_, fields_);
+  if (limits.at_points && boundary_.used_points() < request_.stream.points()) {
+    relate_to_used_points(input_.steering_box, limits.max_error, &fields_);
+  }
+  planner_.limit_errors(error_limits(behaviour_, fields_));
 }
 
 // The sample's part of what has to go; its free vertices have to do with less.
@@ -137,7 +153,8 @@ template <class Real>
 void Trial<Real>::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds) {
   while ((!goal || mesh().tets > *goal) && state_.end == StageEnd::kOpen) {
     context_.report("trying", 0.6);
-    const RoundPlan plan = planner_.plan(input_.box, mesh().tets, goal, state_);
+    RoundPlan plan = planner_.plan(input_.box, mesh().tets, goal, state_);
+    plan.settings.fuse.regions = regions_;
     const RoundStatistics round =
         rounds->run(plan.settings, plan.limits, fields_, context_, &mesh());
     planner_.note(plan, round, &state_);

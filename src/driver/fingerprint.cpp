@@ -66,6 +66,9 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   text +=
       fmt::format("method: {}\nminimum quality: {}\nmaximum rms: {}\n", static_cast<int>(b.method),
                   b.min_quality, b.max_rms ? fmt::format("{}", *b.max_rms) : "none");
+  text += fmt::format("boundary: {} {}\n", static_cast<int>(b.boundary), b.boundary_distance);
+  text +=
+      fmt::format("maximum error: {}\n", b.max_error ? fmt::format("{}", *b.max_error) : "none");
   text += fmt::format("boundary rule: {}\n", static_cast<int>(b.boundary_rule));
   text += fmt::format("reduction: {}\n", b.reduction ? fmt::format("{}", *b.reduction) : "none");
   text += fmt::format("tets: {}\n", b.tets ? fmt::format("{}", *b.tets) : "none");

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstring>
+#include <limits>
+#include <span>
 
 #include "driver/assemble.h"
 #include "driver/windows.h"
@@ -18,25 +21,10 @@ namespace {
 // What reading a window and sorting it takes.
 constexpr std::uint64_t kWindowMemory = std::uint64_t{48} << 20;
 
-// Reads `count` rows of each of some arrays.
-void read_columns(const MeshStream& stream, Association association,
-                  const std::vector<std::size_t>& indices, std::uint64_t first, std::uint64_t count,
-                  std::vector<Column>* columns) {
-  for (std::size_t c = 0; c < columns->size(); ++c) {
-    (*columns)[c].resize(count);
-    stream.read_rows(association, indices[c], first, count, (*columns)[c].rows);
-  }
-}
-
 std::vector<Column> columns_like(const AttributeSet& set) {
   std::vector<Column> columns;
   for (const ArrayInfo& info : set.arrays) columns.push_back({info.type, info.components, {}});
   return columns;
-}
-
-void append_row(const Column& from, std::size_t row, Column* to) {
-  const std::byte* begin = from.rows.data() + row * from.stride();
-  to->rows.insert(to->rows.end(), begin, begin + from.stride());
 }
 
 template <class Real>
@@ -59,6 +47,7 @@ class Importer {
         layout_(layout_of<Real>(carried, steering.width())),
         table_(stream.points()) {
     layout_.quadric_width = settings.quadric_width;
+    layout_.has_deviations = settings.has_deviations;
   }
 
   ImportedMesh<Real> run() {
@@ -91,13 +80,10 @@ class Importer {
  private:
   void find_homes();
   Vector<Vec3<Real>> read_positions(std::uint64_t first, std::uint64_t count) const;
-  // Those that are made; their numbers are bucket_of(chunk).
+  // All, or the one in the middle as number 0.
   std::uint32_t made_chunks() const { return settings_.sample != nullptr ? 1 : chunks_; }
   bool is_made(std::uint32_t chunk) const {
     return settings_.sample == nullptr || chunk == chunks_ / 2;
-  }
-  std::uint32_t bucket_of(std::uint32_t chunk) const {
-    return settings_.sample != nullptr ? 0 : chunk;
   }
   void scatter_tets(PieceStore* to);
   void scatter_window(std::size_t window, std::uint64_t first, std::uint64_t count, PieceStore* to);
@@ -111,6 +97,8 @@ class Importer {
                             PieceStore* to);
   Assembly<Real> assemble(PieceStore* tets, PieceStore* points);
   void settle_facts(const Assembly<Real>& assembly);
+  void note_values(std::size_t window, const double* values);
+  void join_boxes();
 
   const MeshDescription& description_;
   const MeshStream& stream_;
@@ -154,6 +142,7 @@ class Importer {
   Pool<PointScratch> point_scratch_;
   std::vector<LowerWindow> lower_;
   std::vector<LooseWindow> loose_;
+  std::vector<SteeringBox> boxes_;
   std::vector<std::uint64_t> ghosts_;
   std::atomic<std::uint64_t> tet_count_{0};
   Vector<Vec3<Real>> samples_;  // points, for cuts
@@ -321,6 +310,9 @@ template <class Real>
 void Importer<Real>::scatter_points(PieceStore* to) {
   const std::uint64_t points = stream_.points();
   loose_.resize(block_count(points, settings_.point_window));
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const std::size_t width = steering_.width();
+  boxes_.assign(loose_.size(), {std::vector(width, kInfinity), std::vector(width, -kInfinity)});
   std::atomic<std::size_t> done{0};
   for_each_block(points, settings_.point_window,
                  [&](std::size_t w, std::size_t begin, std::size_t end) {
@@ -331,6 +323,7 @@ void Importer<Real>::scatter_points(PieceStore* to) {
                  });
   to->seal();
   point_scratch_.clear();
+  join_boxes();
   LowerPart<Real>& all = out_.lower;
   all.loose_columns = layout_.point_columns;
   for (LooseWindow& window : loose_) {
@@ -377,13 +370,14 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
     const std::size_t before = chunk_of.size();
     table_.chunks_of(v, &chunk_of);
     const std::size_t chunks = chunk_of.size() - before;
-    last[i] = chunks > 0 ? bucket_of(chunk_of.back()) : 0;
+    last[i] = chunks > 0 && settings_.sample == nullptr ? chunk_of.back() : 0;
     if (settings_.sample != nullptr) keep_sampled(before, &chunk_of);
     items.insert(items.end(), chunk_of.size() - before, static_cast<std::uint32_t>(i));
     const bool is_carried = next_carried != carried.end() && *next_carried == v;
     if (is_carried) ++next_carried;
     marks[i] = static_cast<std::uint8_t>((chunks > 1 ? kOnInterface : 0) |
                                          (is_carried || not_finite[i] != 0 ? kLocked : 0));
+    if (chunks > 0) note_values(window, steering.data() + i * width);
     if (chunks > 0 || !is_carried) continue;
     LooseWindow& loose = loose_[window];
     if (loose.columns.empty()) loose.columns = layout_.point_columns;
@@ -416,6 +410,31 @@ void Importer<Real>::keep_sampled(std::size_t begin, Vector<std::uint32_t>* chun
   const bool has = std::any_of(first, chunk_of->end(), [&](auto c) { return is_made(c); });
   chunk_of->resize(begin);
   if (has) chunk_of->push_back(0);
+}
+
+template <class Real>
+void Importer<Real>::note_values(std::size_t window, const double* values) {
+  SteeringBox& box = boxes_[window];
+  for (const SteeringField& f : steering_.fields()) {
+    const std::span<const double> of_field(values + f.first, f.count);
+    if (!std::ranges::all_of(of_field, [](double v) { return std::isfinite(v); })) continue;
+    for (std::size_t k = f.first; k < f.first + f.count; ++k) {
+      box.low[k] = std::min(box.low[k], values[k]);
+      box.high[k] = std::max(box.high[k], values[k]);
+    }
+  }
+}
+
+template <class Real>
+void Importer<Real>::join_boxes() {
+  if (boxes_.empty()) return;
+  SteeringBox& all = out_.steering_box = boxes_.front();
+  for (const SteeringBox& box : boxes_) {
+    for (std::size_t k = 0; k < all.low.size(); ++k) {
+      all.low[k] = std::min(all.low[k], box.low[k]);
+      all.high[k] = std::max(all.high[k], box.high[k]);
+    }
+  }
 }
 
 template <class Real>

@@ -43,6 +43,7 @@ struct ImportSettings {
   // curve is made: a mesh in one piece, in which vertices that other chunks have are on the
   // interface. Facts are then that chunk's.
   BoundarySample* sample = nullptr;
+  bool has_deviations = false;  // WorkMesh::has_deviations of pieces
 };
 
 // The first round may be done with each chunk as it is put together, so that it need not be written
@@ -68,6 +69,11 @@ struct LowerPart {
   std::vector<Column> loose_columns;  // point columns
 };
 
+// `low` is above `high` where there is no value.
+struct SteeringBox {
+  std::vector<double> low, high;
+};
+
 template <class Real>
 struct ImportedMesh {
   // With `first_round_done` the interface table, with marks alone; the mesh is what that round ends
@@ -77,6 +83,8 @@ struct ImportedMesh {
   Box box;
   LowerPart<Real> lower;
   InputFacts facts;
+  // Of each steering value, over the points that tetrahedra use, where all of the field are finite.
+  SteeringBox steering_box;
 };
 
 // The first round is not done where the mesh is in one piece, and where it turns out, after the

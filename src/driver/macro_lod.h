@@ -33,6 +33,7 @@ using ChunkCosts = std::array<std::uint32_t, kCostBins>;
 template <class Real>
 struct MacroLod {
   std::uint64_t tets = 0;
+  std::uint64_t removed = 0;  // points that chunks remember (mesh/removed_points.h)
   std::uint32_t chunks = 1;
 
   // Exactly one of the two: the whole mesh, or the pieces of its chunks and what they need to know
@@ -45,6 +46,9 @@ struct MacroLod {
   // Vertices that are free in their chunk, but turned out to be at something broken between chunks:
   // to be locked when they are read. Ascending ids; nearly always empty.
   Vector<VertexId> locks;
+
+  // Ways its boundary looks, where surfaces may move.
+  FacingGrid facing;
 
   // Vertices spread over the mesh as its tetrahedra are, from which the next cut is made; none
   // where the mesh is whole.

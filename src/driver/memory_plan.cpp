@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "driver/rounds.h"
+
 namespace tetfusion {
 
 namespace {
@@ -31,17 +33,23 @@ double interface_vertices(double tets) {
 
 }  // namespace
 
-MemoryNeeds estimate_needs(const MeshDescription& mesh, std::uint64_t steering_bytes,
+MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read) {
   const auto cells = static_cast<double>(mesh.cells);
   const auto points = static_cast<double>(mesh.points);
   const double real = mesh.point_type == ValueType::kFloat32 ? 4 : 8;
   const double vertex =
-      3 * real + 5 + static_cast<double>(steering_bytes + row_bytes(mesh.point_data));
+      3 * real + 5 + static_cast<double>(steering.vertex + row_bytes(mesh.point_data));
   const double tet = 17 + static_cast<double>(row_bytes(mesh.cell_data));
   const double pieces = cells * tet + kCopies * points * vertex;
   const double chunks = std::ceil(cells / static_cast<double>(chunk_tets));
-  const double chunk = pieces / std::max(chunks, 1.0);
+  const double removed =
+      steering.removed_point == 0 ? 0 : 3 * real + 8 + static_cast<double>(steering.removed_point);
+  // In the beginning, or in the end, when most of it are removed points (Rounds::begin). All in
+  // all those take less than the tetrahedra and vertices did that went.
+  const double chunk =
+      std::max(pieces / std::max(chunks, 1.0),
+               removed * std::min(points, kRemovedPerTet * static_cast<double>(chunk_tets)));
 
   // Reports of the interface, twice while they are sorted, and what judging it needs: 85 measured.
   constexpr double kInterfaceBytes = 100;

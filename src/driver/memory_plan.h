@@ -15,9 +15,15 @@ struct MemoryNeeds {
   std::uint64_t scratch = 0;      // of the disk, beside the output, where the mesh is kept there
 };
 
-// `steering_bytes` are those that steering takes a vertex; `memory_to_read` is what the reader
+// What steering takes of a vertex, and of a point that is no vertex any more but remembered for the
+// sake of a bound at points; 0: none is.
+struct SteeringBytes {
+  std::uint64_t vertex = 0, removed_point = 0;
+};
+
+// `memory_to_read` is what the reader
 // itself keeps in memory: 0 where it reads in windows.
-MemoryNeeds estimate_needs(const MeshDescription& mesh, std::uint64_t steering_bytes,
+MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read);
 
 }  // namespace tetfusion

@@ -13,10 +13,17 @@
 
 namespace tetfusion {
 
-inline constexpr double kDefaultMaxRms = 0.005;
+inline constexpr double kDefaultMaxError = 0.01;
 
 // With Method::kFuse a chunk, whose events are counted in 32 bits, may have no more tetrahedra.
 inline constexpr std::uint64_t kMaxFuseChunk = std::uint64_t{1} << 27;
+
+// What may become of the boundary surface, and of surfaces between regions.
+enum class Boundary : std::uint8_t {
+  kExact,   // every triangle stays
+  kPlanar,  // the same surface: flat parts and straight edges get new triangles
+  kWithin,  // it may move by a distance
+};
 
 // May change the result.
 struct BehaviourOptions {
@@ -25,7 +32,7 @@ struct BehaviourOptions {
 
   // The goal, at most one of the two: the share of the tetrahedra that is to go, in [0, 1), or how
   // many are to be left, at least 1. Without a goal kTetFuse goes on until nothing fuses, kFuse as
-  // far as max_rms allows.
+  // far as max_error allows.
   std::optional<double> reduction;
   std::optional<std::uint64_t> tets;
 
@@ -41,10 +48,19 @@ struct BehaviourOptions {
   // cavity; in [0, 1).
   double min_quality = 0.22;
   // With kFuse: what a fusion may do to the steering fields, in the mean of squares, as a share of
-  // their range; > 0. Absent: anything with a goal, kDefaultMaxRms without one.
+  // their range; > 0. Absent: anything.
   std::optional<double> max_rms;
+  // With kFuse: no steering field deviates by more from the original's at any of the original's
+  // points, as a share of its range; > 0. Absent: anything with a goal, another bound, or a
+  // tolerance of an array; else kDefaultMaxError.
+  std::optional<double> max_error;
 
-  // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". Empty: the active
+  // With kFuse; kWithin: by this share of the diagonal of the bounding box, > 0.
+  Boundary boundary = Boundary::kExact;
+  double boundary_distance = 0;
+
+  // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". The share
+  // stands in the place of scalar_tolerance or max_error. Empty: the active
   // scalars, else the first floating-point point array.
   std::vector<std::string> arrays;
 

@@ -62,6 +62,10 @@ std::string_view reason_in_words(Reject reason) {
       return "the fields would change by more than they may";
     case Reject::kQuality:
       return "a tetrahedron would fall below the quality floor";
+    case Reject::kSurface:
+      return "the surface would move further than it may, or be torn";
+    case Reject::kDeviation:
+      return "a field would deviate by more than it may at a point of the original";
   }
   return "";
 }
@@ -110,33 +114,36 @@ std::string to_json(const SimplifyReport& r) {
   for (const LodSummary& lod : r.lods) lods.push_back(to_json_object(lod));
   Json seconds(r.seconds);
   seconds["total"] = r.total_seconds;
-  const Json json = {{"version", version()},
-                     {"method", r.method == Method::kFuse ? "fuse" : "tetfuse"},
-                     {"input", to_json_object(r.input)},
-                     {"output", to_json_object(r.output)},
-                     {"outputs", r.outputs},
-                     {"reduction", r.reduction()},
-                     {"stop_reason", r.stop_reason == StopReason::kGoal ? "goal" : "saturated"},
-                     {"stop_sentence", r.stop_sentence()},
-                     {"steering", r.steering},
-                     {"regions", r.regions},
-                     {"odd",
-                      {{"rewound", r.oddities.rewound},
-                       {"degenerate", r.oddities.degenerate},
-                       {"inverted", r.oddities.inverted},
-                       {"duplicate_tets", r.oddities.duplicate_tets},
-                       {"nonconforming_faces", r.oddities.nonconforming_faces},
-                       {"unused_points", r.oddities.unused_points},
-                       {"merged_points", r.oddities.merged_points},
-                       {"ghost_cells", r.oddities.ghost_cells},
-                       {"locked_vertices", r.oddities.locked_vertices}}},
-                     {"lods", lods},
-                     {"seconds", seconds},
-                     {"cpu_seconds", r.cpu_seconds},
-                     {"peak_rss_bytes", r.peak_rss_bytes},
-                     {"scratch_bytes", r.scratch_bytes},
-                     {"threads", r.threads},
-                     {"chunks", r.lods.empty() ? 1 : r.lods.front().chunks}};
+  const Json json = {
+      {"version", version()},
+      {"method", r.method == Method::kFuse ? "fuse" : "tetfuse"},
+      {"input", to_json_object(r.input)},
+      {"output", to_json_object(r.output)},
+      {"outputs", r.outputs},
+      {"reduction", r.reduction()},
+      {"stop_reason", r.stop_reason == StopReason::kGoal ? "goal" : "saturated"},
+      {"stop_sentence", r.stop_sentence()},
+      {"steering", r.steering},
+      {"regions", r.regions},
+      {"boundary",
+       {{"mode", r.boundary}, {"deviation", r.lods.empty() ? 0.0 : r.lods.back().deviation}}},
+      {"odd",
+       {{"rewound", r.oddities.rewound},
+        {"degenerate", r.oddities.degenerate},
+        {"inverted", r.oddities.inverted},
+        {"duplicate_tets", r.oddities.duplicate_tets},
+        {"nonconforming_faces", r.oddities.nonconforming_faces},
+        {"unused_points", r.oddities.unused_points},
+        {"merged_points", r.oddities.merged_points},
+        {"ghost_cells", r.oddities.ghost_cells},
+        {"locked_vertices", r.oddities.locked_vertices}}},
+      {"lods", lods},
+      {"seconds", seconds},
+      {"cpu_seconds", r.cpu_seconds},
+      {"peak_rss_bytes", r.peak_rss_bytes},
+      {"scratch_bytes", r.scratch_bytes},
+      {"threads", r.threads},
+      {"chunks", r.lods.empty() ? 1 : r.lods.front().chunks}};
   // A file's name need not be UTF-8, JSON must.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

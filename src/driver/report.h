@@ -25,6 +25,7 @@ struct LodSummary {
   double stretch_factor = 0;
   std::uint64_t chunks = 1;
   double seconds = 0;
+  double deviation = 0;  // how far surfaces may have moved so far: a bound, share of the diagonal
 };
 
 // What is odd about the input and was therefore left alone or out.
@@ -55,6 +56,7 @@ struct SimplifyReport {
   Oddities oddities;
   StopReason stop_reason = StopReason::kSaturated;
   bool has_goal = false;
+  std::string boundary = "exact";  // as it was asked for
   std::vector<LodSummary> lods;
   std::map<std::string, double> seconds;  // by phase
   double total_seconds = 0;

@@ -34,9 +34,21 @@ bool was_rejected(const RoundStatistics& round, Reject reason) {
   return round.pass.rejected[static_cast<std::size_t>(reason)] > 0;
 }
 
+// Flat is what is flat but for the rounding of coordinates: a point of a slanted plane is up to
+// 2^-24 of the mesh off it in single precision, or with seven digits in a text, and such errors add
+// up where many vertices become one. This share of the diagonal is 64 times that.
+constexpr double kFlat = 0x1p-18;
+
+// What the squared distance from the surface, as a share of the diagonal, adds to the cost: 1 % of
+// the diagonal is as bad as 32 % of a field's range.
+constexpr double kSurfaceCost = 1000;
+
+double diagonal_of(const Box& box) {
+  return std::hypot(box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z);
+}
+
 // A power of two that makes the diagonal a number near 1.
-double unit_of(const Box& box) {
-  const double diagonal = std::hypot(box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z);
+double unit_of(double diagonal) {
   if (!std::isnormal(diagonal)) return 1;
   return std::ldexp(1.0, -std::ilogb(diagonal));
 }
@@ -77,18 +89,28 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
 void RoundPlanner::plan_fuse(const Box& box, std::uint64_t quota, bool has_goal,
                              const RoundsState& state, RoundSettings* settings) const {
   settings->look = state.lods.empty();
-  settings->fuse.unit = unit_of(box);
+  const double diagonal = diagonal_of(box);
+  settings->fuse.unit = unit_of(diagonal);
+  if (options_.boundary != Boundary::kExact) {
+    const bool within = options_.boundary == Boundary::kWithin;
+    const double width = diagonal * settings->fuse.unit;
+    settings->fuse.max_deviation = (within ? options_.boundary_distance : kFlat) * width;
+    settings->fuse.sheet_weight = kSurfaceCost / (width * width);
+  }
   settings->fuse.min_quality = options_.min_quality;
+  settings->fuse.max_error = errors_.max_error;
   if (settings->look) return;
   const double next =
       next_threshold(state.costs, state.threshold, has_goal ? std::optional(quota) : std::nullopt);
-  settings->fuse.threshold = std::min(next, max_cost());
+  settings->fuse.threshold = std::min(next, errors_.max_cost);
 }
 
 void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
                         RoundsState* state) const {
+  const double width = diagonal_of(plan.settings.box) * plan.settings.fuse.unit;
+  const double deviation = width > 0 ? double{round.deviation} / width : 0;
   state->lods.push_back({round.pass, plan.limits.scalar_tolerance, plan.limits.stretch_factor,
-                         round.chunks, wall_seconds() - plan.start});
+                         round.chunks, wall_seconds() - plan.start, deviation});
   state->spread = plan.limits.spread ? 1 : 0;
   const auto before = static_cast<double>(round.pass.tets_before);
   const auto removed = before - static_cast<double>(round.pass.tets_after);
@@ -133,15 +155,8 @@ StageEnd RoundPlanner::judge_fuse(const RoundStatistics& round, RoundsState* sta
     return StageEnd::kOpen;
   }
   if (removed > kSaturatedShare * before) return StageEnd::kOpen;
-  const double most = std::min(max_cost(), largest_cost(round.costs));
+  const double most = std::min(errors_.max_cost, largest_cost(round.costs));
   return state->threshold.cost >= most ? StageEnd::kSaturated : StageEnd::kOpen;
-}
-
-double RoundPlanner::max_cost() const {
-  const bool has_goal = options_.reduction || options_.tets || !options_.lods.empty();
-  const double none = has_goal ? std::numeric_limits<double>::infinity() : kDefaultMaxRms;
-  const double rms = options_.max_rms.value_or(none);
-  return rms * rms;
 }
 
 std::size_t RoundPlanner::schedule() const {

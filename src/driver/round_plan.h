@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "driver/error_limits.h"
 #include "driver/options.h"
 #include "driver/report.h"
 #include "driver/rounds.h"
@@ -41,6 +42,9 @@ class RoundPlanner {
   // The options outlive this.
   explicit RoundPlanner(const BehaviourOptions& behaviour) : options_(behaviour) {}
 
+  // To be called before the first round.
+  void limit_errors(const ErrorLimits& limits) { errors_ = limits; }
+
   // The round after those in the state, over a mesh of so many tetrahedra; `box` is the input's. A
   // function of its arguments, but for the time.
   RoundPlan plan(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
@@ -54,10 +58,10 @@ class RoundPlanner {
                  RoundSettings* settings) const;
   StageEnd judge(const RoundStatistics& round, RoundsState* state) const;
   StageEnd judge_fuse(const RoundStatistics& round, RoundsState* state) const;
-  double max_cost() const;
   std::size_t schedule() const;
 
   const BehaviourOptions& options_;
+  ErrorLimits errors_;
 };
 
 }  // namespace tetfusion

@@ -96,20 +96,25 @@ void Rounds<Real>::gather(const MacroLod<Real>& mesh, std::uint32_t chunk,
 
 // Passes over one chunk, or the whole mesh; limits.quota is its own.
 template <class Real>
-PassStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
-                                        CostHistogram* costs) {
+FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker,
+                                        WorkMesh<Real>* mesh) {
   Worker& tools = *workers_[worker];
   const RoundSettings& settings = round_.settings;
   if (settings.method == Method::kTetFuse) {
-    return run_greedy_passes(settings.passes, limits, round_.fields, &tools.pass, mesh);
+    FuseStatistics statistics;
+    statistics.pass = run_greedy_passes(settings.passes, limits, round_.fields, &tools.pass, mesh);
+    return statistics;
   }
   FuseLimits fuse = settings.fuse;
   fuse.quota = limits.quota;
+  if (fuse.sheets_move()) {
+    fuse.facing = round_.facing.empty() ? nullptr : &round_.facing;
+    fuse.facing_after = &round_.next_facing;
+    fuse.marks_are_known = !settings.look;
+  }
   if (settings.look) begin_quadrics(round_.fields, fuse.unit, mesh);
-  const FuseStatistics statistics = settings.look ? tools.fuse.look(fuse, round_.fields, mesh)
-                                                  : tools.fuse.run(fuse, round_.fields, mesh);
-  *costs = statistics.costs;
-  return statistics.pass;
+  return settings.look ? tools.fuse.look(fuse, round_.fields, mesh)
+                       : tools.fuse.run(fuse, round_.fields, mesh);
 }
 
 // By the chunks that will have the vertices.
@@ -146,6 +151,13 @@ std::vector<std::uint64_t> Rounds<Real>::shares_of(const RoundSettings& settings
 }
 
 template <class Real>
+void Rounds<Real>::begin_facing() {
+  if (!round_.settings.fuse.sheets_move()) return;
+  const Box& box = round_.settings.box;
+  round_.next_facing.reset({{box.lo.x, box.lo.y, box.lo.z}, {box.hi.x, box.hi.y, box.hi.z}});
+}
+
+template <class Real>
 RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimits limits,
                                         std::span<const SteeringField> fields,
                                         MacroLod<Real>* mesh) {
@@ -164,7 +176,13 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
     round_ = {};
     round_.settings = settings;
     round_.fields = fields;
-    statistics.pass = run_passes(limits, 0, &whole, &statistics.costs);
+    round_.facing = std::move(mesh->facing);
+    begin_facing();
+    const FuseStatistics all = run_passes(limits, 0, &whole);
+    mesh->facing = std::move(round_.next_facing);
+    statistics.pass = all.pass;
+    statistics.costs = all.costs;
+    statistics.deviation = all.deviation;
   }
   mesh->tets = whole.tets.size();
   return statistics;
@@ -176,7 +194,10 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
                                   MacroLod<Real>* mesh) {
   context.check();
   if (mesh->whole) return run_whole(settings, limits, fields, mesh);
-  begin(settings, limits, fields, mesh->tets, shares_of(settings, *mesh), mesh->samples);
+  RoundSettings own = settings;
+  own.removed = mesh->removed;
+  begin(own, limits, fields, mesh->tets, shares_of(settings, *mesh), mesh->samples);
+  round_.facing = std::move(mesh->facing);
   run_tasks(mesh->chunks, static_cast<int>(workers_.size()), [&](std::size_t c, std::size_t w) {
     context.check();
     const auto chunk = static_cast<std::uint32_t>(c);
@@ -196,11 +217,18 @@ template <class Real>
 void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits,
                          std::span<const SteeringField> fields, std::uint64_t tets,
                          std::vector<std::uint64_t> shares, const Vector<Vec3<Real>>& samples) {
-  round_ = {settings, limits, fields, tets, std::move(shares), {}, nullptr, {}, {}};
+  round_ = {};
+  round_.settings = settings;
+  round_.limits = limits;
+  round_.fields = fields;
+  round_.tets = tets;
+  round_.shares = std::move(shares);
+  begin_facing();
   round_.results.resize(round_.shares.size() - 1);
   round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
   // By what the mesh will about have shrunk to.
-  const double expected = settings.shrink * static_cast<double>(tets);
+  const double expected = settings.shrink * static_cast<double>(tets) +
+                          static_cast<double>(settings.removed / kRemovedPerTet);
   const auto chunks =
       static_cast<std::uint32_t>(std::ceil(expected / static_cast<double>(settings.chunk_tets)));
   if (settings.method == Method::kFuse) round_.costs.resize(std::max(chunks, 1U));
@@ -220,7 +248,10 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
                        round_.shares.back());
   ChunkResult& result = round_.results[chunk];
   Worker& tools = *workers_[worker];
-  result.pass = run_passes(own, worker, mesh, &result.costs);
+  const FuseStatistics statistics = run_passes(own, worker, mesh);
+  result.pass = statistics.pass;
+  result.costs = statistics.costs;
+  result.deviation = statistics.deviation;
   tools.scatter.scatter(*mesh, round_.next_cut, chunk, round_.next.get(), &result.interface);
   result.sizes = tools.scatter.sizes();
   if (!round_.costs.empty()) count_costs(*mesh, tools.scatter);
@@ -229,6 +260,11 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
   for (std::size_t t = 0; t < mesh->tets.size(); t += step) {
     result.samples.push_back(mesh->positions[mesh->tets[t][0]]);
   }
+  const Vector<Vec3<Real>>& removed = mesh->removed.positions;
+  for (std::size_t p = 0; p < removed.size(); p += kRemovedPerTet * step) {
+    result.samples.push_back(removed[p]);
+  }
+  result.removed_points = removed.size();
 }
 
 template <class Real>
@@ -238,6 +274,7 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
   next.pieces = std::move(round_.next);
   next.pieces->seal();
   next.costs = std::move(round_.costs);
+  next.facing = std::move(round_.next_facing);
   next.sizes.resize(next.chunks);
   RoundStatistics statistics;
   statistics.chunks = round_.results.size();
@@ -245,8 +282,10 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
   for (ChunkResult& result : round_.results) {
     add(result.pass, &statistics.pass);
     for (std::size_t b = 0; b < kCostBins; ++b) statistics.costs[b] += result.costs[b];
+    statistics.deviation = std::max(statistics.deviation, result.deviation);
     reports.insert(reports.end(), result.interface.begin(), result.interface.end());
     next.samples.insert(next.samples.end(), result.samples.begin(), result.samples.end());
+    next.removed += result.removed_points;
     for (const auto& size : result.sizes) {
       next.sizes[size.bucket].free_points += size.free_vertices;
       next.sizes[size.bucket].tets += size.tets;

@@ -19,9 +19,13 @@
 
 namespace tetfusion {
 
+// Points that are remembered weigh in a chunk's size: so many are one more tetrahedron.
+inline constexpr std::uint64_t kRemovedPerTet = 2;
+
 struct RoundStatistics {
   PassStatistics pass;    // fusions of all passes; why what is left was refused in the last ones
   CostHistogram costs{};  // with Method::kFuse: of the vertices that are left
+  float deviation = 0;    // and how far sheets may have moved, in the unit
   std::uint64_t chunks = 1;
 };
 
@@ -36,7 +40,8 @@ struct RoundSettings {
   // Where the mesh is cut, a chunk that has been loaded is worked on until a pass fuses next to
   // nothing, but at most so often. Loading costs more than a pass.
   int passes = 1;
-  std::uint32_t number = 1;  // of the round; ascending from 1: it shifts the cut
+  std::uint32_t number = 1;   // of the round; ascending from 1: it shifts the cut
+  std::uint64_t removed = 0;  // removed points of the mesh; Rounds::run() knows itself
   double shrink =
       1;  // what the last round has left of the mesh: the next cut expects the same again
 };
@@ -82,8 +87,10 @@ class Rounds {
   struct ChunkResult {
     PassStatistics pass;
     CostHistogram costs{};
+    float deviation = 0;
     Vector<InterfaceReport> interface;
     Vector<Vec3<Real>> samples;
+    std::uint64_t removed_points = 0;
     std::vector<typename ChunkScatter<Real>::PieceSize> sizes;
   };
   // The round that has begun.
@@ -97,12 +104,13 @@ class Rounds {
     std::unique_ptr<PieceStore> next;
     std::vector<ChunkResult> results;
     std::vector<ChunkCosts> costs;  // of the next chunks
+    FacingGrid facing, next_facing;
   };
   RoundStatistics run_whole(const RoundSettings& settings, PassLimits limits,
                             std::span<const SteeringField> fields, MacroLod<Real>* mesh);
+  void begin_facing();
   void make_whole(MacroLod<Real>* mesh);
-  PassStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
-                            CostHistogram* costs);
+  FuseStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh);
   void count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter);
   std::vector<std::uint64_t> shares_of(const RoundSettings& settings,
                                        const MacroLod<Real>& mesh) const;

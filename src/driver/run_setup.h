@@ -12,9 +12,15 @@
 
 namespace tetfusion {
 
-// An empty mesh with the rows that the rounds of a method need.
+bool surfaces_move(const BehaviourOptions& behaviour);
+
+// Columns of chunks: those of cell arrays of the description.
+std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
+                                          const std::vector<std::size_t>& regions);
+
+// An empty mesh with the rows that the rounds need.
 template <class Real>
-WorkMesh<Real> run_layout(Method method, const CarriedArrays& carried,
+WorkMesh<Real> run_layout(const BehaviourOptions& behaviour, const CarriedArrays& carried,
                           std::uint32_t steering_width);
 
 // `regions` are cell arrays of the description.

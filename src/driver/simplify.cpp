@@ -28,6 +28,11 @@ namespace tetfusion {
 
 namespace {
 
+std::string boundary_name(const BehaviourOptions& b) {
+  if (b.boundary == Boundary::kWithin) return fmt::format("{}", b.boundary_distance);
+  return b.boundary == Boundary::kPlanar ? "planar" : "exact";
+}
+
 class Job {
  public:
   Job(const SimplifyRequest& request, const RunContext& context)
@@ -58,16 +63,20 @@ class Job {
   void end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state);
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
+  bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
+  RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
+                       const RoundsState& state) const;
   double progress_at(std::uint64_t tets, std::size_t rounds) const;
   [[noreturn]] void fail_with_hint(const Error& error);
 
   const SimplifyRequest& request_;
   const RunContext& context_;
-  const RoundPlanner planner_{request_.behaviour};
+  RoundPlanner planner_{request_.behaviour};
   std::unique_ptr<MeshSource> source_;
   std::unique_ptr<MeshStream> stream_;
   std::vector<SteeringChoice> steering_choices_;
   std::vector<std::size_t> regions_;
+  std::vector<std::uint32_t> region_columns_;  // the same, of the columns of chunks
   MemoryNeeds needs_;
   std::unique_ptr<MemoryBudget> budget_;
   bool on_disk_ = false;
@@ -108,6 +117,7 @@ RunPlan Job::plan(std::uint64_t sample_tets) {
 void Job::begin() {
   check_options(request_);
   report_.method = request_.behaviour.method;
+  report_.boundary = boundary_name(request_.behaviour);
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
   for (const Stage& stage : plan_stages(request_, kMaxTets)) check_export(stage.path);
@@ -166,13 +176,6 @@ void Job::open_input() {
                                        request_.behaviour.linearize, spool_folder(request_)});
   stream_ = source_->stream();
   steering_choices_ = choose_steering(source_->description(), request_.behaviour.arrays);
-  for (const SteeringChoice& choice : steering_choices_) {
-    if (request_.behaviour.method != Method::kFuse || !choice.tolerance) continue;
-    throw Error(ErrorCode::kUsage,
-                fmt::format("--array {}: a tolerance of its own belongs to --method tetfuse; with "
-                            "fuse give --max-rms, for all arrays that steer",
-                            choice.name));
-  }
   regions_ = choose_regions(source_->description(), request_.behaviour.regions);
   context_.check();
 }
@@ -182,14 +185,19 @@ void Job::plan_memory() {
       request_.performance.memory != 0 ? request_.performance.memory : memory_limit() / 2;
   std::uint32_t width = 0;
   const MeshDescription& mesh = source_->description();
+  std::vector<SteeringField> fields;
   for (const SteeringChoice& choice : steering_choices_) {
     const bool of_cells = choice.association == Association::kCell;
     width += (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index].components;
+    fields.push_back({0, 1, 1, choice.tolerance});
   }
+  const bool removed_points = error_limits(request_.behaviour, fields).at_points;
   std::uint64_t steering_bytes = width * sizeof(double);
   if (request_.behaviour.method == Method::kFuse)
-    steering_bytes += quadric_row(width) * sizeof(float);
-  needs_ = estimate_needs(mesh, steering_bytes, request_.behaviour.chunk_tets, thread_count(),
+    steering_bytes +=
+        (quadric_row(width, surfaces_move()) + (surfaces_move() ? 1 : 0)) * sizeof(float);
+  needs_ = estimate_needs(mesh, {steering_bytes, removed_points ? width * sizeof(double) : 0},
+                          request_.behaviour.chunk_tets, thread_count(),
                           stream_ ? stream_->bytes() : source_->memory_to_read());
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
@@ -227,10 +235,11 @@ template <class Real>
 void Job::run_with() {
   const MeshDescription& description = source_->description();
   const CarriedArrays carried(description);
+  region_columns_ = region_columns(carried, regions_);
   RunState<Real> state;
   std::unique_ptr<Rounds<Real>> rounds;
   const auto begin = [&](std::uint32_t steering_width) {
-    auto layout = run_layout<Real>(request_.behaviour.method, carried, steering_width);
+    auto layout = run_layout<Real>(request_.behaviour, carried, steering_width);
     rounds = std::make_unique<Rounds<Real>>(layout, thread_count(), budget_.get(), scratch_.get());
     return layout;
   };
@@ -247,6 +256,7 @@ void Job::run_with() {
     describe_input(state.input.facts);
     plan_output(state.input.facts.tets);
     report_.steering = state.field_names;
+    planner_.limit_errors(error_limits(request_.behaviour, state.fields));
     run_stages(carried, layout, std::move(rounds), &state);
     return;
   }
@@ -275,10 +285,19 @@ Steering Job::read_steering() {
   return steering;
 }
 
+RoundPlan Job::plan_round(const Box& box, std::uint64_t tets,
+                          const std::optional<std::uint64_t>& goal,
+                          const RoundsState& state) const {
+  RoundPlan plan = planner_.plan(box, tets, goal, state);
+  if (surfaces_move()) plan.settings.fuse.regions = region_columns_;
+  return plan;
+}
+
 template <class Real>
 void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<Real>* rounds,
                  RunState<Real>* state) {
   state->fields = fields_of(steering, carried);
+  planner_.limit_errors(error_limits(request_.behaviour, state->fields));
   state->field_names = steering.names();
   state->steering_width = steering.width();
   state->chunk_tets = request_.behaviour.chunk_tets;
@@ -294,7 +313,7 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
       report_.input.tets = tets;
       plan_output(tets);
       state->input.box = box;
-      plan = planner_.plan(box, tets, stages_.front().tets, *state);
+      plan = plan_round(box, tets, stages_.front().tets, *state);
       rounds->begin(plan.settings, plan.limits, state->fields, tets, std::move(shares), samples);
     };
     first.work = [&](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
@@ -303,6 +322,11 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
   }
   state->input = import_mesh<Real>(source_->description(), *stream_, carried, steering, settings,
                                    first, context_, &clock_, budget_.get(), scratch_.get());
+  const ErrorLimits limits = error_limits(request_.behaviour, state->fields);
+  if (limits.at_points && state->input.facts.unused_points > 0) {
+    relate_to_used_points(state->input.steering_box, limits.max_error, &state->fields);
+    planner_.limit_errors(error_limits(request_.behaviour, state->fields));
+  }
   describe_input(state->input.facts);
   say_what_is_odd(state->input.facts);
   plan_output(state->input.facts.tets);
@@ -421,7 +445,7 @@ bool Job::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds,
   while (!goal || mesh.tets > *goal) {
     if (state->end != StageEnd::kOpen) return state->end == StageEnd::kGoal;
     context_.report("fusing", progress_at(mesh.tets, state->lods.size()));
-    const RoundPlan plan = planner_.plan(state->input.box, mesh.tets, goal, *state);
+    const RoundPlan plan = plan_round(state->input.box, mesh.tets, goal, *state);
     const RoundStatistics round =
         rounds->run(plan.settings, plan.limits, state->fields, context_, &mesh);
     end_round(plan, round, state);

@@ -71,6 +71,15 @@ void check_options(const SimplifyRequest& request) {
   if (b.max_rms && !(*b.max_rms > 0)) {
     refuse("--max-rms must be greater than 0 (a share of the range)");
   }
+  if (b.method != Method::kFuse && b.boundary != Boundary::kExact) {
+    refuse("--boundary belongs to --method fuse: tetfuse keeps the boundary exact");
+  }
+  if (b.boundary == Boundary::kWithin && !(b.boundary_distance > 0 && b.boundary_distance < 1)) {
+    refuse("--boundary must be a share of the diagonal, more than 0% and less than 100%");
+  }
+  if (b.max_error && !(*b.max_error > 0)) {
+    refuse("--max-error must be greater than 0 (a share of the range)");
+  }
   if (!std::is_sorted(b.lods.begin(), b.lods.end()))
     refuse("--lods must ascend, as in 50%,80%,95%");
   const auto twin = std::adjacent_find(b.lods.begin(), b.lods.end());

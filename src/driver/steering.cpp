@@ -167,11 +167,14 @@ double Steering::measure(Array* array) const {
     Vector<double> values;
     read_array(*array, begin, end - begin, &values);
     windows[w].resize(components);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (!std::isfinite(values[i])) continue;
-      Range& range = windows[w][i % components];
-      range.lo = std::min(range.lo, values[i]);
-      range.hi = std::max(range.hi, values[i]);
+    for (std::size_t row = 0; row < values.size(); row += components) {
+      const std::span<const double> tuple(values.data() + row, components);
+      if (!std::ranges::all_of(tuple, [](double v) { return std::isfinite(v); })) continue;
+      for (std::size_t k = 0; k < components; ++k) {
+        Range& range = windows[w][k];
+        range.lo = std::min(range.lo, tuple[k]);
+        range.hi = std::max(range.hi, tuple[k]);
+      }
     }
   });
   double diagonal = 0;

@@ -28,11 +28,13 @@ enum class Reject : std::uint8_t {
   kQuota,      // the pass has removed what the goal allows up to here
   kError,      // it would cost more than the round allows
   kQuality,    // an affected tetrahedron would be worse than the floor, and than all were
+  kSurface,    // the surface, or one between regions, would move too far, or be torn or pinched
+  kDeviation,  // a steering field would deviate too far at a point of the original
 };
-inline constexpr std::size_t kRejectReasons = 10;
+inline constexpr std::size_t kRejectReasons = 12;
 inline constexpr std::array<std::string_view, kRejectReasons> kRejectNames{
-    "boundary", "locked",    "scalar", "flip",  "stretch",
-    "aspect",   "interface", "quota",  "error", "quality"};
+    "boundary",  "locked", "scalar", "flip",    "stretch", "aspect",
+    "interface", "quota",  "error",  "quality", "surface", "deviation"};
 
 // What a pass, or all passes of a round, did.
 struct PassStatistics {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace tetfusion {
@@ -32,6 +33,9 @@ inline ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Rea
 double cubed_mean_ratio(const ShapeOf& s) {
   return 432 * s.det * s.det / (s.edges * s.edges * s.edges);
 }
+
+// pushed() goes a little further than it must.
+constexpr double kPush = 1.05;
 
 // A mean ratio from which on the sign of a volume is beyond doubt.
 constexpr double kSureQuality = 1e-3;
@@ -80,12 +84,20 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
     if (const auto reason = judge_shape(failed_)) return reason;
     weak_.clear();
   }
-  v_ = v;
-  partner_ = partner;
-  if (const auto reason = collect_ball(v, partner, true)) return reason;
-  if (!fixed) {
-    if (const auto reason = collect_ball(partner, v, false)) return reason;
+  v_ = kNoVertex;
+  std::optional<Reject> reason = collect_ball(v, partner, true);
+  if (!reason && !fixed) reason = collect_ball(partner, v, false);
+  if (!reason) reason = compare_shapes();
+  if (reason) {
+    v_ = v;
+    partner_ = partner;
   }
+  return reason;
+}
+
+// Those that are below the floor with the worst that there are now.
+template <class Real>
+std::optional<Reject> FuseCavity<Real>::compare_shapes() {
   if (weak_.empty()) return std::nullopt;
   const double limit = worst();
   const auto& p = mesh_->positions;
@@ -101,11 +113,14 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
   return std::nullopt;
 }
 
-// The tetrahedra round one of the two, up to the first one that speaks against it.
+// The tetrahedra round one of the two, up to the first one that speaks against it. That one often
+// speaks against other partners, too, and is asked first from then on.
 template <class Real>
 std::optional<Reject> FuseCavity<Real>::collect_ball(VertexId moved, VertexId other,
                                                      bool is_first) {
-  for (const std::uint32_t entry : balls_->of(moved, mesh_->incidence[moved], mesh_->tets)) {
+  const auto ball = balls_->of(moved, mesh_->incidence[moved], mesh_->tets);
+  for (std::size_t i = 0; i < ball.size(); ++i) {
+    const std::uint32_t entry = ball[i];
     const Tet& tet = mesh_->tets[entry >> 2];
     if ((tet[0] == other) | (tet[1] == other) | (tet[2] == other) | (tet[3] == other)) {
       if (is_first) deleted_.push_back(entry >> 2);
@@ -113,6 +128,7 @@ std::optional<Reject> FuseCavity<Real>::collect_ball(VertexId moved, VertexId ot
     }
     if (const auto reason = judge_shape(entry)) {
       failed_ = entry;
+      balls_->put_first(moved, i);
       return reason;
     }
     affected_.push_back(entry);
@@ -137,6 +153,26 @@ std::optional<Reject> FuseCavity<Real>::judge_shape(std::uint32_t entry) {
   if (!near_bad_here_) return Reject::kQuality;
   weak_.push_back(entry);
   return std::nullopt;
+}
+
+// Along the base triangle's normal, which is the gradient of the tetrahedron's determinant.
+template <class Real>
+Vec3<Real> FuseCavity<Real>::pushed() const {
+  const Tet& tet = mesh_->tets[failed_ >> 2];
+  const auto& order = kCornerFirst[failed_ & 3u];
+  const auto& p = mesh_->positions;
+  const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
+  const ShapeOf shape = shape_of(position_, b, c, d, unit_);
+  const double wanted = kPush * std::sqrt(sure_ * cube(shape.edges) / 432);
+  const double ux = (double{c.x} - b.x) * unit_, uy = (double{c.y} - b.y) * unit_;
+  const double uz = (double{c.z} - b.z) * unit_;
+  const double vx = (double{d.x} - b.x) * unit_, vy = (double{d.y} - b.y) * unit_;
+  const double vz = (double{d.z} - b.z) * unit_;
+  const double gx = uz * vy - uy * vz, gy = ux * vz - uz * vx, gz = uy * vx - ux * vy;
+  const double square = gx * gx + gy * gy + gz * gz;
+  const double step = square > 0 ? (wanted - shape.det) / (square * unit_) : 0;
+  return {static_cast<Real>(position_.x + step * gx), static_cast<Real>(position_.y + step * gy),
+          static_cast<Real>(position_.z + step * gz)};
 }
 
 template <class Real>

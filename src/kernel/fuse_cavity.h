@@ -27,6 +27,10 @@ class FuseCavity {
   std::optional<Reject> collect(VertexId v, VertexId partner, bool fixed,
                                 const Vec3<Real>& position);
 
+  // The last position, if it may not be, moved off the tetrahedron that spoke against it, so far
+  // that this one would be content.
+  Vec3<Real> pushed() const;
+
   // To be called when the cavity has been fused, with the vertex that it was fused into.
   void note_fused(VertexId kept);
 
@@ -38,7 +42,9 @@ class FuseCavity {
   Interpolation interpolation(VertexId v, VertexId partner, const Vec3<Real>& position) const;
 
  private:
+  std::optional<Reject> judge_cavity(bool fixed);
   std::optional<Reject> collect_ball(VertexId moved, VertexId other, bool is_first);
+  std::optional<Reject> compare_shapes();
   std::optional<Reject> judge_shape(std::uint32_t entry);
   double worst() const;
   VertexId nearer(VertexId v, VertexId partner, const Vec3<Real>& position) const;

@@ -1,25 +1,18 @@
 #include "kernel/fuse_round.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cmath>
-#include <type_traits>
 
 namespace tetfusion {
 
 namespace {
 
-// best_position(): enough to keep a vertex between its two where the fields are flat.
-constexpr float kPull = 0.02F;
-constexpr float kReachSquared = 0.25F;  // half the edge
-
-// What an edge's squared length (in units of the mesh) adds to the cost, so that where fields do
-// not tell, short edges go first: an edge of a tenth of the mesh is worth an error of 1e-4.
-constexpr float kLengthCost = 1e-6F;
-
-// Where the best position is not allowed, others on the edge are tried that cost at most so much
-// more.
+// Where the best position is not allowed, it is pushed so often, as long as it costs at most so
+// much more.
+constexpr int kPushes = 3;
 constexpr float kSlack = 1.3F;
+// Where a point of the original speaks against it, these are tried, on the edge.
 constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
 // What quadrics cannot tell, in single precision: this share of the differences in a cavity.
@@ -28,25 +21,23 @@ constexpr double kSingle = 1e-4;
 // Lists of candidates, after the first one, that a vertex may use up while nothing near it moves.
 constexpr std::uint8_t kLists = 1;
 
-// Bins of costs, eight an octave: a float's exponent, and the first three bits of its fraction.
-constexpr std::size_t kBins = 1 << 11;
-std::size_t bin_of(float cost) { return cost > 0 ? std::bit_cast<std::uint32_t>(cost) >> 20 : 0; }
-
-// Failures are asked again once in so many bins: half an octave.
-constexpr std::size_t kAskAgain = 4;
+// Failures are asked again once in so many bins: an octave.
+constexpr std::size_t kAskAgain = 8;
 // A round is over when all have been asked, and less than this share of the tetrahedra went.
 constexpr double kIdleShare = 0.02;
 
 }  // namespace
 
 template <class Real>
-auto FuseRound<Real>::kind_of(VertexId v) const -> Kind {
+auto FuseRound<Real>::kind_of(VertexId v) -> Kind {
   for (std::size_t k = 0; k < width_; ++k) {
     if (!std::isfinite(mesh_->steering[v * width_ + k])) return kOut;
   }
   const std::uint8_t marks = mesh_->marks[v];
   if ((marks & kOnInterface) != 0) return kOut;
-  return (marks & (kLocked | kOnBoundary)) != 0 ? kTarget : kFree;
+  if ((marks & kLocked) != 0) return kTarget;
+  if (!limits_->sheets_move()) return (marks & kOnBoundary) != 0 ? kTarget : kFree;
+  return kind_on_sheet(v);
 }
 
 template <class Real>
@@ -56,23 +47,21 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   fields_ = fields;
   mesh_ = mesh;
   width_ = mesh->steering_width;
-  row_ = mesh->quadric_width;
   cavity_.begin(mesh, &balls_, limits.min_quality, limits.unit);
   std::size_t steering_columns = 0;
-  field_scale_.resize(width_);
   for (const SteeringField& f : fields) {
     if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type)) ++steering_columns;
-    for (std::uint32_t k = 0; k < f.count; ++k) {
-      field_scale_[f.first + k] = static_cast<float>(1 / f.range);
-    }
   }
   interpolates_ = steering_columns < mesh->point_columns.size();
-  sum_.resize(row_);
-  differences_.resize(width_);
+  edge_costs_.begin(mesh, fields, limits.unit, limits.sheet_weight);
+  errors_.begin(fields, limits.max_error, limits.unit, mesh);
   values_.resize(width_);
+  least_.resize(width_);
+  most_.resize(width_);
 
   const std::size_t n = mesh->vertex_count();
   balls_.reset(n, mesh->tets);
+  if (limits.sheets_move()) begin_sheets();
   kind_.resize(n);
   for (VertexId v = 0; v < n; ++v) kind_[v] = kind_of(v);
   candidates_.assign(n, Candidates{});
@@ -84,13 +73,11 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   judged_.assign(n, 0);
   failed_.assign(n, 0);
   moved_.assign(n, 1);
-  first_.assign(kBins, kNoVertex);
-  last_.assign(kBins, kNoVertex);
-  next_.resize(n);
-  waits_.assign(n, 0);
+  queue_.reset(n);
   place_.assign(n, 0);
   lists_.assign(n, 0);
   failures_.clear();
+  listed_.assign(n, 0);
   bin_ = 0;
   removed_ = 0;
   fused_ = 0;
@@ -131,13 +118,19 @@ void FuseRound<Real>::finish(FuseStatistics* statistics) {
     ++pass.rejected[static_cast<std::size_t>(reason)];
     known_cost(v) = least;
     if (least > 0) ++statistics->costs[cost_bin(least)];
+    if (limits_->facing_after != nullptr) {
+      sheets_.note_facing(v, limits_->marks_are_known, limits_->facing_after);
+    }
+    if (mesh_->has_deviations) {
+      statistics->deviation = std::max(statistics->deviation, mesh_->deviations[v]);
+    }
   }
 }
 
 // Why the vertex has not fused; `least` gets what its cheapest fusion costs, if that is known.
 template <class Real>
 Reject FuseRound<Real>::look_back(VertexId v, float* least) {
-  if (kind_[v] != kFree) {
+  if (!may_move(v)) {
     const std::uint8_t marks = mesh_->marks[v];
     if ((marks & kOnInterface) != 0) return Reject::kInterface;
     return (marks & kOnBoundary) != 0 ? Reject::kBoundary : Reject::kLocked;
@@ -166,18 +159,17 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least) {
 template <class Real>
 void FuseRound<Real>::work() {
   for (VertexId v = 0; v < kind_.size(); ++v) {
-    if (kind_[v] == kFree) queue(v, known_cost(v));
+    if (may_move(v)) queue_.push(v, known_cost(v), bin_);
   }
-  const std::size_t last = bin_of(static_cast<float>(limits_->threshold));
+  const std::size_t last = CostQueue::bin_of(static_cast<float>(limits_->threshold));
   std::uint64_t removed_before = 0;
   do {
     removed_before = removed_;
     for (bin_ = 0; bin_ <= last; ++bin_) {
       if (bin_ % kAskAgain == 0) ask_again();
-      while (first_[bin_] != kNoVertex && !quota_is_met()) {
-        const VertexId v = first_[bin_];
-        first_[bin_] = next_[v];
-        waits_[v] = 0;
+      while (!quota_is_met()) {
+        const VertexId v = queue_.pop(bin_);
+        if (v == kNoVertex) break;
         if (mesh_->incidence[v] != 0) visit(v);
       }
     }
@@ -187,31 +179,26 @@ void FuseRound<Real>::work() {
   } while (!quota_is_met() && ask_again());
 }
 
-template <class Real>
-void FuseRound<Real>::queue(VertexId v, float cost) {
-  if (waits_[v] != 0) return;
-  const std::size_t bin = std::max(bin_of(cost), bin_);
-  waits_[v] = 1;
-  next_[v] = kNoVertex;
-  (first_[bin] == kNoVertex ? first_[bin] : next_[last_[bin]]) = v;
-  last_[bin] = v;
-}
-
+// Where something near has moved since. What had its quadric last has judged its edges itself.
 template <class Real>
 bool FuseRound<Real>::ask_again() {
   bool any = false;
   std::size_t kept = 0;
   for (const VertexId v : failures_) {
+    listed_[v] = 0;
     if (mesh_->incidence[v] == 0 || failed_[v] < changed_[v]) continue;
-    if (moved_[v] <= failed_[v]) {
-      failures_[kept++] = v;
-      continue;
+    if (moved_[v] > failed_[v]) {
+      if (lists_[v] > 0) judge_all(v, -1);
+      place_[v] = 0;
+      if (const Candidate* c = next_candidate(v)) {
+        queue_.push(v, c->cost, bin_);
+        any = true;
+        continue;
+      }
+      failed_[v] = now_;
     }
-    judge_all(v, -1);
-    if (const Candidate* c = next_candidate(v)) {
-      queue(v, c->cost);
-      any = true;
-    }
+    listed_[v] = 1;
+    failures_[kept++] = v;
   }
   failures_.resize(kept);
   return any;
@@ -240,42 +227,32 @@ void FuseRound<Real>::visit(VertexId v) {
     c = next_candidate(v);
   }
   if (c == nullptr || c->cost > limits_->threshold) return;
-  if (bin_of(c->cost) > bin_) {
-    queue(v, c->cost);
+  if (CostQueue::bin_of(c->cost) > bin_) {
+    queue_.push(v, c->cost, bin_);
     return;
   }
   const VertexId partner = c->partner;
   if (fuse(v, partner)) {
     const VertexId kept = mesh_->incidence[v] != 0 ? v : partner;
-    if (kind_[kept] != kFree) return;
+    if (!may_move(kept)) return;
     judge(kept);
-    if (const Candidate* next = next_candidate(kept)) queue(kept, next->cost);
+    if (const Candidate* next = next_candidate(kept)) queue_.push(kept, next->cost, bin_);
     return;
   }
-  reason_[v] = static_cast<std::uint8_t>(reject_);
+  note_reason(v);
   ++place_[v];
-  if (failed_[v] < judged_[v]) failures_.push_back(v);
+  if (listed_[v] == 0) failures_.push_back(v);
+  listed_[v] = 1;
   failed_[v] = now_;
-  queue(v, c->cost);
+  queue_.push(v, c->cost, bin_);
 }
 
+// One reason may stand for several candidates. A bound is the one that somebody may want to change.
 template <class Real>
-Offset FuseRound<Real>::offset(VertexId from, const Vec3<Real>& to) const {
-  const Vec3<Real>& a = mesh_->positions[from];
-  const double unit = limits_->unit;
-  return {static_cast<float>((double{to.x} - a.x) * unit),
-          static_cast<float>((double{to.y} - a.y) * unit),
-          static_cast<float>((double{to.z} - a.z) * unit)};
-}
-
-// Of the fields' values, as shares of their ranges.
-template <class Real>
-void FuseRound<Real>::find_differences(VertexId from, VertexId to) {
-  const double* a = mesh_->steering.data() + from * width_;
-  const double* b = mesh_->steering.data() + to * width_;
-  for (std::size_t k = 0; k < width_; ++k) {
-    differences_[k] = static_cast<float>(b[k] - a[k]) * field_scale_[k];
-  }
+void FuseRound<Real>::note_reason(VertexId v) {
+  constexpr auto kBound = static_cast<std::uint8_t>(Reject::kDeviation);
+  if (failed_[v] >= moved_[v] && reason_[v] == kBound) return;
+  reason_[v] = static_cast<std::uint8_t>(reject_);
 }
 
 // Chooses the cheapest partners of v. An edge whose other end has been judged since v got its
@@ -283,7 +260,7 @@ void FuseRound<Real>::find_differences(VertexId from, VertexId to) {
 template <class Real>
 void FuseRound<Real>::judge(VertexId v) {
   const auto judged_there = [&](VertexId u) {
-    return kind_[u] == kFree && judged_[u] > changed_[u] && judged_[u] > changed_[v];
+    return kind_[u] == kind_[v] && judged_[u] > changed_[u] && judged_[u] > changed_[v];
   };
   choose(v, judged_there, -1);
 }
@@ -295,59 +272,53 @@ void FuseRound<Real>::judge_all(VertexId v, float above) {
       v, [](VertexId) { return false; }, above);
 }
 
+// All neighbours.
 template <class Real>
-template <class Skip>
-void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
+void FuseRound<Real>::find_partners(VertexId v) {
+  partners_.clear();
   ++stamped_;
   stamp_[v] = stamped_;
-  Candidates best{};
   for (const std::uint32_t entry : ball(v)) {
     for (const VertexId u : mesh_->tets[entry >> 2]) {
       if (stamp_[u] == stamped_) continue;
       stamp_[u] = stamped_;
-      if (kind_[u] == kOut || skip(u)) continue;
-      Candidate c{width_ == 1 ? cost_of<1>(v, u) : cost_of<0>(v, u), u};
-      if (!(c.cost > above)) continue;
-      for (Candidate& b : best) {
-        if (c.cost < b.cost) std::swap(b, c);
-      }
+      partners_.push_back(u);
     }
+  }
+}
+
+template <class Real>
+template <class Skip>
+void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
+  const bool on_sheet = is_on_sheet(v);
+  on_sheet ? find_partners_on_sheet(v) : find_partners(v);
+  movable_.clear();
+  fixed_ones_.clear();
+  for (const VertexId u : partners_) {
+    if (kind_[u] == kOut || skip(u)) continue;
+    (kind_[u] == kind_[v] ? movable_ : fixed_ones_).push_back(u);
+  }
+  Candidates best{};
+  const auto add = [&](float cost, VertexId partner) {
+    if (!(cost > above)) return;
+    Candidate c{cost, partner};
+    for (Candidate& b : best) {
+      if (c.cost < b.cost) std::swap(b, c);
+    }
+  };
+  costs_.resize(movable_.size());
+  if (on_sheet) {
+    for (const VertexId u : movable_) add(edge_costs_.between_on_sheet(v, u, along(v)), u);
+    for (const VertexId u : fixed_ones_) add(edge_costs_.onto_on_sheet(v, u), u);
+  } else {
+    edge_costs_.between(v, movable_, costs_.data());
+    for (std::size_t i = 0; i < movable_.size(); ++i) add(costs_[i], movable_[i]);
+    for (const VertexId u : fixed_ones_) add(edge_costs_.onto(v, u), u);
   }
   candidates_[v] = best;
   place_[v] = 0;
   lists_[v] = 0;
   judged_[v] = ++now_;
-}
-
-// What it costs to make v and its neighbour one; kWidth is the number of steering values, or 0 for
-// any.
-template <class Real>
-template <std::size_t kWidth>
-float FuseRound<Real>::cost_of(VertexId v, VertexId partner) {
-  const std::size_t width = kWidth != 0 ? kWidth : width_;
-  const float* qv = quadric(v);
-  const float* qp = quadric(partner);
-  const Offset d = offset(v, mesh_->positions[partner]);
-  const float length_squared = dot(d.data(), d);
-  std::array<float, quadric_size(kWidth)> small{};
-  float* sum = kWidth != 0 ? small.data() : sum_.data();
-  float cost = 0;
-  if (kind_[partner] == kTarget) {
-    find_differences(v, partner);
-    std::copy_n(qp, quadric_size(width), sum);
-    add_shifted(qv, d, differences_.data(), width, sum);
-    cost = sum[kQuadricC];
-  } else {
-    find_differences(partner, v);
-    std::copy_n(qv, quadric_size(width), sum);
-    add_shifted(qp, {-d[0], -d[1], -d[2]}, differences_.data(), width, sum);
-    const Reduced r = reduce(sum, width);
-    const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
-    cost = value_at(r, best_position(r, home, kPull, kReachSquared * length_squared));
-  }
-  const float weight = sum[kQuadricW];
-  const float mean = weight > 0 ? std::max(cost, 0.0F) / weight : 0.0F;
-  return mean + (width == 0 ? 1.0F : kLengthCost) * length_squared;
 }
 
 template <class Real>
@@ -358,70 +329,86 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
     return false;
   }
   const VertexId kept = fixed_ ? partner : std::min(v, partner);
-  Interpolation interpolation;
-  if (!fixed_) interpolation = cavity_.interpolation(v, partner, position_);
-  interpolation.to = kept;
-  if (!fixed_ && interpolates_) interpolations_.push_back(interpolation);
-  apply(v, partner, interpolation);
+  if (!fixed_ && !errors_.bounds()) choose_values(v, partner);
+  interpolation_.to = kept;
+  if (!fixed_ && interpolates_) interpolations_.push_back(interpolation_);
+  apply(v, partner, kept);
   return true;
 }
 
 // Finds a position that is allowed, and the cavity.
 template <class Real>
 bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
-  fixed_ = kind_[partner] == kTarget;
+  if (is_on_sheet(v)) return plan_on_sheet(v, partner);
+  fixed_ = kind_[partner] != kind_[v];
   if (fixed_) {
     position_ = mesh_->positions[partner];
     return allows(v, partner);
   }
-  add_quadrics(v, partner);
-  const Offset d = offset(v, mesh_->positions[partner]);
-  const Reduced r = reduce(sum_.data(), width_);
-  const Offset home{0.5F * d[0], 0.5F * d[1], 0.5F * d[2]};
-  best_ = best_position(r, home, kPull, kReachSquared * dot(d.data(), d));
-  set_position(v, best_);
+  const MergedQuadric& merged = edge_costs_.merge(v, partner);
+  position_ = edge_costs_.place(v, merged.best);
   if (allows(v, partner)) return true;
-  const float weight = sum_[kQuadricW];
-  const float most = std::min(kSlack * std::max(value_at(r, best_), 1e-12F * weight),
-                              static_cast<float>(limits_->threshold) * weight);
-  for (const float t : kElsewhere) {
-    const Offset u{t * d[0], t * d[1], t * d[2]};
-    if (!(value_at(r, u) <= most)) continue;
-    set_position(v, u);
+  const float weight = merged.sum[kQuadricW];
+  const float most =
+      std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
+               static_cast<float>(limits_->threshold) * weight);
+  return push(v, partner, most) || (reject_ == Reject::kDeviation && slide(v, partner, most));
+}
+
+// Off the tetrahedra that speak against a position.
+template <class Real>
+bool FuseRound<Real>::push(VertexId v, VertexId partner, float most) {
+  for (int i = 0; i < kPushes && reject_ != Reject::kDeviation; ++i) {
+    position_ = cavity_.pushed();
+    const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
+    if (!(value_at(edge_costs_.merged().reduced, u) <= most)) return false;
     if (allows(v, partner)) return true;
   }
+  return false;
+}
+
+// Along the edge, away from points of the original that speak against one.
+template <class Real>
+bool FuseRound<Real>::slide(VertexId v, VertexId partner, float most) {
+  const MergedQuadric& merged = edge_costs_.merged();
+  for (const float t : kElsewhere) {
+    const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
+    if (!(value_at(merged.reduced, u) <= most)) continue;
+    position_ = edge_costs_.place(v, u);
+    if (allows(v, partner)) return true;
+  }
+  reject_ = Reject::kDeviation;
   return false;
 }
 
 template <class Real>
 bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   const auto reason = cavity_.collect(v, partner, fixed_, position_);
-  reject_ = reason.value_or(reject_);
-  return !reason;
+  reject_ = reason.value_or(Reject::kSurface);
+  if (reason || (is_on_sheet(v) && !sheet_fusion_.allows(position_))) return false;
+  if (!errors_.bounds() || bounds_hold(v, partner)) return true;
+  reject_ = Reject::kDeviation;
+  return false;
 }
 
-// The quadric of both, about v.
+// Chooses the values, too, as far as the bounds leave a choice.
 template <class Real>
-void FuseRound<Real>::add_quadrics(VertexId v, VertexId partner) {
-  find_differences(partner, v);
-  std::copy_n(quadric(v), row_, sum_.begin());
-  add_shifted(quadric(partner), offset(partner, mesh_->positions[v]), differences_.data(), width_,
-              sum_.data());
+bool FuseRound<Real>::bounds_hold(VertexId v, VertexId partner) {
+  if (fixed_) {
+    std::copy_n(mesh_->steering.data() + partner * width_, width_, values_.begin());
+    least_ = most_ = values_;
+  } else {
+    choose_values(v, partner);
+  }
+  return errors_.allows({v, partner, fixed_, position_, cavity_.affected(), cavity_.deleted()},
+                        least_, most_, values_);
 }
 
 template <class Real>
-void FuseRound<Real>::set_position(VertexId v, const Offset& u) {
-  const Vec3<Real>& p = mesh_->positions[v];
-  const double length = 1 / limits_->unit;
-  position_ = {static_cast<Real>(p.x + u[0] * length), static_cast<Real>(p.y + u[1] * length),
-               static_cast<Real>(p.z + u[2] * length)};
-}
-
-template <class Real>
-void FuseRound<Real>::apply(VertexId v, VertexId partner, const Interpolation& interpolation) {
+void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   ++now_;
-  const VertexId kept = interpolation.to;
-  merge_quadrics(v, interpolation);
+  if (errors_.bounds()) errors_.apply(kept);
+  merge_quadrics(v, kept);
   move_tets(kept, kept == v ? partner : v);
   removed_ += cavity_.deleted().size();
   ++fused_;
@@ -432,34 +419,34 @@ void FuseRound<Real>::apply(VertexId v, VertexId partner, const Interpolation& i
 
 // One that stays where it is keeps its values, too.
 template <class Real>
-void FuseRound<Real>::merge_quadrics(VertexId v, const Interpolation& interpolation) {
-  const VertexId kept = interpolation.to;
-  float* row = mesh_->quadrics.data() + kept * row_;
+void FuseRound<Real>::merge_quadrics(VertexId v, VertexId kept) {
+  const std::size_t size = mesh_->quadric_width;
+  float* row = mesh_->quadrics.data() + kept * size;
+  double* values = mesh_->steering.data() + kept * width_;
+  if (is_on_sheet(v)) mesh_->deviations[kept] = sheet_fusion_.deviation();
   if (fixed_) {
-    find_differences(v, kept);
-    add_shifted(quadric(v), offset(v, mesh_->positions[kept]), differences_.data(), width_, row);
+    edge_costs_.add(v, mesh_->positions[kept], values, row);
+    if (is_on_sheet(v)) edge_costs_.add_sheet(v, mesh_->positions[kept], row);
     return;
   }
-  choose_values(v, interpolation);
-  const double* from = mesh_->steering.data() + v * width_;
-  double* to = mesh_->steering.data() + kept * width_;
-  for (std::size_t k = 0; k < width_; ++k) {
-    differences_[k] = static_cast<float>(values_[k] - from[k]) * field_scale_[k];
-  }
-  std::copy(values_.begin(), values_.end(), to);
-  std::fill_n(row, row_, 0.0F);
-  add_shifted(sum_.data(), offset(v, position_), differences_.data(), width_, row);
+  std::fill_n(row, size, 0.0F);
+  edge_costs_.add_merged(v, position_, values_.data(), row);
+  if (is_on_sheet(v)) edge_costs_.add_merged_sheet(v, position_, row);
+  std::copy(values_.begin(), values_.end(), values);
   mesh_->positions[kept] = position_;
 }
 
 // The best values within those of the cavity, or the old fields' own, where the best are the same
 // but for single precision.
 template <class Real>
-void FuseRound<Real>::choose_values(VertexId v, const Interpolation& interpolation) {
-  const Offset u = offset(v, position_);
+void FuseRound<Real>::choose_values(VertexId v, VertexId partner) {
+  interpolation_ = cavity_.interpolation(v, partner, position_);
+  const MergedQuadric& merged = edge_costs_.merged();
+  const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
   const double* steering = mesh_->steering.data();
   for (std::size_t k = 0; k < width_; ++k) {
-    double least = std::numeric_limits<double>::infinity(), most = -least;
+    double& least = least_[k] = std::numeric_limits<double>::infinity();
+    double& most = most_[k] = -least;
     const auto look = [&](TetId t) {
       for (const VertexId c : mesh_->tets[t]) {
         least = std::min(least, steering[c * width_ + k]);
@@ -468,9 +455,9 @@ void FuseRound<Real>::choose_values(VertexId v, const Interpolation& interpolati
     };
     for (const std::uint32_t entry : cavity_.affected()) look(entry >> 2);
     for (const TetId t : cavity_.deleted()) look(t);
-    const double before = interpolate(interpolation, steering, width_, k);
-    const double best =
-        steering[v * width_ + k] + double{best_value(sum_.data(), k, u)} / field_scale_[k];
+    const double before = interpolate(interpolation_, steering, width_, k);
+    const double best = steering[v * width_ + k] +
+                        double{best_value(merged.sum.data(), k, u)} / edge_costs_.scale(k);
     const bool same = std::abs(best - before) <= kSingle * (most - least);
     values_[k] = same ? before : std::clamp(best, least, most);
   }
@@ -502,28 +489,6 @@ void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
   mesh.incidence[kept] += static_cast<std::uint32_t>(cavity_.affected().size());
 }
 
-// An array that steers has the values that the quadrics gave.
-template <class Real>
-void FuseRound<Real>::write_steering_columns() {
-  for (const SteeringField& f : fields_) {
-    if (f.column == kNoColumn) continue;
-    Column& column = mesh_->point_columns[f.column];
-    visit_type(column.type, [&](auto zero) {
-      using T = decltype(zero);
-      if constexpr (std::is_floating_point_v<T>) {
-        T* values = reinterpret_cast<T*>(column.rows.data());
-        for (std::size_t v = 0; v < kind_.size(); ++v) {
-          if (changed_[v] == 1 || kind_[v] != kFree) continue;
-          for (std::uint32_t k = 0; k < f.count; ++k) {
-            values[v * f.count + k] =
-                static_cast<T>(std::ldexp(mesh_->steering[v * width_ + f.first + k], -f.exponent));
-          }
-        }
-      }
-    });
-  }
-}
-
 template <class Real>
 void FuseRound<Real>::compact() {
   WorkMesh<Real>& mesh = *mesh_;
@@ -531,11 +496,16 @@ void FuseRound<Real>::compact() {
   if (interpolates_) {
     for (Column& column : mesh.point_columns) interpolate_point_column(interpolations_, &column);
   }
-  write_steering_columns();
+  std::vector<VertexId> moved;
+  for (VertexId v = 0; v < kind_.size(); ++v) {
+    if (changed_[v] != 1 && may_move(v)) moved.push_back(v);
+  }
+  write_steering_columns(fields_, moved, &mesh);
   std::size_t tets = 0;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     if (is_deleted(mesh.tets[t])) continue;
     mesh.tets[tets] = mesh.tets[t];
+    if (mesh.removed.wanted()) mesh.removed.first[tets] = mesh.removed.first[t];
     for (Column& column : mesh.cell_columns) column.move_row(t, tets);
     ++tets;
   }

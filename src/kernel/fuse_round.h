@@ -8,11 +8,16 @@
 #include <span>
 #include <vector>
 
+#include "kernel/cost_queue.h"
 #include "kernel/costs.h"
 #include "kernel/criteria.h"
+#include "kernel/edge_costs.h"
 #include "kernel/fuse_cavity.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
+#include "kernel/sheet_fusion.h"
+#include "kernel/sheets.h"
+#include "kernel/point_errors.h"
 #include "kernel/vertex_quadrics.h"
 #include "mesh/work_mesh.h"
 
@@ -29,14 +34,31 @@ struct FuseLimits {
   double threshold = std::numeric_limits<double>::infinity();
   // No affected tetrahedron has a lower mean ratio, unless one of the cavity had; in [0, 1).
   double min_quality = 0;
+  // No steering field deviates by more at a point of the original mesh, as a share of its range,
+  // unless it has a tolerance of its own.
+  double max_error = std::numeric_limits<double>::infinity();
   double unit = 1;  // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
   // At most so many tetrahedra may go.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();
+
+  // So far, in the unit, may sheets (sheets.h) move in all; negative: they stay as they are. The
+  // mesh has deviations if they may.
+  double max_deviation = -1;
+  double sheet_weight = 0;             // as in EdgeCosts::begin()
+  std::vector<std::uint32_t> regions;  // cell columns: sheets lie where their values differ
+  // Ways the boundary looks at the beginning of the round: no part of it rises where another part
+  // that faces it may be in reach. Null: there is none.
+  const FacingGrid* facing = nullptr;
+  // To be filled in; and whether the boundary's marks are known of vertices on the interface.
+  FacingGrid* facing_after = nullptr;
+  bool marks_are_known = true;
+  bool sheets_move() const { return max_deviation >= 0; }
 };
 
 struct FuseStatistics {
   PassStatistics pass;    // `rejected` counts the vertices that are left, by why
   CostHistogram costs{};  // of those vertices that may fuse, as far as is known
+  float deviation = 0;    // the largest of a vertex that is left, in the unit
 };
 
 // Works on a mesh or a chunk of one. Keeps its scratch memory. Not thread-safe; different objects
@@ -64,50 +86,57 @@ class FuseRound {
   };
   using Candidates = std::array<Candidate, kCandidates>;  // ascending by cost
   enum Kind : std::uint8_t {
-    kFree,    // may be fused
-    kTarget,  // stays where it is; others may come to it
-    kOut,     // neither
+    kFree,     // inside: may be fused
+    kOnSheet,  // may be fused along a sheet; others may come to it
+    kOnLine,   // the same, along a line of a sheet
+    kTarget,   // stays where it is; others may come to it
+    kOut,      // neither
   };
 
   void begin(const FuseLimits& limits, std::span<const SteeringField> fields, WorkMesh<Real>* mesh);
-  Kind kind_of(VertexId v) const;
+  Kind kind_of(VertexId v);
+  bool may_move(VertexId v) const { return kind_[v] < kTarget; }
+  bool is_on_sheet(VertexId v) const { return kind_[v] == kOnSheet || kind_[v] == kOnLine; }
+  Along along(VertexId v) const { return kind_[v] == kOnLine ? Along::kLine : Along::kSheet; }
   void finish(FuseStatistics* statistics);
   Reject look_back(VertexId v, float* least);
 
-  // The queue.
+  // Whose turn it is.
   void work();
   void visit(VertexId v);
   const Candidate* next_candidate(VertexId v);
-  void queue(VertexId v, float cost);
+  void note_reason(VertexId v);
   // An edge inside has three tetrahedra or more.
   bool quota_is_met() const { return limits_->quota < removed_ + 3; }
   bool ask_again();
 
-  // Costs.
+  // With whom.
   bool knows_candidates(VertexId v) const { return judged_[v] > changed_[v]; }
   void judge(VertexId v);
   void judge_all(VertexId v, float above);
   template <class Skip>
   void choose(VertexId v, Skip skip, float above);
-  template <std::size_t kWidth>
-  float cost_of(VertexId v, VertexId partner);
-  float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * row_ - 1]; }
-  const float* quadric(VertexId v) const { return mesh_->quadrics.data() + v * row_; }
-  Offset offset(VertexId from, const Vec3<Real>& to) const;
-  void find_differences(VertexId from, VertexId to);
+  void find_partners(VertexId v);
+  float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * mesh_->quadric_width - 1]; }
 
   // One fusion.
   bool fuse(VertexId v, VertexId partner);
   bool plan(VertexId v, VertexId partner);
-  void add_quadrics(VertexId v, VertexId partner);
-  void set_position(VertexId v, const Offset& u);
+  bool push(VertexId v, VertexId partner, float most);
+  bool slide(VertexId v, VertexId partner, float most);
   bool allows(VertexId v, VertexId partner);
-  void apply(VertexId v, VertexId partner, const Interpolation& interpolation);
-  void merge_quadrics(VertexId v, const Interpolation& interpolation);
-  void choose_values(VertexId v, const Interpolation& interpolation);
+  bool bounds_hold(VertexId v, VertexId partner);
+  void apply(VertexId v, VertexId partner, VertexId kept);
+  void merge_quadrics(VertexId v, VertexId kept);
+  void choose_values(VertexId v, VertexId partner);
   void move_tets(VertexId kept, VertexId gone);
 
-  void write_steering_columns();
+  // The same on sheets (fuse_sheets.cpp).
+  void begin_sheets();
+  Kind kind_on_sheet(VertexId v);
+  void find_partners_on_sheet(VertexId v);
+  bool plan_on_sheet(VertexId v, VertexId partner);
+
   void compact();
   std::span<const std::uint32_t> ball(VertexId v) {
     return balls_.of(v, mesh_->incidence[v], mesh_->tets);
@@ -116,16 +145,23 @@ class FuseRound {
   const FuseLimits* limits_ = nullptr;
   std::span<const SteeringField> fields_;
   WorkMesh<Real>* mesh_ = nullptr;
-  std::size_t width_ = 0, row_ = 0;
-  std::vector<float> field_scale_;  // of each steering value: one over its field's range
-  bool interpolates_ = false;       // there are point columns that do not steer
+  std::size_t width_ = 0;
+  bool interpolates_ = false;  // there are point columns that do not steer
 
   LiveBalls balls_;
+  Sheets<Real> sheets_;
+  SheetFusion<Real> sheet_fusion_;
+  SheetFan fan_;
+  EdgeCosts<Real> edge_costs_;
   Vector<Kind> kind_;
   Vector<Candidates> candidates_;
   Vector<std::uint8_t> reason_;  // why the last fusion of a vertex failed
+
+  // The neighbours of the vertex in hand: those that may move, and those that stay.
   Vector<std::uint32_t> stamp_;
   std::uint32_t stamped_ = 0;
+  std::vector<VertexId> partners_, movable_, fixed_ones_;
+  std::vector<float> costs_;
 
   // When things happened to a vertex; each event has a number, ascending from 1.
   std::uint32_t now_ = 0;
@@ -134,24 +170,22 @@ class FuseRound {
   Vector<std::uint32_t> failed_;   // one of them could not be fused with
   Vector<std::uint32_t> moved_;    // its ball changed
 
-  // Vertices that wait for their turn, in bins by what they cost.
-  Vector<VertexId> first_, last_;  // of a bin
-  Vector<VertexId> next_;          // in the same bin
-  Vector<std::uint8_t> waits_;
-  Vector<std::uint8_t> place_;  // in its candidates: those before are used up
-  Vector<std::uint8_t> lists_;  // of candidates that it has used up
-  Vector<VertexId> failures_;   // to be asked again
-  std::size_t bin_ = 0;         // whose turn it is
+  CostQueue queue_;
+  std::size_t bin_ = 0;          // whose turn it is
+  Vector<std::uint8_t> place_;   // in its candidates: those before are used up
+  Vector<std::uint8_t> lists_;   // of candidates that it has used up
+  Vector<VertexId> failures_;    // to be asked again
+  Vector<std::uint8_t> listed_;  // among them
   std::uint64_t removed_ = 0, fused_ = 0;
 
   // The fusion in hand.
-  std::vector<float> sum_, differences_;
-  std::vector<double> values_;
-  Offset best_{};
+  std::vector<double> values_, least_, most_;  // of the new vertex; the cavity's, now
+  Interpolation interpolation_;
   Vec3<Real> position_{};
   bool fixed_ = false;  // the partner stays where it is
   Reject reject_{};
   FuseCavity<Real> cavity_;
+  PointErrors<Real> errors_;
 
   Vector<Interpolation> interpolations_;
 };

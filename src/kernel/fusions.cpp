@@ -1,9 +1,8 @@
 #include "kernel/fusions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
-
-#include "kernel/criteria.h"
 
 namespace tetfusion {
 
@@ -54,5 +53,31 @@ void carry_point_column(std::span<const Fusion> fusions, Column* column) {
     for (const Fusion& fusion : fusions) fuse_tuple(fusion, column->components, values);
   });
 }
+
+template <class Real>
+void write_steering_columns(std::span<const SteeringField> fields,
+                            std::span<const VertexId> vertices, WorkMesh<Real>* mesh) {
+  for (const SteeringField& f : fields) {
+    if (f.column == kNoColumn) continue;
+    Column& column = mesh->point_columns[f.column];
+    visit_type(column.type, [&](auto zero) {
+      using T = decltype(zero);
+      if constexpr (std::is_floating_point_v<T>) {
+        T* values = reinterpret_cast<T*>(column.rows.data());
+        for (const VertexId v : vertices) {
+          const double* from = mesh->steering.data() + v * mesh->steering_width + f.first;
+          for (std::uint32_t k = 0; k < f.count; ++k) {
+            values[v * f.count + k] = static_cast<T>(std::ldexp(from[k], -f.exponent));
+          }
+        }
+      }
+    });
+  }
+}
+
+template void write_steering_columns(std::span<const SteeringField>, std::span<const VertexId>,
+                                     WorkMesh<float>*);
+template void write_steering_columns(std::span<const SteeringField>, std::span<const VertexId>,
+                                     WorkMesh<double>*);
 
 }  // namespace tetfusion

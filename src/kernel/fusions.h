@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "kernel/criteria.h"
 #include "mesh/geometry.h"
 #include "mesh/work_mesh.h"
 
@@ -50,5 +51,10 @@ void interpolate_point_column(std::span<const Interpolation> fusions, Column* co
 // barycenter of the prey: the mean of its four values; integers take the nearest vertex's. The rows
 // of the first vertices are overwritten. No fusion may name a vertex that an earlier one names.
 void carry_point_column(std::span<const Fusion> fusions, Column* column);
+
+// Gives these vertices, in the floating-point columns that steer, their steering values.
+template <class Real>
+void write_steering_columns(std::span<const SteeringField> fields,
+                            std::span<const VertexId> vertices, WorkMesh<Real>* mesh);
 
 }  // namespace tetfusion

@@ -43,6 +43,11 @@ class LiveBalls {
     return {entries, ball.count};
   }
 
+  // Puts an entry of the ball first.
+  void put_first(VertexId v, std::size_t entry) {
+    std::swap(entries_[balls_[v].begin], entries_[balls_[v].begin + entry]);
+  }
+
   void clear(VertexId v) { balls_[v].count = 0; }
 
   // Adds entries to a ball, of which nothing is gone.

@@ -11,14 +11,16 @@
 // with A = sum V g g', l = sum V e g, c = sum V e^2 over all fields, w = sum V, and for each field
 // b = sum V g, e = sum V e: eleven numbers, and four a field. They are about their own vertex, so
 // that single precision loses nothing far from the origin; adding two means shifting one.
+//
+// Functions over F work on one quadric (float), or on several side by side (Lanes).
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
+#include <type_traits>
+
+#include "base/lanes.h"
 
 namespace tetfusion {
 
@@ -32,14 +34,18 @@ inline constexpr std::size_t kQuadricFields = 11;  // b and e of the first field
 // Numbers in a quadric of so many fields.
 constexpr std::size_t quadric_size(std::size_t width) { return kQuadricFields + 4 * width; }
 
-using Offset = std::array<float, 3>;
+template <class F>
+using OffsetOf = std::array<F, 3>;
+using Offset = OffsetOf<float>;
 
-inline float dot(const float* a, const Offset& b) {
+template <class F>
+inline F dot(const F* a, const OffsetOf<F>& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 // A times u.
-inline Offset times(const float* a, const Offset& u) {
+template <class F>
+inline OffsetOf<F> times(const F* a, const OffsetOf<F>& u) {
   return {a[0] * u[0] + a[1] * u[1] + a[2] * u[2], a[1] * u[0] + a[3] * u[1] + a[4] * u[2],
           a[2] * u[0] + a[4] * u[1] + a[5] * u[2]};
 }
@@ -65,22 +71,23 @@ inline void add_tetrahedron(float weight, const float* gradients, std::size_t wi
 }
 
 // Adds `from` to `to`, whose vertex lies at the offset u and has values larger by t.
-inline void add_shifted(const float* from, const Offset& u, const float* t, std::size_t width,
-                        float* to) {
-  const float w = from[kQuadricW];
-  const Offset au = times(from, u);
-  Offset l{from[6] + au[0], from[7] + au[1], from[8] + au[2]};
-  float c = from[kQuadricC] + dot(from + kQuadricL, u) + dot(l.data(), u);
+template <class F>
+inline void add_shifted(const F* from, const OffsetOf<F>& u, const std::type_identity_t<F>* t,
+                        std::size_t width, F* to) {
+  const F w = from[kQuadricW];
+  const OffsetOf<F> au = times(from, u);
+  OffsetOf<F> l{from[6] + au[0], from[7] + au[1], from[8] + au[2]};
+  F c = from[kQuadricC] + dot(from + kQuadricL, u) + dot(l.data(), u);
   for (std::size_t k = 0; k < width; ++k) {
-    const float* field = from + kQuadricFields + 4 * k;
-    float* sum = to + kQuadricFields + 4 * k;
-    const float at_u = field[3] + dot(field, u);
+    const F* field = from + kQuadricFields + 4 * k;
+    F* sum = to + kQuadricFields + 4 * k;
+    const F at_u = field[3] + dot(field, u);
     for (std::size_t i = 0; i < 3; ++i) {
       l[i] -= t[k] * field[i];
       sum[i] += field[i];
     }
     sum[3] += at_u - w * t[k];
-    c += t[k] * (w * t[k] - 2 * at_u);
+    c += t[k] * (w * t[k] - 2.0F * at_u);
   }
   for (std::size_t i = 0; i < 6; ++i) to[i] += from[i];
   for (std::size_t i = 0; i < 3; ++i) to[kQuadricL + i] += l[i];
@@ -89,18 +96,21 @@ inline void add_shifted(const float* from, const Offset& u, const float* t, std:
 }
 
 // The quadric when each field takes its best value: u'Mu + 2 n.u + k.
-struct Reduced {
-  std::array<float, 6> m;
-  Offset n;
-  float k;
+template <class F>
+struct ReducedOf {
+  std::array<F, 6> m;
+  OffsetOf<F> n;
+  F k;
 };
+using Reduced = ReducedOf<float>;
 
-inline Reduced reduce(const float* q, std::size_t width) {
-  Reduced r{{q[0], q[1], q[2], q[3], q[4], q[5]}, {q[6], q[7], q[8]}, q[kQuadricC]};
-  const float inverse = q[kQuadricW] > 0 ? 1 / q[kQuadricW] : 0;
+template <class F>
+inline ReducedOf<F> reduce(const F* q, std::size_t width) {
+  ReducedOf<F> r{{q[0], q[1], q[2], q[3], q[4], q[5]}, {q[6], q[7], q[8]}, q[kQuadricC]};
+  const F inverse = select(q[kQuadricW] > 0.0F, 1.0F / q[kQuadricW], F{});
   for (std::size_t i = 0; i < width; ++i) {
-    const float* b = q + kQuadricFields + 4 * i;
-    const float x = b[0] * inverse, y = b[1] * inverse, z = b[2] * inverse;
+    const F* b = q + kQuadricFields + 4 * i;
+    const F x = b[0] * inverse, y = b[1] * inverse, z = b[2] * inverse;
     r.m[0] -= x * b[0];
     r.m[1] -= x * b[1];
     r.m[2] -= x * b[2];
@@ -116,32 +126,38 @@ inline Reduced reduce(const float* q, std::size_t width) {
 }
 
 // Its value at u.
-inline float value_at(const Reduced& r, const Offset& u) {
-  const Offset mu = times(r.m.data(), u);
-  return dot(mu.data(), u) + 2 * dot(r.n.data(), u) + r.k;
+template <class F>
+inline F value_at(const ReducedOf<F>& r, const OffsetOf<F>& u) {
+  const OffsetOf<F> mu = times(r.m.data(), u);
+  return dot(mu.data(), u) + 2.0F * dot(r.n.data(), u) + r.k;
 }
 
 // Where it is least, or nearly: a share `pull` of its mean curvature draws the position towards
 // `home`, as along some directions nothing else may tell where to go, and it goes no further from
 // there than the root of `reach_squared`.
-inline Offset best_position(const Reduced& r, const Offset& home, float pull, float reach_squared) {
-  const Offset mh = times(r.m.data(), home);
-  const Offset g{mh[0] + r.n[0], mh[1] + r.n[1], mh[2] + r.n[2]};
-  const float rho = pull * (r.m[0] + r.m[3] + r.m[5]);
-  const float xx = r.m[0] + rho, yy = r.m[3] + rho, zz = r.m[5] + rho;
-  const float xy = r.m[1], xz = r.m[2], yz = r.m[4];
-  const float cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
-  const float det = xx * cxx + xy * cxy + xz * cxz;
-  if (!(det > 0)) return home;
-  const float cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
-  const float scale = -1 / det;
-  const Offset step{scale * (cxx * g[0] + cxy * g[1] + cxz * g[2]),
-                    scale * (cxy * g[0] + cyy * g[1] + cyz * g[2]),
-                    scale * (cxz * g[0] + cyz * g[1] + czz * g[2])};
-  const float square = dot(step.data(), step);
-  if (!(square < std::numeric_limits<float>::infinity())) return home;
-  const float shorten = square > reach_squared ? std::sqrt(reach_squared / square) : 1;
-  return {home[0] + shorten * step[0], home[1] + shorten * step[1], home[2] + shorten * step[2]};
+template <class F>
+inline OffsetOf<F> best_position(const ReducedOf<F>& r, const OffsetOf<F>& home, float pull,
+                                 std::type_identity_t<F> reach_squared) {
+  const OffsetOf<F> mh = times(r.m.data(), home);
+  const OffsetOf<F> g{mh[0] + r.n[0], mh[1] + r.n[1], mh[2] + r.n[2]};
+  const F rho = pull * (r.m[0] + r.m[3] + r.m[5]);
+  const F xx = r.m[0] + rho, yy = r.m[3] + rho, zz = r.m[5] + rho;
+  const F xy = r.m[1], xz = r.m[2], yz = r.m[4];
+  const F cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
+  const F det = xx * cxx + xy * cxy + xz * cxz;
+  const F cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
+  const F scale = -1.0F / det;
+  const OffsetOf<F> step{scale * (cxx * g[0] + cxy * g[1] + cxz * g[2]),
+                         scale * (cxy * g[0] + cyy * g[1] + cyz * g[2]),
+                         scale * (cxz * g[0] + cyz * g[1] + czz * g[2])};
+  const F square = dot(step.data(), step);
+  const auto is_known = (det > 0.0F) & (square < std::numeric_limits<float>::infinity());
+  const F shorten = select(square > reach_squared, square_root(reach_squared / square), F{} + 1.0F);
+  OffsetOf<F> best = home;
+  for (std::size_t i = 0; i < 3; ++i) {
+    best[i] = select(is_known, home[i] + shorten * step[i], home[i]);
+  }
+  return best;
 }
 
 // The best value of field k at u, as an offset from the vertex's.

@@ -50,7 +50,8 @@ bool find_gradients(const WorkMesh<Real>& mesh, const Tet& tet, const std::vecto
 template <class Real>
 void begin_quadrics(std::span<const SteeringField> fields, double unit, WorkMesh<Real>* mesh) {
   const std::size_t width = mesh->steering_width;
-  mesh->quadric_width = quadric_row(mesh->steering_width);
+  mesh->quadric_width = quadric_row(mesh->steering_width, mesh->has_deviations);
+  mesh->deviations.assign(mesh->has_deviations ? mesh->vertex_count() : 0, 0.0F);
   mesh->quadrics.assign(mesh->vertex_count() * mesh->quadric_width, 0.0F);
   std::vector<double> scale(width);
   for (const SteeringField& f : fields) {

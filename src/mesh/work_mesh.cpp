@@ -10,6 +10,7 @@ void WorkMesh<Real>::resize_vertices(std::size_t vertices) {
   marks.resize(vertices);
   steering.resize(vertices * steering_width);
   quadrics.resize(vertices * quadric_width);
+  deviations.resize(has_deviations ? vertices : 0);
   point_ids.resize(vertices);
   incidence.resize(vertices);
   changed.resize(vertices);
@@ -20,6 +21,7 @@ template <class Real>
 void WorkMesh<Real>::resize_tets(std::size_t count) {
   tets.resize(count);
   flipped.resize(count);
+  if (removed.wanted()) removed.first.resize(count, kNoPoint);
   for (Column& column : cell_columns) column.resize(count);
 }
 
@@ -56,6 +58,7 @@ Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh) {
     mesh->point_ids[to] = mesh->point_ids[v];
     mesh->incidence[to] = mesh->incidence[v];
     mesh->changed[to] = mesh->changed[v];
+    if (mesh->has_deviations) mesh->deviations[to] = mesh->deviations[v];
     std::copy_n(mesh->steering.data() + v * width, width, mesh->steering.data() + to * width);
     std::copy_n(mesh->quadrics.data() + v * numbers, numbers, mesh->quadrics.data() + to * numbers);
     for (Column& column : mesh->point_columns) column.move_row(v, to);

@@ -9,6 +9,7 @@
 #include "base/vector.h"
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
+#include "mesh/removed_points.h"
 
 namespace tetfusion {
 
@@ -22,6 +23,7 @@ enum VertexMark : std::uint8_t {
   kOnInterface = 1 << 3,  // in a chunk: other chunks have tetrahedra of it; it stays for this round
   kAway = 1 << 4,         // in a chunk, of a vertex on the interface: a lower chunk has it, too
   kLast = 1 << 5,         // in a chunk, of a vertex on the interface: no higher chunk has it
+  kMoved = 1 << 7,        // no point of the original any more; where removed points are wanted
 };
 
 // The rows of an array that is carried along: tuples of one type, in native byte order.
@@ -48,6 +50,10 @@ struct WorkMesh {
   // the quadric of a vertex on the interface, and all parts add up.
   Vector<float> quadrics;
   std::uint32_t quadric_width = 0;
+  // How far the sheets (kernel/sheets.h) round a vertex may have moved since the beginning, in the
+  // unit of its quadrics. Where they may not move at all there are none.
+  bool has_deviations = false;
+  Vector<float> deviations;
   // Each vertex's id in the beginning: the same in every chunk that has the vertex. A fused one
   // keeps one of its four.
   Vector<VertexId> point_ids;
@@ -58,6 +64,7 @@ struct WorkMesh {
   Vector<Tet> tets;  // all of positive volume, but for those at locked vertices
   // The last pass that refused the tetrahedron as a flip; 0: none yet.
   Vector<std::uint16_t> flipped;
+  RemovedPoints<Real> removed;
   std::vector<Column> cell_columns;
 
   std::size_t vertex_count() const { return positions.size(); }

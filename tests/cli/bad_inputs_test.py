@@ -171,7 +171,7 @@ option_case("report folder missing", ["-o", "{out}/a.vtu", "--report", "{out}/no
 option_case("unknown array", ["--array", "pressure"], USAGE, "pressure", "temperature")
 option_case("unknown cell array", ["--array", "cell:pressure"], USAGE, "pressure")
 option_case("unknown region array", ["--regions", "pressure"], USAGE, "pressure")
-option_case("tolerance of an array with fuse", ["--array", "temperature:1%"], USAGE, "temperature", "--max-rms")
+option_case("a bound of nothing for an array", ["--array", "temperature:0%"], USAGE, "temperature", "0.5%")
 option_case("chunks too large for fuse", ["--chunk-tets", "200M"], USAGE, "--chunk-tets", "134217728")
 option_case("chunks of nothing", ["--chunk-tets", "0"], USAGE, "--chunk-tets")
 option_case("an empty value", ["--reduction", ""], USAGE, "--reduction")
@@ -191,12 +191,15 @@ option_case("stretch below one", ["--method", "tetfuse", "--stretch-factor", "0.
 option_case("aspect below one", ["--method", "tetfuse", "--aspect-ratio", "0.5"], USAGE, "--aspect-ratio")
 option_case("an error of nothing", ["--max-rms", "0"], USAGE, "--max-rms")
 option_case("an error that is no number", ["--max-rms", "little"], USAGE, "little", "0.1%")
+option_case("a bound of nothing", ["--max-error", "0"], USAGE, "--max-error")
+option_case("a bound that is no number", ["--max-error", "little"], USAGE, "little", "1%")
+option_case("a bound with tetfuse", ["--method", "tetfuse", "--max-error", "1%"], USAGE, "--max-error", "fuse")
 option_case("a quality below none", ["--min-quality=-0.1"], USAGE, "--min-quality")
 option_case("a quality that only regular ones have", ["--min-quality", "1"], USAGE, "--min-quality")
 option_case("a quality that is no number", ["--min-quality", "good"], USAGE, "good")
 option_case("unknown method", ["--method", "quadric"], USAGE, "quadric")
 option_case("unknown boundary rule", ["--method", "tetfuse", "--boundary-rule", "edges"], USAGE, "edges")
-option_case("a boundary that moves", ["--boundary", "1%"], USAGE, "--boundary")
+option_case("a boundary that moves with tetfuse", ["--method", "tetfuse", "--boundary", "1%"], USAGE, "--boundary")
 option_case("unknown encoding", ["--encoding", "brotli"], USAGE, "brotli")
 option_case("negative threads", ["--threads=-1"], USAGE, "threads")
 option_case("levels without a place for them", ["--lods", "50%,80%"], USAGE, "{lod}")
@@ -204,7 +207,7 @@ option_case("levels that fall", ["--lods", "80%,50%", "-o", "{out}/a_{lod}.vtu"]
 option_case("levels without a goal", ["--lods", "3", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
 option_case("a place without levels", ["-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
 option_case("mesh and report to standard output", ["-o", "-", "--report", "-"], USAGE, "standard output")
-for option in (["--max-error", "1%"], ["--map", "m"], ["--original-ids"], ["--no-such-option"]):
+for option in (["--map", "m"], ["--original-ids"], ["--no-such-option"]):
     option_case(f"not available: {option[0]}", option, USAGE, option[0])
 
 

@@ -48,9 +48,46 @@ class Fuse(FolderTest):
         _, report = self.fuse(path, "--max-rms", "0.01%", "--reduction", "99%")
         self.assertEqual((report["stop_reason"], report["output"]["tets"]), ("saturated", left[0]))
 
+    def test_a_boundary_that_moves(self):
+        path = self.generate("--jitter", "0.5", tets="60k")
+        _, exact = self.fuse(path, "--reduction", "90%")
+        self.assertEqual((exact["stop_reason"], exact["boundary"]), ("saturated", {"mode": "exact", "deviation": 0}))
+        for mode, most in (("planar", 2e-9), ("0.5%", 0.005)):
+            out, report = self.fuse(path, "--reduction", "80%", "--boundary", mode)
+            report_of("check", out, "--strict")
+            _, failures = judge_pair(load(path, "original"), load(out, "simplified"), True)
+            self.assertEqual(failures, [])
+            self.assertLessEqual(report["boundary"]["deviation"], most)
+            self.assertLess(report["output"]["boundary_triangles"], exact["output"]["boundary_triangles"] / 2)
+            compared = report_of("compare", path, out)
+            self.assertLessEqual(compared["surface"]["max"], max(report["boundary"]["deviation"], 1e-15))
+        out, report = self.fuse(path, "--reduction", "90%", "--boundary", "planar", "--regions", "none")
+        self.assertEqual(report["stop_reason"], "goal")
+        self.assertLess(abs(report["output"]["volume"] / report["input"]["volume"] - 1), 1e-6)
+    def test_what_it_promises_for_every_point(self):
+        path = self.generate("--jitter", "0.5", tets="40k")
+        left = []
+        for options in (["--max-error", "0.1%"], ["--max-error", "1%"], []):
+            out, report = self.fuse(path, "--regions", "none", *options)
+            name = report["steering"][0]
+            self.assertEqual(report["stop_reason"], "saturated")
+            if "0.1%" in options:
+                self.assertIn("at a point of the original", report["stop_sentence"])
+            self.assertGreater(report["lods"][-1]["rejected"]["deviation"], 0)
+            left.append((report["output"]["tets"], out.read_bytes()))
+            self.compare(path, out)
+            report_of("compare", path, out, "--array", name, "--max-error", (options or ["1%"])[-1])
+        self.assertLess(left[1][0], left[0][0])
+        self.assertEqual(left[1], left[2])
+        # One array's own bound.
+        out, _ = self.fuse(path, "--array", name + ":0.3%")
+        report_of("compare", path, out, "--array", name, "--max-error", "0.3%")
+
     def test_values_that_are_none(self):
         path = self.write(TinyVtu(3))
         for option, values in (("--min-quality", ("-0.1", "1", "2", "nan", "good", "")),
+                               ("--boundary", ("0", "-1%", "100%", "nan", "flat", "")),
+                               ("--max-error", ("0", "0%", "-1%", "nan", "little", "")),
                                ("--max-rms", ("0", "0%", "-1%", "nan", "little", ""))):
             for value in values:
                 result = finish("simplify", path, "-o", self.folder / "out.vtu", "--method", "fuse", f"{option}={value}")

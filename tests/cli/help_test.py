@@ -9,7 +9,7 @@ EVERYWHERE = ["--help", "--threads", "--progress", "--quiet", "--verbose"]
 READING = ["--tetrahedralize", "--linearize"]
 OPTIONS = {
     "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio",
-                           "--method", "--max-rms", "--min-quality", "--boundary-rule", "--boundary", "--array", "--regions", "--lods", "--encoding",
+                           "--method", "--max-error", "--max-rms", "--min-quality", "--boundary-rule", "--boundary", "--array", "--regions", "--lods", "--encoding",
                            "--pieces", "--report", "--strict", "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run"],
     "info": READING + ["--report"],
     "check": READING + ["--report", "--strict"],

@@ -19,6 +19,8 @@ RunState<double> rich_state() {
   state.input.mesh.pieces.reset();
   state.input.mesh.locks = {3, 17, 99};
   state.input.facts.locked_vertices = 12;
+  state.input.mesh.facing.reset({{0, -1, 0.5}, {1, 2, 3}});
+  state.input.mesh.facing.cells()[70] = 9;
   state.fields = {{0, 1, 3.5, {}}, {1, 3, 0.75, 0.01}};
   state.field_names = {"f", "", "cell:stress with a long name that does not fit into the string"};
   state.steering_width = 4;
@@ -44,6 +46,8 @@ TEST(Checkpoint, GivesBackWhatWasSaved) {
   EXPECT_EQ(loaded.input.mesh.interface.entries().size(),
             state.input.mesh.interface.entries().size());
   EXPECT_EQ(loaded.input.mesh.locks, (Vector<VertexId>{3, 17, 99}));
+  EXPECT_EQ(loaded.input.mesh.facing.cells(), state.input.mesh.facing.cells());
+  EXPECT_EQ(loaded.input.mesh.facing.box().lo, (Point3{0, -1, 0.5}));
   EXPECT_EQ(loaded.input.mesh.samples.size(), state.input.mesh.samples.size());
   EXPECT_EQ(loaded.input.box.hi.x, 6);
   EXPECT_EQ(loaded.input.facts.locked_vertices, 12u);

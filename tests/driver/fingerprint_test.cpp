@@ -38,6 +38,15 @@ TEST(Fingerprint, KnowsHowAMeshIsFused) {
   other = request;
   other.behaviour.max_rms = 0.1;
   EXPECT_NE(fingerprint(other, mesh), one);
+  other = request;
+  other.behaviour.boundary = Boundary::kWithin;
+  const std::string within = fingerprint(other, mesh);
+  EXPECT_NE(within, one);
+  other.behaviour.boundary_distance = 0.1;
+  EXPECT_NE(fingerprint(other, mesh), within);
+  other = request;
+  other.behaviour.max_error = 0.1;
+  EXPECT_NE(fingerprint(other, mesh), one);
 }
 
 // The time of change apart: a file may have been written over within one tick of the clock.

@@ -149,6 +149,16 @@ TEST_F(OutOfCore, NorDoThoseOfFuse) {
   }
 }
 
+// Points that are no vertices any more go from chunk to chunk.
+TEST_F(OutOfCore, NorDoThoseOfABoundAtPoints) {
+  for (const bool has_goal : {false, true}) {
+    fuse(has_goal ? std::optional(0.3) : std::nullopt);
+    request.behaviour.max_rms.reset();
+    request.behaviour.max_error = 0.05;
+    expect_same_bytes_everywhere();
+  }
+}
+
 // Two fields, one of them a vector, in a mesh of floats: quadrics are rows of another length.
 TEST_F(OutOfCore, NorDoThoseOfFuseWithSeveralFields) {
   MeshFile file = rich_box(10);
@@ -161,12 +171,19 @@ TEST_F(OutOfCore, NorDoThoseOfFuseWithSeveralFields) {
   expect_same_bytes_everywhere();
 }
 
+TEST_F(OutOfCore, NorDoThoseOfABoundaryThatMoves) {
+  fuse(0.6);
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.01;
+  expect_same_bytes_everywhere();
+}
+
 TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   const std::string expected = run_in_core();
   const auto source = open_mesh(request.input);
   request.performance.threads = 2;
-  const MemoryNeeds needs =
-      estimate_needs(source->description(), sizeof(double), request.behaviour.chunk_tets, 2, 0);
+  const MemoryNeeds needs = estimate_needs(source->description(), {sizeof(double), 0},
+                                           request.behaviour.chunk_tets, 2, 0);
   request.performance.memory = needs.in_core;
   EXPECT_EQ(simplify(request).scratch_bytes, 0u);
   EXPECT_EQ(take_output() == expected, true);
@@ -180,6 +197,17 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   EXPECT_EQ(refusal(&message), ErrorCode::kMemory);
   EXPECT_THAT(message, HasSubstr("--memory"));
   EXPECT_TRUE(files().empty());
+}
+
+// In the end a chunk may be full of them.
+TEST_F(OutOfCore, RemovedPointsTakeMemory) {
+  const auto source = open_mesh(request.input);
+  const auto needs = [&](std::uint64_t removed) {
+    return estimate_needs(source->description(), {8, removed}, 700, 2, 0);
+  };
+  EXPECT_EQ(needs(0).out_of_core, needs(1).out_of_core);  // less than its tetrahedra
+  EXPECT_EQ(needs(2000).out_of_core - needs(1000).out_of_core, 2u * 6 * 2 * 700 * 1000);
+  EXPECT_EQ(needs(2000).pieces, needs(0).pieces);
 }
 
 TEST_F(OutOfCore, TheScratchFolderMayBeElsewhere) {
@@ -233,8 +261,22 @@ TEST_F(StoppedRun, EndsInTheSameBytesWhenItFuses) {
   expect_same_bytes_wherever_it_stops();
 }
 
+TEST_F(StoppedRun, EndsInTheSameBytesWithABoundAtPoints) {
+  fuse(std::nullopt);
+  request.behaviour.max_rms.reset();
+  request.behaviour.max_error = 0.05;
+  expect_same_bytes_wherever_it_stops();
+}
+
 TEST_F(StoppedRun, EndsInTheSameBytesWhenItFusesTowardsAGoal) {
   fuse(0.5);
+  expect_same_bytes_wherever_it_stops();
+}
+
+TEST_F(StoppedRun, EndsInTheSameBytesWhenTheBoundaryMoves) {
+  fuse(0.6);
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.01;
   expect_same_bytes_wherever_it_stops();
 }
 

@@ -47,6 +47,24 @@ WorkMesh<Real> rich(WorkMesh<Real> mesh) {
   return mesh;
 }
 
+// With removed points in some tetrahedra, many in a few.
+template <class Real>
+WorkMesh<Real> with_removed_points(WorkMesh<Real> mesh) {
+  mesh.removed.reset(mesh.tets.size());
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    for (std::size_t i = 0; i < (t % 29 == 3 ? 7 : t % 3); ++i) {
+      const std::uint32_t point = mesh.removed.add(1, mesh.steering_width);
+      mesh.removed.positions[point] = {static_cast<Real>(t), static_cast<Real>(i), Real{-1}};
+      for (std::uint32_t k = 0; k < mesh.steering_width; ++k) {
+        mesh.removed.values[point * mesh.steering_width + k] = 0.1 * static_cast<double>(t * i + k);
+      }
+      mesh.removed.push(static_cast<std::uint32_t>(t), point);
+    }
+  }
+  for (std::size_t v = 0; v < mesh.vertex_count(); v += 3) mesh.marks[v] |= kMoved;
+  return mesh;
+}
+
 std::unique_ptr<Scratch> disk_scratch_in(const testing::TempDir& folder) {
   return disk_scratch({folder.file("scratch"), "a test", false, 0});
 }
@@ -90,6 +108,36 @@ TEST(ChunkPieces, CutAndStitchIsTheIdentityOnDisk) {
   const testing::TempDir folder = testing::TempDir::in_memory();
   expect_identity(rich(testing::to_work_mesh(testing::five_split_cube(7, 0.2, 4))),
                   disk_scratch_in(folder).get());
+}
+
+TEST(ChunkPieces, RemovedPointsGoWithTheirTetrahedra) {
+  expect_identity(
+      with_removed_points(rich(testing::to_work_mesh(testing::five_split_cube(7, 0.2, 3)))),
+      memory_scratch().get());
+  const testing::TempDir folder = testing::TempDir::in_memory();
+  expect_identity(
+      with_removed_points(rich(testing::to_float_work_mesh(testing::five_split_cube(6, 0.2, 4)))),
+      disk_scratch_in(folder).get());
+}
+
+// Whatever else is in the chunk, those of a tetrahedron keep their order.
+TEST(ChunkPieces, RemovedPointsKeepTheirOrder) {
+  const auto mesh =
+      with_removed_points(rich(testing::to_work_mesh(testing::five_split_cube(5, 0.2, 3))));
+  const auto scratch = memory_scratch();
+  const auto chunks = gather_all(testing::cut_up(mesh, 5, 1, scratch.get()), layout_of(mesh));
+  std::size_t seen = 0;
+  for (const auto& chunk : chunks) {
+    for (std::size_t t = 0; t < chunk.tets.size(); ++t) {
+      double last = 99;
+      for (std::uint32_t i = chunk.removed.first[t]; i != kNoPoint; i = chunk.removed.next[i]) {
+        EXPECT_LT(chunk.removed.positions[i].y, last);
+        last = chunk.removed.positions[i].y;
+        ++seen;
+      }
+    }
+  }
+  EXPECT_EQ(seen, mesh.removed.size());
 }
 
 TEST(ChunkPieces, TakesMeshesWithoutColumns) {

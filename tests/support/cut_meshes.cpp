@@ -19,10 +19,12 @@ void append_rows(const std::vector<Column>& columns, std::size_t row, std::strin
   for (const Column& c : columns) append(c.rows.data() + row * c.stride(), c.stride(), text);
 }
 
+constexpr std::uint8_t kLasting = kOnBoundary | kLocked | kMoved;
+
 template <class Real>
 std::string vertex_text(const WorkMesh<Real>& mesh, VertexId v, bool with_id = true) {
   std::string text;
-  const auto lasting = static_cast<char>(mesh.marks[v] & (kOnBoundary | kLocked));
+  const auto lasting = static_cast<char>(mesh.marks[v] & kLasting);
   if (with_id) append(&mesh.point_ids[v], 1, &text);
   append(&mesh.positions[v], 1, &text);
   append(&lasting, 1, &text);
@@ -43,12 +45,42 @@ void copy_rows(const std::vector<Column>& from, std::size_t row, std::size_t to,
 template <class Real>
 void copy_vertex(const WorkMesh<Real>& from, VertexId v, VertexId to, WorkMesh<Real>* mesh) {
   mesh->positions[to] = from.positions[v];
-  mesh->marks[to] = from.marks[v] & (kOnBoundary | kLocked);
+  mesh->marks[to] = from.marks[v] & kLasting;
   mesh->point_ids[to] = from.point_ids[v];
   mesh->changed[to] = 0;
   std::copy_n(from.steering.data() + v * from.steering_width, from.steering_width,
               mesh->steering.data() + to * from.steering_width);
   copy_rows(from.point_columns, v, to, &mesh->point_columns);
+}
+
+// The removed points of a tetrahedron.
+template <class Real>
+void copy_removed(const WorkMesh<Real>& from, std::size_t t, std::size_t to, WorkMesh<Real>* mesh) {
+  if (!from.removed.wanted()) return;
+  RemovedPoints<Real>& removed = mesh->removed;
+  if (!removed.wanted()) removed.reset(mesh->tets.size());
+  const std::size_t width = from.steering_width;
+  for (std::uint32_t i = from.removed.first[t]; i != kNoPoint; i = from.removed.next[i]) {
+    const std::uint32_t point = removed.add(1, width);
+    removed.positions[point] = from.removed.positions[i];
+    std::copy_n(from.removed.values.data() + i * width, width,
+                removed.values.data() + point * width);
+    removed.push(static_cast<std::uint32_t>(to), point);
+  }
+}
+
+template <class Real>
+void append_removed(const WorkMesh<Real>& mesh, std::size_t t, std::string* text) {
+  if (!mesh.removed.wanted()) return;
+  const RemovedPoints<Real>& removed = mesh.removed;
+  std::vector<std::string> points;  // in any order
+  for (std::uint32_t i = removed.first[t]; i != kNoPoint; i = removed.next[i]) {
+    std::string& point = points.emplace_back();
+    append(&removed.positions[i], 1, &point);
+    append(removed.values.data() + i * mesh.steering_width, mesh.steering_width, &point);
+  }
+  std::sort(points.begin(), points.end());
+  for (const std::string& point : points) *text += point;
 }
 
 // What the chunk has of its vertices' quadrics; place(id) is where a vertex goes.
@@ -149,7 +181,7 @@ void expect_chunks_know_their_vertices(const std::vector<WorkMesh<Real>>& chunks
       if (home.size() > 1) expected |= kOnInterface;
       if (home.size() > 1 && *home.begin() != c) expected |= kAway;
       if (home.size() > 1 && *home.rbegin() == c) expected |= kLast;
-      const int told = home.size() > 1 ? chunk.marks[v] : chunk.marks[v] & ~kLast;
+      const int told = chunk.marks[v] & ~(home.size() > 1 ? kMoved : kMoved | kLast);
       EXPECT_EQ(told, expected) << "vertex " << id << " in chunk " << c;
       if (*home.begin() == c) ++seen;
     }
@@ -194,6 +226,7 @@ WorkMesh<Real> join(const std::vector<WorkMesh<Real>>& chunks) {
         mesh.tets[to][k] = copies.at(chunk.point_ids[chunk.tets[t][k]]).place;
       }
       copy_rows(chunk.cell_columns, t, to, &mesh.cell_columns);
+      copy_removed(chunk, t, to, &mesh);
     }
   }
   mesh.flipped.assign(tets, 0);
@@ -208,6 +241,7 @@ std::vector<std::string> contents(const WorkMesh<Real>& mesh, bool with_ids) {
     std::string& text = tets.emplace_back();
     for (const VertexId v : mesh.tets[t]) text += vertex_text(mesh, v, with_ids);
     append_rows(mesh.cell_columns, t, &text);
+    append_removed(mesh, t, &text);
   }
   std::sort(tets.begin(), tets.end());
   return tets;

@@ -1,0 +1,31 @@
+// How far the steering fields may go from those of the original, with --method fuse.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "driver/import.h"
+#include "driver/options.h"
+
+namespace tetfusion {
+
+struct ErrorLimits {
+  // At any of the original's points, as a share of the range of a field that has no tolerance of
+  // its own; infinity is none.
+  double max_error = std::numeric_limits<double>::infinity();
+  // Of a fusion: the mean of the squares of its deviations.
+  double max_cost = std::numeric_limits<double>::infinity();
+  // Some field has a limit at the original's points: those that go have to be remembered.
+  bool at_points = false;
+};
+
+// Without a goal and without any limit it is kDefaultMaxError.
+ErrorLimits error_limits(const BehaviourOptions& options, std::span<const SteeringField> fields);
+
+// Shares of ranges, of which each field has its own then, so that limits at points are those of the
+// ranges over the points that tetrahedra use: others may have had a say in the fields' ranges.
+void relate_to_used_points(const SteeringBox& box, double max_error,
+                           std::vector<SteeringField>* fields);
+
+}  // namespace tetfusion

@@ -1,0 +1,104 @@
+#include "kernel/facing_grid.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kCells = 64;  // along each axis
+constexpr unsigned kBins = 24;
+
+// The bin of a direction: the side of the cube that it leaves by, and the quarter of that.
+unsigned bin_of(const Point3& d) {
+  std::size_t axis = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (std::abs(d[i]) > std::abs(d[axis])) axis = i;
+  }
+  const unsigned side = static_cast<unsigned>(2 * axis) + (d[axis] < 0 ? 1 : 0);
+  const unsigned quarter = (d[(axis + 1) % 3] < 0 ? 1u : 0u) | (d[(axis + 2) % 3] < 0 ? 2u : 0u);
+  return 4 * side + quarter;
+}
+
+// The bins that hold a direction at more than a right angle to this one: a bin is the cone of its
+// four corners, so one of these is such a direction if any is.
+std::uint32_t bins_against(const Point3& d) {
+  std::uint32_t bins = 0;
+  for (unsigned bin = 0; bin < kBins; ++bin) {
+    const std::size_t axis = bin / 8;
+    const double side = bin / 4 % 2 == 1 ? -1 : 1;
+    const double u = (bin & 1u) != 0 ? -1 : 1, v = (bin & 2u) != 0 ? -1 : 1;
+    const double at = side * d[axis];
+    const double along_u = u * d[(axis + 1) % 3], along_v = v * d[(axis + 2) % 3];
+    if (at + std::min(along_u, 0.0) + std::min(along_v, 0.0) < 0) bins |= 1u << bin;
+  }
+  return bins;
+}
+
+}  // namespace
+
+void PointBox::add(const Point3& p) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    lo[i] = std::min(lo[i], p[i]);
+    hi[i] = std::max(hi[i], p[i]);
+  }
+}
+
+void PointBox::widen(double by) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    lo[i] -= by;
+    hi[i] += by;
+  }
+}
+
+void FacingGrid::reset(const PointBox& box) {
+  box_ = box;
+  cells_.assign(kCells * kCells * kCells, 0);
+}
+
+// Calls visit(cell) until it says true.
+template <class Visit>
+void FacingGrid::visit(const PointBox& box, Visit visit) const {
+  std::array<std::size_t, 3> first{}, last{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double width = box_.hi[i] - box_.lo[i];
+    const auto at = [&](double x) {
+      const double share = width > 0 ? (x - box_.lo[i]) / width : 0;
+      return static_cast<std::size_t>(std::clamp(share * double{kCells}, 0.0, kCells - 1.0));
+    };
+    first[i] = at(box.lo[i]);
+    last[i] = at(box.hi[i]);
+  }
+  for (std::size_t z = first[2]; z <= last[2]; ++z) {
+    for (std::size_t y = first[1]; y <= last[1]; ++y) {
+      for (std::size_t x = first[0]; x <= last[0]; ++x) {
+        if (visit((z * kCells + y) * kCells + x)) return;
+      }
+    }
+  }
+}
+
+void FacingGrid::note(const Point3& a, const Point3& b, const Point3& c) {
+  PointBox box{a, a};
+  box.add(b);
+  box.add(c);
+  const std::uint32_t bit = 1u << bin_of(cross(minus(b, a), minus(c, a)));
+  visit(box, [&](std::size_t cell) {
+    std::atomic_ref<std::uint32_t>(cells_[cell]).fetch_or(bit, std::memory_order_relaxed);
+    return false;
+  });
+}
+
+bool FacingGrid::may_face(const PointBox& box, const Point3& direction) const {
+  const std::uint32_t bins = bins_against(direction);
+  bool found = false;
+  visit(box, [&](std::size_t cell) {
+    found = (cells_[cell] & bins) != 0;
+    return found;
+  });
+  return found;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,58 @@
+// How far a surface moves where some of its triangles give way to a fan, as a bound that holds.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+namespace tetfusion {
+
+using Point3 = std::array<double, 3>;
+
+inline Point3 minus(const Point3& a, const Point3& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+inline double dot(const Point3& a, const Point3& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline Point3 cross(const Point3& a, const Point3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+// A patch of triangles, wound the same way, and the fan that takes its place: from the apex to each
+// edge of the chain. Both have the same outline: the chain, if it is closed (it returns to its
+// first point, which is not repeated), else the chain and the way from its last point over the apex
+// to its first one. Coordinates are small: about a point of the patch.
+struct PatchChange {
+  std::vector<std::array<Point3, 3>> triangles;
+  std::vector<std::array<Point3, 2>> edges;  // between two of the triangles
+  std::vector<Point3> points;                // corners of triangles that are not on the outline
+  Point3 apex{};
+  std::vector<Point3> chain;
+  bool closed = true;
+
+  void clear() {
+    triangles.clear();
+    edges.clear();
+    points.clear();
+    chain.clear();
+  }
+};
+
+struct PatchDistance {
+  double distance = 0;  // at most so far is any point of one from its image on the other
+  double rise = 0;      // the fan is at most so far above the patch, along the normal
+  Point3 normal{};      // the mean one of the patch
+};
+
+// Both are graphs over the same polygon, seen along the mean normal of the patch, if all triangles
+// show their front: the image of a point is then the one above or below it. The height between the
+// two is piecewise linear, so it is largest where an edge of one crosses an edge of the other, or
+// at a corner. Nothing, if they are no such graphs, or if a triangle of the fan is tilted by more
+// than 60 degrees.
+std::optional<PatchDistance> measure(const PatchChange& change);
+
+// The point of a segment that is nearest to x.
+Point3 nearest_on_segment(const Point3& x, const Point3& from, const Point3& to);
+
+}  // namespace tetfusion

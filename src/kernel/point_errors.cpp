@@ -1,0 +1,301 @@
+#include "kernel/point_errors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tetfusion {
+
+namespace {
+
+// What is kept back of a bound, for the rounding of whoever evaluates the fields. Values are chosen
+// to twice that, so that writing them in their type does not lead beyond it.
+constexpr double kMargin = 1e-4;
+// Of a weight: this many times the cube of the longest edge, over the determinant. Three products
+// of two in a row of the inverse, three of a row with an offset, and their sums.
+constexpr double kRounding = 64 * 0x1p-53;
+// A weight that is off by so much lets the value be off by this many times the field's range.
+constexpr double kCorners = 4;
+// Vectors: how often all points may draw at the new vertex's values.
+constexpr int kDraws = 8;
+
+using Vector3 = std::array<double, 3>;
+
+Vector3 cross(const Vector3& a, const Vector3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+double largest(const Vector3& a) {
+  return std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
+}
+
+// As it is read again where it was written in single precision.
+double in_single(double value, int exponent) {
+  return std::ldexp(double{static_cast<float>(std::ldexp(value, -exponent))}, exponent);
+}
+
+}  // namespace
+
+template <class Real>
+void PointErrors<Real>::begin(std::span<const SteeringField> fields, double max_error, double unit,
+                              WorkMesh<Real>* mesh) {
+  mesh_ = mesh;
+  width_ = mesh->steering_width;
+  unit_ = unit;
+  fields_.clear();
+  for (const SteeringField& f : fields) {
+    const double share = f.tolerance.value_or(max_error);
+    if (!(share < std::numeric_limits<double>::infinity())) continue;
+    const bool is_float =
+        f.column != kNoColumn && mesh->point_columns[f.column].type == ValueType::kFloat32;
+    fields_.push_back({f.first, f.count, f.range, share * f.range, f.exponent, is_float});
+  }
+  bounds_ = !fields_.empty();
+  joining_ = {};
+  if (bounds_ && mesh->removed.first.size() != mesh->tets.size()) {
+    mesh->removed.reset(mesh->tets.size());
+  }
+}
+
+template <class Real>
+bool PointErrors<Real>::allows(const Joining<Real>& joining, std::span<const double> low,
+                               std::span<const double> high, std::span<double> values) {
+  if (joining.v != joining_.v || joining.partner != joining_.partner) collect(joining);
+  joining_ = joining;
+  make_fan(joining);
+  low_.assign(low.begin(), low.end());
+  high_.assign(high.begin(), high.end());
+  places_.clear();
+  for (std::uint32_t i = 0; i < points_.size(); ++i) {
+    std::size_t place = places_.size();
+    find_places(i);
+    for (; place < places_.size(); ++place) {
+      if (narrow(places_[place])) continue;
+      std::rotate(points_.begin(), points_.begin() + i, points_.begin() + i + 1);
+      return false;
+    }
+  }
+  return choose(values);
+}
+
+// The points of the cavity.
+template <class Real>
+void PointErrors<Real>::collect(const Joining<Real>& joining) {
+  points_.clear();
+  add_vertex(joining.v);
+  if (!joining.fixed) add_vertex(joining.partner);
+  for (const TetId t : joining.deleted) add_list(t);
+  for (const std::uint32_t entry : joining.affected) add_list(entry >> 2);
+}
+
+template <class Real>
+void PointErrors<Real>::add_vertex(VertexId v) {
+  if ((mesh_->marks[v] & kMoved) != 0) return;
+  points_.push_back({mesh_->positions[v], mesh_->steering.data() + v * width_, kNoPoint, v});
+}
+
+template <class Real>
+void PointErrors<Real>::add_list(TetId t) {
+  const RemovedPoints<Real>& removed = mesh_->removed;
+  for (std::uint32_t i = removed.first[t]; i != kNoPoint; i = removed.next[i]) {
+    points_.push_back({removed.positions[i], removed.values.data() + i * width_, i, kNoVertex});
+  }
+}
+
+template <class Real>
+void PointErrors<Real>::make_fan(const Joining<Real>& joining) {
+  fan_.clear();
+  last_tet_ = 0;
+  centre_ = {joining.position.x, joining.position.y, joining.position.z};
+  const auto to = [&](VertexId v) -> Vector3 {
+    const Vec3<Real>& p = mesh_->positions[v];
+    return {(p.x - centre_.x) * unit_, (p.y - centre_.y) * unit_, (p.z - centre_.z) * unit_};
+  };
+  for (const std::uint32_t entry : joining.affected) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    const auto& order = kCornerFirst[entry & 3u];
+    FanTet& fan = fan_.emplace_back();
+    fan.corners = {tet[order[1]], tet[order[2]], tet[order[3]]};
+    fan.tet = entry >> 2;
+    const Vector3 a = to(fan.corners[0]), b = to(fan.corners[1]), c = to(fan.corners[2]);
+    fan.rows = {cross(b, c), cross(c, a), cross(a, b)};
+    const double det = dot(a, fan.rows[0]);
+    for (Vector3& row : fan.rows) {
+      for (double& x : row) x /= det;
+    }
+    const double longest = std::max({largest(a), largest(b), largest(c)});
+    fan.rounding = kRounding * longest * longest * longest / det;
+  }
+}
+
+template <class Real>
+auto PointErrors<Real>::weights_at(const FanTet& tet, const Vec3<Real>& p) const -> Weights {
+  const Vector3 d{(p.x - centre_.x) * unit_, (p.y - centre_.y) * unit_, (p.z - centre_.z) * unit_};
+  const double b = dot(tet.rows[0], d), c = dot(tet.rows[1], d), e = dot(tet.rows[2], d);
+  return {1 - (b + c + e), b, c, e};
+}
+
+// Where the point lies: in every tetrahedron that it is not certainly outside of, so that the
+// bounds hold whichever of them somebody finds it in.
+template <class Real>
+void PointErrors<Real>::find_places(std::uint32_t point) {
+  const Vec3<Real>& p = points_[point].position;
+  const auto n = static_cast<std::uint32_t>(fan_.size());
+  const std::size_t before = places_.size();
+  double greatest = -std::numeric_limits<double>::infinity();
+  std::uint32_t nearest = 0;
+  for (std::uint32_t i = 0, t = last_tet_; i < n; ++i, t = t + 1 < n ? t + 1 : 0) {
+    const Weights weights = weights_at(fan_[t], p);
+    const double least = std::min({weights[0], weights[1], weights[2], weights[3]});
+    if (least > greatest) {
+      greatest = least;
+      nearest = t;
+    }
+    if (least < -fan_[t].rounding) continue;
+    add_place(point, t, weights, least);
+    if (least > fan_[t].rounding) break;  // and in no other
+  }
+  last_tet_ = nearest;
+  if (places_.size() == before) {
+    add_place(point, nearest, weights_at(fan_[nearest], p), greatest);
+  }
+}
+
+template <class Real>
+void PointErrors<Real>::add_place(std::uint32_t point, std::uint32_t fan_tet,
+                                  const Weights& weights, double least) {
+  Place& place = places_.emplace_back(Place{point, fan_tet, weights, least});
+  double sum = 0;
+  for (double& w : place.weights) {
+    w = std::max(w, 0.0);
+    sum += w;
+  }
+  for (double& w : place.weights) w /= sum;
+}
+
+// What the error may be, less what rounding can do where the tetrahedron is flat, or the point a
+// little outside.
+template <class Real>
+double PointErrors<Real>::limit_at(const Place& place, const Bound& bound) const {
+  const double off = fan_[place.fan_tet].rounding + std::max(-place.least, 0.0);
+  return bound.limit - kCorners * off * bound.range;
+}
+
+// With what values of the scalar fields the bounds would hold here; false if there are none.
+template <class Real>
+bool PointErrors<Real>::narrow(const Place& place) {
+  const double* steering = mesh_->steering.data();
+  const FanTet& tet = fan_[place.fan_tet];
+  const double* values = points_[place.point].values;
+  for (const Bound& bound : fields_) {
+    if (bound.count != 1) continue;
+    const std::size_t k = bound.first;
+    const double limit = limit_at(place, bound) - 2 * kMargin * bound.limit;
+    double rest = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      rest += place.weights[i + 1] * (steering[tet.corners[i] * width_ + k] - values[k]);
+    }
+    const double weight = place.weights[0];
+    if (weight > 0) {
+      low_[k] = std::max(low_[k], values[k] + (-limit - rest) / weight);
+      high_[k] = std::min(high_[k], values[k] + (limit - rest) / weight);
+    }
+    if (!(low_[k] <= high_[k]) || !(limit > 0) || (weight == 0 && !(std::abs(rest) <= limit))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <class Real>
+bool PointErrors<Real>::choose(std::span<double> values) {
+  for (const Bound& bound : fields_) {
+    if (bound.count > 1 && !joining_.fixed) draw(bound, values);
+    for (std::size_t k = bound.first; k < bound.first + bound.count; ++k) {
+      values[k] = std::clamp(values[k], low_[k], high_[k]);
+      if (bound.is_float && !joining_.fixed) values[k] = in_single(values[k], bound.exponent);
+    }
+  }
+  return holds(values);
+}
+
+// The length of the difference at a place, and its components.
+template <class Real>
+double PointErrors<Real>::error_at(const Place& place, const Bound& bound,
+                                   std::span<const double> values, double* differences) const {
+  const double* steering = mesh_->steering.data();
+  const FanTet& tet = fan_[place.fan_tet];
+  const double* original = points_[place.point].values;
+  double square = 0;
+  for (std::uint32_t i = 0; i < bound.count; ++i) {
+    const std::size_t k = bound.first + i;
+    double difference = place.weights[0] * (values[k] - original[k]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      difference += place.weights[c + 1] * (steering[tet.corners[c] * width_ + k] - original[k]);
+    }
+    if (differences != nullptr) differences[i] = difference;
+    square += difference * difference;
+  }
+  return std::sqrt(square);
+}
+
+// Each point draws the values to where its own bound holds; with luck all do in the end.
+template <class Real>
+void PointErrors<Real>::draw(const Bound& bound, std::span<double> values) {
+  differences_.resize(width_);
+  for (int i = 0; i < kDraws; ++i) {
+    bool moved = false;
+    for (const Place& place : places_) {
+      const double error = error_at(place, bound, values, differences_.data());
+      const double limit = limit_at(place, bound) - 2 * kMargin * bound.limit;
+      if (error <= limit || !(place.weights[0] > 0)) continue;
+      const double share = (error - limit) / (error * place.weights[0]);
+      for (std::uint32_t c = 0; c < bound.count; ++c) {
+        const std::size_t k = bound.first + c;
+        values[k] = std::clamp(values[k] - share * differences_[c], low_[k], high_[k]);
+      }
+      moved = true;
+    }
+    if (!moved) return;
+  }
+}
+
+template <class Real>
+bool PointErrors<Real>::holds(std::span<const double> values) const {
+  for (const Place& place : places_) {
+    for (const Bound& bound : fields_) {
+      const double limit = limit_at(place, bound) - kMargin * bound.limit;
+      if (!(error_at(place, bound, values, nullptr) <= limit)) return false;
+    }
+  }
+  return true;
+}
+
+template <class Real>
+void PointErrors<Real>::apply(VertexId kept) {
+  RemovedPoints<Real>& removed = mesh_->removed;
+  for (Point& point : points_) {
+    if (point.id != kNoPoint) continue;
+    point.id = removed.add(1, width_);
+    removed.positions[point.id] = point.position;
+    std::copy_n(point.values, width_, removed.values.data() + point.id * width_);
+  }
+  for (const TetId t : joining_.deleted) removed.first[t] = kNoPoint;
+  for (const std::uint32_t entry : joining_.affected) removed.first[entry >> 2] = kNoPoint;
+  for (std::size_t i = 0; i < places_.size();) {
+    std::size_t home = i;
+    const std::uint32_t point = places_[i].point;
+    for (; i < places_.size() && places_[i].point == point; ++i) {
+      if (places_[i].least > places_[home].least) home = i;
+    }
+    removed.push(fan_[places_[home].fan_tet].tet, points_[point].id);
+  }
+  if (!joining_.fixed) mesh_->marks[kept] |= kMoved;
+  joining_ = {};
+}
+
+template class PointErrors<float>;
+template class PointErrors<double>;
+
+}  // namespace tetfusion

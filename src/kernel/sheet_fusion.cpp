@@ -1,0 +1,260 @@
+#include "kernel/sheet_fusion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tetfusion {
+
+namespace {
+
+// Heights up to this share of the width are what coordinates of single precision make of a plane.
+constexpr double kFlat = 1e-5;
+
+}  // namespace
+
+template <class Real>
+void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, double unit,
+                              double max_deviation, const FacingGrid* facing) {
+  mesh_ = mesh;
+  sheets_ = sheets;
+  unit_ = unit;
+  max_deviation_ = max_deviation;
+  facing_ = facing;
+}
+
+// In the unit.
+template <class Real>
+Point3 SheetFusion<Real>::about_v(const Vec3<Real>& p) const {
+  const Vec3<Real>& o = mesh_->positions[v_];
+  return {(double{p.x} - o.x) * unit_, (double{p.y} - o.y) * unit_, (double{p.z} - o.z) * unit_};
+}
+
+template <class Real>
+bool SheetFusion<Real>::choose(VertexId v, VertexId partner, bool fixed, Along along) {
+  v_ = v;
+  partner_ = partner;
+  fixed_ = fixed;
+  along_ = along;
+  if (!sheets_->find_fan(v, &fan_v_) || !fan_v_.turn_to(partner)) return false;
+  if (!fixed && (!sheets_->find_fan(partner, &fan_partner_) || !fan_partner_.turn_to(v))) {
+    return false;
+  }
+  if (along == Along::kLine && !find_sides()) return false;
+  if (!sheets_->may_contract(v, fan_v_, partner)) return false;
+  deviation_before_ = deviation_so_far();
+  return true;
+}
+
+// The line goes on from both ends of an edge of it.
+template <class Real>
+bool SheetFusion<Real>::find_sides() {
+  // No triangle has two edges of the line.
+  const auto find_end = [](const SheetFan& fan) {
+    if (fan.sharp_edges != 2 || fan.sharp[0] == 0) return std::size_t{0};
+    const auto end = static_cast<std::size_t>(std::find(fan.sharp.begin() + 1, fan.sharp.end(), 1) -
+                                              fan.sharp.begin());
+    return end == 1 || end + 1 == fan.size() ? 0 : end;
+  };
+  end_v_ = find_end(fan_v_);
+  if (end_v_ == 0) return false;
+  if (fixed_) return true;
+  end_partner_ = find_end(fan_partner_);
+  return end_partner_ != 0 && fan_v_.ring[end_v_] != fan_partner_.ring[end_partner_];
+}
+
+// The largest deviation of a vertex of the old patch.
+template <class Real>
+float SheetFusion<Real>::deviation_so_far() const {
+  const Vector<float>& deviations = mesh_->deviations;
+  float most = deviations[v_];
+  for (const VertexId u : fan_v_.ring) most = std::max(most, deviations[u]);
+  if (fixed_) return most;
+  for (const VertexId u : fan_partner_.ring) most = std::max(most, deviations[u]);
+  return most;
+}
+
+template <class Real>
+Vec3<Real> SheetFusion<Real>::on_edge(double t) const {
+  const Vec3<Real>&a = mesh_->positions[v_], &b = mesh_->positions[partner_];
+  if (t <= 0) return a;
+  if (t >= 1) return b;
+  return {static_cast<Real>(a.x + t * (double{b.x} - a.x)),
+          static_cast<Real>(a.y + t * (double{b.y} - a.y)),
+          static_cast<Real>(a.z + t * (double{b.z} - a.z))};
+}
+
+template <class Real>
+Vec3<Real> SheetFusion<Real>::flattened(const Vec3<Real>& position) const {
+  if (along_ == Along::kLine) {
+    const Point3 edge = at(partner_);
+    return on_edge(dot(about_v(position), edge) / dot(edge, edge));
+  }
+  Point3 normal{};
+  for (std::size_t i = 0; i < fan_v_.size(); ++i) {
+    const Point3 area = cross(at(fan_v_.ring[i]), at(fan_v_.at(i + 1)));
+    for (std::size_t k = 0; k < 3; ++k) normal[k] += area[k];
+  }
+  const double length = std::sqrt(dot(normal, normal));
+  if (!(length > 0)) return position;
+  for (double& c : normal) c /= length;
+  double width = 0, height = 0;
+  for (const SheetFan* fan : {&fan_v_, &fan_partner_}) {
+    for (const VertexId u : fan->ring) {
+      const Point3 p = at(u);
+      width = std::max(width, dot(p, p));
+      height = std::max(height, std::abs(dot(p, normal)));
+    }
+  }
+  if (!(height <= kFlat * std::sqrt(width))) return position;
+  const Point3 p = about_v(position);
+  const double off = dot(p, normal) / unit_;
+  return {static_cast<Real>(position.x - off * normal[0]),
+          static_cast<Real>(position.y - off * normal[1]),
+          static_cast<Real>(position.z - off * normal[2])};
+}
+
+template <class Real>
+bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
+  position_ = about_v(position);
+  double distance = 0;
+  if (!(along_ == Along::kSheet ? measure_disc(&distance) : measure_line(&distance))) return false;
+  const double sum = double{deviation_before_} + distance;
+  deviation_ = std::nextafter(static_cast<float>(sum), std::numeric_limits<float>::infinity());
+  return deviation_ <= max_deviation_;
+}
+
+template <class Real>
+bool SheetFusion<Real>::measure_disc(double* distance) {
+  collect_disc();
+  const auto disc = measure(change_);
+  if (disc) *distance = disc->distance;
+  return disc && !may_meet_another(*disc, disc->rise);
+}
+
+// First the line goes to its new place, and draws the triangles with it: they move no further than
+// its points do. Then each side is a patch of its own.
+template <class Real>
+bool SheetFusion<Real>::measure_line(double* distance) {
+  const auto length = [](const Point3& d) { return std::sqrt(dot(d, d)); };
+  near_v_ = nearest_on_segment({}, at(fan_v_.ring[end_v_]), position_);
+  double line = length(near_v_);
+  if (!fixed_) {
+    const Point3 partner = at(partner_);
+    near_partner_ = nearest_on_segment(partner, position_, at(fan_partner_.ring[end_partner_]));
+    line = std::max({line, length(minus(near_partner_, partner)),
+                     length(minus(position_, nearest_on_segment(position_, {}, partner)))});
+  }
+  double sides = 0;
+  for (const bool left : {true, false}) {
+    collect_side(left);
+    const auto side = measure(change_);
+    if (!side || may_meet_another(*side, side->rise + line)) return false;
+    sides = std::max(sides, side->distance);
+  }
+  *distance = line + sides;
+  return true;
+}
+
+// What a patch that rises would meet is another part of the boundary, somewhere above, that looks
+// down at it: a way up that enters the volume there crosses such a triangle. That part may itself
+// have moved since the round began, no further than from one end of its deviation to the other.
+template <class Real>
+bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
+  constexpr double kRounding = 1e-12;
+  if (facing_ == nullptr || !(rise > kRounding)) return false;
+  if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
+  PointBox box{change_.apex, change_.apex};
+  for (const auto& triangle : change_.triangles) {
+    for (const Point3& p : triangle) box.add(p);
+  }
+  box.widen(2 * max_deviation_);
+  const Vec3<Real>& o = mesh_->positions[v_];
+  const auto back = [&](const Point3& p) {
+    return Point3{p[0] / unit_ + o.x, p[1] / unit_ + o.y, p[2] / unit_ + o.z};
+  };
+  return facing_->may_face({back(box.lo), back(box.hi)}, patch.normal);
+}
+
+// All triangles round v, or round both.
+template <class Real>
+void SheetFusion<Real>::collect_disc() {
+  change_.clear();
+  change_.apex = position_;
+  const std::size_t n = fan_v_.size();
+  const Point3 partner = at(partner_);
+  for (std::size_t i = 0; i < n; ++i) {
+    change_.triangles.push_back({Point3{}, at(fan_v_.ring[i]), at(fan_v_.at(i + 1))});
+    change_.edges.push_back({Point3{}, at(fan_v_.ring[i])});
+  }
+  change_.points.push_back({});
+  for (std::size_t i = 1; i < n; ++i) change_.chain.push_back(at(fan_v_.ring[i]));
+  change_.closed = !fixed_;
+  if (fixed_) return;
+  const std::size_t m = fan_partner_.size();
+  // The partner's ring begins with v, then comes what v's ring ends with.
+  for (std::size_t i = 1; i + 1 < m; ++i) {
+    change_.triangles.push_back({partner, at(fan_partner_.ring[i]), at(fan_partner_.ring[i + 1])});
+  }
+  for (std::size_t i = 1; i < m; ++i) {
+    change_.edges.push_back({partner, at(fan_partner_.ring[i])});
+    if (i > 1 && i + 1 < m) change_.chain.push_back(at(fan_partner_.ring[i]));
+  }
+  change_.points.push_back(partner);
+}
+
+// The triangles on one side of the line, whose points on it have gone to its new place; where the
+// new vertex comes to lie on the edge of the two, the triangle there is cut in two.
+template <class Real>
+void SheetFusion<Real>::collect_side(bool left) {
+  change_.clear();
+  change_.closed = false;
+  change_.apex = position_;
+  const auto add_round = [&](const Point3& centre, const SheetFan& fan, std::size_t first,
+                             std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      change_.triangles.push_back({centre, at(fan.at(i)), at(fan.at(i + 1))});
+    }
+    for (std::size_t i = first; i <= last; ++i) {
+      const Point3 p = at(fan.at(i));
+      const bool is_shared = !change_.chain.empty() && change_.chain.back() == p;
+      if (!is_shared) change_.chain.push_back(p);
+      change_.edges.push_back({centre, p});
+    }
+  };
+  const std::size_t n = fan_v_.size();
+  const auto cut = [&](const Point3& c) {
+    if (fixed_) {
+      change_.triangles.push_back(left ? std::array{near_v_, position_, c}
+                                       : std::array{near_v_, c, position_});
+      return;
+    }
+    const auto add = [&](const Point3& from, const Point3& to) {
+      const Point3 d = minus(to, from);
+      if (dot(d, d) == 0) return;  // the new vertex is one of the two
+      change_.triangles.push_back({from, to, c});
+    };
+    if (left) {
+      add(near_v_, position_);
+      add(position_, near_partner_);
+    } else {
+      add(near_partner_, position_);
+      add(position_, near_v_);
+    }
+    change_.edges.push_back({position_, c});
+  };
+  if (left) {
+    if (!fixed_) add_round(near_partner_, fan_partner_, end_partner_, fan_partner_.size() - 1);
+    cut(at(fan_v_.ring[1]));
+    add_round(near_v_, fan_v_, 1, end_v_);
+  } else {
+    cut(at(fan_v_.ring[n - 1]));
+    add_round(near_v_, fan_v_, end_v_, n - 1);
+    if (!fixed_) add_round(near_partner_, fan_partner_, 1, end_partner_);
+  }
+}
+
+template class SheetFusion<float>;
+template class SheetFusion<double>;
+
+}  // namespace tetfusion

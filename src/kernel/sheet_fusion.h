@@ -1,0 +1,72 @@
+// Two vertices of a sheet become one: may they, and how far does the sheet move?
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "kernel/edge_costs.h"
+#include "kernel/patch_distance.h"
+#include "kernel/sheets.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// Keeps its memory from pair to pair. Not thread-safe.
+template <class Real>
+class SheetFusion {
+ public:
+  // See FuseLimits for the unit, the limit of the deviation, and what is faced.
+  void begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, double unit, double max_deviation,
+             const FacingGrid* facing);
+
+  // The pair in hand: v, inside its sheet or on a line of it, and its neighbour along an edge of
+  // the sheet, or of the line. A partner that is fixed stays where it is, whatever it is; any other
+  // is of v's kind. False where they may never become one.
+  bool choose(VertexId v, VertexId partner, bool fixed, Along along);
+
+  // The position, in the plane of the pair's triangles, if they lie in one but for rounding, or on
+  // the edge, if that is where a line goes: what has been found in single precision is then not
+  // what moves a flat sheet, or a straight line.
+  Vec3<Real> flattened(const Vec3<Real>& position) const;
+  // On the edge, at a share of it, from v.
+  Vec3<Real> on_edge(double t) const;
+  // May the pair meet at this position (the partner's, if that is fixed; on the edge, if v lies on
+  // a line)?
+  bool allows(const Vec3<Real>& position);
+  // If so: the deviation of the vertex that they become.
+  float deviation() const { return deviation_; }
+
+ private:
+  Point3 about_v(const Vec3<Real>& p) const;
+  Point3 at(VertexId u) const { return about_v(mesh_->positions[u]); }
+  bool find_sides();
+  void collect_disc();
+  void collect_side(bool left);
+  bool measure_disc(double* distance);
+  bool measure_line(double* distance);
+  bool may_meet_another(const PatchDistance& patch, double rise) const;
+  float deviation_so_far() const;
+
+  const WorkMesh<Real>* mesh_ = nullptr;
+  Sheets<Real>* sheets_ = nullptr;
+  double unit_ = 1;
+  double max_deviation_ = 0;
+  const FacingGrid* facing_ = nullptr;
+
+  VertexId v_ = kNoVertex, partner_ = kNoVertex;
+  bool fixed_ = false;
+  Along along_{};
+  SheetFan fan_v_, fan_partner_;             // each begins with the other one
+  std::size_t end_v_ = 0, end_partner_ = 0;  // in the fans: the line's next vertices
+  float deviation_before_ = 0;
+  float deviation_ = 0;
+
+  Point3 position_{};
+  Point3 near_v_{}, near_partner_{};  // on the new line
+  PatchChange change_;
+};
+
+extern template class SheetFusion<float>;
+extern template class SheetFusion<double>;
+
+}  // namespace tetfusion

@@ -1,0 +1,272 @@
+#include "kernel/sheets.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "kernel/patch_distance.h"
+#include "kernel/quadric.h"
+#include "mesh/faces.h"
+
+namespace tetfusion {
+
+namespace {
+
+std::uint64_t key_of(VertexId a, VertexId b) {
+  return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+}
+
+template <class T>
+void sort_unique(std::vector<T>* items) {
+  std::sort(items->begin(), items->end());
+  items->erase(std::unique(items->begin(), items->end()), items->end());
+}
+
+// How many two sorted lists share.
+template <class T>
+std::size_t count_common(const std::vector<T>& a, const std::vector<T>& b) {
+  std::size_t count = 0;
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
+    if (*i == *j) {
+      ++count;
+      ++i;
+      ++j;
+    } else if (*i < *j) {
+      ++i;
+    } else {
+      ++j;
+    }
+  }
+  return count;
+}
+
+// Numbers regions in the order in which they come up.
+template <class Real>
+void number_regions(const WorkMesh<Real>& mesh, std::span<const std::uint32_t> columns,
+                    Vector<std::uint32_t>* regions) {
+  std::map<std::string, std::uint32_t> numbers;
+  std::string value, last;
+  std::uint32_t number = 0;
+  regions->resize(mesh.tets.size());
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    value.clear();
+    for (const std::uint32_t c : columns) {
+      const Column& column = mesh.cell_columns[c];
+      const auto* row = reinterpret_cast<const char*>(column.rows.data() + t * column.stride());
+      value.append(row, column.stride());
+    }
+    if (t == 0 || value != last) {
+      number = numbers.try_emplace(value, static_cast<std::uint32_t>(numbers.size())).first->second;
+      last = value;
+    }
+    (*regions)[t] = number;
+  }
+}
+
+}  // namespace
+
+bool SheetFan::turn_to(VertexId u) {
+  const auto at = std::find(ring.begin(), ring.end(), u);
+  if (at == ring.end()) return false;
+  std::rotate(sharp.begin(), sharp.begin() + (at - ring.begin()), sharp.end());
+  std::rotate(ring.begin(), at, ring.end());
+  return true;
+}
+
+template <class Real>
+void Sheets<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
+                         std::span<const std::uint32_t> region_columns) {
+  mesh_ = mesh;
+  balls_ = balls;
+  region_.clear();
+  mixed_.assign(mesh->vertex_count(), 0);
+  if (region_columns.empty()) return;
+  number_regions(*mesh, region_columns, &region_);
+  Vector<std::uint32_t> first;
+  first.assign(mesh->vertex_count(), kNoVertex);
+  for (std::size_t t = 0; t < mesh->tets.size(); ++t) {
+    for (const VertexId v : mesh->tets[t]) {
+      if (first[v] == kNoVertex) first[v] = region_[t];
+      if (first[v] != region_[t]) mixed_[v] = 1;
+    }
+  }
+}
+
+template <class Real>
+const std::vector<SheetEdge>& Sheets<Real>::edges_opposite(VertexId v) {
+  faces_.clear();
+  for (const std::uint32_t entry : balls_->of(v, mesh_->incidence[v], mesh_->tets)) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    const std::uint32_t at = entry & 3u;
+    for (std::uint32_t apex = 0; apex < 4; ++apex) {
+      if (apex == at) continue;
+      const auto& corners = kFaceCorners[apex];
+      const std::size_t i = corners[0] == at ? 0 : (corners[1] == at ? 1 : 2);
+      const SheetEdge edge{tet[corners[(i + 1) % 3]], tet[corners[(i + 2) % 3]], true};
+      faces_.push_back({key_of(edge.from, edge.to), edge, region_of(entry >> 2)});
+    }
+  }
+  std::sort(faces_.begin(), faces_.end(), [](const Face& a, const Face& b) {
+    return a.key != b.key ? a.key < b.key : a.region < b.region;
+  });
+  edges_.clear();
+  for (std::size_t i = 0; i < faces_.size();) {
+    const bool twice = i + 1 < faces_.size() && faces_[i + 1].key == faces_[i].key;
+    if (!twice || faces_[i].region != faces_[i + 1].region) {
+      edges_.push_back(faces_[i].edge);
+      edges_.back().is_outer = !twice;
+    }
+    i += twice ? 2 : 1;
+  }
+  return edges_;
+}
+
+template <class Real>
+void Sheets<Real>::note_facing(VertexId v, bool marks_are_known, FacingGrid* grid) {
+  const auto is_marked = [&](VertexId u, std::uint8_t mark) {
+    return (mesh_->marks[u] & mark) != 0;
+  };
+  const std::uint8_t here = marks_are_known ? kOnBoundary : kOnBoundary | kOnInterface;
+  if (!is_marked(v, here)) return;
+  const auto at = [&](VertexId u) {
+    const Vec3<Real>& p = mesh_->positions[u];
+    return Point3{double{p.x}, double{p.y}, double{p.z}};
+  };
+  for (const SheetEdge& e : edges_opposite(v)) {
+    if (!e.is_outer || e.from < v || e.to < v) continue;
+    if (!is_marked(e.from, here) || !is_marked(e.to, here)) continue;
+    grid->note(at(v), at(e.from), at(e.to));
+  }
+}
+
+template <class Real>
+bool Sheets<Real>::find_fan(VertexId v, SheetFan* fan) {
+  edges_opposite(v);
+  fan->ring.clear();
+  if (edges_.size() < 3) return false;
+  VertexId at = edges_[0].from;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const auto leaves = [&](const SheetEdge& e) { return e.from == at; };
+    const auto next = std::find_if(edges_.begin(), edges_.end(), leaves);
+    if (next == edges_.end() || std::find_if(next + 1, edges_.end(), leaves) != edges_.end()) {
+      return false;
+    }
+    if (i > 0 && at == fan->ring[0]) return false;  // a smaller round
+    fan->ring.push_back(at);
+    at = next->to;
+  }
+  if (at != fan->ring[0]) return false;
+  mark_edges(v, fan);
+  return true;
+}
+
+template <class Real>
+void Sheets<Real>::mark_edges(VertexId v, SheetFan* fan) const {
+  const auto to = [&](VertexId u) {
+    const Vec3<Real>&p = mesh_->positions[v], &q = mesh_->positions[u];
+    return Point3{double{q.x} - p.x, double{q.y} - p.y, double{q.z} - p.z};
+  };
+  const std::size_t n = fan->size();
+  fan->sharp.assign(n, 0);
+  fan->sharp_edges = 0;
+  Point3 spoke = to(fan->ring[n - 1]);
+  Point3 next = to(fan->ring[0]);
+  Point3 before = cross(spoke, next);
+  for (std::size_t i = 0; i < n; ++i) {
+    spoke = next;
+    next = to(fan->at(i + 1));
+    const Point3 normal = cross(spoke, next);
+    const double most = std::sqrt(dot(normal, normal)) * std::sqrt(dot(before, before));
+    fan->sharp[i] = dot(normal, before) > kFeatureAngleCosine * most ? 0 : 1;
+    fan->sharp_edges += fan->sharp[i];
+    before = normal;
+  }
+}
+
+template <class Real>
+SheetPlace Sheets<Real>::place(VertexId v) {
+  if ((mesh_->marks[v] & kOnBoundary) == 0 && !is_between_regions(v)) return SheetPlace::kNone;
+  if (!find_fan(v, &fan_) || fan_.sharp_edges == 1 || fan_.sharp_edges > 2) {
+    return SheetPlace::kCorner;
+  }
+  return fan_.sharp_edges == 2 ? SheetPlace::kLine : SheetPlace::kSmooth;
+}
+
+template <class Real>
+void Sheets<Real>::add_planes(VertexId v, double unit, float* quadric) {
+  const auto to = [&](VertexId u) {
+    const Vec3<Real>&p = mesh_->positions[v], &q = mesh_->positions[u];
+    return Point3{(double{q.x} - p.x) * unit, (double{q.y} - p.y) * unit,
+                  (double{q.z} - p.z) * unit};
+  };
+  for (const SheetEdge& e : edges_opposite(v)) {
+    const Point3 normal = cross(to(e.from), to(e.to));  // as long as twice the area
+    const double length = std::sqrt(dot(normal, normal));
+    if (!(length > 0)) continue;
+    std::size_t at = kQuadricA;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = i; k < 3; ++k) {
+        quadric[at++] += static_cast<float>(normal[i] * normal[k] / length);
+      }
+    }
+    quadric[kQuadricW] += static_cast<float>(length);
+  }
+}
+
+// Neighbours, and the edges opposite to v in its tetrahedra's faces.
+template <class Real>
+void Sheets<Real>::find_link(VertexId v, Link* link) {
+  link->vertices.clear();
+  link->edges.clear();
+  for (const std::uint32_t entry : balls_->of(v, mesh_->incidence[v], mesh_->tets)) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (tet[i] == v) continue;
+      link->vertices.push_back(tet[i]);
+      for (std::size_t k = i + 1; k < 4; ++k) {
+        if (tet[k] != v) link->edges.push_back(key_of(tet[i], tet[k]));
+      }
+    }
+  }
+  sort_unique(&link->vertices);
+  sort_unique(&link->edges);
+}
+
+template <class Real>
+bool Sheets<Real>::may_contract(VertexId a, const SheetFan& fan, VertexId b) {
+  find_link(a, &link_a_);
+  find_link(b, &link_b_);
+  std::vector<VertexId> vertices;  // of the link of the edge
+  std::size_t edges = 0;
+  for (const std::uint32_t entry : balls_->of(a, mesh_->incidence[a], mesh_->tets)) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    if (std::find(tet.begin(), tet.end(), b) == tet.end()) continue;
+    ++edges;
+    for (const VertexId v : tet) {
+      if (v != a && v != b) vertices.push_back(v);
+    }
+  }
+  sort_unique(&vertices);
+  if (count_common(link_a_.vertices, link_b_.vertices) != vertices.size()) return false;
+  if (count_common(link_a_.edges, link_b_.edges) != edges) return false;
+
+  sheet_a_ = fan.ring;
+  sheet_b_.clear();
+  for (const SheetEdge& e : edges_opposite(b)) {
+    sheet_b_.insert(sheet_b_.end(), {e.from, e.to});
+    const auto at = std::find(fan.ring.begin(), fan.ring.end(), e.from);
+    if (at == fan.ring.end()) continue;
+    // Triangles that a and b have over the same edge would fall together.
+    const auto i = static_cast<std::size_t>(at - fan.ring.begin());
+    if (fan.at(i + 1) == e.to || fan.at(i + fan.size() - 1) == e.to) return false;
+  }
+  sort_unique(&sheet_a_);
+  sort_unique(&sheet_b_);
+  return count_common(sheet_a_, sheet_b_) == 2;
+}
+
+template class Sheets<float>;
+template class Sheets<double>;
+
+}  // namespace tetfusion

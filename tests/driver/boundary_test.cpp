@@ -1,0 +1,162 @@
+// Runs whose boundary, and whose surfaces between regions, may move.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/error.h"
+#include "driver/simplify.h"
+#include "io/mesh_source.h"
+#include "mesh/inspect.h"
+#include "partition/curve_cut.h"
+#include "support/mesh_file.h"
+#include "support/surfaces.h"
+#include "support/temp_dir.h"
+#include "support/work_meshes.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::distance_between;
+using testing::five_split_cube;
+using ::testing::HasSubstr;
+using testing::MeshFile;
+using testing::point_array;
+using testing::surface_of;
+using testing::TempDir;
+
+using P = Vec3<double>;
+
+MeshFile wavy_box(std::uint32_t n) {
+  MeshFile file;
+  file.geometry = five_split_cube(n, 0.15, 4);
+  for (P& p : std::get<Vector<P>>(file.geometry.points)) {
+    p.z += 0.04 * p.z * std::sin(p.x) * std::cos(0.8 * p.y);
+  }
+  file.point_arrays.push_back(point_array<float>(
+      file, "wave", [&](const P& p) { return std::sin(6 * p.x / n) * p.y + p.z; }));
+  return file;
+}
+
+class BoundaryRun : public ::testing::Test {
+ protected:
+  SimplifyReport run(const MeshFile& file) {
+    file.write(request.input);
+    return simplify(request);
+  }
+  std::string refusal(const MeshFile& file) {
+    try {
+      run(file);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::kUsage);
+      return e.what();
+    }
+    return "none";
+  }
+  WorkMesh<double> result() {
+    return testing::to_work_mesh(open_mesh(request.output)->read_geometry());
+  }
+  double diagonal(const Geometry& g) {
+    Box box;
+    for (const P& p : std::get<Vector<P>>(g.points)) box.add(p);
+    return std::hypot(box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z);
+  }
+
+  TempDir folder = TempDir::in_memory();
+  SimplifyRequest request = [this] {
+    SimplifyRequest r;
+    r.input = folder.file("in.vtu");
+    r.output = folder.file("out.vtu");
+    return r;
+  }();
+};
+
+TEST_F(BoundaryRun, PlanarReachesWhatExactDoesNot) {
+  MeshFile file;
+  file.geometry = five_split_cube(12, 0.15, 4);
+  file.point_arrays.push_back(
+      point_array<float>(file, "f", [](const P& p) { return p.x * p.y + p.z; }));
+  for (const std::uint64_t chunk_tets : {200'000, 2000}) {
+    request.behaviour.chunk_tets = chunk_tets;
+    request.behaviour.reduction = 0.9;
+    request.behaviour.boundary = Boundary::kExact;
+    SimplifyReport report = run(file);
+    EXPECT_EQ(report.stop_reason, StopReason::kSaturated);
+    EXPECT_EQ(report.output.boundary_triangles, report.input.boundary_triangles);
+    request.behaviour.boundary = Boundary::kPlanar;
+    report = run(file);
+    EXPECT_EQ(report.stop_reason, StopReason::kGoal);
+    EXPECT_LT(report.output.boundary_triangles, report.input.boundary_triangles / 4);
+    EXPECT_NEAR(report.output.volume / report.input.volume, 1, 1e-12);
+    EXPECT_LT(report.lods.back().deviation, 1e-12);
+    EXPECT_THAT(to_json(report), HasSubstr("\"mode\": \"planar\""));
+    Geometry out = open_mesh(request.output)->read_geometry();
+    const Inspection inspection = inspect(out);
+    EXPECT_EQ(inspection.degenerate + inspection.inverted + inspection.foldover_faces, 0u);
+    EXPECT_EQ(inspection.nonmanifold_edges, 0u);
+  }
+}
+
+TEST_F(BoundaryRun, TheDeviationIsABoundOverManyChunks) {
+  const MeshFile file = wavy_box(10);
+  const auto before = surface_of(testing::to_work_mesh(file.geometry));
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.005;
+  request.behaviour.reduction = 0.9;
+  for (const std::uint64_t chunk_tets : {200'000, 1500}) {
+    request.behaviour.chunk_tets = chunk_tets;
+    const SimplifyReport report = run(file);
+    const double bound = report.lods.back().deviation;
+    EXPECT_LE(bound, 0.005 * (1 + 1e-6));
+    EXPECT_GT(bound, 0);
+    const auto after = surface_of(result());
+    EXPECT_LT(after.size(), before.size() * 2 / 3);
+    EXPECT_LE(distance_between(before, after) / diagonal(file.geometry), bound);
+  }
+}
+
+// With several chunks, too, the regions' volumes stay, and where exact locks the interface, planar
+// does not.
+TEST_F(BoundaryRun, RegionsStayWhereTheyAre) {
+  MeshFile file;
+  file.geometry = five_split_cube(12);
+  file.point_arrays.push_back(
+      point_array<float>(file, "f", [](const P& p) { return p.x * p.y + p.z; }));
+  file.cell_arrays.push_back(
+      testing::make_array<std::int32_t>("material", file.cells(), 1, [&](std::size_t t, auto) {
+        double x = 0;
+        for (const VertexId v : file.geometry.tets[t]) x += testing::point(file.geometry, v).x / 4;
+        return x < 6 ? 1 : 2;
+      }));
+  request.behaviour.reduction = 0.85;
+  request.behaviour.chunk_tets = 2000;
+  const std::uint64_t exact = run(file).output.tets;
+  request.behaviour.boundary = Boundary::kPlanar;
+  const SimplifyReport report = run(file);
+  EXPECT_LT(report.output.tets, exact);
+  EXPECT_EQ(report.oddities.locked_vertices, 0u);
+  const auto source = open_mesh(request.output);
+  const Geometry g = source->read_geometry();
+  const DataArray materials = testing::read_cell_array(source.get(), "material");
+  double volume = 0;
+  for (std::size_t t = 0; t < g.tets.size(); ++t) {
+    if (materials.as<std::int32_t>()[t] != 1) continue;
+    volume += determinant(std::get<Vector<P>>(g.points), g.tets[t]).value / 6;
+  }
+  EXPECT_NEAR(volume, 12 * 12 * 6, 1e-9);
+}
+
+TEST_F(BoundaryRun, RefusesDistancesThatAreNone) {
+  const MeshFile file = wavy_box(3);
+  request.behaviour.boundary = Boundary::kWithin;
+  for (const double distance : {0.0, -0.1, 1.0, std::nan("")}) {
+    request.behaviour.boundary_distance = distance;
+    EXPECT_THAT(refusal(file), HasSubstr("--boundary")) << distance;
+  }
+  request.behaviour.boundary = Boundary::kPlanar;
+  request.behaviour.method = Method::kTetFuse;
+  EXPECT_THAT(refusal(file), HasSubstr("--method fuse"));
+}
+
+}  // namespace
+}  // namespace tetfusion

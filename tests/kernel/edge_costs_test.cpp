@@ -1,0 +1,70 @@
+#include "kernel/edge_costs.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <vector>
+
+#include "kernel/cost_queue.h"
+#include "support/fuse_meshes.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::five_split_cube;
+using testing::kUnit;
+using testing::smooth;
+using testing::Steered;
+using testing::steered;
+
+// In any group of lanes the cost is that of one edge alone, to the bit, and that is what the merged
+// quadric says.
+TEST(EdgeCosts, DoNotDependOnTheLane) {
+  for (const std::size_t width : {1, 2}) {
+    Steered s = steered(five_split_cube(4, 0.2, 3), smooth);
+    std::vector<SteeringField> fields{s.field};
+    if (width == 2) {
+      fields.push_back({1, 1, s.field.range, {}});
+      Vector<double> both;
+      for (const double x : s.mesh.steering) both.insert(both.end(), {x, x * x / 4});
+      s.mesh.steering = both;
+      s.mesh.steering_width = 2;
+      begin_quadrics(fields, kUnit, &s.mesh);
+    }
+    EdgeCosts<double> costs;
+    costs.begin(&s.mesh, fields, kUnit);
+    std::vector<VertexId> partners(23);
+    std::iota(partners.begin(), partners.end(), VertexId{40});
+    std::vector<float> together(partners.size());
+    costs.between(3, partners, together.data());
+    for (std::size_t i = 0; i < partners.size(); ++i) {
+      float alone = -1;
+      costs.between(3, {&partners[i], 1}, &alone);
+      EXPECT_EQ(together[i], alone);
+      const MergedQuadric& m = costs.merge(3, partners[i]);
+      const float squares = std::max(value_at(m.reduced, m.best), 0.0F);
+      EXPECT_EQ(alone, squares / m.sum[kQuadricW] + 1e-6F * dot(m.edge.data(), m.edge));
+      EXPECT_GT(alone, 0);
+    }
+  }
+}
+
+TEST(CostQueue, TheCheapestComeFirstAndThenThoseWhoCameFirst) {
+  CostQueue queue;
+  queue.reset(6);
+  const std::vector<float> costs{4, 1, 4.1F, 0, 2, 4};
+  for (VertexId v = 0; v < costs.size(); ++v) queue.push(v, costs[v], 0);
+  queue.push(4, 0, 0);  // waits already
+  std::vector<VertexId> order;
+  for (std::size_t bin = 0; bin < CostQueue::kBins; ++bin) {
+    for (VertexId v = queue.pop(bin); v != kNoVertex; v = queue.pop(bin)) order.push_back(v);
+  }
+  EXPECT_EQ(order, (std::vector<VertexId>{3, 1, 4, 0, 2, 5}));
+  const std::size_t bin = CostQueue::bin_of(3);
+  queue.push(1, 1, bin);
+  EXPECT_EQ(queue.pop(CostQueue::bin_of(1)), kNoVertex);
+  EXPECT_EQ(queue.pop(bin), 1u);
+}
+
+}  // namespace
+}  // namespace tetfusion

@@ -1,0 +1,93 @@
+#include "kernel/fuse_cavity.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "support/fuse_meshes.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::kUnit;
+
+// The centre of an icosahedron may go to a vertex, and near it. From further away it is
+// pushed until each of the tetrahedra is content.
+TEST(FuseCavity, PushesAPositionUntilItIsAllowed) {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::icosahedron_ball());
+  VertexId centre = 0;
+  while (mesh.incidence[centre] != 20) ++centre;
+  const VertexId partner = centre == 0 ? 1 : 0;
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  FuseCavity<double> cavity;
+  cavity.begin(&mesh, &balls, 0.2, kUnit);
+  const Vec3<double> at = mesh.positions[partner];
+  EXPECT_FALSE(cavity.collect(centre, partner, true, at));
+  EXPECT_EQ(cavity.deleted().size(), 5u);
+  EXPECT_EQ(cavity.affected().size(), 15u);
+  for (const double far : {3.0, -2.0}) {
+    Vec3<double> position{far * at.x, far * at.y + 0.3, far * at.z};
+    int pushes = 0;
+    auto reason = cavity.collect(centre, partner, true, position);
+    EXPECT_TRUE(reason);
+    for (; reason && pushes < 30; ++pushes) {
+      position = cavity.pushed();
+      reason = cavity.collect(centre, partner, true, position);
+    }
+    EXPECT_FALSE(reason);
+  }
+}
+
+// What spoke against one pair does not speak against the next when that one is asked again.
+TEST(FuseCavity, ForgetsAReasonThatIsGone) {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::icosahedron_ball());
+  VertexId centre = 0;
+  while (mesh.incidence[centre] != 20) ++centre;
+  const VertexId partner = centre == 0 ? 1 : 0;
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  FuseCavity<double> cavity;
+  cavity.begin(&mesh, &balls, 0.2, kUnit);
+  const Vec3<double> at = mesh.positions[partner];
+  for (VertexId u = 0; u < mesh.vertex_count(); ++u) {
+    if (u == centre) continue;
+    EXPECT_TRUE(cavity.collect(centre, partner, true, {-2 * at.x, -2 * at.y, -2 * at.z}));
+    if (u == partner) continue;
+    EXPECT_FALSE(cavity.collect(centre, u, true, mesh.positions[u]));
+    EXPECT_FALSE(cavity.collect(centre, u, true, mesh.positions[u]));
+  }
+}
+
+// What spoke against one edge has nothing to say about another, even where that is asked twice.
+TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(5, 0.1, 2));
+  count_incidence(&mesh);
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  FuseCavity<double> cavity;
+  cavity.begin(&mesh, &balls, 0.05, 0x1p-3);
+  const auto inside = [&](VertexId v) { return (mesh.marks[v] & kOnBoundary) == 0; };
+  std::size_t allowed = 0;
+  for (const Tet& tet : mesh.tets) {
+    const VertexId v = tet[0], partner = tet[1];
+    if (!inside(v) || !inside(partner) || !inside(tet[2])) continue;
+    ASSERT_TRUE(cavity.collect(tet[2], v, false, {-100, -100, -100}));
+    const Vec3<double>&a = mesh.positions[v], &b = mesh.positions[partner];
+    const Vec3<double> middle{(a.x + b.x) / 2, (a.y + b.y) / 2, (a.z + b.z) / 2};
+    if (cavity.collect(v, partner, false, middle)) continue;
+    ++allowed;
+    const std::vector<std::uint32_t> affected(cavity.affected().begin(), cavity.affected().end());
+    const std::vector<TetId> deleted(cavity.deleted().begin(), cavity.deleted().end());
+    EXPECT_FALSE(cavity.collect(v, partner, false, middle));
+    EXPECT_TRUE(std::equal(affected.begin(), affected.end(), cavity.affected().begin(),
+                           cavity.affected().end()));
+    EXPECT_TRUE(std::equal(deleted.begin(), deleted.end(), cavity.deleted().begin(),
+                           cavity.deleted().end()));
+  }
+  EXPECT_GT(allowed, 5u);
+}
+
+}  // namespace
+}  // namespace tetfusion

@@ -1,0 +1,239 @@
+#include "kernel/point_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "kernel/fuse_round.h"
+#include "support/fuse_meshes.h"
+#include "support/point_deviation.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::expect_same_domain;
+using testing::expect_whole;
+using testing::five_split_cube;
+using testing::kuhn_box;
+using testing::kUnit;
+using testing::limits_of;
+using testing::linear;
+using testing::range_of;
+using testing::rejected;
+using testing::rough;
+using testing::run;
+using testing::smooth;
+using testing::Steered;
+using testing::steered;
+using testing::worst_deviation;
+
+FuseLimits bounded(double max_error, double threshold = 1) {
+  FuseLimits limits = limits_of(threshold);
+  limits.max_error = max_error;
+  return limits;
+}
+
+// Every point of the original is a vertex where it was, with its value, or a removed one, once, in
+// a tetrahedron that holds it.
+template <class Real>
+void expect_all_points(const WorkMesh<Real>& mesh, const WorkMesh<Real>& original) {
+  using Row = std::array<double, 4>;
+  const auto row = [](const Vec3<Real>& p, double value) -> Row { return {p.x, p.y, p.z, value}; };
+  std::multiset<Row> expected, found;
+  for (std::size_t v = 0; v < original.vertex_count(); ++v) {
+    expected.insert(row(original.positions[v], original.steering[v]));
+  }
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    if ((mesh.marks[v] & kMoved) == 0) found.insert(row(mesh.positions[v], mesh.steering[v]));
+  }
+  const RemovedPoints<Real>& removed = mesh.removed;
+  ASSERT_EQ(removed.first.size(), mesh.tets.size());
+  std::size_t listed = 0;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    for (std::uint32_t i = removed.first[t]; i != kNoPoint; i = removed.next[i]) {
+      ++listed;
+      found.insert(row(removed.positions[i], removed.values[i]));
+      const auto w = testing::weights_in(mesh, mesh.tets[t], removed.positions[i]);
+      EXPECT_GE(*std::min_element(w.begin(), w.end()), -1e-12);
+    }
+  }
+  EXPECT_EQ(listed, removed.size());
+  EXPECT_EQ(found, expected);
+}
+
+// The centre of an icosahedron may leave its value behind if that is within the bound.
+TEST(PointErrors, ABoundIsABound) {
+  const auto far_off = [](double x, double y, double z) {
+    return x * x + y * y + z * z < 0.1 ? 1.0 : 0.0;
+  };
+  for (const bool allowed : {false, true}) {
+    Steered s = steered(testing::icosahedron_ball(), far_off);
+    const FuseStatistics statistics = run(bounded(allowed ? 1.001 : 0.999, 1e9), &s);
+    EXPECT_EQ(statistics.pass.fused, allowed ? 1u : 0u);
+    ASSERT_EQ(s.mesh.removed.size(), allowed ? 1u : 0u);
+    if (allowed) {
+      EXPECT_EQ(s.mesh.removed.values[0], 1.0);
+    }
+  }
+}
+
+TEST(PointErrors, NothingIsRememberedWithoutABound) {
+  Steered s = steered(five_split_cube(6, 0.2, 3), smooth);
+  EXPECT_GT(run(limits_of(), &s).pass.fused, 0u);
+  EXPECT_FALSE(s.mesh.removed.wanted());
+  for (const std::uint8_t marks : s.mesh.marks) EXPECT_EQ(marks & kMoved, 0);
+}
+
+TEST(PointErrors, HoldAtEveryPointAfterEveryRound) {
+  std::uint64_t refused = 0;
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    for (const auto f : {smooth, rough, linear}) {
+      for (const double max_error : {1e-3, 1e-2, 5e-2, 0.5}) {
+        Steered s =
+            steered(seed == 1 ? kuhn_box(6, 5, 6, 0.15, seed) : five_split_cube(7, 0.2, seed), f);
+        const WorkMesh<double> before = s.mesh;
+        FuseRound<double> round;
+        for (const double threshold : {1e-6, 1e-4, 1e-2, 1.0}) {
+          const FuseStatistics statistics =
+              round.run(bounded(max_error, threshold), s.fields(), &s.mesh);
+          refused += rejected(statistics, Reject::kDeviation);
+          EXPECT_LE(worst_deviation(before, s.mesh, s.field), max_error * (1 + 1e-9));
+          expect_all_points(s.mesh, before);
+        }
+        expect_same_domain(s.mesh, before);
+        expect_whole(s.mesh);
+        EXPECT_TRUE(s.mesh.tets.size() < before.tets.size() / 2 || max_error < 0.3);
+      }
+    }
+  }
+  EXPECT_GT(refused, 500u);
+}
+
+TEST(PointErrors, ALinearFieldAllowsAllThatGeometryDoes) {
+  Steered free = steered(five_split_cube(8, 0.2, 5), linear);
+  Steered bound = free;
+  const WorkMesh<double> before = free.mesh;
+  run(limits_of(1), &free);
+  EXPECT_EQ(rejected(run(bounded(1e-6), &bound), Reject::kDeviation), 0u);
+  EXPECT_EQ(bound.mesh.tets, free.mesh.tets);
+  EXPECT_LT(worst_deviation(before, bound.mesh, bound.field), 1e-12);
+}
+
+// In an array of single precision, with coordinates in single precision: what counts is what is
+// written.
+TEST(PointErrors, HoldForWhatIsWritten) {
+  WorkMesh<float> mesh = testing::to_float_work_mesh(five_split_cube(7, 0.2, 3));
+  testing::steer_by([](double x, double y, double z) { return float(100 + smooth(x, y, z)); },
+                    &mesh);
+  const Vector<float> written(mesh.steering.begin(), mesh.steering.end());
+  mesh.point_columns = {testing::make_column(1, written)};
+  SteeringField field = range_of(mesh);
+  field.column = 0;
+  begin_quadrics({&field, 1}, kUnit, &mesh);
+  const WorkMesh<float> before = mesh;
+  FuseRound<float> round;
+  for (const double threshold : {1e-5, 1e-3, 1.0}) {
+    round.run(bounded(0.02, threshold), {&field, 1}, &mesh);
+    const auto values = testing::values_of<float>(mesh.point_columns[0]);
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v) EXPECT_EQ(mesh.steering[v], values[v]);
+    EXPECT_LE(worst_deviation(before, mesh, field), 0.02);
+    expect_all_points(mesh, before);
+  }
+  EXPECT_LT(mesh.tets.size(), 3 * before.tets.size() / 4);
+}
+
+// Each field has the bound that is its own; the error of a vector is a length.
+TEST(PointErrors, FieldsHaveBoundsOfTheirOwn) {
+  Steered s = steered(five_split_cube(7, 0.2, 3), smooth);
+  WorkMesh<double>& mesh = s.mesh;
+  const Vector<double> first = mesh.steering;
+  mesh.steering_width = 4;
+  mesh.steering.clear();
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const Vec3<double>& p = mesh.positions[v];
+    mesh.steering.insert(mesh.steering.end(),
+                         {first[v], std::cos(p.y / 2), std::sin(p.x / 2), std::cos(p.z / 2)});
+  }
+  std::array<SteeringField, 2> fields{s.field, {1, 3, std::sqrt(8.0), {}}};
+  const auto errors = [&](std::optional<double> own, double max_error) {
+    fields[0].tolerance = own;
+    WorkMesh<double> work = mesh;
+    begin_quadrics(fields, kUnit, &work);
+    const FuseStatistics statistics = FuseRound<double>().run(bounded(max_error), fields, &work);
+    EXPECT_GT(statistics.pass.fused, 0u);
+    return std::array{worst_deviation(mesh, work, fields[0]),
+                      worst_deviation(mesh, work, fields[1])};
+  };
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const auto both = errors({}, 0.02);
+  EXPECT_LE(std::max(both[0], both[1]), 0.02);
+  const auto apart = errors(0.004, 0.04);
+  EXPECT_LE(apart[0], 0.004);
+  EXPECT_LE(apart[1], 0.04);
+  EXPECT_GT(apart[1], 0.02);
+  const auto one = errors(0.01, kNone);
+  EXPECT_LE(one[0], 0.01);
+  EXPECT_GT(one[1], 0.02);
+}
+
+TEST(PointErrors, TheScaleOfAMeshDoesNotMatter) {
+  const Steered fresh = steered(five_split_cube(6, 0.2, 3), smooth);
+  Steered expected = fresh;
+  run(bounded(0.01), &expected);
+  for (const int exponent : {-20, 20}) {
+    Steered s = fresh;
+    const double scale = std::ldexp(1.0, exponent);
+    for (Vec3<double>& p : s.mesh.positions) p = {p.x * scale, p.y * scale, p.z * scale};
+    begin_quadrics(s.fields(), kUnit / scale, &s.mesh);
+    FuseLimits limits = bounded(0.01);
+    limits.unit = kUnit / scale;
+    run(limits, &s);
+    EXPECT_EQ(s.mesh.tets, expected.mesh.tets);
+    EXPECT_EQ(s.mesh.steering, expected.mesh.steering);
+    EXPECT_EQ(s.mesh.removed.first, expected.mesh.removed.first);
+  }
+}
+
+// Values that are not allowed are moved to ones that are, and no further.
+TEST(PointErrors, ValuesAreMovedAsLittleAsItTakes) {
+  Steered s = steered(five_split_cube(4), linear);
+  const FuseLimits limits = limits_of();
+  count_incidence(&s.mesh);
+  LiveBalls balls;
+  balls.reset(s.mesh.vertex_count(), s.mesh.tets);
+  FuseCavity<double> cavity;
+  cavity.begin(&s.mesh, &balls, 0, limits.unit);
+  PointErrors<double> errors;
+  const double bound = 0.01;
+  errors.begin(s.fields(), bound, limits.unit, &s.mesh);
+  std::size_t tried = 0;
+  for (const Tet& tet : s.mesh.tets) {
+    const VertexId v = tet[0], partner = tet[1];
+    if (((s.mesh.marks[v] | s.mesh.marks[partner]) & kOnBoundary) != 0) continue;
+    const Vec3<double>&a = s.mesh.positions[v], &b = s.mesh.positions[partner];
+    const Vec3<double> middle{(a.x + b.x) / 2, (a.y + b.y) / 2, (a.z + b.z) / 2};
+    if (cavity.collect(v, partner, false, middle)) continue;
+    ++tried;
+    const Joining<double> joining{v, partner, false, middle, cavity.affected(), cavity.deleted()};
+    const double best = linear(middle.x, middle.y, middle.z);
+    const double limit = bound * s.field.range;
+    const auto with = [&](double value) {
+      std::array<double, 1> low{best - 9}, high{best + 9}, values{value};
+      EXPECT_TRUE(errors.allows(joining, low, high, values));
+      return values[0];
+    };
+    EXPECT_EQ(with(best), best);
+    EXPECT_GT(with(best + 8), best + 0.99 * limit);  // the two ends are the points in the way
+    EXPECT_LT(with(best - 8), best - 0.99 * limit);
+    std::array<double, 1> low{best + 8}, high{best + 9}, values{best + 8};
+    EXPECT_FALSE(errors.allows(joining, low, high, values));
+  }
+  EXPECT_GT(tried, 0u);
+}
+
+}  // namespace
+}  // namespace tetfusion

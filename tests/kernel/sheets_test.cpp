@@ -1,0 +1,163 @@
+#include "kernel/sheets.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "kernel/quadric.h"
+#include "support/work_meshes.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::five_split_box;
+using testing::five_split_cube;
+using testing::make_column;
+using testing::to_work_mesh;
+
+// Sheets of a mesh that does not change.
+struct Fixed {
+  explicit Fixed(WorkMesh<double> m, std::vector<std::uint32_t> regions = {}) : mesh(std::move(m)) {
+    balls.reset(mesh.vertex_count(), mesh.tets);
+    sheets.begin(&mesh, &balls, regions);
+  }
+  WorkMesh<double> mesh;
+  LiveBalls balls;
+  Sheets<double> sheets;
+};
+
+// How many sides of the box of that size a point lies on.
+int sides(const Vec3<double>& p, double n) {
+  const auto on = [n](double x) { return x == 0 || x == n ? 1 : 0; };
+  return on(p.x) + on(p.y) + on(p.z);
+}
+
+TEST(Sheets, PlacesOnACube) {
+  Fixed f(to_work_mesh(five_split_cube(4, 0.2, 3)));
+  for (VertexId v = 0; v < f.mesh.vertex_count(); ++v) {
+    const std::array<SheetPlace, 4> expected{SheetPlace::kNone, SheetPlace::kSmooth,
+                                             SheetPlace::kLine, SheetPlace::kCorner};
+    EXPECT_EQ(f.sheets.place(v), expected[sides(f.mesh.positions[v], 4)]) << v;
+  }
+}
+
+// The triangles of a fan look out: their mean normal does, and their corners are a ring.
+TEST(Sheets, FansLookOut) {
+  Fixed f(to_work_mesh(five_split_cube(4, 0.2, 3)));
+  int fans = 0;
+  for (VertexId v = 0; v < f.mesh.vertex_count(); ++v) {
+    const Vec3<double>& p = f.mesh.positions[v];
+    SheetFan fan;
+    if (sides(p, 4) == 0) {
+      EXPECT_FALSE(f.sheets.find_fan(v, &fan));
+      continue;
+    }
+    ASSERT_TRUE(f.sheets.find_fan(v, &fan));
+    ++fans;
+    Point3 normal{};
+    for (std::size_t i = 0; i < fan.size(); ++i) {
+      const auto to = [&](VertexId u) {
+        const Vec3<double>& q = f.mesh.positions[u];
+        return Point3{q.x - p.x, q.y - p.y, q.z - p.z};
+      };
+      const Point3 n = cross(to(fan.at(i)), to(fan.at(i + 1)));
+      for (std::size_t k = 0; k < 3; ++k) normal[k] += n[k];
+    }
+    EXPECT_GT(dot(normal, {p.x - 2, p.y - 2, p.z - 2}), 0);
+    SheetFan turned = fan;
+    ASSERT_TRUE(turned.turn_to(fan.ring[2]));
+    EXPECT_EQ(turned.ring[0], fan.ring[2]);
+    EXPECT_EQ(turned.sharp[0], fan.sharp[2]);
+    EXPECT_EQ(turned.at(fan.size() - 2), fan.ring[0]);
+    EXPECT_FALSE(turned.turn_to(v));
+  }
+  EXPECT_EQ(fans, 5 * 5 * 5 - 3 * 3 * 3);
+}
+
+WorkMesh<double> two_regions(Geometry g, double at) {
+  WorkMesh<double> mesh = to_work_mesh(std::move(g));
+  Vector<std::int32_t> regions;
+  for (const Tet& t : mesh.tets) {
+    double x = 0;
+    for (const VertexId v : t) x += mesh.positions[v].x / 4;
+    regions.push_back(x < at ? 7 : 9);
+  }
+  mesh.cell_columns.push_back(make_column(1, regions));
+  return mesh;
+}
+
+TEST(Sheets, BetweenRegions) {
+  Fixed f(two_regions(five_split_cube(4), 2), {0});
+  for (VertexId v = 0; v < f.mesh.vertex_count(); ++v) {
+    const Vec3<double>& p = f.mesh.positions[v];
+    EXPECT_EQ(f.sheets.is_between_regions(v), p.x == 2);
+    if (p.x != 2) continue;
+    // Where it meets the boundary there are three sheets.
+    EXPECT_EQ(f.sheets.place(v), sides(p, 4) == 0 ? SheetPlace::kSmooth : SheetPlace::kCorner);
+    for (const SheetEdge& e : f.sheets.edges_opposite(v)) {
+      EXPECT_EQ(e.is_outer, f.mesh.positions[e.from].x != 2 || f.mesh.positions[e.to].x != 2);
+    }
+  }
+  Fixed none(two_regions(five_split_cube(4), 2));
+  EXPECT_EQ(none.sheets.place(2 + 2 * 5 + 2 * 25), SheetPlace::kNone);
+}
+
+TEST(Sheets, PlanesOfAFlatSheet) {
+  Fixed f(to_work_mesh(five_split_cube(4)));
+  std::array<float, quadric_size(0)> q{};
+  f.sheets.add_planes(2 + 2 * 5, 0.25, q.data());  // in the middle of the side z = 0
+  const float area = q[kQuadricW];
+  EXPECT_GT(area, 0);
+  EXPECT_EQ(q[5], area);
+  EXPECT_EQ(value_at(reduce(q.data(), 0), {0.5F, -0.25F, 0.0F}), 0);
+  EXPECT_EQ(value_at(reduce(q.data(), 0), {0.5F, -0.25F, 0.5F}), 0.25F * area);
+}
+
+// Through a plate one layer thick no two vertices of its two sides may become one, though a fan of
+// each is sound; along a side they may.
+TEST(Sheets, APlateIsNotPinched) {
+  Fixed f(to_work_mesh(five_split_box(6, 6, 1)));
+  int along = 0;
+  for (VertexId v = 0; v < f.mesh.vertex_count(); ++v) {
+    SheetFan fan;
+    if (f.sheets.place(v) != SheetPlace::kSmooth) continue;
+    ASSERT_TRUE(f.sheets.find_fan(v, &fan));
+    std::map<VertexId, bool> neighbours;
+    for (const std::uint32_t entry : f.balls.of(v, f.mesh.incidence[v], f.mesh.tets)) {
+      for (const VertexId u : f.mesh.tets[entry >> 2]) {
+        if (u != v) neighbours[u] = f.mesh.positions[u].z == f.mesh.positions[v].z;
+      }
+    }
+    for (const auto& [u, same_side] : neighbours) {
+      EXPECT_EQ(same_side, std::ranges::count(fan.ring, u) == 1);
+      const bool may = f.sheets.may_contract(v, fan, u);
+      if (!same_side) {
+        EXPECT_FALSE(may);
+      } else {
+        along += may ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(along, 50);
+}
+
+// On a tetrahedron, and on an edge whose ends have a third neighbour in common, the links meet.
+TEST(Sheets, LinksThatMeet) {
+  Fixed one(to_work_mesh(testing::single_tet()));
+  SheetFan fan;
+  ASSERT_TRUE(one.sheets.find_fan(0, &fan));
+  EXPECT_EQ(fan.size(), 3u);
+  EXPECT_FALSE(one.sheets.may_contract(0, fan, 1));
+  Fixed two(to_work_mesh(testing::two_tets_sharing_face()));
+  for (VertexId a = 0; a < 5; ++a) {
+    ASSERT_TRUE(two.sheets.find_fan(a, &fan));
+    for (const VertexId b : fan.ring) {
+      EXPECT_FALSE(two.sheets.may_contract(a, fan, b) && fan.size() == 4 &&
+                   two.mesh.incidence[b] == 2);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tetfusion
