@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstddef>
 #include <numeric>
+#include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -35,39 +37,10 @@ struct KeyOf {
   }
 };
 
-// splitmix64's finaliser, chained.
-std::uint64_t mix(const Key& key) {
-  std::uint64_t h = 0;
-  for (const std::uint64_t word : key) {
-    h = (h ^ word) + 0x9E3779B97F4A7C15u;
-    h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9u;
-    h = (h ^ (h >> 27)) * 0x94D049BB133111EBu;
-    h ^= h >> 31;
-  }
-  return h;
-}
-
 struct Record {
   std::uint64_t hash;
   VertexId point;
 };
-
-// Matches the points of equal key, in ascending order, between pieces.
-void match_run(std::span<const Record> run, std::span<const std::uint64_t> piece_begin,
-               std::vector<VertexId>* firsts, Vector<VertexId>* copy_of) {
-  firsts->clear();
-  std::size_t piece = 0;
-  std::size_t copy = 0;  // how many of this piece came before
-  for (const Record& r : run) {
-    if (r.point >= piece_begin[piece + 1]) {
-      const auto next = std::upper_bound(piece_begin.begin(), piece_begin.end(), r.point);
-      piece = static_cast<std::size_t>(next - piece_begin.begin()) - 1;
-      copy = 0;
-    }
-    if (copy == firsts->size()) firsts->push_back(r.point);
-    (*copy_of)[r.point] = (*firsts)[copy++];
-  }
-}
 
 // Matches the points of one bucket, which holds all points of its hashes.
 void match_bucket(const PiecePoints& pieces, std::span<Record> records, Vector<VertexId>* copy_of) {
@@ -90,7 +63,8 @@ void match_bucket(const PiecePoints& pieces, std::span<Record> records, Vector<V
     for (std::size_t first = 0; first < group.size();) {
       std::size_t last = first + 1;
       while (last < group.size() && !less_key(group[first], group[last])) ++last;
-      match_run(group.subspan(first, last - first), pieces.piece_begin, &firsts, copy_of);
+      match_run(std::span<const Record>(group.subspan(first, last - first)), pieces.piece_begin,
+                &firsts, [&](VertexId point, VertexId original) { (*copy_of)[point] = original; });
       first = last;
     }
   }
@@ -105,6 +79,32 @@ static_assert(kBuckets == std::size_t{1} << (64 - 54));
 
 }  // namespace
 
+// splitmix64's finaliser, chained.
+std::uint64_t hash_of(const std::array<std::uint64_t, 3>& key) {
+  std::uint64_t h = 0;
+  for (const std::uint64_t word : key) {
+    h = (h ^ word) + 0x9E3779B97F4A7C15u;
+    h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9u;
+    h = (h ^ (h >> 27)) * 0x94D049BB133111EBu;
+    h ^= h >> 31;
+  }
+  return h;
+}
+
+std::size_t find_global_ids(const AttributeSet& point_data) {
+  const auto marked = point_data.active.find("GlobalIds");
+  const std::string marked_name = marked == point_data.active.end() ? "" : marked->second;
+  for (const std::string_view name :
+       {std::string_view(marked_name), std::string_view("GlobalNodeIds"),
+        std::string_view("GlobalNodeId"), std::string_view("GlobalPointIds")}) {
+    const std::size_t index = point_data.find(name);
+    if (name.empty() || index == AttributeSet::npos) continue;
+    const ArrayInfo& info = point_data.arrays[index];
+    if (!is_float(info.type) && info.components == 1) return index;
+  }
+  return AttributeSet::npos;
+}
+
 Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8_t>& used) {
   const KeyOf key_of{pieces};
   Vector<VertexId> copy_of(used.size());
@@ -113,7 +113,7 @@ Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8
                  [&](std::size_t, std::size_t begin, std::size_t end) {
                    for (std::size_t v = begin; v < end; ++v) {
                      copy_of[v] = static_cast<VertexId>(v);
-                     hashes[v] = mix(key_of(static_cast<VertexId>(v)));
+                     hashes[v] = hash_of(key_of(static_cast<VertexId>(v)));
                    }
                  });
   std::vector<std::size_t> bucket_end(kBuckets + 1, 0);

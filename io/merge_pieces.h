@@ -2,10 +2,14 @@
 // rest.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "base/vector.h"
+#include "mesh/data_array.h"
 #include "mesh/geometry.h"
 
 namespace tetfusion {
@@ -22,6 +26,31 @@ struct PiecePoints {
 // of a crack), its first matches the first of the other pieces, its second the second. Unused
 // points stand for themselves.
 Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8_t>& used);
+
+// Pairs the points of equal key, in ascending order, between pieces: calls put(point, original) for
+// each of them. `firsts` is scratch memory.
+template <class Record, class Put>
+void match_run(std::span<const Record> run, std::span<const std::uint64_t> piece_begin,
+               std::vector<VertexId>* firsts, Put put) {
+  firsts->clear();
+  std::size_t piece = 0;
+  std::size_t copy = 0;  // how many of this piece came before
+  for (const Record& r : run) {
+    if (r.point >= piece_begin[piece + 1]) {
+      const auto next = std::upper_bound(piece_begin.begin(), piece_begin.end(), r.point);
+      piece = static_cast<std::size_t>(next - piece_begin.begin()) - 1;
+      copy = 0;
+    }
+    if (copy == firsts->size()) firsts->push_back(r.point);
+    put(r.point, (*firsts)[copy++]);
+  }
+}
+
+std::uint64_t hash_of(const std::array<std::uint64_t, 3>& key);
+
+// The point array that has global ids: the one that is marked, or is called like one; npos where
+// there is none.
+std::size_t find_global_ids(const AttributeSet& point_data);
 
 // Drops unused points and copies from mesh->points, in order, and fills point_source, unused_points
 // and merged_points. `copy_of` is empty when no point is a copy. Returns the new number of each old

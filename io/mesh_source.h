@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
@@ -23,6 +24,7 @@ struct MeshDescription {
   std::uint64_t cells = 0;   // all pieces, ghosts too
   ValueType point_type = ValueType::kFloat32;
   std::uint64_t file_bytes = 0;
+  std::vector<std::string> files;  // that the file at `path` names, where it is several
   // Of an input that can be read only once, and was therefore copied: checksum() of its bytes.
   std::optional<std::uint64_t> spooled_checksum;
   AttributeSet point_data;

@@ -63,10 +63,12 @@ class MeshStream {
   // False: the whole mesh is in memory, and so is each array from its first read_rows() on. True:
   // nothing that was read stays in memory, mapped pages included.
   virtual bool streams_from_disk() const = 0;
+  // What it keeps for its numbers, where that grows with the mesh.
+  virtual std::uint64_t bytes() const { return 0; }
 };
 
-// A stream over a source, which must outlive it. Sources that can give windows do (a .vtu of one
-// piece whose cells need no splitting or linearizing); of others the whole mesh is read here, after
+// A stream over a source, which must outlive it. Sources that can give windows do (.vtu and .pvtu
+// whose cells need no splitting or linearizing); of others the whole mesh is read here, after
 // `reserve`, where there is one, has been called with source->memory_to_read(): it may throw.
 // Throws what read_geometry() throws, what can only be seen in a window at the latest when it is
 // read.

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "io/mapped_file.h"
 #include "io/mesh_source.h"
+#include "io/pvtu_reader.h"
 #include "io/vtk_bridge.h"
 #include "io/vtu_reader.h"
 #include "io/xml_scan.h"
@@ -41,6 +42,9 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   if (standard_input) {
     throw Error(ErrorCode::kBadInput,
                 "standard input is not a .vtu file, the only format that is read from there");
+  }
+  if (type == "PUnstructuredGrid") {
+    if (auto source = open_pvtu(file, options)) return source;
   }
   return open_with_vtk(path, options);
 }

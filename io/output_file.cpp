@@ -24,6 +24,9 @@ namespace {
 constexpr int kMaxLinks = 40;           // as many as Linux follows
 constexpr int kMaxTemporaries = 10000;  // left by killed runs under the same process number
 
+constexpr std::string_view kTemporary = ".tetfusion-";  // then the process and a number
+constexpr std::string_view kPart = ".part";
+
 struct Target {
   std::string path;        // where links lead
   std::string folder;      // what holds it; "." for a bare name
@@ -130,6 +133,10 @@ OutputFile::OutputFile(const std::string& path, Access access)
   }
 }
 
+bool is_temporary_name(std::string_view name) {
+  return name.starts_with(kTemporary) && name.ends_with(kPart);
+}
+
 OutputFile::~OutputFile() {
   if (fd_ >= 0) file_system().close(fd_);
   if (stream_ >= 0) file_system().close(stream_);
@@ -143,7 +150,8 @@ template <class F>
 std::string OutputFile::take_temporary_name(F make) const {
   const std::filesystem::path folder = std::filesystem::path(target_).parent_path();
   for (int i = 0; i < kMaxTemporaries; ++i) {
-    std::string name = (folder / fmt::format(".tetfusion-{}-{}.part", ::getpid(), i)).string();
+    std::string name =
+        (folder / fmt::format("{}{}-{}{}", kTemporary, ::getpid(), i, kPart)).string();
     if (retry([&] { return make(name.c_str()); }) >= 0) return name;
     if (errno != EEXIST) return {};
   }

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 
 namespace tetfusion {
 
@@ -19,6 +20,9 @@ namespace tetfusion {
 // writable, the target is a folder or read-only. Creates nothing; meant to be called before hours
 // of work.
 void check_output_path(const std::string& path);
+
+// Is that a temporary name? (Without the folder.)
+bool is_temporary_name(std::string_view name);
 
 // Not thread-safe. Every function throws Error(kIo) when writing fails; the file can then only be
 // destroyed. A caller that breaks these rules gets std::logic_error.

@@ -4,11 +4,17 @@
 // The folder is a new one: NAME_pieces, or NAME_pieces-2 and so on where that is taken. So a file
 // of that name that is there, and its pieces, stay until commit() puts the new one in its place in
 // one step; then the old pieces are removed. Without commit() the new folder is removed.
+//
+// Until the file names it the folder holds a marker, which is locked by the process that writes
+// there; then the old folder has one. So what a process left that was killed can be told from
+// pieces in use, and from folders of others: the next run that writes that name removes it. (But
+// for a folder in which there was nothing yet.)
 #pragma once
 
 #include <cstdint>
 #include <string>
 
+#include "io/file_system.h"
 #include "io/vtu_writer.h"
 
 namespace tetfusion {
@@ -18,6 +24,10 @@ bool is_pieces_name(const std::string& path);
 
 // For such a name. Throws what PiecesOutput would throw, before any work. Creates nothing.
 void check_pieces_output(const std::string& path);
+
+// Removes the folders that processes have left which were killed while they wrote pieces of the
+// file: the pieces in them, and nothing else. Does not fail. For the start of a run.
+void remove_dead_pieces(const std::string& path) noexcept;
 
 // Not thread-safe. Throws Error(kIo), or Error(kUsage) where NAME.pvtu is a link: pieces are looked
 // for beside the name that a reader was given.
@@ -38,6 +48,7 @@ class PiecesOutput {
   std::string path_;
   std::string old_folder_;  // of the file that is there; empty: none
   std::string folder_;      // empty when it must not be removed
+  Descriptor marker_;       // locked until the file names the folder
 };
 
 }  // namespace tetfusion

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "io/cell_kinds.h"
 #include "io/merge_pieces.h"
+#include "io/pieces_stream.h"
 #include "io/reading_memory.h"
 #include "io/vtu_cells.h"
 #include "io/vtu_input.h"
@@ -40,7 +41,11 @@ class VtuSource final : public MeshSource {
   }
 
   std::unique_ptr<MeshStream> stream() override {
-    return open_vtu_stream(input_, description_, options_);
+    const std::size_t count = input_.head.pieces.size();
+    if (count == 1) return open_vtu_stream(input_, description_, options_);
+    std::vector<StreamPiece> pieces;
+    for (std::size_t p = 0; p < count; ++p) pieces.push_back({&input_, p});
+    return open_pieces_stream(pieces, description_, options_);
   }
 
   std::uint64_t memory_to_read() override {
@@ -207,25 +212,15 @@ class VtuSource final : public MeshSource {
 
   // Empty when the points have no such ids.
   Vector<std::int64_t> read_global_ids() const {
-    const AttributeSet& data = description_.point_data;
-    const auto marked = data.active.find("GlobalIds");
-    const std::string marked_name = marked == data.active.end() ? "" : marked->second;
-    for (const std::string_view name :
-         {std::string_view(marked_name), std::string_view("GlobalNodeIds"),
-          std::string_view("GlobalNodeId"), std::string_view("GlobalPointIds")}) {
-      const std::size_t index = data.find(name);
-      if (name.empty() || index == AttributeSet::npos) continue;
-      const ArrayInfo& info = data.arrays[index];
-      if (is_float(info.type) || info.components != 1) continue;
-      const DataArray array = read_attribute(Association::kPoint, index);
-      Vector<std::int64_t> ids(info.tuples);
-      visit_type(info.type, [&](auto zero) {
-        const auto values = array.as<decltype(zero)>();
-        for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(values[i]);
-      });
-      return ids;
-    }
-    return {};
+    const std::size_t index = find_global_ids(description_.point_data);
+    if (index == AttributeSet::npos) return {};
+    const DataArray array = read_attribute(Association::kPoint, index);
+    Vector<std::int64_t> ids(array.info.tuples);
+    visit_type(array.info.type, [&](auto zero) {
+      const auto values = array.as<decltype(zero)>();
+      for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(values[i]);
+    });
+    return ids;
   }
 
   VtuInput input_;

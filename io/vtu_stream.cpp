@@ -36,13 +36,15 @@ class VtuStream final : public MeshStream {
  public:
   // The readers are opened and the arrays looked at in the order of read_geometry(), so that the
   // same fault is found first.
-  VtuStream(const VtuInput& input, const MeshDescription& description, const OpenOptions& options)
+  VtuStream(const VtuInput& input, std::size_t piece, const MeshDescription& description,
+            const OpenOptions& options)
       : input_(input),
+        piece_(piece),
         description_(description),
         options_(options),
-        coordinates_(open_coordinates(input, 0)),
+        coordinates_(open_coordinates(input, piece)),
         bad_points_(find_bad_points()),
-        arrays_(input, 0),
+        arrays_(input, piece),
         types_(arrays_.open_types()),
         ghosts_(arrays_.open_ghosts()),
         survey_(survey()),
@@ -55,7 +57,6 @@ class VtuStream final : public MeshStream {
       arrays_.check_tet_offsets(offsets_);
       arrays_.check_length(connectivity_, 4 * cells());
     }
-    if (survey_.tets == 0) input_.fail(ErrorCode::kBadInput, "the mesh has no tetrahedra");
   }
 
   // False: the mesh must be read whole, and this object is of no use.
@@ -63,6 +64,7 @@ class VtuStream final : public MeshStream {
     return survey_.as_they_are && connectivity_.chunk_bytes() <= kMaxChunkBytes;
   }
 
+  std::uint64_t tets() const { return survey_.tets; }  // no ghosts
   std::uint64_t points() const override { return description_.points; }
   std::uint64_t cells() const override { return description_.cells; }
   std::uint64_t ghost_cells() const override { return survey_.ghosts; }
@@ -164,10 +166,11 @@ class VtuStream final : public MeshStream {
     const std::lock_guard<std::mutex> lock(mutex_);
     std::unique_ptr<ArrayReader>& reader = (of_points ? point_readers_ : cell_readers_)[index];
     if (reader == nullptr) {
-      const VtuPiece& piece = input_.head.pieces[0];
+      const VtuPiece& piece = input_.head.pieces[piece_];
       const VtuArray& array = (of_points ? piece.point_data : piece.cell_data)[index];
-      reader = std::make_unique<ArrayReader>(input_.open(
-          array, std::string(of_points ? "point" : "cell") + " array \"" + array.info.name + "\""));
+      reader = std::make_unique<ArrayReader>(
+          input_.open(array, std::string(of_points ? "point" : "cell") + " array \"" +
+                                 array.info.name + "\"" + input_.of_piece(piece_)));
     }
     return *reader;
   }
@@ -303,6 +306,7 @@ class VtuStream final : public MeshStream {
   }
 
   const VtuInput& input_;
+  std::size_t piece_;
   const MeshDescription& description_;
   const OpenOptions& options_;
   ArrayReader coordinates_;
@@ -320,13 +324,23 @@ class VtuStream final : public MeshStream {
 
 }  // namespace
 
+std::unique_ptr<MeshStream> open_piece_stream(const VtuInput& input, std::size_t piece,
+                                              const MeshDescription& description,
+                                              const OpenOptions& options, std::uint64_t* tets) {
+  std::unique_ptr<VtuStream> stream;
+  input.guarded([&] { stream = std::make_unique<VtuStream>(input, piece, description, options); });
+  if (!stream->can_stream()) return nullptr;
+  *tets = stream->tets();
+  return stream;
+}
+
 std::unique_ptr<MeshStream> open_vtu_stream(const VtuInput& input,
                                             const MeshDescription& description,
                                             const OpenOptions& options) {
-  if (input.head.pieces.size() != 1) return nullptr;
-  std::unique_ptr<VtuStream> stream;
-  input.guarded([&] { stream = std::make_unique<VtuStream>(input, description, options); });
-  return stream->can_stream() ? std::move(stream) : nullptr;
+  std::uint64_t tets = 0;
+  auto stream = open_piece_stream(input, 0, description, options, &tets);
+  if (stream && tets == 0) input.fail(ErrorCode::kBadInput, "the mesh has no tetrahedra");
+  return stream;
 }
 
 }  // namespace tetfusion

@@ -8,9 +8,9 @@
 
 namespace tetfusion {
 
-// A stream over the file's one piece: cells and points have the numbers that the file gives them,
-// and a cell's row is its number. Nothing when the mesh must be read whole: several pieces, cells
-// that `options` split or linearize, or connectivity in compressed blocks of more than 16 MiB.
+// A stream over the one piece of a file: cells and points have the numbers that the file gives
+// them, and a cell's row is its number. Nothing when the mesh must be read whole: cells that
+// `options` split or linearize, or connectivity in compressed blocks of more than 16 MiB.
 //
 // Looks once at types, ghost flags, offsets of a mesh of tetrahedra alone, and coordinates, and
 // throws what is wrong with them, as read_geometry() does. What it keeps is what its ArrayReaders
@@ -20,5 +20,11 @@ namespace tetfusion {
 std::unique_ptr<MeshStream> open_vtu_stream(const VtuInput& input,
                                             const MeshDescription& description,
                                             const OpenOptions& options);
+
+// The same for one piece of several, which `description` is of; it has cells. It may be without
+// tetrahedra: *tets says how many there are.
+std::unique_ptr<MeshStream> open_piece_stream(const VtuInput& input, std::size_t piece,
+                                              const MeshDescription& description,
+                                              const OpenOptions& options, std::uint64_t* tets);
 
 }  // namespace tetfusion

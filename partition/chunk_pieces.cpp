@@ -270,15 +270,6 @@ void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slo
 }
 
 template <class Real>
-typename ChunkGather<Real>::Known* ChunkGather<Real>::look_up(VertexId point_id) {
-  const std::size_t mask = known_.size() - 1;
-  for (std::size_t i = point_id * 0x9E3779B1u;; ++i) {
-    Known& known = known_[i & mask];
-    if (known.point_id == point_id || known.point_id == kNoVertex) return &known;
-  }
-}
-
-template <class Real>
 void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
                                const InterfaceTable& interface, WorkMesh<Real>* mesh) {
   const std::unique_ptr<BucketPieces> bucket = from.read(chunk);
@@ -362,9 +353,7 @@ void ChunkGather<Real>::make_room(const std::vector<std::span<const std::byte>>&
   mesh->resize_tets(tets);
   mesh->removed.reset(removed > 0 ? tets : 0);
   mesh->incidence.assign(vertices, 0);
-  std::size_t slots = 16;
-  while (slots < 2 * undecided) slots *= 2;
-  known_.assign(slots, Known{});
+  known_.reset(undecided);
 }
 
 // Fills new_ids_. Returns how many vertices there are afterwards.
@@ -381,14 +370,14 @@ std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns,
     std::uint16_t changed = 0;
     const VertexId id = columns.point_ids[i];
     if ((mark & kUndecided) != 0) {
-      Known* known = look_up(id);
-      if (known->point_id != kNoVertex) {
-        new_ids_[i] = known->vertex;
-        float* sum = mesh->quadrics.data() + known->vertex * numbers;
+      VertexId& known = known_[id];
+      if (known != IdMap::kNone) {
+        new_ids_[i] = known;
+        float* sum = mesh->quadrics.data() + known * numbers;
         for (std::size_t k = 0; k < numbers; ++k) sum[k] += columns.quadrics[i * numbers + k];
         continue;
       }
-      *known = {id, static_cast<VertexId>(next)};
+      known = static_cast<VertexId>(next);
       const InterfaceReport* report = interface.find(id);
       if (report == nullptr) throw std::logic_error("a vertex is missing in the interface table");
       mark = static_cast<std::uint8_t>((mark & kLasting) | report->marks);

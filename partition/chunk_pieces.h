@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/id_map.h"
 #include "io/piece_store.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"
@@ -89,17 +90,12 @@ class ChunkGather {
               WorkMesh<Real>* mesh);
 
  private:
-  struct Known {
-    VertexId point_id = kNoVertex;
-    VertexId vertex = 0;
-  };
-  Known* look_up(VertexId point_id);
   void make_room(const std::vector<std::span<const std::byte>>& pieces, WorkMesh<Real>* mesh);
   std::size_t take_vertices(const VertexColumns<Real>& columns, std::size_t count, std::size_t next,
                             std::uint32_t chunk, const InterfaceTable& interface,
                             WorkMesh<Real>* mesh);
 
-  Vector<Known> known_;  // open addressing; a power of two
+  IdMap known_;  // by point ids
   Vector<VertexId> new_ids_;
 };
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/schedule.h"
 
 namespace tetfusion {
 
@@ -29,8 +30,10 @@ void run_tasks(std::size_t tasks, int threads,
   };
   const auto run = [&](std::size_t worker) {
     while (!failed.load()) {
-      const std::size_t task = next.fetch_add(1);
-      if (task >= tasks) return;
+      const std::size_t turn = next.fetch_add(1);
+      if (turn >= tasks) return;
+      const std::size_t task = schedule().task(turn, tasks);
+      schedule().before(task);
       try {
         work(task, worker);
       } catch (const Abandoned&) {

@@ -190,6 +190,19 @@ void summarize(const SimplifyReport& r, Console* console) {
   console->detail_resources();
 }
 
+void print_estimate(const RunPlan& plan) {
+  const RunEstimate& e = plan.estimate;
+  fmt::print("boundary   about {:.3g} % of the points\n", 100 * e.boundary_share);
+  fmt::print("reachable  about {:.3g} % less tetrahedra{}\n", 100 * e.reduction,
+             e.goal && !e.reaches_goal() ? "; the goal is out of reach" : "");
+  fmt::print("time       about {:.2g} s with {} threads, without waiting for disks\n", e.seconds,
+             plan.threads);
+  fmt::print(
+      "basis      {}, simplified on one thread in {:.2g} s; the input was read once\n",
+      e.is_whole() ? "the whole mesh" : format_count(e.sample_tets) + " tetrahedra from its middle",
+      e.sample_seconds);
+}
+
 void print_plan(const RunPlan& plan) {
   const auto names = [](const std::vector<std::string>& all) {
     return all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", "));
@@ -199,12 +212,13 @@ void print_plan(const RunPlan& plan) {
   fmt::print("steering   {}\nregions    {}\nchunks     {}\n", names(plan.steering),
              names(plan.regions), plan.chunks);
   fmt::print("memory     about {}, of {} that it may use; {} would keep the mesh in memory\n",
-             format_bytes(plan.on_disk ? plan.needs.out_of_core : plan.needs.in_core),
-             format_bytes(plan.memory), format_bytes(plan.needs.in_core));
+             format_bytes(plan.memory_needed()), format_bytes(plan.memory),
+             format_bytes(plan.needs.in_core));
   fmt::print("scratch    {}\n",
              plan.on_disk
                  ? fmt::format("about {} in {}", format_bytes(plan.needs.scratch), plan.scratch)
                  : "none");
+  print_estimate(plan);
 }
 
 void run(Arguments* a) {
@@ -214,7 +228,13 @@ void run(Arguments* a) {
     check_output_path(a->report);
   }
   if (a->request.performance.dry_run) {
-    print_plan(plan_run(a->request));
+    RunPlan plan;
+    {
+      Console console(a->console);
+      plan = plan_run(a->request, console.context());
+    }
+    if (a->report != "-") print_plan(plan);
+    if (!a->report.empty()) write_text(a->report, to_json(plan));
     return;
   }
   SimplifyReport report;
@@ -379,8 +399,10 @@ void add_performance_options(CLI::App& command, Arguments* a) {
                 "there is nothing to go on with")
       ->group(kPerformanceGroup);
   command
-      .add_flag("--dry-run", performance.dry_run,
-                "Say what the run would take (arrays, memory, scratch space), and write nothing")
+      .add_flag(
+          "--dry-run", performance.dry_run,
+          "Say what the run would take (arrays, memory, scratch space) and about how far it would "
+          "come in what time, after trying a part of the mesh; write nothing but --report")
       ->group(kPerformanceGroup);
 }
 

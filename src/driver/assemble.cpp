@@ -4,6 +4,7 @@
 #include <atomic>
 #include <stdexcept>
 
+#include "base/id_map.h"
 #include "base/resources.h"
 #include "base/tasks.h"
 #include "driver/rounds.h"
@@ -29,36 +30,6 @@ std::uint64_t mix(std::uint64_t h, std::uint64_t value) {
   h = (h ^ value) * 0x9E3779B97F4A7C15u;
   return h ^ (h >> 29);
 }
-
-// Finds a point's place among a chunk's.
-class IdMap {
- public:
-  void reset(std::size_t ids) {
-    std::size_t slots = 16;
-    while (slots < 2 * ids) slots *= 2;
-    slots_.assign(slots, Slot{kNoVertex, 0});
-  }
-  void add(VertexId id, VertexId place) { *find(id) = {id, place}; }
-  VertexId at(VertexId id) {
-    const Slot* slot = find(id);
-    if (slot->id != id) throw std::logic_error("a chunk lacks a point of its tetrahedra");
-    return slot->place;
-  }
-
- private:
-  struct Slot {
-    VertexId id;
-    VertexId place;
-  };
-  Slot* find(VertexId id) {
-    const std::size_t mask = slots_.size() - 1;
-    for (std::size_t i = id * 0x9E3779B1u;; ++i) {
-      Slot& slot = slots_[i & mask];
-      if (slot.id == id || slot.id == kNoVertex) return &slot;
-    }
-  }
-  Vector<Slot> slots_;
-};
 
 template <class Real>
 class Assembler {
@@ -91,7 +62,7 @@ class Assembler {
   ShiftedCurve curve_;
   const std::vector<std::size_t>& regions_;
   WorkMesh<Real> raw_, mesh_;
-  IdMap places_;
+  IdMap places_;  // of points in the chunk
   ChunkInspector inspector_;
   ChunkScatter<Real> scatter_;
 };
@@ -128,7 +99,7 @@ void Assembler<Real>::read_points(const std::vector<std::span<const std::byte>>&
     }
     for (Column& column : raw_.point_columns) append_column(&reader, at, &column);
     for (std::size_t i = 0; i < n; ++i) {
-      places_.add(raw_.point_ids[at + i], static_cast<VertexId>(at + i));
+      places_[raw_.point_ids[at + i]] = static_cast<VertexId>(at + i);
     }
     at += n;
   }
@@ -146,7 +117,10 @@ void Assembler<Real>::read_tets(const std::vector<std::span<const std::byte>>& p
     const Tet* tets = reader.take<Tet>();
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t k = 0; k < 4; ++k) {
-        const VertexId place = places_.at(tets[i][k]);
+        const VertexId place = places_.find(tets[i][k]);
+        if (place == IdMap::kNone) {
+          throw std::logic_error("a chunk lacks a point of its tetrahedra");
+        }
         raw_.tets[at + i][k] = place;
         ++raw_.incidence[place];
       }

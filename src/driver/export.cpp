@@ -241,6 +241,10 @@ void check_export(const std::string& path) {
   }
 }
 
+void clear_leftovers(const std::string& path) noexcept {
+  if (is_pieces_name(path)) remove_dead_pieces(path);
+}
+
 template <class Real>
 MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
                         const LowerPart<Real>& lower, const CarriedArrays& carried,

@@ -27,6 +27,8 @@ struct ExportSettings {
 
 // Throws what export_mesh() would throw for such a name, before any work.
 void check_export(const std::string& path);
+// Removes what a run to that name left that was killed: see remove_dead_pieces(). Does not fail.
+void clear_leftovers(const std::string& path) noexcept;
 
 // Writes the mesh with the carried arrays and the input's field data. Points are numbered chunk by
 // chunk, a point between chunks with the lowest of them, those that only cells of lower dimension

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <fstream>
+#include <span>
 
 #include "base/version.h"
 #include "io/checksum.h"
@@ -44,6 +45,19 @@ std::uint64_t sample_hash(const std::string& path, std::uint64_t bytes) {
   return hash;
 }
 
+// Their sizes and times, and samples of what is in them.
+std::uint64_t hash_of(const std::vector<std::string>& files) {
+  std::string text;
+  for (const std::string& path : files) {
+    struct stat status {};
+    if (::stat(path.c_str(), &status) != 0) continue;
+    const auto bytes = static_cast<std::uint64_t>(status.st_size);
+    text += fmt::format("{} {} {}.{} {:x}\n", path, bytes, status.st_mtim.tv_sec,
+                        status.st_mtim.tv_nsec, sample_hash(path, bytes));
+  }
+  return checksum(std::as_bytes(std::span(text)));
+}
+
 }  // namespace
 
 std::string fingerprint(const SimplifyRequest& request, const MeshDescription& mesh) {
@@ -79,6 +93,7 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
         fmt::format("input changed at: {}.{:09}\n", status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
     text += fmt::format("input samples: {:016x}\n", sample_hash(mesh.path, mesh.file_bytes));
   }
+  if (!mesh.files.empty()) text += fmt::format("input pieces: {:016x}\n", hash_of(mesh.files));
   return text;
 }
 

@@ -18,31 +18,13 @@ namespace tetfusion {
 
 namespace {
 
-// Cells and points a window: a few megabytes of each.
-constexpr std::uint64_t kCellWindow = std::uint64_t{1} << 19;
-constexpr std::uint64_t kPointWindow = std::uint64_t{1} << 18;
-// What reading one and sorting it takes.
+// What reading a window and sorting it takes.
 constexpr std::uint64_t kWindowMemory = std::uint64_t{48} << 20;
-
-// Reads `count` rows of each of some arrays.
-void read_columns(const MeshStream& stream, Association association,
-                  const std::vector<std::size_t>& indices, std::uint64_t first, std::uint64_t count,
-                  std::vector<Column>* columns) {
-  for (std::size_t c = 0; c < columns->size(); ++c) {
-    (*columns)[c].resize(count);
-    stream.read_rows(association, indices[c], first, count, (*columns)[c].rows);
-  }
-}
 
 std::vector<Column> columns_like(const AttributeSet& set) {
   std::vector<Column> columns;
   for (const ArrayInfo& info : set.arrays) columns.push_back({info.type, info.components, {}});
   return columns;
-}
-
-void append_row(const Column& from, std::size_t row, Column* to) {
-  const std::byte* begin = from.rows.data() + row * from.stride();
-  to->rows.insert(to->rows.end(), begin, begin + from.stride());
 }
 
 template <class Real>
@@ -89,7 +71,7 @@ class Importer {
     clock_->begin("assemble");
     Assembly<Real> assembly = assemble(tets.get(), points.get());
     out_.mesh = std::move(assembly.mesh);
-    out_.mesh.chunks = chunks_;
+    out_.mesh.chunks = made_chunks();
     out_.mesh.samples = std::move(samples_);
     settle_facts(assembly);
     return std::move(out_);
@@ -98,12 +80,19 @@ class Importer {
  private:
   void find_homes();
   Vector<Vec3<Real>> read_positions(std::uint64_t first, std::uint64_t count) const;
+  // All, or the one in the middle as number 0.
+  std::uint32_t made_chunks() const { return settings_.sample != nullptr ? 1 : chunks_; }
+  bool is_made(std::uint32_t chunk) const {
+    return settings_.sample == nullptr || chunk == chunks_ / 2;
+  }
   void scatter_tets(PieceStore* to);
   void scatter_window(std::size_t window, std::uint64_t first, std::uint64_t count, PieceStore* to);
   void take_lower(std::size_t window, std::uint64_t first, const CellWindow& cells,
                   const std::vector<Column>& columns);
+  void keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chunk_of);
   void join_lower();
   void scatter_points(PieceStore* to);
+  void keep_sampled(std::size_t begin, Vector<std::uint32_t>* chunk_of) const;
   void scatter_point_window(std::size_t window, std::uint64_t first, std::uint64_t count,
                             PieceStore* to);
   Assembly<Real> assemble(PieceStore* tets, PieceStore* points);
@@ -176,16 +165,17 @@ void Importer<Real>::find_homes() {
     Box box;
     Vector<Vec3<Real>> samples;
   };
-  std::vector<Window> windows(block_count(points, kPointWindow));
-  for_each_block(points, kPointWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
-    context_.check();
-    const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      const Vec3<Real>& p = positions[i];
-      windows[w].box.add({p.x, p.y, p.z});
-      if ((begin + i) % step == 0) windows[w].samples.push_back(p);
-    }
-  });
+  std::vector<Window> windows(block_count(points, settings_.point_window));
+  for_each_block(points, settings_.point_window,
+                 [&](std::size_t w, std::size_t begin, std::size_t end) {
+                   context_.check();
+                   const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
+                   for (std::size_t i = 0; i < positions.size(); ++i) {
+                     const Vec3<Real>& p = positions[i];
+                     windows[w].box.add({p.x, p.y, p.z});
+                     if ((begin + i) % step == 0) windows[w].samples.push_back(p);
+                   }
+                 });
   for (const Window& window : windows) out_.box.add(window.box);
   if (chunks_ == 1) return;
   const ShiftedCurve curve(out_.box, 0);
@@ -195,28 +185,30 @@ void Importer<Real>::find_homes() {
     for (const Vec3<Real>& p : window.samples) keys.push_back(curve.key(p));
   }
   const CurveCut cut(curve, chunks_, std::move(keys));
-  for_each_block(points, kPointWindow, [&](std::size_t, std::size_t begin, std::size_t end) {
-    context_.check();
-    const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
-    for (std::size_t v = begin; v < end; ++v) {
-      table_.set_home(static_cast<VertexId>(v), cut.chunk_of(positions[v - begin]));
-    }
-  });
+  for_each_block(points, settings_.point_window,
+                 [&](std::size_t, std::size_t begin, std::size_t end) {
+                   context_.check();
+                   const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
+                   for (std::size_t v = begin; v < end; ++v) {
+                     table_.set_home(static_cast<VertexId>(v), cut.chunk_of(positions[v - begin]));
+                   }
+                 });
 }
 
 template <class Real>
 void Importer<Real>::scatter_tets(PieceStore* to) {
   const std::uint64_t cells = stream_.cells();
-  const std::size_t windows = block_count(cells, kCellWindow);
+  const std::size_t windows = block_count(cells, settings_.cell_window);
   lower_.resize(windows);
   ghosts_.assign(windows, 0);
   std::atomic<std::size_t> done{0};
-  for_each_block(cells, kCellWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
-    context_.check();
-    const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
-    scatter_window(w, begin, end - begin, to);
-    context_.report("reading", 0.02, 0.09, ++done, windows);
-  });
+  for_each_block(cells, settings_.cell_window,
+                 [&](std::size_t w, std::size_t begin, std::size_t end) {
+                   context_.check();
+                   const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
+                   scatter_window(w, begin, end - begin, to);
+                   context_.report("reading", 0.02, 0.09, ++done, windows);
+                 });
   to->seal();
   cell_scratch_.clear();
   table_.finish();
@@ -249,11 +241,29 @@ void Importer<Real>::scatter_window(std::size_t window, std::uint64_t first, std
     }
   }
   for (std::uint64_t& row : cells.tet_rows) row -= first;
-  scratch->pieces.add(static_cast<std::uint32_t>(window), chunk_of, chunks_, to,
+  if (settings_.sample != nullptr) keep_sampled(&cells, &chunk_of);
+  scratch->pieces.add(static_cast<std::uint32_t>(window), chunk_of, made_chunks(), to,
                       [&](std::span<const std::uint32_t> items, RowWriter* writer) {
                         writer->put<Tet>(items, [&](std::size_t t) { return cells.tets[t]; });
                         for (const Column& c : columns) writer->put_rows(c, items, cells.tet_rows);
                       });
+}
+
+// Rows count from the window's first.
+template <class Real>
+void Importer<Real>::keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chunk_of) {
+  settings_.sample->add(cells->tets);
+  const bool all_rows = cells->tet_rows.empty();
+  if (all_rows) cells->tet_rows.resize(cells->tets.size());
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < cells->tets.size(); ++t) {
+    if (!is_made((*chunk_of)[t])) continue;
+    cells->tets[kept] = cells->tets[t];
+    cells->tet_rows[kept++] = all_rows ? t : cells->tet_rows[t];
+  }
+  cells->tets.resize(kept);
+  cells->tet_rows.resize(kept);
+  chunk_of->assign(kept, 0);
 }
 
 template <class Real>
@@ -299,17 +309,18 @@ void Importer<Real>::join_lower() {
 template <class Real>
 void Importer<Real>::scatter_points(PieceStore* to) {
   const std::uint64_t points = stream_.points();
-  loose_.resize(block_count(points, kPointWindow));
+  loose_.resize(block_count(points, settings_.point_window));
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const std::size_t width = steering_.width();
   boxes_.assign(loose_.size(), {std::vector(width, kInfinity), std::vector(width, -kInfinity)});
   std::atomic<std::size_t> done{0};
-  for_each_block(points, kPointWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
-    context_.check();
-    const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
-    scatter_point_window(w, begin, end - begin, to);
-    context_.report("reading", 0.09, 0.12, ++done, loose_.size());
-  });
+  for_each_block(points, settings_.point_window,
+                 [&](std::size_t w, std::size_t begin, std::size_t end) {
+                   context_.check();
+                   const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
+                   scatter_point_window(w, begin, end - begin, to);
+                   context_.report("reading", 0.09, 0.12, ++done, loose_.size());
+                 });
   to->seal();
   point_scratch_.clear();
   join_boxes();
@@ -359,12 +370,13 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
     const std::size_t before = chunk_of.size();
     table_.chunks_of(v, &chunk_of);
     const std::size_t chunks = chunk_of.size() - before;
-    items.insert(items.end(), chunks, static_cast<std::uint32_t>(i));
+    last[i] = chunks > 0 && settings_.sample == nullptr ? chunk_of.back() : 0;
+    if (settings_.sample != nullptr) keep_sampled(before, &chunk_of);
+    items.insert(items.end(), chunk_of.size() - before, static_cast<std::uint32_t>(i));
     const bool is_carried = next_carried != carried.end() && *next_carried == v;
     if (is_carried) ++next_carried;
     marks[i] = static_cast<std::uint8_t>((chunks > 1 ? kOnInterface : 0) |
                                          (is_carried || not_finite[i] != 0 ? kLocked : 0));
-    last[i] = chunks > 0 ? chunk_of.back() : 0;
     if (chunks > 0) note_values(window, steering.data() + i * width);
     if (chunks > 0 || !is_carried) continue;
     LooseWindow& loose = loose_[window];
@@ -374,7 +386,7 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
     for (std::size_t c = 0; c < columns.size(); ++c) append_row(columns[c], i, &loose.columns[c]);
   }
   scratch->pieces.add(
-      static_cast<std::uint32_t>(window), chunk_of, chunks_, to,
+      static_cast<std::uint32_t>(window), chunk_of, made_chunks(), to,
       [&](std::span<const std::uint32_t> places, RowWriter* writer) {
         writer->put<VertexId>(
             places, [&](std::size_t i) { return static_cast<VertexId>(first + items[i]); });
@@ -389,6 +401,15 @@ void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t firs
         }
         for (const Column& c : columns) writer->put_rows(c, places, items);
       });
+}
+
+// Of the chunks of a point, which begin there.
+template <class Real>
+void Importer<Real>::keep_sampled(std::size_t begin, Vector<std::uint32_t>* chunk_of) const {
+  const auto first = chunk_of->begin() + static_cast<std::ptrdiff_t>(begin);
+  const bool has = std::any_of(first, chunk_of->end(), [&](auto c) { return is_made(c); });
+  chunk_of->resize(begin);
+  if (has) chunk_of->push_back(0);
 }
 
 template <class Real>
@@ -419,8 +440,8 @@ void Importer<Real>::join_boxes() {
 template <class Real>
 Assembly<Real> Importer<Real>::assemble(PieceStore* tets, PieceStore* points) {
   const auto chunks_to = [&](const ChunkWork<Real>& work) {
-    return assemble_chunks<Real>(layout_, out_.box, chunks_, settings_.regions, *tets, *points,
-                                 work, context_, budget_, scratch_);
+    return assemble_chunks<Real>(layout_, out_.box, made_chunks(), settings_.regions, *tets,
+                                 *points, work, context_, budget_, scratch_);
   };
   if (chunks_ > 1 && first_round_.begin) {
     std::vector<std::uint64_t> shares{0};

@@ -24,6 +24,7 @@
 #include "driver/steering.h"
 #include "io/mesh_stream.h"
 #include "io/scratch.h"
+#include "mesh/boundary_sample.h"
 
 namespace tetfusion {
 
@@ -35,7 +36,14 @@ struct ImportSettings {
   std::uint64_t chunk_tets = 0;
   std::vector<std::size_t> regions;  // of CarriedArrays::cell_data: interfaces that stay
   std::uint32_t quadric_width = 0;   // WorkMesh::quadric_width of pieces
-  bool has_deviations = false;       // WorkMesh::has_deviations of pieces
+  // Cells and points a window: a few megabytes of each. The result does not depend on them.
+  std::uint64_t cell_window = std::uint64_t{1} << 19;
+  std::uint64_t point_window = std::uint64_t{1} << 18;
+  // Where it is not null all tetrahedra are shown to it, but only the chunk in the middle of the
+  // curve is made: a mesh in one piece, in which vertices that other chunks have are on the
+  // interface. Facts are then that chunk's.
+  BoundarySample* sample = nullptr;
+  bool has_deviations = false;  // WorkMesh::has_deviations of pieces
 };
 
 // The first round may be done with each chunk as it is put together, so that it need not be written

@@ -11,13 +11,14 @@
 #include "base/numbers.h"
 #include "base/resources.h"
 #include "driver/checkpoint.h"
+#include "driver/estimate.h"
 #include "driver/export.h"
 #include "driver/fingerprint.h"
-#include "driver/import.h"
 #include "driver/memory_plan.h"
 #include "driver/regions.h"
 #include "driver/round_plan.h"
 #include "driver/rounds.h"
+#include "driver/run_setup.h"
 #include "driver/scratch_place.h"
 #include "driver/stages.h"
 #include "driver/steering.h"
@@ -37,13 +38,14 @@ class Job {
   Job(const SimplifyRequest& request, const RunContext& context)
       : request_(request), context_(context) {}
   SimplifyReport run();
-  RunPlan plan();
+  RunPlan plan(std::uint64_t sample_tets);
 
  private:
   void begin();
   void open_input();
   void plan_memory();
   void open_scratch();
+  Steering read_steering();
   template <class Real>
   void run_with();
   template <class Real>
@@ -61,8 +63,7 @@ class Job {
   void end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state);
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
-  bool surfaces_move() const { return request_.behaviour.boundary != Boundary::kExact; }
-  void find_region_columns(const CarriedArrays& carried);
+  bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                        const RoundsState& state) const;
   double progress_at(std::uint64_t tets, std::size_t rounds) const;
@@ -87,7 +88,8 @@ class Job {
   SimplifyReport report_;
 };
 
-RunPlan Job::plan() {
+RunPlan Job::plan(std::uint64_t sample_tets) {
+  const double start = wall_seconds();
   begin();
   const MeshDescription& mesh = source_->description();
   RunPlan plan;
@@ -102,6 +104,13 @@ RunPlan Job::plan() {
   plan.on_disk = on_disk_;
   plan.scratch = scratch_folder(request_);
   if (mesh.spooled_checksum) plan.needs.scratch += mesh.file_bytes;
+  plan.method = request_.behaviour.method;
+  plan.threads = thread_count();
+  const Steering steering = read_steering();
+  plan.estimate = estimate_run(
+      {request_, mesh, *stream_, steering, regions_, sample_tets, thread_count(), start}, context_,
+      budget_.get());
+  context_.report("done", 1);
   return plan;
 }
 
@@ -119,6 +128,7 @@ void Job::begin() {
 SimplifyReport Job::run() {
   const double start = wall_seconds();
   begin();
+  for (const Stage& stage : plan_stages(request_, kMaxTets)) clear_leftovers(stage.path);
   try {
     open_scratch();
     if (source_->description().point_type == ValueType::kFloat32) {
@@ -188,7 +198,7 @@ void Job::plan_memory() {
         (quadric_row(width, surfaces_move()) + (surfaces_move() ? 1 : 0)) * sizeof(float);
   needs_ = estimate_needs(mesh, {steering_bytes, removed_points ? width * sizeof(double) : 0},
                           request_.behaviour.chunk_tets, thread_count(),
-                          stream_ ? 0 : source_->memory_to_read());
+                          stream_ ? stream_->bytes() : source_->memory_to_read());
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
     throw Error(
@@ -225,15 +235,11 @@ template <class Real>
 void Job::run_with() {
   const MeshDescription& description = source_->description();
   const CarriedArrays carried(description);
-  find_region_columns(carried);
+  region_columns_ = region_columns(carried, regions_);
   RunState<Real> state;
   std::unique_ptr<Rounds<Real>> rounds;
   const auto begin = [&](std::uint32_t steering_width) {
-    auto layout = layout_of<Real>(carried, steering_width);
-    if (request_.behaviour.method == Method::kFuse) {
-      layout.quadric_width = quadric_row(steering_width, surfaces_move());
-      layout.has_deviations = surfaces_move();
-    }
+    auto layout = run_layout<Real>(request_.behaviour, carried, steering_width);
     rounds = std::make_unique<Rounds<Real>>(layout, thread_count(), budget_.get(), scratch_.get());
     return layout;
   };
@@ -254,20 +260,7 @@ void Job::run_with() {
     run_stages(carried, layout, std::move(rounds), &state);
     return;
   }
-  if (!stream_) stream_ = open_stream(source_.get());
-  context_.check();
-  const Steering steering(steering_choices_, description, *stream_, context_);
-  if (steering.fields().empty()) {
-    const BehaviourOptions& b = request_.behaviour;
-    if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {
-      throw Error(
-          ErrorCode::kUsage,
-          fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
-                      "--reduction or --tets",
-                      request_.input));
-    }
-    context_.say("no array steers: geometry alone decides");
-  }
+  const Steering steering = read_steering();
   const auto layout = begin(steering.width());
   import(carried, steering, rounds.get(), &state);
   stream_.reset();
@@ -275,12 +268,21 @@ void Job::run_with() {
   run_stages(carried, layout, std::move(rounds), &state);
 }
 
-void Job::find_region_columns(const CarriedArrays& carried) {
-  for (const std::size_t i : regions_) {
-    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
-    if (at == carried.cell_indices.end()) continue;
-    region_columns_.push_back(static_cast<std::uint32_t>(at - carried.cell_indices.begin()));
+// Opens the stream, too.
+Steering Job::read_steering() {
+  if (!stream_) stream_ = open_stream(source_.get());
+  context_.check();
+  Steering steering(steering_choices_, source_->description(), *stream_, context_);
+  if (!steering.fields().empty()) return steering;
+  const BehaviourOptions& b = request_.behaviour;
+  if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
+                            "--reduction or --tets",
+                            request_.input));
   }
+  context_.say("no array steers: geometry alone decides");
+  return steering;
 }
 
 RoundPlan Job::plan_round(const Box& box, std::uint64_t tets,
@@ -294,23 +296,14 @@ RoundPlan Job::plan_round(const Box& box, std::uint64_t tets,
 template <class Real>
 void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<Real>* rounds,
                  RunState<Real>* state) {
-  state->fields = steering.fields();
-  for (std::size_t f = 0; f < state->fields.size(); ++f) {
-    const auto index = steering.point_array(f);
-    if (!index) continue;
-    const auto at = std::find(carried.point_indices.begin(), carried.point_indices.end(), *index);
-    state->fields[f].column = static_cast<std::uint32_t>(at - carried.point_indices.begin());
-  }
+  state->fields = fields_of(steering, carried);
   planner_.limit_errors(error_limits(request_.behaviour, state->fields));
   state->field_names = steering.names();
   state->steering_width = steering.width();
   state->chunk_tets = request_.behaviour.chunk_tets;
   report_.steering = state->field_names;
-  ImportSettings settings{request_.behaviour.chunk_tets, {}, 0, surfaces_move()};
-  if (request_.behaviour.method == Method::kFuse) {
-    settings.quadric_width = quadric_row(state->steering_width, surfaces_move());
-  }
-  if (!surfaces_move()) settings.regions.assign(region_columns_.begin(), region_columns_.end());
+  const ImportSettings settings =
+      import_settings(request_.behaviour, carried, regions_, state->steering_width);
   RoundPlan plan;
   FirstRound<Real> first;
   // Under the rule of boundary tetrahedra chunks must know each other's boundary before they begin.
@@ -474,6 +467,9 @@ SimplifyReport simplify(const SimplifyRequest& request, const RunContext& contex
   return Job(request, context).run();
 }
 
-RunPlan plan_run(const SimplifyRequest& request) { return Job(request, {}).plan(); }
+RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
+                 std::uint64_t sample_tets) {
+  return Job(request, context).plan(sample_tets);
+}
 
 }  // namespace tetfusion

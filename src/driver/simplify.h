@@ -2,9 +2,9 @@
 #pragma once
 
 #include "base/run_context.h"
-#include "driver/memory_plan.h"
 #include "driver/options.h"
 #include "driver/report.h"
+#include "driver/run_plan.h"
 
 namespace tetfusion {
 
@@ -17,19 +17,9 @@ namespace tetfusion {
 // kInterrupted. On a throw no output has been touched, but for levels that were already whole.
 SimplifyReport simplify(const SimplifyRequest& request, const RunContext& context = {});
 
-// What simplify() would need, estimated from the head of the input.
-struct RunPlan {
-  MeshSummary input;  // points and cells as the file counts them; the rest is not known yet
-  std::vector<std::string> steering;
-  std::vector<std::string> regions;
-  std::uint64_t chunks = 1;
-  MemoryNeeds needs;
-  std::uint64_t memory = 0;  // that the run may use
-  bool on_disk = false;      // chunks are kept in `scratch`
-  std::string scratch;
-};
-
-// Throws what simplify() would throw before it reads the mesh. Writes nothing.
-RunPlan plan_run(const SimplifyRequest& request);
+// Throws what simplify() would throw before it reads the mesh. Reads the input once, tries
+// `sample_tets` tetrahedra of it, and writes nothing.
+RunPlan plan_run(const SimplifyRequest& request, const RunContext& context = {},
+                 std::uint64_t sample_tets = kSampleTets);
 
 }  // namespace tetfusion

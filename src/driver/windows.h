@@ -12,10 +12,26 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "io/mesh_stream.h"
 #include "io/piece_store.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
+
+// Reads `count` rows of each of some arrays.
+inline void read_columns(const MeshStream& stream, Association association,
+                         const std::vector<std::size_t>& indices, std::uint64_t first,
+                         std::uint64_t count, std::vector<Column>* columns) {
+  for (std::size_t c = 0; c < columns->size(); ++c) {
+    (*columns)[c].resize(count);
+    stream.read_rows(association, indices[c], first, count, (*columns)[c].rows);
+  }
+}
+
+inline void append_row(const Column& from, std::size_t row, Column* to) {
+  const std::byte* begin = from.rows.data() + row * from.stride();
+  to->rows.insert(to->rows.end(), begin, begin + from.stride());
+}
 
 // Writes the columns of a piece, each at a multiple of eight bytes.
 class RowWriter {

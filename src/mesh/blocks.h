@@ -7,6 +7,8 @@
 #include <exception>
 #include <limits>
 
+#include "base/schedule.h"
+
 namespace tetfusion {
 
 inline std::size_t block_count(std::size_t items, std::size_t block_size) {
@@ -21,7 +23,9 @@ void for_each_block(std::size_t items, std::size_t block_size, F f) {
   std::exception_ptr error;
   std::size_t error_block = std::numeric_limits<std::size_t>::max();
 #pragma omp parallel for schedule(dynamic) if (blocks > 1)
-  for (std::size_t b = 0; b < blocks; ++b) {
+  for (std::size_t turn = 0; turn < blocks; ++turn) {
+    const std::size_t b = schedule().task(turn, blocks);
+    schedule().before(b);
     try {
       const std::size_t begin = b * block_size;
       f(b, begin, begin + block_size < items ? begin + block_size : items);

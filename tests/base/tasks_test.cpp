@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <barrier>
 #include <stdexcept>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "support/scrambled_schedule.h"
 
 namespace tetfusion {
 namespace {
@@ -59,6 +61,38 @@ TEST(RunTasks, PrefersTheReasonToWhatItMadeOthersGiveUp) {
     }
   }
   EXPECT_THROW(run_tasks(2, 2, [](std::size_t, std::size_t) { throw Abandoned(); }), Abandoned);
+}
+
+TEST(RunTasks, RunsEachTaskOnceInAScrambledOrder) {
+  std::vector<std::size_t> in_order, scrambled, again;
+  const auto note_in = [](std::vector<std::size_t>* order) {
+    run_tasks(50, 1, [&](std::size_t task, std::size_t) { order->push_back(task); });
+  };
+  note_in(&in_order);
+  {
+    const testing::ScrambledSchedule schedule(7);
+    note_in(&scrambled);
+    note_in(&again);
+    EXPECT_GT(schedule.moved(), 80u);
+  }
+  EXPECT_TRUE(std::is_sorted(in_order.begin(), in_order.end()));
+  EXPECT_FALSE(std::is_sorted(scrambled.begin(), scrambled.end()));
+  EXPECT_EQ(scrambled, again);
+  EXPECT_TRUE(std::is_permutation(scrambled.begin(), scrambled.end(), in_order.begin()));
+  std::vector<std::size_t> after;
+  note_in(&after);
+  EXPECT_EQ(after, in_order);
+}
+
+TEST(InOrder, HandsOnInOrderWhatComesInAnyOrder) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const testing::ScrambledSchedule schedule(seed);
+    std::vector<std::size_t> taken;
+    InOrder<std::size_t> join([&](std::size_t task) { taken.push_back(task); });
+    run_tasks(200, 4, [&](std::size_t task, std::size_t) { join.put(task, task); });
+    ASSERT_EQ(taken.size(), 200u);
+    EXPECT_TRUE(std::is_sorted(taken.begin(), taken.end()));
+  }
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Results in several files, as VTK's own reader sees them. Usage: pieces_test.py TETFUSION"""
 import json
-import pathlib
 import re
 import signal
 import subprocess
@@ -104,13 +103,51 @@ class Pieces(FolderTest):
         return (self.folder / f"{name}_pieces" / f"{name}_{i}.vtu").read_bytes()
 
     def test_our_reader_puts_them_together(self):
-        if not (pathlib.Path(command()).resolve().parent / "tetfusion-vtk.so").exists():
-            self.skipTest("the plugin is not built: VTK was not found")
         path = self.generate(tets="30k")
         one, many = self.write_both(path, "--chunk-tets", "3000")
         info = report_of("info", self.folder / "many.pvtu")
-        self.assertEqual((info["points"], info["tets"]), (len(one.points), len(one.types)))
-        self.assertTrue(report_of("check", self.folder / "many.pvtu")["valid"])
+        self.assertEqual(info["tets"], len(one.types))
+        check = [report_of("check", self.folder / name) for name in ("one.vtu", "many.pvtu")]
+        self.assertTrue(check[1]["valid"])
+        self.assertAlmostEqual(check[0]["volume"], check[1]["volume"], places=12)
+        for key in ("points", "tets", "boundary_triangles"):
+            self.assertEqual(check[0].get(key), check[1].get(key), key)
+
+    def test_pieces_are_simplified_without_being_read_whole(self):
+        whole = self.generate(tets="200k")
+        many = self.folder / "in.pvtu"
+        run("simplify", whole, "-o", many, "--pieces", "6", "--reduction", "1%", "--chunk-tets", "20k")
+        options = ("--reduction", "60%", "--chunk-tets", "20k")
+        arguments = ["simplify", many, *options, "-o"]
+        run(*arguments, self.folder / "a.vtu", "--threads", "1")
+        least = re.search(rb"give --memory (\d+M)", finish(*arguments, self.folder / "b.vtu", "--memory", "1M").stderr)
+        report = json.loads(run(*arguments, self.folder / "b.vtu", "--memory", least.group(1).decode(), "--report", "-"))
+        self.assertGreater(report["scratch_bytes"], 0)
+        self.assertEqual((self.folder / "a.vtu").read_bytes(), (self.folder / "b.vtu").read_bytes())
+        self.assertAlmostEqual(report["reduction"], 0.6, places=3)
+        self.assertTrue(report_of("check", self.folder / "b.vtu")["valid"])
+        (self.folder / "in_pieces" / "in_3.vtu").unlink()
+        self.assertIn("in_3.vtu", finish(*arguments, self.folder / "c.vtu").stderr.decode())
+
+    def test_what_a_killed_run_leaves_goes_with_the_next(self):
+        path, out = self.generate(tets="200k"), self.folder / "out.pvtu"
+        run("simplify", path, "-o", out, "--pieces", "2")
+        arguments = [command(), "simplify", path, "-o", out, "--pieces", "60", "--encoding", "ascii", "--quiet"]
+        killed = False
+        for _ in range(5):
+            process = subprocess.Popen(arguments)
+            while process.poll() is None:
+                if (self.folder / "out_pieces-2" / "out_5.vtu").exists():
+                    process.kill()
+                    killed = True
+                time.sleep(0.001)
+            if killed:
+                break
+        self.assertTrue(killed)
+        self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces", "out_pieces-2"])
+        run("simplify", path, "-o", out, "--pieces", "3")
+        self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces-2"])
+        self.assertEqual(self.pieces("out_pieces-2"), [f"out_{i}.vtu" for i in range(3)])
 
     def test_new_pieces_replace_old_ones(self):
         path, out = self.generate(), self.folder / "out.pvtu"

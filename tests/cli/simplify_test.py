@@ -32,7 +32,26 @@ class Options(FolderTest):
         self.assertIn("none", plan.split("scratch")[1])
         plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--memory", "300M").decode()
         self.assertRegex(plan, r"scratch +about .*out\.vtu\.tetfusion")
+        self.assertRegex(plan, r"reachable +about [\d.]+ % less tetrahedra\n")
+        self.assertRegex(plan, r"time +about [\d.]+ s with \d+ threads, without waiting for disks\n")
+        self.assertRegex(plan, r"basis +\d+,\d+ tetrahedra from its middle, ")
         self.assertEqual(len(self.files()), 1)
+
+    def test_the_report_of_a_dry_run(self):
+        path = self.generate(tets="30k")
+        for options, reaches in ([], None), (["--reduction", "10%"], True), (["--tets", "10"], False):
+            arguments = ["simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--threads", "2", *options]
+            plan = report_of(*arguments)
+            self.assertEqual(self.files(), ["generated.vtu"])
+            self.assertEqual((plan["threads"], plan["scratch_bytes"], plan["scratch"]), (2, 0, None))
+            estimate = plan["estimate"]
+            self.assertEqual(estimate["reaches_goal"], reaches)
+            self.assertEqual(estimate["sample_tets"], plan["input"]["tets"])
+            self.assertTrue(0 < estimate["reduction"] < 1 and 0 < estimate["boundary_points_share"] < 1, estimate)
+            self.assertTrue(0 < estimate["sample_seconds"] < 60 and 0 < estimate["seconds"] < 60, estimate)
+            self.assertEqual("out of reach" in run(*arguments).decode(), reaches is False)
+        reached = report_of("simplify", path, "-o", self.folder / "out.vtu")["reduction"]
+        self.assertAlmostEqual(report_of("simplify", path, "-o", self.folder / "out.vtu", "--dry-run")["estimate"]["reduction"], reached)
 
     def test_levels_must_differ(self):
         for options in (["--lods", "50%,50%"], ["--lods", "10%,0.1,20%"], ["--lods", "3", "--reduction", "0%"]):

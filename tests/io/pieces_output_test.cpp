@@ -2,8 +2,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -167,8 +170,115 @@ TEST_F(Pieces, EveryCallFailsInTurn) {
         ASSERT_EQ(content(dir.file(folder + name)), is_new ? "new" : "old") << n;
       }
       EXPECT_EQ(is_new, !failed) << n;
+      if (!killed) continue;
+      // What was left the next run takes away, but for a folder that has nothing in it yet.
+      write_pieces(1, "last");
+      // Nor are temporary names the business of pieces.
+      std::set<std::string> left = names();
+      std::erase_if(left, [](const std::string& name) { return is_temporary_name(name); });
+      for (const char* name : {"a_pieces", "a_pieces-2", "a_pieces-3"}) {
+        if (fs::exists(dir.file(name)) && fs::is_empty(dir.file(name))) left.erase(name);
+      }
+      EXPECT_EQ(left.size(), 3u) << n << " " << ::testing::PrintToString(left);
     }
   }
+}
+
+// A process that is killed while it writes: its folder is there, marked.
+class DeadPieces : public Pieces {
+ protected:
+  // Leaves `count` pieces and the marker.
+  void die_after(std::uint32_t count) {
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      PiecesOutput output(path);
+      for (std::uint32_t i = 0; i < count; ++i) write(output.piece_path(i), "half a piece");
+      ::kill(::getpid(), SIGKILL);
+    }
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(status));
+  }
+};
+
+TEST_F(DeadPieces, GoWithTheNextRun) {
+  const std::set<std::string> one{"a.pvtu", "a_pieces", "a_pieces/a_0.vtu"};
+  die_after(2);
+  EXPECT_EQ(names(), (std::set<std::string>{"a_pieces", "a_pieces/.unfinished", "a_pieces/a_0.vtu",
+                                            "a_pieces/a_1.vtu"}));
+  write_pieces(1);
+  EXPECT_EQ(names(), one);
+  die_after(3);  // beside the file's own
+  EXPECT_TRUE(fs::exists(dir.file("a_pieces-2/a_2.vtu")));
+  EXPECT_EQ(content(dir.file("a_pieces/a_0.vtu")), "piece");
+  write_pieces(1, "new");
+  EXPECT_EQ(names(), (std::set<std::string>{"a.pvtu", "a_pieces-2", "a_pieces-2/a_0.vtu"}));
+  die_after(1);
+  remove_dead_pieces(path);
+  EXPECT_EQ(names(), (std::set<std::string>{"a.pvtu", "a_pieces-2", "a_pieces-2/a_0.vtu"}));
+  EXPECT_EQ(content(dir.file("a_pieces-2/a_0.vtu")), "new");
+}
+
+TEST_F(DeadPieces, AreNotThoseOfALivingProcess) {
+  PiecesOutput output(path);
+  write(output.piece_path(0), "in work");
+  remove_dead_pieces(path);
+  write_pieces(1);
+  EXPECT_EQ(names(),
+            (std::set<std::string>{"a.pvtu", "a_pieces", "a_pieces/.unfinished", "a_pieces/a_0.vtu",
+                                   "a_pieces-2", "a_pieces-2/a_0.vtu"}));
+  output.commit(layout, 1);
+  EXPECT_EQ(content(dir.file("a_pieces/a_0.vtu")), "in work");
+  EXPECT_FALSE(fs::exists(dir.file("a_pieces/.unfinished")));
+}
+
+// Where it is not known what the file names, nothing goes.
+TEST_F(DeadPieces, StayWhereTheFileCannotBeRead) {
+  write_pieces(1);
+  write(dir.file("a_pieces/.unfinished"), "");
+  for (const auto call : {FaultyFileSystem::Call::kOpen, FaultyFileSystem::Call::kStat,
+                          FaultyFileSystem::Call::kMap}) {
+    FaultyFileSystem system;
+    system.fail_all(call, EIO);
+    remove_dead_pieces(path);
+    EXPECT_TRUE(system.struck());
+  }
+  EXPECT_EQ(content(dir.file("a_pieces/a_0.vtu")), "piece");
+}
+
+TEST_F(DeadPieces, LeaveWhatIsSomebodyElses) {
+  die_after(1);
+  write(dir.file("a_pieces/note"), "somebody's");
+  fs::create_directory(dir.file("a_pieces-2"));  // without a marker
+  write(dir.file("a_pieces-2/a_0.vtu"), "somebody's");
+  fs::create_directory(dir.file("b_pieces"));  // of another output
+  write(dir.file("b_pieces/b_0.vtu"), "somebody's");
+  write(dir.file("b_pieces/.unfinished"), "");
+  remove_dead_pieces(path);
+  EXPECT_EQ(names(),
+            (std::set<std::string>{"a_pieces", "a_pieces/note", "a_pieces-2", "a_pieces-2/a_0.vtu",
+                                   "b_pieces", "b_pieces/.unfinished", "b_pieces/b_0.vtu"}));
+}
+
+// Killed between the name of the file and the end of the marker.
+TEST_F(DeadPieces, AreNotThoseThatTheFileNames) {
+  write_pieces(2);
+  write(dir.file("a_pieces/.unfinished"), "");
+  remove_dead_pieces(path);
+  EXPECT_EQ(content(dir.file("a_pieces/a_1.vtu")), "piece");
+  write_pieces(1);
+  EXPECT_EQ(names(), (std::set<std::string>{"a.pvtu", "a_pieces-2", "a_pieces-2/a_0.vtu"}));
+}
+
+TEST_F(DeadPieces, LeaveNoMarkerInTheOldOnesWhereTheFileCannotBeWritten) {
+  write_pieces(1);
+  {
+    FaultyFileSystem system;
+    system.fail_all(FaultyFileSystem::Call::kRename, EIO);
+    EXPECT_THROW(write_pieces(2), Error);
+  }
+  EXPECT_EQ(names(), (std::set<std::string>{"a.pvtu", "a_pieces", "a_pieces/a_0.vtu"}));
 }
 
 }  // namespace

@@ -23,6 +23,9 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
                           context);
   fields = steering.fields();
   ImportSettings import_settings{choice.chunk_tets, {}};
+  if (choice.window > 0) {
+    import_settings.cell_window = import_settings.point_window = choice.window;
+  }
   for (const std::size_t i : choose_regions(description, choice.regions)) {
     const auto at = std::ranges::find(carried.cell_indices, i);
     import_settings.regions.push_back(static_cast<std::size_t>(at - carried.cell_indices.begin()));

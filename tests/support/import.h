@@ -18,6 +18,7 @@ struct ImportChoice {
   bool on_disk = false;
   std::vector<std::string> steering = {};
   bool first_round = false;  // done with the import, where that is possible
+  std::uint64_t window = 0;  // cells and points a window; 0: as many as usual
 };
 
 template <class Real>

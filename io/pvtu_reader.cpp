@@ -1,0 +1,215 @@
+#include "io/pvtu_reader.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <pugixml.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "io/mesh_stream.h"
+#include "io/pieces_stream.h"
+#include "io/vtu_input.h"
+#include "io/vtu_points.h"
+#include "io/vtu_reader.h"
+#include "io/xml_scan.h"
+
+namespace tetfusion {
+
+namespace {
+
+// Each takes a descriptor and a mapping.
+constexpr std::size_t kMaxPieces = 512;
+constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+
+std::vector<std::string> piece_paths(const MappedFile& file) {
+  const auto fail = [&](const std::string& what) {
+    throw Error(ErrorCode::kBadInput, file.path() + ": " + what);
+  };
+  pugi::xml_document document;
+  const auto result = document.load_buffer(file.bytes().data(), file.size());
+  file.check();
+  if (!result) fail(std::string("the XML is damaged or cut off: ") + result.description());
+  std::vector<std::string> paths;
+  const std::filesystem::path folder = std::filesystem::path(file.path()).parent_path();
+  const auto grid = document.child("VTKFile").child("PUnstructuredGrid");
+  for (const pugi::xml_node node : grid.children("Piece")) {
+    const std::string source = node.attribute("Source").value();
+    if (source.empty()) fail("piece " + std::to_string(paths.size()) + " has no Source");
+    paths.push_back((folder / source).string());
+  }
+  if (paths.empty()) fail("no <Piece> element: the mesh is empty");
+  return paths;
+}
+
+bool same_arrays(const AttributeSet& a, const AttributeSet& b) {
+  return std::equal(a.arrays.begin(), a.arrays.end(), b.arrays.begin(), b.arrays.end(),
+                    [](const ArrayInfo& x, const ArrayInfo& y) {
+                      return x.name == y.name && x.type == y.type && x.components == y.components;
+                    });
+}
+
+class PvtuSource final : public MeshSource {
+ public:
+  PvtuSource(const std::string& path, const OpenOptions& options) : options_(options) {
+    description_.path = path;
+    description_.format = "VTK XML unstructured grid in several files";
+    description_.pieces = 0;
+  }
+
+  // False where the piece does not go with the others.
+  bool add(const std::string& path);
+  bool finish(std::uint64_t bytes);
+
+  const MeshDescription& description() const override { return description_; }
+  std::unique_ptr<MeshStream> stream() override;
+  Geometry read_geometry() override;
+  DataArray read_array(Association association, std::size_t index) override;
+
+ private:
+  static bool merge(const AttributeSet& from, bool* seen, AttributeSet* to);
+  const MeshStream& own_stream();
+
+  OpenOptions options_;
+  MeshDescription description_;
+  std::vector<std::unique_ptr<VtuInput>> inputs_;
+  std::vector<StreamPiece> pieces_;
+  std::unique_ptr<MeshStream> stream_;
+  bool has_points_ = false;
+  bool has_cells_ = false;
+};
+
+bool PvtuSource::add(const std::string& path) {
+  MappedFile mapped = MappedFile::open(path);
+  const std::string_view text(reinterpret_cast<const char*>(mapped.bytes().data()), mapped.size());
+  if (vtk_file_type(text) != "UnstructuredGrid") return false;
+  inputs_.push_back(std::make_unique<VtuInput>(VtuInput{std::move(mapped), {}}));
+  VtuInput& input = *inputs_.back();
+  input.guarded([&] { input.head = parse_vtu_head(input.file); });
+  MeshDescription& d = description_;
+  for (std::size_t p = 0; p < input.head.pieces.size(); ++p) {
+    const VtuPiece& piece = input.head.pieces[p];
+    if (piece.points > 0 && piece.coordinates.present) {
+      const ValueType type = point_type_for(piece.coordinates.info.type);
+      if (!has_points_ || type == ValueType::kFloat64) d.point_type = type;
+      if (!merge(input.head.point_data, &has_points_, &d.point_data)) return false;
+    }
+    if (piece.cells > 0 && !merge(input.head.cell_data, &has_cells_, &d.cell_data)) return false;
+    pieces_.push_back({&input, p});
+    d.points += piece.points;
+    d.cells += piece.cells;
+  }
+  d.pieces += input.head.pieces.size();
+  d.file_bytes += input.file.size();
+  d.files.push_back(path);
+  return true;
+}
+
+bool PvtuSource::merge(const AttributeSet& from, bool* seen, AttributeSet* to) {
+  if (*seen) return same_arrays(from, *to);
+  *seen = true;
+  *to = from;
+  return true;
+}
+
+// False where it cannot be read in windows.
+bool PvtuSource::finish(std::uint64_t bytes) {
+  MeshDescription& d = description_;
+  if (d.cells == 0) throw Error(ErrorCode::kBadInput, d.path + ": the mesh has no cells");
+  d.file_bytes += bytes;
+  for (ArrayInfo& info : d.point_data.arrays) info.tuples = d.points;
+  for (ArrayInfo& info : d.cell_data.arrays) info.tuples = d.cells;
+  d.field_data =
+      open_vtu(MappedFile::open(description_.files.front()), options_)->description().field_data;
+  stream_ = open_pieces_stream(pieces_, description_, options_);
+  return stream_ != nullptr;
+}
+
+// The first one was made when the file was opened, to see whether it can be.
+std::unique_ptr<MeshStream> PvtuSource::stream() {
+  if (stream_) return std::move(stream_);
+  return open_pieces_stream(pieces_, description_, options_);
+}
+
+// Of its own, where the first one is another's.
+const MeshStream& PvtuSource::own_stream() {
+  if (!stream_) stream_ = open_pieces_stream(pieces_, description_, options_);
+  return *stream_;
+}
+
+template <class Real>
+void take_points(const MeshStream& stream, Geometry* mesh) {
+  Vector<Vec3<Real>> points(stream.points());
+  stream.read_points(0, points.size(), std::as_writable_bytes(std::span(points)));
+  mesh->points = std::move(points);
+}
+
+void take_lower(const CellWindow& window, Geometry* mesh) {
+  const LowerCells& from = window.lower;
+  LowerCells& to = mesh->lower;
+  if (from.size() == 0) return;
+  if (to.offsets.empty()) to.offsets.push_back(0);
+  const std::uint64_t before = to.connectivity.size();
+  for (std::size_t i = 1; i < from.offsets.size(); ++i) {
+    to.offsets.push_back(before + from.offsets[i]);
+  }
+  to.types.insert(to.types.end(), from.types.begin(), from.types.end());
+  to.connectivity.insert(to.connectivity.end(), from.connectivity.begin(), from.connectivity.end());
+  mesh->lower_source.insert(mesh->lower_source.end(), window.lower_rows.begin(),
+                            window.lower_rows.end());
+}
+
+Geometry PvtuSource::read_geometry() {
+  const MeshStream& stream = own_stream();
+  Geometry mesh;
+  if (description_.point_type == ValueType::kFloat32) {
+    take_points<float>(stream, &mesh);
+  } else {
+    take_points<double>(stream, &mesh);
+  }
+  CellWindow window;
+  for (std::uint64_t first = 0; first < stream.cells(); first += kWindow) {
+    stream.read_cells(first, std::min(kWindow, stream.cells() - first), &window);
+    mesh.tets.insert(mesh.tets.end(), window.tets.begin(), window.tets.end());
+    for (std::size_t t = 0; t < window.tets.size(); ++t) {
+      mesh.tet_source.push_back(window.tet_rows.empty() ? first + t : window.tet_rows[t]);
+    }
+    take_lower(window, &mesh);
+  }
+  mesh.unused_points = stream.dropped_points();
+  mesh.merged_points = stream.merged_points();
+  mesh.ghost_cells = stream.ghost_cells();
+  return mesh;
+}
+
+// Point arrays by the numbers of the merged points, which are read_geometry()'s.
+DataArray PvtuSource::read_array(Association association, std::size_t index) {
+  if (association == Association::kField) {
+    return open_vtu(MappedFile::open(description_.files.front()), options_)
+        ->read_array(association, index);
+  }
+  const bool of_points = association == Association::kPoint;
+  const MeshStream& stream = own_stream();
+  DataArray array;
+  array.info = (of_points ? description_.point_data : description_.cell_data).arrays.at(index);
+  array.info.tuples = of_points ? stream.points() : stream.cells();
+  array.bytes.resize(array.info.values() * size_of(array.info.type));
+  stream.read_rows(association, index, 0, array.info.tuples, array.bytes);
+  return array;
+}
+
+}  // namespace
+
+std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions& options) {
+  const std::vector<std::string> paths = piece_paths(file);
+  if (paths.size() > kMaxPieces) return nullptr;
+  auto source = std::make_unique<PvtuSource>(file.path(), options);
+  for (const std::string& path : paths) {
+    if (!source->add(path)) return nullptr;
+  }
+  return source->finish(file.size()) ? std::move(source) : nullptr;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,34 @@
+// What a run would take, said before it begins.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "driver/estimate.h"
+#include "driver/memory_plan.h"
+#include "driver/report.h"
+
+namespace tetfusion {
+
+struct RunPlan {
+  Method method = Method::kFuse;
+  MeshSummary input;  // points and cells as the file counts them; the rest is not known yet
+  std::vector<std::string> steering;
+  std::vector<std::string> regions;
+  std::uint64_t chunks = 1;
+  MemoryNeeds needs;
+  std::uint64_t memory = 0;  // that the run may use
+  bool on_disk = false;      // chunks are kept in `scratch`
+  std::string scratch;
+  int threads = 1;
+  RunEstimate estimate;
+
+  // Where the chunks will be.
+  std::uint64_t memory_needed() const { return on_disk ? needs.out_of_core : needs.in_core; }
+  std::uint64_t scratch_needed() const { return on_disk ? needs.scratch : 0; }
+};
+
+std::string to_json(const RunPlan& plan);
+
+}  // namespace tetfusion

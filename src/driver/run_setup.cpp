@@ -1,0 +1,71 @@
+#include "driver/run_setup.h"
+
+#include <algorithm>
+
+#include "kernel/vertex_quadrics.h"
+
+namespace tetfusion {
+
+namespace {
+
+std::uint32_t quadric_width(const BehaviourOptions& behaviour, std::uint32_t steering_width) {
+  if (behaviour.method != Method::kFuse) return 0;
+  return quadric_row(steering_width, surfaces_move(behaviour));
+}
+
+}  // namespace
+
+bool surfaces_move(const BehaviourOptions& behaviour) {
+  return behaviour.boundary != Boundary::kExact;
+}
+
+std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
+                                          const std::vector<std::size_t>& regions) {
+  std::vector<std::uint32_t> columns;
+  for (const std::size_t i : regions) {
+    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
+    if (at == carried.cell_indices.end()) continue;
+    columns.push_back(static_cast<std::uint32_t>(at - carried.cell_indices.begin()));
+  }
+  return columns;
+}
+
+template <class Real>
+WorkMesh<Real> run_layout(const BehaviourOptions& behaviour, const CarriedArrays& carried,
+                          std::uint32_t steering_width) {
+  auto layout = layout_of<Real>(carried, steering_width);
+  layout.quadric_width = quadric_width(behaviour, steering_width);
+  layout.has_deviations = behaviour.method == Method::kFuse && surfaces_move(behaviour);
+  return layout;
+}
+
+// Interfaces that move are the business of rounds.
+ImportSettings import_settings(const BehaviourOptions& behaviour, const CarriedArrays& carried,
+                               const std::vector<std::size_t>& regions,
+                               std::uint32_t steering_width) {
+  ImportSettings settings;
+  settings.chunk_tets = behaviour.chunk_tets;
+  settings.quadric_width = quadric_width(behaviour, steering_width);
+  settings.has_deviations = surfaces_move(behaviour);
+  if (surfaces_move(behaviour)) return settings;
+  const std::vector<std::uint32_t> columns = region_columns(carried, regions);
+  settings.regions.assign(columns.begin(), columns.end());
+  return settings;
+}
+
+std::vector<SteeringField> fields_of(const Steering& steering, const CarriedArrays& carried) {
+  std::vector<SteeringField> fields = steering.fields();
+  const std::vector<std::size_t>& indices = carried.point_indices;
+  for (std::size_t f = 0; f < fields.size(); ++f) {
+    const auto index = steering.point_array(f);
+    if (!index) continue;
+    const auto at = std::find(indices.begin(), indices.end(), *index);
+    fields[f].column = static_cast<std::uint32_t>(at - indices.begin());
+  }
+  return fields;
+}
+
+template WorkMesh<float> run_layout(const BehaviourOptions&, const CarriedArrays&, std::uint32_t);
+template WorkMesh<double> run_layout(const BehaviourOptions&, const CarriedArrays&, std::uint32_t);
+
+}  // namespace tetfusion

@@ -1,0 +1,34 @@
+// What the arrays of a mesh make of a run: how rows of its meshes look, and what its import looks
+// for.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "driver/carried_arrays.h"
+#include "driver/import.h"
+#include "driver/options.h"
+#include "driver/steering.h"
+
+namespace tetfusion {
+
+bool surfaces_move(const BehaviourOptions& behaviour);
+
+// Columns of chunks: those of cell arrays of the description.
+std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
+                                          const std::vector<std::size_t>& regions);
+
+// An empty mesh with the rows that the rounds need.
+template <class Real>
+WorkMesh<Real> run_layout(const BehaviourOptions& behaviour, const CarriedArrays& carried,
+                          std::uint32_t steering_width);
+
+// `regions` are cell arrays of the description.
+ImportSettings import_settings(const BehaviourOptions& behaviour, const CarriedArrays& carried,
+                               const std::vector<std::size_t>& regions,
+                               std::uint32_t steering_width);
+
+// The fields that steer; one that is carried along knows its column.
+std::vector<SteeringField> fields_of(const Steering& steering, const CarriedArrays& carried);
+
+}  // namespace tetfusion

@@ -1,0 +1,154 @@
+// What a dry run says of a run, beside what the run then does.
+#include "driver/estimate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/resources.h"
+#include "driver/simplify.h"
+#include "generate/generate.h"
+#include "support/mesh_file.h"
+#include "support/temp_dir.h"
+
+namespace tetfusion {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::TempDir;
+
+class Estimate : public ::testing::Test {
+ protected:
+  Estimate() {
+    request.input = folder.file("in.vtu");
+    request.output = folder.file("out.vtu");
+  }
+  ~Estimate() override { set_thread_count(0); }
+
+  void generate(LatticeKind kind, std::uint64_t tets, bool shuffle = false) {
+    GenerateOptions options;
+    options.kind = kind;
+    options.tets = tets;
+    options.jitter = 0.3;
+    options.shuffle = shuffle;
+    generate_mesh(options, request.input);
+  }
+  // Without a goal the run goes as far as can be.
+  double reached() {
+    SimplifyRequest far = request;
+    far.behaviour.reduction.reset();
+    return simplify(far).reduction();
+  }
+  RunEstimate estimate(std::uint64_t sample_tets) {
+    return plan_run(request, {}, sample_tets).estimate;
+  }
+  void expect_nothing_written() const {
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+      EXPECT_EQ(entry.path(), request.input);
+    }
+  }
+
+  TempDir folder = TempDir::in_memory();
+  SimplifyRequest request;
+};
+
+TEST_F(Estimate, OfASmallMeshIsWhatItsRunDoes) {
+  generate(LatticeKind::kBcc, 6000);
+  for (const Method method : {Method::kFuse, Method::kTetFuse}) {
+    request.behaviour.method = method;
+    const RunEstimate e = estimate(kSampleTets);
+    EXPECT_TRUE(e.is_whole());
+    EXPECT_FALSE(e.goal);
+    EXPECT_GT(e.reduction, 0.1);
+    expect_nothing_written();
+    EXPECT_DOUBLE_EQ(e.reduction, reached());
+    std::filesystem::remove(request.output);
+  }
+}
+
+// A tenth of the mesh is tried out.
+TEST_F(Estimate, OfAPartIsNearWhatTheWholeReaches) {
+  for (const LatticeKind kind : {LatticeKind::kFive, LatticeKind::kBcc}) {
+    for (const Method method : {Method::kFuse, Method::kTetFuse}) {
+      SCOPED_TRACE(static_cast<int>(kind) * 10 + static_cast<int>(method));
+      generate(kind, 80'000, kind == LatticeKind::kBcc);
+      request.behaviour.method = method;
+      request.behaviour.chunk_tets = 20'000;
+      const RunEstimate e = estimate(8000);
+      expect_nothing_written();
+      EXPECT_GT(e.sample_tets, 4000u);
+      EXPECT_LT(e.sample_tets, 16'000u);
+      const SimplifyReport report = simplify(request);
+      std::filesystem::remove(request.output);
+      EXPECT_EQ(e.tets, report.input.tets);
+      EXPECT_NEAR(e.reduction, report.reduction(), 0.1);
+      EXPECT_LT(1 - e.reduction, 2 * (1 - report.reduction()));
+      EXPECT_GT(1 - e.reduction, (1 - report.reduction()) / 2);
+      EXPECT_GT(e.seconds, 0);
+      EXPECT_LT(e.seconds, 600);
+      EXPECT_GT(e.sample_seconds, 0);
+    }
+  }
+}
+
+TEST_F(Estimate, KnowsWhetherTheGoalCanBeReached) {
+  generate(LatticeKind::kFive, 30'000);
+  for (const double goal : {0.3, 0.999}) {
+    request.behaviour.reduction = goal;
+    for (const std::uint64_t sample : {std::uint64_t{5000}, kSampleTets}) {
+      const RunEstimate e = estimate(sample);
+      ASSERT_TRUE(e.goal);
+      EXPECT_NEAR(*e.goal, goal, 1e-3);
+      EXPECT_EQ(e.reaches_goal(), goal < 0.5);
+    }
+  }
+  // Less time to a goal that is near than to one that is not, as far as rounds count.
+  EXPECT_LE(estimate(kSampleTets).sample_seconds, 600);
+}
+
+TEST_F(Estimate, DoesNotDependOnThreads) {
+  generate(LatticeKind::kFive, 30'000);
+  request.behaviour.reduction = 0.5;
+  request.performance.threads = 1;
+  const RunEstimate one = estimate(4000);
+  request.performance.threads = 3;
+  const RunEstimate three = estimate(4000);
+  EXPECT_EQ(one.reduction, three.reduction);
+  EXPECT_EQ(one.sample_tets, three.sample_tets);
+  EXPECT_EQ(one.boundary_share, three.boundary_share);
+}
+
+// Cells of lower dimension, unused points, regions: the sample is a mesh like any other.
+TEST_F(Estimate, OfAMeshWithAllThatAMeshCanHave) {
+  testing::rich_box(12).write(request.input);
+  request.behaviour.reduction = 0.3;
+  const RunPlan plan = plan_run(request, {}, 2000);
+  EXPECT_GT(plan.estimate.reduction, 0);
+  EXPECT_LT(plan.estimate.reduction, 1);
+  EXPECT_GT(plan.estimate.boundary_share, 0.1);
+  EXPECT_LT(plan.estimate.sample_tets, plan.estimate.tets);
+  const std::string json = to_json(plan);
+  for (const char* key : {"\"reduction\"", "\"reaches_goal\": ", "\"seconds\"", "\"sample_tets\"",
+                          "\"boundary_points_share\"", "\"scratch_bytes\": 0"}) {
+    EXPECT_THAT(json, HasSubstr(key));
+  }
+}
+
+TEST_F(Estimate, ThrowsWhatTheRunWouldThrow) {
+  testing::MeshFile file;
+  file.geometry = testing::five_split_cube(4);
+  file.write(request.input);  // no field
+  try {
+    plan_run(request);
+    FAIL() << "was not refused";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::kUsage);
+    EXPECT_THAT(e.what(), HasSubstr("--reduction"));
+  }
+}
+
+}  // namespace
+}  // namespace tetfusion
