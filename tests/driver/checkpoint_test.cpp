@@ -95,8 +95,11 @@ TEST(Checkpoint, RefusesBytesThatAreCutOff) {
 }
 
 // Checksums keep other bytes away; if they did not, nothing worse than an Error would come of it.
+// Without the grid, whose cells are a megabyte that holds no sizes.
 TEST(Checkpoint, SizesThatAreTooLargeAreRefused) {
-  const Vector<std::byte> bytes = save(rich_state());
+  RunState<double> state = rich_state();
+  state.input.mesh.facing = {};
+  const Vector<std::byte> bytes = save(state);
   for (std::size_t at = 0; at + 8 <= bytes.size(); at += 8) {
     Vector<std::byte> damaged = bytes;
     for (std::size_t i = 4; i < 8; ++i) damaged[at + i] = std::byte{0x7F};
