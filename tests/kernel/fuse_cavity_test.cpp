@@ -12,18 +12,27 @@ namespace {
 
 using testing::kUnit;
 
+// A ball of twenty tetrahedra round a centre, and one of its neighbours.
+class IcosahedronCavity : public ::testing::Test {
+ protected:
+  IcosahedronCavity() : mesh(testing::to_work_mesh(testing::icosahedron_ball())) {
+    while (mesh.incidence[centre] != 20) ++centre;
+    partner = centre == 0 ? 1 : 0;
+    at = mesh.positions[partner];
+    balls.reset(mesh.vertex_count(), mesh.tets);
+    cavity.begin(&mesh, &balls, 0.2, kUnit);
+  }
+
+  WorkMesh<double> mesh;
+  VertexId centre = 0, partner = 0;
+  Vec3<double> at{};
+  LiveBalls balls;
+  FuseCavity<double> cavity;
+};
+
 // The centre of an icosahedron may go to a vertex, and near it. From further away it is
 // pushed until each of the tetrahedra is content.
-TEST(FuseCavity, PushesAPositionUntilItIsAllowed) {
-  WorkMesh<double> mesh = testing::to_work_mesh(testing::icosahedron_ball());
-  VertexId centre = 0;
-  while (mesh.incidence[centre] != 20) ++centre;
-  const VertexId partner = centre == 0 ? 1 : 0;
-  LiveBalls balls;
-  balls.reset(mesh.vertex_count(), mesh.tets);
-  FuseCavity<double> cavity;
-  cavity.begin(&mesh, &balls, 0.2, kUnit);
-  const Vec3<double> at = mesh.positions[partner];
+TEST_F(IcosahedronCavity, PushesAPositionUntilItIsAllowed) {
   EXPECT_FALSE(cavity.collect(centre, partner, true, at));
   EXPECT_EQ(cavity.deleted().size(), 5u);
   EXPECT_EQ(cavity.affected().size(), 15u);
@@ -41,16 +50,7 @@ TEST(FuseCavity, PushesAPositionUntilItIsAllowed) {
 }
 
 // What spoke against one pair does not speak against the next when that one is asked again.
-TEST(FuseCavity, ForgetsAReasonThatIsGone) {
-  WorkMesh<double> mesh = testing::to_work_mesh(testing::icosahedron_ball());
-  VertexId centre = 0;
-  while (mesh.incidence[centre] != 20) ++centre;
-  const VertexId partner = centre == 0 ? 1 : 0;
-  LiveBalls balls;
-  balls.reset(mesh.vertex_count(), mesh.tets);
-  FuseCavity<double> cavity;
-  cavity.begin(&mesh, &balls, 0.2, kUnit);
-  const Vec3<double> at = mesh.positions[partner];
+TEST_F(IcosahedronCavity, ForgetsAReasonThatIsGone) {
   for (VertexId u = 0; u < mesh.vertex_count(); ++u) {
     if (u == centre) continue;
     EXPECT_TRUE(cavity.collect(centre, partner, true, {-2 * at.x, -2 * at.y, -2 * at.z}));
