@@ -66,6 +66,11 @@ struct SteeringField {
 inline constexpr std::array<std::array<std::uint8_t, 4>, 4> kCornerFirst{
     {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}}};
 
+template <class Real>
+std::array<Vec3<Real>, 4> corners(const Vector<Vec3<Real>>& positions, const Tet& t) {
+  return {positions[t[0]], positions[t[1]], positions[t[2]], positions[t[3]]};
+}
+
 // Quarters first: the sum of large values could overflow. Exact scaling, so that otherwise nothing
 // changes.
 inline double mean_of_four(double a, double b, double c, double d) {

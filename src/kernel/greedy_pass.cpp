@@ -50,11 +50,6 @@ class NamesAny {
 #endif
 };
 
-template <class Real>
-std::array<Vec3<Real>, 4> corners(const Vector<Vec3<Real>>& positions, const Tet& t) {
-  return {positions[t[0]], positions[t[1]], positions[t[2]], positions[t[3]]};
-}
-
 // The barycenter as it will be written.
 template <class Real>
 Vec3<Real> barycenter(const std::array<Vec3<Real>, 4>& p) {

@@ -8,11 +8,6 @@ namespace tetfusion {
 namespace {
 
 template <class Real>
-std::array<Vec3<Real>, 4> corners(const Vector<Vec3<Real>>& p, const Tet& t) {
-  return {p[t[0]], p[t[1]], p[t[2]], p[t[3]]};
-}
-
-template <class Real>
 bool is_at(const Vec3<Real>& a, const Vec3<Real>& b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
 }
