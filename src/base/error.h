@@ -8,6 +8,7 @@ namespace tetfusion {
 
 // The values are the command's exit codes.
 enum class ErrorCode : int {
+  kBroken = 1,        // a result is not what was promised
   kUsage = 2,         // the options do not make sense
   kBadInput = 3,      // the input file is not what it should be
   kIo = 4,            // reading or writing failed

@@ -54,6 +54,7 @@ ErrorLimits error_limits(const BehaviourOptions& options, std::span<const Steeri
   const bool by_default = !has_goal && !options.max_rms && !own;
   limits.max_error = options.max_error.value_or(by_default ? kDefaultMaxError : kInfinity);
   limits.at_points = !fields.empty() && (own || limits.max_error < kInfinity);
+  limits.rise = limits.at_points && has_goal;
   limits.max_cost = cost_of_points(fields, limits.max_error);
   if (options.max_rms) {
     limits.max_cost = std::min(limits.max_cost, *options.max_rms * *options.max_rms);

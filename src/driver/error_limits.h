@@ -18,6 +18,8 @@ struct ErrorLimits {
   double max_cost = std::numeric_limits<double>::infinity();
   // Some field has a limit at the original's points: those that go have to be remembered.
   bool at_points = false;
+  // Towards a goal these limits rise from round to round.
+  bool rise = false;
 };
 
 // Without a goal and without any limit it is kDefaultMaxError.

@@ -85,6 +85,16 @@ inline bool flips(const Vec3<Real>& x, const Vec3<Real>& b, const Vec3<Real>& c,
   return !(det.value > det.error);
 }
 
+// The same for a tetrahedron one of whose corners comes to x, in the order of its corners: how sure
+// the sign is depends on which is the first, and whoever reads the mesh goes by that.
+template <class Real>
+inline bool flips_as_written(const Vec3<Real>& x, std::uint32_t corner, const Tet& tet,
+                             const Vector<Vec3<Real>>& positions) {
+  std::array<Vec3<Real>, 4> p = corners(positions, tet);
+  p[corner] = x;
+  return flips(p[0], p[1], p[2], p[3]);
+}
+
 // Scalar: is a steering value at one of the prey's vertices further than its tolerance from the
 // mean of the four? `values` are the four vertices' tuples, `mean` their mean; distances of vectors
 // are Euclidean.

@@ -22,17 +22,38 @@ unsigned bin_of(const Point3& d) {
   return 4 * side + quarter;
 }
 
-// The bins that hold a direction at more than a right angle to this one: a bin is the cone of its
-// four corners, so one of these is such a direction if any is.
+// A bin is the cone of its four corners.
+struct Cone {
+  std::size_t axis;
+  double side, u, v;
+
+  explicit Cone(unsigned bin)
+      : axis(bin / 8),
+        side(bin / 4 % 2 == 1 ? -1 : 1),
+        u((bin & 1u) != 0 ? -1 : 1),
+        v((bin & 2u) != 0 ? -1 : 1) {}
+  // The least product of the direction with a corner.
+  double least(const Point3& d) const {
+    return side * d[axis] + std::min(u * d[(axis + 1) % 3], 0.0) +
+           std::min(v * d[(axis + 2) % 3], 0.0);
+  }
+  Point3 middle() const {
+    Point3 m{};
+    m[axis] = side;
+    m[(axis + 1) % 3] = u / 2;
+    m[(axis + 2) % 3] = v / 2;
+    const double length = std::sqrt(1.5);
+    for (double& c : m) c /= length;
+    return m;
+  }
+};
+
+// The bins that hold a direction at more than a right angle to this one: a corner is such a
+// direction if any is.
 std::uint32_t bins_against(const Point3& d) {
   std::uint32_t bins = 0;
   for (unsigned bin = 0; bin < kBins; ++bin) {
-    const std::size_t axis = bin / 8;
-    const double side = bin / 4 % 2 == 1 ? -1 : 1;
-    const double u = (bin & 1u) != 0 ? -1 : 1, v = (bin & 2u) != 0 ? -1 : 1;
-    const double at = side * d[axis];
-    const double along_u = u * d[(axis + 1) % 3], along_v = v * d[(axis + 2) % 3];
-    if (at + std::min(along_u, 0.0) + std::min(along_v, 0.0) < 0) bins |= 1u << bin;
+    if (Cone(bin).least(d) < 0) bins |= 1u << bin;
   }
   return bins;
 }
@@ -99,6 +120,24 @@ bool FacingGrid::may_face(const FacingBox& box, const Point3& direction) const {
     return found;
   });
   return found;
+}
+
+bool FacingGrid::looks_one_way(const FacingBox& box) const {
+  std::uint32_t bins = 0;
+  visit(box, [&](std::size_t cell) {
+    bins |= cells_[cell];
+    return false;
+  });
+  Point3 way{};
+  for (unsigned bin = 0; bin < kBins; ++bin) {
+    if ((bins >> bin & 1u) == 0) continue;
+    const Point3 middle = Cone(bin).middle();
+    for (std::size_t i = 0; i < 3; ++i) way[i] += middle[i];
+  }
+  for (unsigned bin = 0; bin < kBins; ++bin) {
+    if ((bins >> bin & 1u) != 0 && !(Cone(bin).least(way) > 0)) return false;
+  }
+  return true;
 }
 
 }  // namespace tetfusion

@@ -30,6 +30,10 @@ class FacingGrid {
   // noted in a cell that the box touches.
   bool may_face(const FacingBox& box, const Point3& direction) const;
 
+  // Whether all triangles that may have been noted in these cells look, with their fronts, into one
+  // half of all directions: the surface there is then a graph, and has one sheet alone.
+  bool looks_one_way(const FacingBox& box) const;
+
   const Vector<std::uint32_t>& cells() const { return cells_; }
   Vector<std::uint32_t>& cells() { return cells_; }
   const FacingBox& box() const { return box_; }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "kernel/criteria.h"
 #include "kernel/fusions.h"
@@ -26,6 +27,10 @@ class FuseCavity {
   // of the cavity are now. The lists are of use after no reason alone.
   std::optional<Reject> collect(VertexId v, VertexId partner, bool fixed,
                                 const Vec3<Real>& position);
+
+  // After collect(), with a partner that is fixed: would the mesh have faces of more than two
+  // tetrahedra that are none now? That can be where the partner is a vertex of something broken.
+  bool doubles_faces(VertexId v, VertexId partner);
 
   // The last position, if it may not be, moved off the tetrahedron that spoke against it, so far
   // that this one would be content.
@@ -63,6 +68,7 @@ class FuseCavity {
   Vector<std::uint32_t> affected_;
   Vector<std::uint32_t> weak_;  // those of them below the floor
   Vector<TetId> deleted_;
+  std::vector<std::uint64_t> edges_, kept_edges_;
 };
 
 extern template class FuseCavity<float>;

@@ -53,7 +53,8 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   edge_costs_.begin(mesh, fields, limits.unit, limits.sheet_weight);
   paper_.begin(limits.paper, fields, mesh);
   integrals_.begin(limits.keep_integrals, fields, mesh);
-  errors_.begin(fields, limits.max_error, limits.unit, mesh);
+  errors_.begin(fields, {limits.max_error, limits.error_now, limits.unit, limits.max_deviation},
+                mesh, &balls_);
   values_.resize(width_);
   least_.resize(width_);
   most_.resize(width_);
@@ -387,7 +388,11 @@ bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   if (reason || (is_on_sheet(v) && !sheet_fusion_.allows(position_))) return false;
   const auto speaks = judges_values() ? judge_values(v, partner) : std::nullopt;
   reject_ = speaks.value_or(reject_);
-  return !speaks;
+  if (speaks) return false;
+  // What is locked may be so because the mesh is broken there.
+  if (!fixed_ || is_on_sheet(v) || (mesh_->marks[partner] & kLocked) == 0) return true;
+  reject_ = Reject::kLocked;
+  return !cavity_.doubles_faces(v, partner);
 }
 
 template <class Real>

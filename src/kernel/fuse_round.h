@@ -40,6 +40,8 @@ struct FuseLimits {
   // No steering field deviates by more at a point of the original mesh, as a share of its range,
   // unless it has a tolerance of its own.
   double max_error = std::numeric_limits<double>::infinity();
+  // Nor does one that has a bound deviate by more than this, in this round.
+  double error_now = std::numeric_limits<double>::infinity();
   PaperLimits paper;            // of single fusions; stretch is against the start of the round
   bool keep_integrals = false;  // of all floating-point fields (field_integrals.h)
   double unit = 1;              // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
@@ -49,6 +51,8 @@ struct FuseLimits {
   // So far, in the unit, may sheets (sheets.h) move in all; negative: they stay as they are. The
   // mesh has deviations if they may.
   double max_deviation = -1;
+  // So far has one moved at most when the round begins.
+  double deviation_before = 0;
   double sheet_weight = 0;             // as in EdgeCosts::begin()
   std::vector<std::uint32_t> regions;  // cell columns: sheets lie where their values differ
   // Ways the boundary looks at the beginning of the round: no part of it rises where another part

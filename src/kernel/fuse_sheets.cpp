@@ -33,7 +33,9 @@ auto FuseRound<Real>::kind_on_sheet(VertexId v) -> Kind {
 template <class Real>
 void FuseRound<Real>::begin_sheets() {
   sheets_.begin(mesh_, &balls_, limits_->regions);
-  sheet_fusion_.begin(mesh_, &sheets_, limits_->unit, limits_->max_deviation, limits_->facing);
+  sheet_fusion_.begin(mesh_, &sheets_,
+                      {limits_->unit, limits_->max_deviation, limits_->deviation_before,
+                       limits_->facing, errors_.bounds()});
   const std::size_t at = quadric_size(width_);
   for (VertexId v = 0; v < mesh_->vertex_count(); ++v) {
     const bool is_on_one = (mesh_->marks[v] & kOnBoundary) != 0 || sheets_.is_between_regions(v);

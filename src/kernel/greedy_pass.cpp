@@ -254,6 +254,12 @@ bool GreedyPass<Real>::collect_cavity(const Tet& prey) {
   for (std::size_t corner = 0; corner < 4; ++corner) {
     if (!walk_ball(prey, corner)) return false;
   }
+  for (std::size_t i = 0; i < affected_count_; ++i) {
+    const std::uint32_t entry = affected_[i];
+    if (flips_as_written(position_, entry & 3u, mesh_->tets[entry >> 2], mesh_->positions)) {
+      return false;
+    }
+  }
   // A deleted tetrahedron was met at each of its prey vertices; it counts at the first of its
   // corners.
   deleted_.clear();

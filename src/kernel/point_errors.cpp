@@ -19,14 +19,12 @@ constexpr double kCorners = 4;
 // Vectors: how often all points may draw at the new vertex's values.
 constexpr int kDraws = 8;
 
-using Vector3 = std::array<double, 3>;
+// A point that is outside by no more than this share of a tetrahedron is so by rounding.
+constexpr double kOutside = 1e-8;
+// Next to a sharp edge a point is so many times as far away as it is beyond a face.
+constexpr double kClose = 8;
 
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-double largest(const Vector3& a) {
+double largest(const Point3& a) {
   return std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
 }
 
@@ -38,21 +36,23 @@ double in_single(double value, int exponent) {
 }  // namespace
 
 template <class Real>
-void PointErrors<Real>::begin(std::span<const SteeringField> fields, double max_error, double unit,
-                              WorkMesh<Real>* mesh) {
+void PointErrors<Real>::begin(std::span<const SteeringField> fields, const PointLimits& limits,
+                              WorkMesh<Real>* mesh, LiveBalls* balls) {
   mesh_ = mesh;
   width_ = mesh->steering_width;
-  unit_ = unit;
+  unit_ = limits.unit;
   fields_.clear();
   for (const SteeringField& f : fields) {
-    const double share = f.tolerance.value_or(max_error);
-    if (!(share < std::numeric_limits<double>::infinity())) continue;
+    const double bound = f.tolerance.value_or(limits.max_error);
+    if (!(bound < std::numeric_limits<double>::infinity())) continue;
+    const double share = std::min(bound, limits.error_now);
     const bool is_float =
         f.column != kNoColumn && mesh->point_columns[f.column].type == ValueType::kFloat32;
     fields_.push_back({f.first, f.count, f.range, share * f.range, f.exponent, is_float});
   }
   bounds_ = !fields_.empty();
   joining_ = {};
+  if (bounds_) surface_.begin(mesh, balls, unit_, limits.max_deviation);
   if (bounds_ && mesh->removed.first.size() != mesh->tets.size()) {
     mesh->removed.reset(mesh->tets.size());
   }
@@ -66,20 +66,22 @@ bool PointErrors<Real>::allows(const Joining<Real>& joining, std::span<const dou
     collect(joining);
   }
   joining_ = joining;
+  surface_.set(joining);
   make_fan(joining);
+  // All tetrahedra round a vertex of the surface go: nothing is left there that could hold a point.
+  if (fan_.empty() && !points_.empty()) return false;
   low_.assign(low.begin(), low.end());
   high_.assign(high.begin(), high.end());
   places_.clear();
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
     std::size_t place = places_.size();
-    find_places(i);
-    for (; place < places_.size(); ++place) {
-      if (narrow(places_[place])) continue;
-      std::rotate(points_.begin(), points_.begin() + i, points_.begin() + i + 1);
-      return false;
-    }
+    bool allowed = find_places(i);
+    for (; allowed && place < places_.size(); ++place) allowed = narrow(places_[place]);
+    if (allowed) continue;
+    std::rotate(points_.begin(), points_.begin() + i, points_.begin() + i + 1);
+    return false;
   }
-  return choose(values);
+  return choose(values) && spares_neighbours();
 }
 
 // The points of the cavity.
@@ -110,8 +112,9 @@ template <class Real>
 void PointErrors<Real>::make_fan(const Joining<Real>& joining) {
   fan_.clear();
   last_tet_ = 0;
+  affected_ = static_cast<std::uint32_t>(joining.affected.size());
   centre_ = {joining.position.x, joining.position.y, joining.position.z};
-  const auto to = [&](VertexId v) -> Vector3 {
+  const auto to = [&](VertexId v) -> Point3 {
     const Vec3<Real>& p = mesh_->positions[v];
     return {(p.x - centre_.x) * unit_, (p.y - centre_.y) * unit_, (p.z - centre_.z) * unit_};
   };
@@ -121,30 +124,31 @@ void PointErrors<Real>::make_fan(const Joining<Real>& joining) {
     FanTet& fan = fan_.emplace_back();
     fan.corners = {tet[order[1]], tet[order[2]], tet[order[3]]};
     fan.tet = entry >> 2;
-    const Vector3 a = to(fan.corners[0]), b = to(fan.corners[1]), c = to(fan.corners[2]);
+    const Point3 a = to(fan.corners[0]), b = to(fan.corners[1]), c = to(fan.corners[2]);
     fan.rows = {cross(b, c), cross(c, a), cross(a, b)};
     const double det = dot(a, fan.rows[0]);
-    for (Vector3& row : fan.rows) {
+    for (Point3& row : fan.rows) {
       for (double& x : row) x /= det;
     }
     const double longest = std::max({largest(a), largest(b), largest(c)});
+    fan.longest = longest;
     fan.rounding = kRounding * longest * longest * longest / det;
   }
 }
 
 template <class Real>
 auto PointErrors<Real>::weights_at(const FanTet& tet, const Vec3<Real>& p) const -> Weights {
-  const Vector3 d{(p.x - centre_.x) * unit_, (p.y - centre_.y) * unit_, (p.z - centre_.z) * unit_};
+  const Point3 d{(p.x - centre_.x) * unit_, (p.y - centre_.y) * unit_, (p.z - centre_.z) * unit_};
   const double b = dot(tet.rows[0], d), c = dot(tet.rows[1], d), e = dot(tet.rows[2], d);
   return {1 - (b + c + e), b, c, e};
 }
 
 // Where the point lies: in every tetrahedron that it is not certainly outside of, so that the
-// bounds hold whichever of them somebody finds it in.
+// bounds hold whichever of them somebody finds it in. False if nobody can tell.
 template <class Real>
-void PointErrors<Real>::find_places(std::uint32_t point) {
+bool PointErrors<Real>::find_places(std::uint32_t point) {
   const Vec3<Real>& p = points_[point].position;
-  const auto n = static_cast<std::uint32_t>(fan_.size());
+  const std::uint32_t n = affected_;
   const std::size_t before = places_.size();
   double greatest = -std::numeric_limits<double>::infinity();
   std::uint32_t nearest = 0;
@@ -160,15 +164,42 @@ void PointErrors<Real>::find_places(std::uint32_t point) {
     if (least > fan_[t].rounding) break;  // and in no other
   }
   last_tet_ = nearest;
-  if (places_.size() == before) {
-    add_place(point, nearest, weights_at(fan_[nearest], p), greatest);
+  return places_.size() > before || find_outside(point, nearest, greatest);
+}
+
+// What `compare` takes outside is what is nearest on the surface. Where that is so near that the
+// rounding of the coordinates in the file might explain it, it takes the tetrahedron at hand.
+template <class Real>
+bool PointErrors<Real>::find_outside(std::uint32_t point, std::uint32_t nearest, double least) {
+  const Vec3<Real>& p = points_[point].position;
+  if (-least <= kOutside + fan_[nearest].rounding) {
+    add_place(point, nearest, weights_at(fan_[nearest], p), least);
+    return true;
   }
+  const double distance = std::sqrt(surface_.find(p, &hits_));
+  if (distance > kOnSurface && !surface_.settle(p, &hits_)) return false;
+  if (hits_.empty()) return false;
+  for (const auto& hit : hits_) add_place_on(hit, point, 0);
+  if (distance <= std::max(kOnSurface, kClose * file_rounding(p))) {
+    add_place(point, nearest, weights_at(fan_[nearest], p), least);
+  }
+  return true;
+}
+
+// In the unit.
+template <class Real>
+double PointErrors<Real>::file_rounding(const Vec3<Real>& p) const {
+  const Point3 at{p.x * unit_, p.y * unit_, p.z * unit_};
+  double width = 0;
+  for (const FanTet& tet : fan_) width = std::max(width, tet.longest);
+  return 4 * double{std::numeric_limits<Real>::epsilon()} * (largest(at) + 2 * width);
 }
 
 template <class Real>
 void PointErrors<Real>::add_place(std::uint32_t point, std::uint32_t fan_tet,
                                   const Weights& weights, double least) {
-  Place& place = places_.emplace_back(Place{point, fan_tet, weights, least});
+  const double off = fan_[fan_tet].rounding + std::max(-least, 0.0);
+  Place& place = places_.emplace_back(Place{point, fan_tet, weights, least, off});
   double sum = 0;
   for (double& w : place.weights) {
     w = std::max(w, 0.0);
@@ -177,12 +208,45 @@ void PointErrors<Real>::add_place(std::uint32_t point, std::uint32_t fan_tet,
   for (double& w : place.weights) w /= sum;
 }
 
+// A triangle that is flat has weights that rounding can do more to.
+template <class Real>
+void PointErrors<Real>::add_place_on(const typename NearSurface<Real>::Hit& hit,
+                                     std::uint32_t point, double depth) {
+  const auto& face = *hit.face;
+  const Point3 a = minus(face.at[1], face.at[0]), b = minus(face.at[2], face.at[0]);
+  const Point3 normal = cross(a, b);
+  const double longest = std::max(dot(a, a), dot(b, b));
+  const double off = kRounding * longest * longest / dot(normal, normal);
+  const auto& w = hit.nearest.weights;
+  if (face.entry == NearSurface<Real>::kUnaffected) {
+    const auto fan_tet = static_cast<std::uint32_t>(fan_.size());
+    fan_.push_back({{}, 0, 0, face.ids, face.tet});
+    places_.push_back({point, fan_tet, {0, w[0], w[1], w[2]}, depth, off});
+    return;
+  }
+  Place& place = places_.emplace_back(Place{point, face.entry, {}, depth, off});
+  for (std::size_t c = 0, i = 0; c < 4; ++c) place.weights[c] = c == face.omitted ? 0 : w[i++];
+}
+
+// Points outside that are nearest to what is next to the cavity are that still.
+template <class Real>
+bool PointErrors<Real>::spares_neighbours() {
+  if (!surface_.moves()) return true;
+  if (!surface_.know_neighbours()) return false;
+  const RemovedPoints<Real>& removed = mesh_->removed;
+  for (const TetId t : surface_.neighbours()) {
+    for (std::uint32_t i = removed.first[t]; i != kNoPoint; i = removed.next[i]) {
+      if (!surface_.spares(t, removed.positions[i])) return false;
+    }
+  }
+  return true;
+}
+
 // What the error may be, less what rounding can do where the tetrahedron is flat, or the point a
 // little outside.
 template <class Real>
 double PointErrors<Real>::limit_at(const Place& place, const Bound& bound) const {
-  const double off = fan_[place.fan_tet].rounding + std::max(-place.least, 0.0);
-  return bound.limit - kCorners * off * bound.range;
+  return bound.limit - kCorners * place.off * bound.range;
 }
 
 // With what values of the scalar fields the bounds would hold here; false if there are none.
@@ -290,12 +354,13 @@ void PointErrors<Real>::apply(VertexId kept) {
     std::size_t home = i;
     const std::uint32_t point = places_[i].point;
     for (; i < places_.size() && places_[i].point == point; ++i) {
-      if (places_[i].least > places_[home].least) home = i;
+      if (places_[i].depth > places_[home].depth) home = i;
     }
     removed.push(fan_[places_[home].fan_tet].tet, points_[point].id);
   }
   if (!joining_.fixed) mesh_->marks[kept] |= kMoved;
   joining_ = {};
+  surface_.forget();
 }
 
 template class PointErrors<float>;

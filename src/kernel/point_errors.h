@@ -4,24 +4,35 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "kernel/criteria.h"
 #include "kernel/joining.h"
+#include "kernel/live_balls.h"
+#include "kernel/near_surface.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
+
+struct PointLimits {
+  // A field's error may be its tolerance at most, or this where it has none; both are shares of its
+  // range, and infinity is no bound.
+  double max_error = std::numeric_limits<double>::infinity();
+  double error_now = std::numeric_limits<double>::infinity();  // nor may it be more than this
+  double unit = 1;                                             // of lengths, as in begin_quadrics()
+  double max_deviation = -1;  // so far may sheets move, in the unit; negative: they stay
+};
 
 // Keeps its memory from mesh to mesh. Not thread-safe.
 template <class Real>
 class PointErrors {
  public:
-  // A field's error may be its tolerance at most, or `max_error` where it has none; both are shares
-  // of its range, and infinity is no bound. The mesh's removed points are wanted from here on, if
-  // there is a bound. Mesh and fields outlive this; `unit` is that of begin_quadrics().
-  void begin(std::span<const SteeringField> fields, double max_error, double unit,
-             WorkMesh<Real>* mesh);
+  // The mesh's removed points are wanted from here on, if there is a bound. Mesh, balls and fields
+  // outlive this.
+  void begin(std::span<const SteeringField> fields, const PointLimits& limits, WorkMesh<Real>* mesh,
+             LiveBalls* balls);
 
   // Is there any bound?
   bool bounds() const { return bounds_; }
@@ -57,14 +68,17 @@ class PointErrors {
   struct FanTet {
     std::array<std::array<double, 3>, 3> rows;
     double rounding;  // of a weight, at most
+    double longest;
     std::array<VertexId, 3> corners;
     TetId tet;
   };
-  // A point in a tetrahedron of the fan; next to a face there may be two or more of one point.
+  // A point in a tetrahedron of the fan, or on the surface; next to a face there may be two or more
+  // of one point.
   struct Place {
     std::uint32_t point, fan_tet;
     std::array<double, 4> weights;  // the new vertex first
-    double least;                   // of the weights, before they were made to be a share
+    double depth;                   // the deepest place is the one that remembers the point
+    double off;                     // the weights may be wrong by so much
   };
   using Weights = std::array<double, 4>;
 
@@ -74,7 +88,11 @@ class PointErrors {
   void make_fan(const Joining<Real>& joining);
   Weights weights_at(const FanTet& tet, const Vec3<Real>& p) const;
   void add_place(std::uint32_t point, std::uint32_t fan_tet, const Weights& weights, double least);
-  void find_places(std::uint32_t point);
+  void add_place_on(const typename NearSurface<Real>::Hit& hit, std::uint32_t point, double depth);
+  bool find_places(std::uint32_t point);
+  bool find_outside(std::uint32_t point, std::uint32_t nearest, double least);
+  double file_rounding(const Vec3<Real>& p) const;
+  bool spares_neighbours();
   bool narrow(const Place& place);
   bool choose(std::span<double> values);
   void draw(const Bound& bound, std::span<double> values);
@@ -90,8 +108,11 @@ class PointErrors {
   std::vector<Bound> fields_;
 
   Joining<Real> joining_;
+  NearSurface<Real> surface_;
+  std::vector<typename NearSurface<Real>::Hit> hits_;
   Vector<Point> points_;  // those that spoke against the last attempts come first
-  Vector<FanTet> fan_;
+  Vector<FanTet> fan_;    // then faces of others that points outside are nearest to
+  std::uint32_t affected_ = 0;
   Vector<Place> places_;
   Vec3<double> centre_{};
   std::uint32_t last_tet_ = 0;

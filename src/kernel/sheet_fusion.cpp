@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "kernel/near_surface.h"
+
 namespace tetfusion {
 
 namespace {
@@ -19,13 +21,11 @@ constexpr double kReach = 1.0 / 256;
 }  // namespace
 
 template <class Real>
-void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, double unit,
-                              double max_deviation, const FacingGrid* facing) {
+void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets,
+                              const SheetLimits& limits) {
   mesh_ = mesh;
   sheets_ = sheets;
-  unit_ = unit;
-  max_deviation_ = max_deviation;
-  facing_ = facing;
+  limits_ = limits;
   moved_.assign(mesh->vertex_count(), 0.0F);
 }
 
@@ -33,7 +33,8 @@ void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, 
 template <class Real>
 Point3 SheetFusion<Real>::about_v(const Vec3<Real>& p) const {
   const Vec3<Real>& o = mesh_->positions[v_];
-  return {(double{p.x} - o.x) * unit_, (double{p.y} - o.y) * unit_, (double{p.z} - o.z) * unit_};
+  return {(double{p.x} - o.x) * limits_.unit, (double{p.y} - o.y) * limits_.unit,
+          (double{p.z} - o.z) * limits_.unit};
 }
 
 template <class Real>
@@ -114,7 +115,7 @@ Vec3<Real> SheetFusion<Real>::flattened(const Vec3<Real>& position) const {
   }
   if (!(height <= kFlat * std::sqrt(width))) return position;
   const Point3 p = about_v(position);
-  const double off = dot(p, normal) / unit_;
+  const double off = dot(p, normal) / limits_.unit;
   return {static_cast<Real>(position.x - off * normal[0]),
           static_cast<Real>(position.y - off * normal[1]),
           static_cast<Real>(position.z - off * normal[2])};
@@ -131,7 +132,7 @@ bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
   };
   deviation_ = sum(deviation_before_);
   moved_here_ = sum(moved_before_);
-  return deviation_ <= max_deviation_;
+  return deviation_ <= limits_.max_deviation;
 }
 
 template <class Real>
@@ -139,7 +140,7 @@ bool SheetFusion<Real>::measure_disc(double* distance) {
   collect_disc();
   const auto disc = measure(change_);
   if (disc) *distance = disc->distance;
-  return disc && !may_meet_another(*disc, disc->rise);
+  return disc && !may_meet_another(*disc, disc->rise) && is_alone(disc->distance);
 }
 
 // First the line goes to its new place, and draws the triangles with it: they move no further than
@@ -160,6 +161,7 @@ bool SheetFusion<Real>::measure_line(double* distance) {
     collect_side(left);
     const auto side = measure(change_);
     if (!side || may_meet_another(*side, side->rise + line)) return false;
+    if (!is_alone(side->distance + line)) return false;
     sides = std::max(sides, side->distance);
   }
   *distance = line + sides;
@@ -171,19 +173,33 @@ bool SheetFusion<Real>::measure_line(double* distance) {
 // risen, too, since the round began: no part may when it has moved by more than kReach.
 template <class Real>
 bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
-  if (facing_ == nullptr || !(rise > kRounding)) return false;
+  if (limits_.facing == nullptr || !(rise > kRounding)) return false;
   if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
   if (!(moved_before_ + patch.distance + rise <= kReach)) return true;
+  return limits_.facing->may_face(box_of_patch(kReach), patch.normal);
+}
+
+// A point that comes to lie outside is then nearest to what is round its own place.
+template <class Real>
+bool SheetFusion<Real>::is_alone(double distance) const {
+  if (!limits_.stays_alone || limits_.facing == nullptr || distance <= kOnSurface) return true;
+  if ((mesh_->marks[v_] & kOnBoundary) == 0) return true;
+  const double furthest = std::max(limits_.deviation_before, double{deviation_before_} + distance);
+  return limits_.facing->looks_one_way(box_of_patch(2 * furthest + kReach));
+}
+
+template <class Real>
+FacingBox SheetFusion<Real>::box_of_patch(double wider) const {
   FacingBox box{change_.apex, change_.apex};
   for (const auto& triangle : change_.triangles) {
     for (const Point3& p : triangle) box.add(p);
   }
-  box.widen(kReach);
+  box.widen(wider);
   const Vec3<Real>& o = mesh_->positions[v_];
   const auto back = [&](const Point3& p) {
-    return Point3{p[0] / unit_ + o.x, p[1] / unit_ + o.y, p[2] / unit_ + o.z};
+    return Point3{p[0] / limits_.unit + o.x, p[1] / limits_.unit + o.y, p[2] / limits_.unit + o.z};
   };
-  return facing_->may_face({back(box.lo), back(box.hi)}, patch.normal);
+  return {back(box.lo), back(box.hi)};
 }
 
 // All triangles round v, or round both.

@@ -11,13 +11,21 @@
 
 namespace tetfusion {
 
+struct SheetLimits {
+  double unit = 1;              // of lengths
+  double max_deviation = 0;     // so far may a sheet move, in the unit
+  double deviation_before = 0;  // so far has one moved at most
+  const FacingGrid* facing = nullptr;
+  // The boundary moves but where it is the only part of it that is in reach.
+  bool stays_alone = false;
+};
+
 // Keeps its memory from pair to pair. Not thread-safe.
 template <class Real>
 class SheetFusion {
  public:
-  // See FuseLimits for the unit, the limit of the deviation, and what is faced.
-  void begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, double unit, double max_deviation,
-             const FacingGrid* facing);
+  // Mesh, sheets and limits outlive this.
+  void begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets, const SheetLimits& limits);
 
   // The pair in hand: v, inside its sheet or on a line of it, and its neighbour along an edge of
   // the sheet, or of the line. A partner that is fixed stays where it is, whatever it is; any other
@@ -46,13 +54,13 @@ class SheetFusion {
   bool measure_disc(double* distance);
   bool measure_line(double* distance);
   bool may_meet_another(const PatchDistance& patch, double rise) const;
+  bool is_alone(double distance) const;
+  FacingBox box_of_patch(double wider) const;
   float largest(const Vector<float>& values) const;
 
   const WorkMesh<Real>* mesh_ = nullptr;
   Sheets<Real>* sheets_ = nullptr;
-  double unit_ = 1;
-  double max_deviation_ = 0;
-  const FacingGrid* facing_ = nullptr;
+  SheetLimits limits_;
 
   VertexId v_ = kNoVertex, partner_ = kNoVertex;
   bool fixed_ = false;

@@ -81,7 +81,12 @@ bool apart(const TetCorners& a, const TetCorners& b, double Vec3<double>::*axis)
 
 }  // namespace
 
-double overlap(const TetCorners& a, const TetCorners& b) {
+// About a corner of a, so that where it is cut is not rounded to units of places far away.
+double overlap(const TetCorners& first, const TetCorners& second) {
+  TetCorners a = first, b = second;
+  for (TetCorners* tet : {&a, &b}) {
+    for (Vec3<double>& p : *tet) p = {p.x - first[0].x, p.y - first[0].y, p.z - first[0].z};
+  }
   if (apart(a, b, &Vec3<double>::x) || apart(a, b, &Vec3<double>::y) ||
       apart(a, b, &Vec3<double>::z)) {
     return 0;

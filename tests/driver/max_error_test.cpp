@@ -127,6 +127,42 @@ TEST_F(MaxError, GoesBeforeTheGoalAndWithTheMean) {
   EXPECT_GT(run(file).output.tets, alone);
 }
 
+// With a goal the bound rises from round to round: what a size does not need is not used.
+TEST_F(MaxError, RisesTowardsAGoal) {
+  const MeshFile file = wavy_box(14);
+  request.behaviour.reduction = 0.6;
+  const std::uint64_t free = run(file).output.tets;
+  const double freely = array_of(compare(), "wave").max;
+  request.behaviour.max_error = 0.5;
+  const SimplifyReport report = run(file);
+  EXPECT_EQ(report.stop_reason, StopReason::kGoal);
+  EXPECT_NEAR(static_cast<double>(report.output.tets), static_cast<double>(free), 20);
+  EXPECT_LT(array_of(compare(), "wave").max, freely / 2);
+  // A goal that is out of reach gets all of it.
+  request.behaviour.reduction = 0.99;
+  request.behaviour.max_error = 0.01;
+  EXPECT_EQ(run(file).stop_reason, StopReason::kSaturated);
+  EXPECT_LE(array_of(compare(), "wave").max, 0.01);
+  EXPECT_GT(array_of(compare(), "wave").max, 0.0099);
+}
+
+// A flat tip of one tetrahedron can go without any that would hold its point then.
+TEST_F(MaxError, WhereNoTetrahedronIsLeftRoundAPoint) {
+  MeshFile file;
+  file.geometry =
+      testing::make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {0.3, 0.3, 0.01}},
+                         {{0, 2, 1, 3}, {0, 1, 2, 4}});
+  file.point_arrays.push_back(point_array<float>(file, "x", [](const P& p) { return p.x; }));
+  request.behaviour.min_quality = 0;
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.2;
+  for (const double max_error : {0.01, 0.9}) {
+    request.behaviour.max_error = max_error;
+    run(file);
+    EXPECT_LE(array_of(compare(), "x").max, max_error);
+  }
+}
+
 TEST_F(MaxError, ArraysHaveBoundsOfTheirOwn) {
   MeshFile file = wavy_box(12);
   file.point_arrays.push_back(point_array<double>(
@@ -220,6 +256,38 @@ TEST_F(MaxError, HoldsWhereTheBoundaryIsTriangulatedAnew) {
       EXPECT_LT(report.output.boundary_triangles, report.input.boundary_triangles);
       EXPECT_LE(array_of(compare(), "wave").max, max_error);
     }
+  }
+}
+
+// Points outside are compared with what is nearest on the surface.
+TEST_F(MaxError, HoldsWhereTheBoundaryMoves) {
+  request.behaviour.boundary = Boundary::kWithin;
+  for (const bool floats : {false, true}) {
+    MeshFile file;
+    file.geometry = five_split_cube(12, 0.15, 4);
+    for (P& p : std::get<Vector<P>>(file.geometry.points)) {
+      p.z += 0.04 * p.z * std::sin(p.x) * std::cos(0.8 * p.y);
+    }
+    if (floats) file.geometry = testing::to_float(file.geometry);
+    const auto front = [](const P& p) { return std::tanh(p.x + 0.5 * p.y - 9) + p.z / 20; };
+    file.point_arrays.push_back(floats ? point_array<float>(file, "front", front)
+                                       : point_array<double>(file, "front", front));
+    std::uint64_t outside = 0;
+    for (const double distance : {0.003, 0.02}) {
+      request.behaviour.boundary_distance = distance;
+      for (const std::uint64_t chunk_tets : {200'000, 2500}) {
+        request.behaviour.chunk_tets = chunk_tets;
+        for (const double max_error : {3e-3, 3e-2}) {
+          request.behaviour.max_error = max_error;
+          const SimplifyReport report = run(file);
+          EXPECT_LT(report.output.boundary_triangles, report.input.boundary_triangles);
+          const Comparison comparison = compare();
+          EXPECT_LE(array_of(comparison, "front").max, max_error);
+          outside += comparison.outside_points;
+        }
+      }
+    }
+    EXPECT_GT(outside, 50u);
   }
 }
 

@@ -25,6 +25,17 @@ TEST(Criteria, FlipsBeyondThePlaneAndOnIt) {
   EXPECT_TRUE(flips(P{std::nan(""), 0, 0}, kUnit[1], kUnit[2], kUnit[3]));
 }
 
+// Certain as seen from the corner that moves is not certain as seen from one that is far away.
+TEST(Criteria, FlipsAreThoseOfTheCellAsItIsWritten) {
+  const Vector<P> points{{1e4, 0, 1e-6}, {0, 1, 0}, {1, 0, 0}, {5, 5, 5}};
+  const P x{0, 0, 0};
+  const Tet tet{0, 1, 2, 3};
+  ASSERT_FALSE(flips(x, points[2], points[1], points[0]));
+  EXPECT_TRUE(flips_as_written(x, 3, tet, points));
+  EXPECT_FALSE(flips_as_written(x, 3, Tet{1, 2, 0, 3}, points));
+  EXPECT_FALSE(flips_as_written(x, 0, Tet{3, 2, 1, 0}, points));
+}
+
 TEST(Criteria, StretchIsTheRatioOfBaseNormals) {
   // The corner at the origin moves away from its base triangle, whose centre is (1/3, 1/3, 1/3).
   std::array<P, 4> after = kUnit;

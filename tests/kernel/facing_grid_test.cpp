@@ -56,5 +56,43 @@ TEST(FacingGrid, NeverMissesADirection) {
   EXPECT_LT(seen, across);
 }
 
+TEST(FacingGrid, KnowsWhereASurfaceIsAlone) {
+  FacingGrid grid;
+  grid.reset({{0, 0, 0}, {64, 64, 64}});
+  const FacingBox box = around({10.5, 10.5, 10.5}, 0.2);
+  EXPECT_TRUE(grid.looks_one_way(box));
+  const auto note = [&](const Point3& normal) {  // at 10.5
+    const Point3 axis = std::abs(normal[0]) < 0.7 ? Point3{1, 0, 0} : Point3{0, 1, 0};
+    Point3 u = cross(normal, axis), v = cross(normal, u);
+    Point3 a{10.5, 10.5, 10.5}, b = a, c = a;
+    for (std::size_t i = 0; i < 3; ++i) {
+      b[i] += 0.1 * u[i];
+      c[i] += 0.1 * v[i];
+    }
+    grid.note(a, b, c);
+  };
+  note({0.1, 0.2, 1});
+  EXPECT_TRUE(grid.looks_one_way(box));
+  note({0.2, -0.1, 1});
+  note({-0.2, -0.1, 1});
+  EXPECT_TRUE(grid.looks_one_way(box));
+  note({-1, -1.1, 1});
+  EXPECT_TRUE(grid.looks_one_way(box));
+  note({0.1, 0.2, -1});
+  EXPECT_FALSE(grid.looks_one_way(box));
+  EXPECT_TRUE(grid.looks_one_way(around({20, 20, 20}, 0.2)));
+}
+
+// The sides of a narrow slit look at one another, those of a wide one are in other cells.
+TEST(FacingGrid, SeesTheOtherSideOfASlit) {
+  for (const double width : {0.1, 8.0}) {
+    FacingGrid grid;
+    grid.reset({{0, 0, 0}, {64, 64, 64}});
+    grid.note({5, 5, 5}, {5, 6, 5}, {5, 5, 6});                          // looks along x
+    grid.note({5 + width, 5, 5}, {5 + width, 5, 6}, {5 + width, 6, 5});  // back
+    EXPECT_EQ(grid.looks_one_way(around({5, 5.3, 5.3}, 0.5)), width > 1);
+  }
+}
+
 }  // namespace
 }  // namespace tetfusion

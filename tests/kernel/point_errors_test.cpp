@@ -180,6 +180,20 @@ TEST(PointErrors, FieldsHaveBoundsOfTheirOwn) {
   EXPECT_GT(one[1], 0.02);
 }
 
+// What a round allows is a bound for fields that have one, and for no others.
+TEST(PointErrors, ARoundMayAllowLess) {
+  const Steered fresh = steered(five_split_cube(7, 0.2, 3), smooth);
+  for (const double bound : {0.05, std::numeric_limits<double>::infinity()}) {
+    Steered s = fresh;
+    FuseLimits limits = bounded(bound);
+    limits.error_now = 0.01;
+    run(limits, &s);
+    const double worst = worst_deviation(fresh.mesh, s.mesh, s.field);
+    EXPECT_EQ(worst <= 0.01, bound < 1) << worst;
+    EXPECT_EQ(s.mesh.removed.wanted(), bound < 1);
+  }
+}
+
 TEST(PointErrors, TheScaleOfAMeshDoesNotMatter) {
   const Steered fresh = steered(five_split_cube(6, 0.2, 3), smooth);
   Steered expected = fresh;
@@ -209,7 +223,7 @@ TEST(PointErrors, ValuesAreMovedAsLittleAsItTakes) {
   cavity.begin(&s.mesh, &balls, 0, limits.unit);
   PointErrors<double> errors;
   const double bound = 0.01;
-  errors.begin(s.fields(), bound, limits.unit, &s.mesh);
+  errors.begin(s.fields(), {bound, limits.unit}, &s.mesh, &balls);
   std::size_t tried = 0;
   for (const Tet& tet : s.mesh.tets) {
     const VertexId v = tet[0], partner = tet[1];

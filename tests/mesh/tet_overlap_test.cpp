@@ -48,6 +48,21 @@ TEST(TetOverlap, OfOneThatIsPushed) {
 
 // Cut into four at a point inside, the parts' overlaps with any other add up; and either may come
 // first.
+TEST(TetOverlap, IsTheSameFarAway) {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    TetCorners a = random_tet(seed), b = random_tet(seed + 1000);
+    const auto for_all = [&](auto change) {
+      for (TetCorners* tet : {&a, &b}) {
+        for (Vec3<double>& p : *tet) p = {change(p.x), change(p.y), change(p.z)};
+      }
+    };
+    for_all([](double c) { return std::round(c * 0x1p20) * 0x1p-20; });
+    const double near = overlap(a, b);
+    for_all([](double c) { return c + 0x1p24; });
+    EXPECT_EQ(overlap(a, b), near);
+  }
+}
+
 TEST(TetOverlap, AddsUp) {
   double largest = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
