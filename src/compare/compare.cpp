@@ -92,11 +92,12 @@ class Comparer {
     const Meshes meshes{original_, mesh, locator, match_.points, match_.cells};
     const PointMeasures points = measure_points(meshes, progress("points", 0.4, 0.55));
     const CellMeasures cells = measure_cells(meshes, progress("cells", 0.55, 1));
+    volume_error_ = cells.volume_error.value() + mesh.volume_error;
     result_.diagonal = length(points.box.extent());
     result_.rounding = share_of(locator.rounding_in(points.box), result_.diagonal);
     add_surface(surface);
     add_domain(points, cells, mesh);
-    add_point_arrays(points, cells, integrate_points(mesh, match_.points));
+    add_point_arrays(points, cells, mesh);
     add_cell_arrays(cells, mesh);
     result_.missing_arrays = match_.missing;
     result_.retyped_arrays = match_.retyped;
@@ -117,15 +118,17 @@ class Comparer {
 
   void add_sizes(const SimplifiedMesh& mesh) {
     result_.original = {original_.points(), original_.tets(), original_.boundary().triangles.size(),
-                        0};
+                        0, topology_of(original_.boundary())};
     result_.simplified = {mesh.points.size(), mesh.tets.size(), mesh.boundary.triangles.size(),
-                          mesh.volume};
+                          mesh.volume, topology_of(mesh.boundary)};
   }
 
   void add_surface(const SurfaceDistance& surface) {
     result_.identical_surface = surface.identical;
+    result_.surface_differs_at = surface.differs_at;
     const auto shares = [&](const OneSidedDistance& d) {
-      return SurfaceShares{share_of(d.max, result_.diagonal), share_of(d.mean, result_.diagonal)};
+      return SurfaceShares{share_of(d.max, result_.diagonal), share_of(d.mean, result_.diagonal),
+                           d.max_at};
     };
     result_.to_simplified = shares(surface.first_to_second);
     result_.to_original = shares(surface.second_to_first);
@@ -135,17 +138,20 @@ class Comparer {
                   const SimplifiedMesh& mesh) {
     result_.original.volume = cells.volume.value();
     result_.volume_change = share_of(mesh.volume - cells.volume.value(), cells.volume.value());
+    result_.volume_error = volume_error_;
     result_.outside_points = points.outside;
     result_.outside_max = share_of(points.farthest, result_.diagonal);
     result_.outside_cells = cells.outside;
   }
 
   void add_point_arrays(const PointMeasures& points, const CellMeasures& cells,
-                        const std::vector<Integral>& simplified) {
+                        const SimplifiedMesh& mesh) {
+    const std::vector<Integral> simplified = integrate_points(mesh, match_.points);
     for (std::size_t f = 0; f < match_.points.fields.size(); ++f) {
       const Field& field = match_.points.fields[f];
       double scale = 0;
       ArrayComparison a = summarize(field, points.errors[f], points.values[f], &scale);
+      a.simplified_non_finite = count_non_finite(field, mesh.point_rows, match_.points.width);
       if (!field.integer) {
         a.cell_rms = share_of(cells.errors[f].rms(), scale);
         a.cell_max = share_of(cells.errors[f].max(), scale);
@@ -153,6 +159,8 @@ class Comparer {
             share_of(cells.gradient_errors[f].value(), cells.gradient_squares[f].value()));
         a.integral_change = share_of(change_of(cells.integrals[f], simplified[f]),
                                      cells.integrals[f].length.value());
+        a.integral_rounding =
+            rounding_of_integral(points.values[f], cells.integrals[f].length.value());
       }
       result_.arrays.push_back(std::move(a));
     }
@@ -165,12 +173,14 @@ class Comparer {
       double scale = 0;
       ArrayComparison a = summarize(field, cells.cell_errors[f], cells.cell_values[f], &scale);
       a.association = Association::kCell;
+      a.simplified_non_finite = count_non_finite(field, mesh.cell_rows, match_.cells.width);
       if (field.region) {
         a.regions = join_regions(cells.cell_regions[f], measure_regions(mesh, match_.cells, field));
       }
       if (!field.integer) {
         const double whole = cells.cell_integrals[f].length.value();
         a.integral_change = share_of(change_of(cells.cell_integrals[f], simplified[f]), whole);
+        a.integral_rounding = rounding_of_integral(cells.cell_values[f], whole);
         a.l1_change = share_of(simplified[f].length.value() - whole, whole);
         a.l1_error = share_of(cells.cell_differences[f].value(), whole);
       }
@@ -178,11 +188,25 @@ class Comparer {
     }
   }
 
+  static std::uint64_t count_non_finite(const Field& field, const Vector<double>& rows,
+                                        std::size_t width) {
+    std::uint64_t count = 0;
+    for (std::size_t at = field.offset; at < rows.size(); at += width) {
+      if (!all_finite(rows.data() + at, field.info.components)) ++count;
+    }
+    return count;
+  }
+
+  double rounding_of_integral(const FieldValues& values, double whole) const {
+    return share_of(volume_error_ * values.largest, whole);
+  }
+
   const RunContext& context_;
   const ArrayMatch match_;
   OriginalMesh original_;
   MeshSource* simplified_;
   const ValueType point_type_;
+  double volume_error_ = 0;  // of both meshes together, by rounding, at most
   Comparison result_;
 };
 

@@ -9,6 +9,7 @@
 #include "base/run_context.h"
 #include "compare/fields.h"
 #include "compare/point.h"
+#include "compare/topology.h"
 #include "io/mesh_source.h"
 
 namespace tetfusion {
@@ -29,6 +30,8 @@ struct ArrayComparison {
   std::vector<double> component_ranges;
   std::uint64_t non_finite = 0;  // points or cells that were left out
   std::uint64_t undefined = 0;   // those where the simplified mesh alone has no finite value
+  // Of the simplified mesh: its points or tetrahedra with a value that is not finite.
+  std::uint64_t simplified_non_finite = 0;
 
   // Point arrays: at the original's points. Cell arrays: at the centres of its cells, the rms over
   // the volume.
@@ -39,8 +42,9 @@ struct ArrayComparison {
   double rounding = 0;  // how much of an error may come from writing values in the array's type
 
   // The rest is for floating-point arrays.
-  double integral_change = 0;  // as share of the integral of the absolute value; of vectors the
-                               // length of the change
+  double integral_change = 0;    // as share of the integral of the absolute value; of vectors the
+                                 // length of the change
+  double integral_rounding = 0;  // how much of that rounding of the cells' volumes may be
   // Point arrays: at the centres of the original's cells, over the volume.
   double cell_rms = 0, cell_max = 0;
   double gradient_rms = 0;  // as share of the rms of the gradient
@@ -54,11 +58,13 @@ struct MeshSize {
   std::uint64_t tets = 0;
   std::uint64_t boundary_triangles = 0;
   double volume = 0;
+  SurfaceTopology boundary;
 };
 
 // As shares of the diagonal.
 struct SurfaceShares {
   double max = 0, mean = 0;
+  Point max_at{};
 };
 
 struct Comparison {
@@ -66,10 +72,12 @@ struct Comparison {
   double diagonal = 0;               // of the original's box
   double rounding = 0;               // of coordinates, as share of the diagonal; see locator.h
   double volume_change = 0;          // as share of the original's volume
+  double volume_error = 0;           // of both volumes together, by rounding, at most
   std::uint64_t outside_points = 0;  // points of the original outside the simplified mesh
   double outside_max = 0;            // how far they are at most, as share of the diagonal
   std::uint64_t outside_cells = 0;   // cells of the original whose centre is outside
   bool identical_surface = false;
+  Point surface_differs_at{};  // if it is not identical: a triangle that only one of them has
   SurfaceShares to_simplified, to_original;  // from the original's boundary, and from the other
   std::vector<ArrayComparison> arrays;       // points, then cells, in the order of the file
   std::vector<std::string> missing_arrays;

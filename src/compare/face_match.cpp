@@ -50,8 +50,8 @@ class Matcher {
  private:
   void count() {
     counts_.assign((points_ >> kBlockBits) + 1, 0);
-    read_([&](std::uint64_t, std::span<const Tet> tets) {
-      for (const Tet& t : tets) {
+    read_([&](const CellRun& run) {
+      for (const Tet& t : run.tets) {
         if (names_vertex_twice(t)) continue;
         const auto order = ascending_corners(t);
         counts_[t[order[0]] >> kBlockBits] += 3;
@@ -70,12 +70,13 @@ class Matcher {
     sides_.clear();
     sides_.reserve(count);
     const auto inside = [&](VertexId v) { return v >= begin && v < end; };
-    read_([&](std::uint64_t first, std::span<const Tet> tets) {
-      for (std::size_t c = 0; c < tets.size(); ++c) {
-        const Tet& t = tets[c];
+    read_([&](const CellRun& run) {
+      for (std::size_t c = 0; c < run.tets.size(); ++c) {
+        const Tet& t = run.tets[c];
         if (names_vertex_twice(t)) continue;
         const auto [a, b, d, e] = ascending_corners(t);
-        const auto side = static_cast<std::uint32_t>(4 * (first + c));
+        const std::uint64_t cell = run.labels.empty() ? run.first + c : run.labels[c];
+        const auto side = static_cast<std::uint32_t>(4 * cell);
         if (inside(t[a])) {
           sides_.push_back({t[a], t[b], t[d], side + e});
           sides_.push_back({t[a], t[b], t[e], side + d});

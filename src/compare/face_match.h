@@ -14,13 +14,17 @@ namespace tetfusion {
 // One cell's side of a triangle. The corners ascend.
 struct CellSide {
   VertexId low, middle, high;
-  std::uint32_t side;  // 4 * cell + the corner opposite to it, modulo 2^32
+  std::uint32_t side;  // 4 * cell (or its label) + the corner opposite to it, modulo 2^32
 };
 
-// Calls take(first, tets) for windows that cover the mesh, in order; `first` is the number of the
-// window's first cell.
-using ReadCells = std::function<void(
-    const std::function<void(std::uint64_t first, std::span<const Tet> tets)>& take)>;
+struct CellRun {
+  std::uint64_t first = 0;  // number of the first cell
+  std::span<const Tet> tets;
+  std::span<const std::uint32_t> labels = {};  // one a cell, that sides have instead of its number
+};
+
+// Calls take(run) for runs of cells that cover the mesh, in order.
+using ReadCells = std::function<void(const std::function<void(const CellRun& run)>& take)>;
 
 // Called with all sides of a triangle, ascending by side. From several threads, for different
 // triangles.

@@ -115,6 +115,7 @@ CellMeasures::CellMeasures(const FieldSet& point_fields, const FieldSet& cell_fi
 
 void CellMeasures::add(const CellMeasures& other) {
   volume.add(other.volume);
+  volume_error.add(other.volume_error);
   outside += other.outside;
   add_all(&errors, other.errors);
   add_all(&integrals, other.integrals);

@@ -75,6 +75,7 @@ struct CellMeasures {
   void add(const CellMeasures& other);
 
   CompensatedSum volume;
+  CompensatedSum volume_error;  // what rounding may have done to it at most
   std::uint64_t outside = 0;
   std::vector<Errors> errors;  // one a point field; integer fields have none
   std::vector<Integral> integrals;

@@ -15,6 +15,7 @@ constexpr std::size_t kBlock = 4096;
 // A tetrahedron as far as gradients need it.
 struct Shape {
   double volume = 0;
+  double error = 0;  // of the volume, by rounding, at most
   bool flat = true;  // no gradient
   // The gradient of a linear function is the sum of these times the differences of its values at
   // corners 1, 2, 3 from that at corner 0.
@@ -25,6 +26,7 @@ Shape shape_of(const Corners& c) {
   const Determinant d = determinant(c[0], c[1], c[2], c[3]);
   Shape shape;
   shape.volume = std::abs(d.value) / 6;
+  shape.error = d.error / 6;
   shape.flat = d.sign() == 0;
   if (shape.flat) return shape;
   const Point u = c[1] - c[0], v = c[2] - c[0], w = c[3] - c[0];
@@ -52,6 +54,7 @@ class Block {
     const auto& p = window_.points.points;
     shape_ = shape_of({p[t[0]], p[t[1]], p[t[2]], p[t[3]]});
     out_->volume.add(shape_.volume);
+    out_->volume_error.add(shape_.error);
     centre_ = centre;
     place_ = meshes_.locator.locate(centre_, &hint_);
     if (place_.outside) ++out_->outside;

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
+#include "compare/region_labels.h"
 #include "mesh/blocks.h"
 
 namespace tetfusion {
@@ -79,23 +81,42 @@ void OriginalMesh::survey(std::size_t most_sides, const RunContext& context) {
           for (const VertexId v : t) used_.add(v);
         }
       }
-      take(tets, window.tets);
+      take({tets, window.tets});
       tets += window.tets.size();
     });
     tets_ = tets;
   };
-  take_boundary(match_faces(stream_->points(), most_sides, read,
-                            [](std::span<const CellSide> face) { return face.size() == 1; }));
+  boundary_ =
+      triangles_of(match_faces(stream_->points(), most_sides, read,
+                               [](std::span<const CellSide> face) { return face.size() == 1; }));
   used_.number();
-}
-
-void OriginalMesh::take_boundary(const Vector<CellSide>& sides) {
-  if (sides.empty()) {
+  if (boundary_.triangles.empty()) {
     throw Error(ErrorCode::kBadInput,
                 fmt::format("{}: the mesh has no boundary, so cells must be doubled; see "
                             "'tetfusion check {}'",
                             source_->description().path, source_->description().path));
   }
+}
+
+TriangleSet OriginalMesh::find_interfaces(const std::vector<std::size_t>& cell_arrays,
+                                          std::size_t most_sides, const RunContext& context) const {
+  RegionLabels labels(source_->description(), cell_arrays);
+  const ReadCells read = [&](const auto& take) {
+    read_cells([&](std::uint64_t first, const CellWindow& window, double) {
+      context.check();
+      const std::uint64_t count = std::min(kWindow, stream_->cells() - first);
+      take({first, window.tets, labels.read(*stream_, first, count, window)});
+    });
+  };
+  return triangles_of(
+      match_faces(stream_->points(), most_sides, read, [](std::span<const CellSide> face) {
+        return std::any_of(face.begin(), face.end(),
+                           [&](const CellSide& s) { return s.side / 4 != face.front().side / 4; });
+      }));
+}
+
+TriangleSet OriginalMesh::triangles_of(const Vector<CellSide>& sides) const {
+  TriangleSet result;
   PointSet set(stream_->points());
   for (const CellSide& s : sides) {
     for (const VertexId v : {s.low, s.middle, s.high}) set.add(v);
@@ -103,12 +124,13 @@ void OriginalMesh::take_boundary(const Vector<CellSide>& sides) {
   set.number();
   OriginalPoints points;
   gather(set, 0, stream_->points(), {}, &points);
-  boundary_.points = std::move(points.points);
+  result.points = std::move(points.points);
   for (const CellSide& s : sides) {
     const auto number = [&](VertexId v) { return static_cast<std::uint32_t>(set.number_of(v)); };
-    boundary_.triangles.push_back({number(s.low), number(s.middle), number(s.high)});
+    result.triangles.push_back({number(s.low), number(s.middle), number(s.high)});
   }
-  order_triangles(&boundary_);
+  order_triangles(&result);
+  return result;
 }
 
 void OriginalMesh::read_cells(

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "base/run_context.h"
 #include "base/vector.h"
@@ -70,6 +71,11 @@ class OriginalMesh {
   const TriangleSet& boundary() const { return boundary_; }  // ordered
   TriangleSet take_boundary() { return std::move(boundary_); }
 
+  // The triangles between cells whose values of some of these cell arrays, integers of one
+  // component, differ; ordered. About `most_sides` sides are in memory at once.
+  TriangleSet find_interfaces(const std::vector<std::size_t>& cell_arrays, std::size_t most_sides,
+                              const RunContext& context) const;
+
   // All points that a tetrahedron uses, and all tetrahedra, window by window, in order. `share` is
   // how much has been read, 0 to 1.
   void for_each_points(const std::function<void(const OriginalPoints&, double share)>& take) const;
@@ -77,7 +83,7 @@ class OriginalMesh {
 
  private:
   void read_cells(const std::function<void(std::uint64_t, const CellWindow&, double)>& take) const;
-  void take_boundary(const Vector<CellSide>& sides);
+  TriangleSet triangles_of(const Vector<CellSide>& sides) const;
   void gather(const PointSet& set, std::uint64_t first, std::uint64_t count, const FieldSet& fields,
               OriginalPoints* out) const;
   void gather_run(const PointSet& set, std::uint64_t first, std::uint64_t count,

@@ -89,6 +89,7 @@ class Loader {
   void wind() {
     mesh_.flat.resize(mesh_.tets.size());
     Vector<CompensatedSum> sums(block_count(mesh_.tets.size(), kBlock));
+    Vector<CompensatedSum> errors(sums.size());
     for_each_block(mesh_.tets.size(), kBlock,
                    [&](std::size_t b, std::size_t begin, std::size_t end) {
                      for (std::size_t t = begin; t < end; ++t) {
@@ -97,18 +98,24 @@ class Loader {
                        mesh_.flat[t] = d.sign() == 0 ? 1 : 0;
                        if (d.value < 0) std::swap(tet[0], tet[1]);
                        sums[b].add(std::abs(d.value) / 6);
+                       errors[b].add(d.error / 6);
                      }
                    });
-    CompensatedSum volume;
+    CompensatedSum volume, error;
     for (const CompensatedSum& sum : sums) volume.add(sum);
+    for (const CompensatedSum& sum : errors) error.add(sum);
     mesh_.volume = volume.value();
+    mesh_.volume_error = error.value();
   }
 
   void link() {
     mesh_.neighbours.assign(mesh_.tets.size(), {kNoTet, kNoTet, kNoTet, kNoTet});
     auto& neighbours = mesh_.neighbours;
     const Vector<CellSide> sides = match_faces(
-        mesh_.points.size(), kMostSides, [&](const auto& take) { take(0, mesh_.tets); },
+        mesh_.points.size(), kMostSides,
+        [&](const auto& take) {
+          take({0, mesh_.tets});
+        },
         [&](std::span<const CellSide> face) {
           if (face.size() != 2) return face.size() == 1;
           const std::uint32_t a = face[0].side, b = face[1].side;

@@ -28,6 +28,7 @@ struct SimplifiedMesh {
   Vector<double> cell_rows;              // rows of the cell fields, one a tetrahedron
   PointBox box;
   double volume = 0;
+  double volume_error = 0;  // what rounding may have done to it at most
 
   Corners corners(TetId t) const {
     const Tet& tet = tets[t];

@@ -1,5 +1,8 @@
 #include "compare/triangles.h"
 
+#include <algorithm>
+#include <limits>
+#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -115,14 +118,18 @@ OneSidedDistance measure_one_side(const TriangleSet& from, const TriangleFinder&
         return distance((1.0 / 3) * (a + b + c), hint);
       });
   OneSidedDistance result;
-  for (const double d : of_points) result.max = std::max(result.max, d);
+  const auto note = [&](double d, const Point& at) {
+    if (d > result.max) result.max_at = at;
+    result.max = std::max(result.max, d);
+  };
+  for (std::size_t i = 0; i < of_points.size(); ++i) note(of_points[i], from.points[i]);
   CompensatedSum sum, area;
   for (std::size_t t = 0; t < from.triangles.size(); ++t) {
     const auto [a, b, c] = from.corners(t);
     const double weight = length(cross(b - a, c - a));
     const auto& ids = from.triangles[t];
     const double at_corners = of_points[ids[0]] + of_points[ids[1]] + of_points[ids[2]];
-    result.max = std::max(result.max, of_centres[t]);
+    note(of_centres[t], (1.0 / 3) * (a + b + c));
     // Exact for quadratic functions.
     sum.add(weight * (0.75 * of_centres[t] + at_corners / 12));
     area.add(weight);
@@ -167,18 +174,37 @@ Vector<std::array<std::uint32_t, 3>> numbered(const TriangleSet& set,
   return triangles;
 }
 
-bool are_identical(const TriangleSet& first, const TriangleSet& second) {
-  if (first.triangles.size() != second.triangles.size()) return false;
+// The centre of a triangle that only one of them has; none if they are the same.
+std::optional<Point> find_difference(const TriangleSet& first, const TriangleSet& second) {
   const auto numbers = number_points(first, second);
-  return numbered(first, numbers[0]) == numbered(second, numbers[1]);
+  const auto a = numbered(first, numbers[0]), b = numbered(second, numbers[1]);
+  if (a == b) return std::nullopt;
+  const auto [in_a, in_b] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
+  // The smaller one of the two is not in the other list, which ascends as well.
+  const bool of_first = in_b == b.end() || (in_a != a.end() && *in_a < *in_b);
+  const TriangleSet& set = of_first ? first : second;
+  const auto& number = numbers[of_first ? 0 : 1];
+  Point sum{};
+  for (const std::uint32_t corner : of_first ? *in_a : *in_b) {
+    const auto at = std::find(number.begin(), number.end(), corner) - number.begin();
+    sum = sum + set.points[static_cast<std::size_t>(at)];
+  }
+  return (1.0 / 3) * sum;
 }
 
 }  // namespace
 
 SurfaceDistance measure_surfaces(const TriangleSet& first, const TriangleSet& second) {
   SurfaceDistance result;
-  result.identical = are_identical(first, second);
+  const std::optional<Point> difference = find_difference(first, second);
+  result.identical = !difference;
   if (result.identical) return result;
+  result.differs_at = *difference;
+  if (first.triangles.empty() || second.triangles.empty()) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    result.first_to_second = result.second_to_first = {kInfinity, *difference, kInfinity};
+    return result;
+  }
   result.first_to_second = measure_one_side(first, TriangleFinder(&second));
   result.second_to_first = measure_one_side(second, TriangleFinder(&first));
   return result;

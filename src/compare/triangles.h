@@ -54,14 +54,17 @@ class TriangleFinder {
 // Distances from points of a surface to another one.
 struct OneSidedDistance {
   double max = 0;
+  Point max_at{};   // where on the surface that it is from
   double mean = 0;  // over the area
 };
 struct SurfaceDistance {
   bool identical = false;  // the same triangles, by coordinates
+  Point differs_at{};      // else: the centre of one that only one of them has
   OneSidedDistance first_to_second, second_to_first;
 };
 
-// From the corners and the centres of the triangles of each to the other; neither may be empty.
+// From the corners and the centres of the triangles of each to the other. Where only one is empty
+// distances are infinite.
 // Deterministic for any number of threads.
 SurfaceDistance measure_surfaces(const TriangleSet& first, const TriangleSet& second);
 

@@ -27,12 +27,7 @@ std::uint64_t hash_point(const Vec3<Real>& p) {
 using Pairs = Vector<std::pair<VertexId, VertexId>>;
 
 constexpr std::size_t kBlock = 1 << 16;  // points
-constexpr std::size_t kShards = 256;     // points with the same coordinates are in the same one
-
-template <class Real>
-std::size_t shard_of(const Vec3<Real>& p) {
-  return hash_point(p) >> 56;
-}
+constexpr std::size_t kShards = kCoordinateShards;
 
 // The points of each shard, ascending: those of shard s are points[offsets[s]] up to
 // points[offsets[s + 1]].
@@ -46,7 +41,7 @@ Shards make_shards(const Vector<Vec3<Real>>& points) {
   const std::size_t blocks = block_count(points.size(), kBlock);
   Vector<std::size_t> places(blocks * kShards, 0);  // counts, then where to put the next point
   for_each_block(points.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) ++places[b * kShards + shard_of(points[v])];
+    for (std::size_t v = begin; v < end; ++v) ++places[b * kShards + coordinate_shard(points[v])];
   });
   Shards shards;
   std::size_t sum = 0;
@@ -60,7 +55,7 @@ Shards make_shards(const Vector<Vec3<Real>>& points) {
   shards.points.resize(sum);
   for_each_block(points.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      shards.points[places[b * kShards + shard_of(points[v])]++] = static_cast<VertexId>(v);
+      shards.points[places[b * kShards + coordinate_shard(points[v])]++] = static_cast<VertexId>(v);
     }
   });
   return shards;
@@ -104,6 +99,13 @@ Pairs find(const Vector<Vec3<Real>>& points) {
 }
 
 }  // namespace
+
+template <class Real>
+std::uint32_t coordinate_shard(const Vec3<Real>& p) {
+  return static_cast<std::uint32_t>(hash_point(p) >> 56);
+}
+template std::uint32_t coordinate_shard(const Vec3<float>&);
+template std::uint32_t coordinate_shard(const Vec3<double>&);
 
 Vector<std::pair<VertexId, VertexId>> coincident_points(const Points& points) {
   return std::visit([](const auto& p) { return find(p); }, points);

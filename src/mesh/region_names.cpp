@@ -10,6 +10,9 @@ namespace tetfusion {
 
 namespace {
 
+// What Medit and TetGen call references, where their files become arrays.
+constexpr std::array<std::string_view, 2> kReferences{"medit:ref", "tetgen:ref"};
+
 bool is_named_like_material(std::string_view name) {
   constexpr std::array<std::string_view, 8> kWords{"material", "region", "physical", "tissue",
                                                    "block",    "zone",   "part",     "label"};
@@ -32,7 +35,9 @@ bool can_be_region(const ArrayInfo& array) {
 }
 
 bool looks_like_region(const ArrayInfo& array) {
-  return can_be_region(array) && is_named_like_material(array.name);
+  const bool reference =
+      std::find(kReferences.begin(), kReferences.end(), array.name) != kReferences.end();
+  return can_be_region(array) && (reference || is_named_like_material(array.name));
 }
 
 }  // namespace tetfusion

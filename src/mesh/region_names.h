@@ -9,7 +9,8 @@ namespace tetfusion {
 bool can_be_region(const ArrayInfo& array);
 
 // One of these, named like materials (material, region, physical, tissue, block, zone, part,
-// label); a partition's rank is none.
+// label), or the references of Medit (medit:ref) and TetGen (tetgen:ref); a partition's rank is
+// none.
 bool looks_like_region(const ArrayInfo& array);
 
 }  // namespace tetfusion

@@ -121,8 +121,8 @@ TEST(FaceMatch, FindsAllFacesInAnyNumberOfPasses) {
   }
   const ReadCells read = [&](const auto& take) {
     const std::span<const Tet> tets(mesh.tets);
-    take(0, tets.first(100));
-    take(100, tets.subspan(100));
+    take({0, tets.first(100)});
+    take({100, tets.subspan(100)});
   };
   for (const std::size_t most : {1u, 1000u, 1000000u}) {
     const Vector<CellSide> kept = match_faces(points, most, read, [&](std::span<const CellSide> f) {

@@ -1,0 +1,30 @@
+#include "compare/interfaces.h"
+
+#include "compare/original_mesh.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kMostSides = std::size_t{1} << 21;
+
+TriangleSet interfaces_of(MeshSource* source, const std::vector<std::string>& cell_arrays,
+                          const RunContext& context) {
+  std::vector<std::size_t> arrays;
+  for (const std::string& name : cell_arrays) {
+    arrays.push_back(source->description().cell_data.find(name));
+  }
+  return OriginalMesh(source, {}, {}).find_interfaces(arrays, kMostSides, context);
+}
+
+}  // namespace
+
+InterfaceComparison compare_interfaces(MeshSource* original, MeshSource* simplified,
+                                       const std::vector<std::string>& cell_arrays,
+                                       const RunContext& context) {
+  const TriangleSet before = interfaces_of(original, cell_arrays, context);
+  const TriangleSet after = interfaces_of(simplified, cell_arrays, context);
+  return {before.triangles.size(), after.triangles.size(), measure_surfaces(before, after)};
+}
+
+}  // namespace tetfusion
