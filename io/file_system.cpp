@@ -55,8 +55,7 @@ int FileSystem::renameat(int from_folder, const char* from, int to_folder, const
 }
 // The way that needs no privilege (open(2), O_TMPFILE).
 int FileSystem::link_descriptor(int fd, const char* name) {
-  const std::string open_file = "/proc/self/fd/" + std::to_string(fd);
-  return ::linkat(AT_FDCWD, open_file.c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW);
+  return ::linkat(AT_FDCWD, open_file_path(fd).c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW);
 }
 int FileSystem::unlinkat(int folder, const char* name, int flags) {
   return ::unlinkat(folder, name, flags);
@@ -168,6 +167,8 @@ int pread_all(int fd, void* data, std::size_t bytes, std::uint64_t offset) {
   }
   return 0;
 }
+
+std::string open_file_path(int fd) { return "/proc/self/fd/" + std::to_string(fd); }
 
 std::string temporary_folder() {
   const char* folder = std::getenv("TMPDIR");

@@ -85,6 +85,9 @@ std::string temporary_folder();
 // A file for reading and writing that has no name, or has none any more. -1 and errno on failure.
 int open_nameless(const std::string& folder);
 
+// A path that leads to an open file, even to one without a name.
+std::string open_file_path(int fd);
+
 // Owns a file descriptor.
 class Descriptor {
  public:

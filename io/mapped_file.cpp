@@ -82,8 +82,15 @@ MappedFile MappedFile::open(const std::string& path, const std::string& spool_fo
     throw Error(ErrorCode::kIo, path + ": is a folder, not a file");
   }
   if (!S_ISREG(status.st_mode)) return spool(fd.get(), path, spool_folder);
-  if (status.st_size == 0) throw Error(ErrorCode::kBadInput, path + ": the file is empty");
-  return MappedFile(path, fd.release(), static_cast<std::uint64_t>(status.st_size));
+  return of_descriptor(fd.release(), path);
+}
+
+MappedFile MappedFile::of_descriptor(int fd, const std::string& name) {
+  Descriptor taken(fd);
+  struct stat status {};
+  if (file_system().fstat(fd, &status) != 0) fail(name + ": cannot look at the file", errno);
+  if (status.st_size == 0) throw Error(ErrorCode::kBadInput, name + ": the file is empty");
+  return MappedFile(name, taken.release(), static_cast<std::uint64_t>(status.st_size));
 }
 
 MappedFile MappedFile::spool(int fd, const std::string& name, const std::string& folder) {

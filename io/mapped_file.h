@@ -24,6 +24,9 @@ class MappedFile {
   // to hold it does; without one in $TMPDIR or /tmp. Does not close `fd`.
   static MappedFile spool(int fd, const std::string& name, const std::string& folder = {});
 
+  // Maps a regular file that is open, and takes the descriptor. Throws as open() does.
+  static MappedFile of_descriptor(int fd, const std::string& name);
+
   MappedFile(MappedFile&& other) noexcept;
   MappedFile& operator=(MappedFile&& other) noexcept;
   MappedFile(const MappedFile&) = delete;

@@ -1,8 +1,14 @@
 // What meshes are written as, and where to.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
+
+#include "io/mesh_source.h"
+#include "mesh/data_array.h"
 
 namespace tetfusion {
 
@@ -13,9 +19,49 @@ struct WriteOptions {
   std::function<void(double share)> progress;  // 0..1; may be empty
 };
 
+// By the end of the name. "-" and devices take .vtu.
+enum class MeshFormat { kVtu, kMedit, kMeditBinary, kGmsh, kTetgen };
+
+// Throws Error(kUsage) for a name that is none of a format that can be written.
+MeshFormat output_format(const std::string& path);
+
 // Throws what writing a mesh of that name would throw, before any work: Error(kUsage) for a format
-// that cannot be written, Error(kIo) where no file can be made. Creates nothing. "-" is standard
-// output.
-void check_mesh_output(const std::string& path);
+// that cannot be written, or that has no such encoding, Error(kIo) where no file can be made.
+// Creates nothing. "-" is standard output.
+void check_mesh_output(const std::string& path, Encoding encoding = Encoding::kRaw);
+
+// Writes the mesh to a file that is no .vtu: tetrahedra first, then the cells of lower dimension,
+// in the memory of a few windows and these cells, where the source can be read in windows.
+void write_mesh(MeshSource* source, const std::string& path, const WriteOptions& options);
+
+// A sentence about what of that mesh a file of that name cannot hold; empty where it holds all.
+std::string left_out_of(const std::string& path, const MeshDescription& mesh);
+
+// A mesh that goes to memory. Cells are VTK's, as MeshView has them: tetrahedra first.
+struct MeshLayout {
+  std::uint64_t points = 0;
+  std::uint64_t tets = 0;
+  std::uint64_t cells = 0;    // those of lower dimension, too
+  std::uint64_t corners = 0;  // of all cells
+  ValueType point_type = ValueType::kFloat32;
+  AttributeSet point_data, cell_data;  // tuples are ignored
+};
+
+// Memory for a mesh of that layout, which somebody else owns.
+struct MeshRoom {
+  std::byte* points = nullptr;            // three coordinates each
+  ValueType id_type = ValueType::kInt64;  // of the next two: kInt32, if corners fit, or kInt64
+  std::byte* connectivity = nullptr;
+  std::byte* offsets = nullptr;   // one more than cells; may be null where all are tetrahedra
+  std::uint8_t* types = nullptr;  // may be null where offsets are
+  std::vector<std::byte*> point_arrays, cell_arrays;
+};
+
+class MeshSink {
+ public:
+  virtual ~MeshSink() = default;
+  // Called once, before anything is put there.
+  virtual MeshRoom make_room(const MeshLayout& layout) = 0;
+};
 
 }  // namespace tetfusion

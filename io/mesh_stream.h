@@ -60,6 +60,11 @@ class MeshStream {
   virtual void read_rows(Association association, std::size_t index, std::uint64_t first,
                          std::uint64_t count, std::span<std::byte> out) const = 0;
 
+  // Sets locked[i] to 1 where point first + i must stay where it is, because cells of it were left
+  // out that are another part's. Not for the copies that pieces of one mesh have of each other.
+  virtual void read_locks(std::uint64_t /*first*/, std::uint64_t /*count*/,
+                          std::uint8_t* /*locked*/) const {}
+
   // False: the whole mesh is in memory, and so is each array from its first read_rows() on. True:
   // nothing that was read stays in memory, mapped pages included.
   virtual bool streams_from_disk() const = 0;

@@ -1,14 +1,21 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "base/error.h"
+#include "io/gmsh_head.h"
+#include "io/gmsh_reader.h"
 #include "io/mapped_file.h"
+#include "io/medit_head.h"
+#include "io/medit_reader.h"
 #include "io/mesh_source.h"
 #include "io/pvtu_reader.h"
+#include "io/tetgen_reader.h"
 #include "io/vtk_bridge.h"
 #include "io/vtu_reader.h"
 #include "io/xml_scan.h"
@@ -17,31 +24,41 @@ namespace tetfusion {
 
 namespace {
 
-bool is_called_vtu(const std::string& path) {
-  constexpr std::string_view kSuffix = ".vtu";
-  if (path.size() < kSuffix.size()) return false;
-  std::string end = path.substr(path.size() - kSuffix.size());
+// Does the name end so, in letters of either size?
+bool is_called(const std::string& path, std::initializer_list<std::string_view> suffixes) {
+  std::string end = std::filesystem::path(path).extension().string();
   std::transform(end.begin(), end.end(), end.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  return end == kSuffix;
+  return std::find(suffixes.begin(), suffixes.end(), end) != suffixes.end();
 }
 
 }  // namespace
 
-// The content decides. A file that is only called .vtu goes to the native reader too: it says best
-// what is wrong with it.
+// The content decides. A file that is only called .vtu or .mesh goes to the native reader too: it
+// says best what is wrong with it.
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
   const bool standard_input = path == "-";
   MappedFile file = standard_input ? MappedFile::spool(STDIN_FILENO, path, options.spool_folder)
                                    : MappedFile::open(path, options.spool_folder);
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
   const std::string_view type = vtk_file_type(text);
-  if (type == "UnstructuredGrid" || (type.empty() && is_called_vtu(path))) {
+  if (type == "UnstructuredGrid" || (type.empty() && is_called(path, {".vtu"}))) {
     return open_vtu(std::move(file), options);
   }
+  if (looks_like_medit(text) || is_called(path, {".mesh", ".meshb"})) {
+    return open_medit(std::move(file), options);
+  }
+  if (looks_like_gmsh(text) || is_called(path, {".msh"})) {
+    return open_gmsh(std::move(file), options);
+  }
+  if (!standard_input && is_called(path, {".node", ".ele"})) {
+    return open_tetgen(std::move(file), options);
+  }
   if (standard_input) {
-    throw Error(ErrorCode::kBadInput,
-                "standard input is not a .vtu file, the only format that is read from there");
+    throw Error(
+        ErrorCode::kBadInput,
+        "standard input is neither a .vtu file nor a mesh of Medit or Gmsh, the formats that "
+        "are read from there");
   }
   if (type == "PUnstructuredGrid") {
     if (auto source = open_pvtu(file, options)) return source;

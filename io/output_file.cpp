@@ -270,6 +270,20 @@ void OutputFile::write_out(const void* data, std::size_t bytes) {
   written_ += bytes;
 }
 
+MappedFile OutputFile::read_back() {
+  if (!can_leave_room()) throw std::logic_error("a stream cannot be read back");
+  flush();
+  const int copy = file_system().duplicate(fd_);
+  if (copy < 0) fail("reading back", errno);
+  return MappedFile::of_descriptor(copy, path_);
+}
+
+std::string OutputFile::path_to_read() {
+  if (target_.empty() && !spooled_) throw std::logic_error("a stream cannot be read again");
+  flush();
+  return temporary_.empty() ? open_file_path(fd_) : temporary_;
+}
+
 void OutputFile::commit() {
   FileSystem& system = file_system();
   flush();

@@ -14,6 +14,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/mapped_file.h"
+
 namespace tetfusion {
 
 // Throws Error(kIo) if an OutputFile of that name could not be made: its folder is missing or not
@@ -52,6 +54,14 @@ class OutputFile {
   bool can_leave_room() const { return !target_.empty(); }
   std::uint64_t leave_room(std::uint64_t bytes);
   void place(std::uint64_t offset, const void* data, std::size_t bytes) const;
+
+  // What was appended so far, mapped; to look at before, or instead of, commit(). Only of a regular
+  // file.
+  MappedFile read_back();
+
+  // Where the bytes so far can be read before commit(), for as long as this object lives. Not of a
+  // stream that is written without a spool: that takes Access::kPatch.
+  std::string path_to_read();
 
   // Makes the file durable and gives it its name. Call once, last.
   void commit();

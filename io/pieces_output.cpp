@@ -27,6 +27,7 @@ namespace {
 
 constexpr int kMaxFolders = 10000;
 constexpr const char* kMarker = ".unfinished";
+constexpr const char* kIndex = ".tetfusion-index.part";  // is_temporary_name()
 
 std::string stem_of(const std::string& path) { return std::filesystem::path(path).stem().string(); }
 
@@ -242,20 +243,36 @@ std::string PiecesOutput::piece_path(std::uint32_t piece) const {
   return folder_ + "/" + piece_name(stem_of(path_), piece);
 }
 
-void PiecesOutput::commit(const VtuLayout& layout, std::uint32_t pieces) {
+// `folder` is what goes before the names of the pieces.
+std::string PiecesOutput::text(const VtuLayout& layout, std::uint32_t pieces,
+                               const std::string& folder) const {
   AttributeSet points;
   points.arrays = {{"Points", layout.point_type, 3, {}, 0}};
   std::string text = vtk_file_tag("PUnstructuredGrid") + "  <PUnstructuredGrid GhostLevel=\"0\">\n";
   text += section("PPointData", layout.point_data) + section("PCellData", layout.cell_data) +
           section("PPoints", points);
-  const std::string folder = std::filesystem::path(folder_).filename().string();
   for (std::uint32_t i = 0; i < pieces; ++i) {
     text += fmt::format("    <Piece Source=\"{}\"/>\n",
-                        xml_escape(folder + "/" + piece_name(stem_of(path_), i)));
+                        xml_escape(folder + piece_name(stem_of(path_), i)));
   }
-  text += "  </PUnstructuredGrid>\n</VTKFile>\n";
+  return text + "  </PUnstructuredGrid>\n</VTKFile>\n";
+}
+
+std::string PiecesOutput::path_to_read(const VtuLayout& layout, std::uint32_t pieces) const {
+  const std::string index = folder_ + "/" + kIndex;
+  const std::string content = text(layout, pieces, "");
+  OutputFile file(index);
+  file.append(content.data(), content.size());
+  file.commit();
+  return index;
+}
+
+void PiecesOutput::commit(const VtuLayout& layout, std::uint32_t pieces) {
+  const std::string folder = std::filesystem::path(folder_).filename().string();
+  const std::string content = text(layout, pieces, folder + "/");
+  file_system().unlinkat(AT_FDCWD, (folder_ + "/" + kIndex).c_str(), 0);
   OutputFile file(path_);
-  file.append(text.data(), text.size());
+  file.append(content.data(), content.size());
   // As long as the file names the old folder, its marker counts for nothing.
   if (!old_folder_.empty()) give_up(old_folder_);
   file.commit();

@@ -41,10 +41,16 @@ class PiecesOutput {
   // The file to write a piece to; they count from 0.
   std::string piece_path(std::uint32_t piece) const;
 
+  // All pieces are written: the path of a file that names them, so that they can be read before
+  // commit(). It goes with commit(), or with this object.
+  std::string path_to_read(const VtuLayout& layout, std::uint32_t pieces) const;
+
   // All pieces are written. `layout` has the arrays of each; its counts do not matter. Call once.
   void commit(const VtuLayout& layout, std::uint32_t pieces);
 
  private:
+  std::string text(const VtuLayout& layout, std::uint32_t pieces, const std::string& folder) const;
+
   std::string path_;
   std::string old_folder_;  // of the file that is there; empty: none
   std::string folder_;      // empty when it must not be removed

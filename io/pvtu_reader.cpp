@@ -20,8 +20,6 @@ namespace tetfusion {
 
 namespace {
 
-// Each takes a descriptor and a mapping.
-constexpr std::size_t kMaxPieces = 512;
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
 
 std::vector<std::string> piece_paths(const MappedFile& file) {
@@ -204,7 +202,7 @@ DataArray PvtuSource::read_array(Association association, std::size_t index) {
 
 std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions& options) {
   const std::vector<std::string> paths = piece_paths(file);
-  if (paths.size() > kMaxPieces) return nullptr;
+  if (paths.size() > kMaxPiecesRead) return nullptr;
   auto source = std::make_unique<PvtuSource>(file.path(), options);
   for (const std::string& path : paths) {
     if (!source->add(path)) return nullptr;

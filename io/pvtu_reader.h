@@ -1,12 +1,16 @@
 // Unstructured grids in several files (.pvtu), read without VTK where all pieces are .vtu files.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 
 #include "io/mapped_file.h"
 #include "io/mesh_source.h"
 
 namespace tetfusion {
+
+// Each takes a descriptor and a mapping.
+inline constexpr std::size_t kMaxPiecesRead = 512;
 
 // Opens the pieces that the file names, beside it, and describes them as one mesh. Its points are
 // merged and its ghosts dropped as those of a .vtu with several pieces are (vtu_reader.h). Field

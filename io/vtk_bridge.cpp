@@ -72,7 +72,9 @@ std::vector<std::filesystem::path> plugin_folders() {
   for (const auto& folder : folders) looked += (looked.empty() ? "" : ", ") + folder.string();
   throw Error(
       ErrorCode::kBadInput,
-      file + ". Only .vtu files are read without VTK, and the VTK reader plugin (" +
+      file +
+          ". Only .vtu, .pvtu, Medit, Gmsh and TetGen files are read without VTK, and the VTK "
+          "reader plugin (" +
           kVtkPluginFile + ") is not installed (looked in " + looked +
           "). Build TetFusion with VTK 9.1 or newer (Debian: apt install libvtk9-dev; cmake "
           "-DTETFUSION_VTK=ON), or convert the file to .vtu");

@@ -3,13 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <new>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "base/error.h"
 #include "io/array_reader.h"
+#include "io/guarded_reading.h"
 #include "io/mapped_file.h"
 #include "io/vtu_head.h"
 
@@ -28,23 +27,9 @@ struct VtuInput {
     throw Error(code, file.path() + ": " + what);
   }
 
-  // Calls f(), which reads. A file that was shortened under us reads as zeros from there on: that
-  // is what is wrong, whatever follows from it. No size in the file makes an allocation fail before
-  // it was compared with the file's length; what remains is a mesh that is too large for this
-  // machine.
   template <class F>
   void guarded(F f) const {
-    try {
-      f();
-    } catch (const Error&) {
-      file.check();
-      throw;
-    } catch (const std::bad_alloc&) {
-      fail(ErrorCode::kMemory, "there is not enough memory to read the mesh");
-    } catch (const std::length_error&) {
-      fail(ErrorCode::kMemory, "there is not enough memory to read the mesh");
-    }
-    file.check();
+    read_guarded(file, std::move(f));
   }
 
   // A reader for one of the head's arrays; `label` names it in messages. Throws Error(kBadInput).

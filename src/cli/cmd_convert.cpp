@@ -23,9 +23,11 @@ void run(Arguments* a) {
   Console console(a->console);
   const RunContext context = console.context();
   set_thread_count(a->threads);
-  check_mesh_output(a->output);
+  check_mesh_output(a->output, a->write.encoding);
   context.report("reading", 0);
   const auto source = open_mesh(a->input, a->open);
+  const std::string left_out = left_out_of(a->output, source->description());
+  if (!left_out.empty()) console.say(left_out);
   a->write.progress = [&](double share) {
     context.check();
     context.report("writing", 0.5 + 0.5 * share);
@@ -40,7 +42,10 @@ void add_convert_command(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("convert", "Convert a mesh between formats and encodings");
   add_input_options(*command, &a->input, &a->open);
-  command->add_option("OUT", a->output, "The file to write, .vtu, or - for standard output")
+  command
+      ->add_option("OUT", a->output,
+                   "The file to write: .vtu, .mesh or .meshb (Medit), .msh (Gmsh), .node or .ele "
+                   "(TetGen), or - for a .vtu to standard output")
       ->required();
   add_encoding_option(*command, &a->write.encoding);
   add_thread_option(*command, &a->threads);

@@ -143,7 +143,8 @@ class Converter {
 }  // namespace
 
 void convert_mesh(MeshSource* source, const std::string& path, const WriteOptions& options) {
-  check_mesh_output(path);
+  check_mesh_output(path, options.encoding);
+  if (output_format(path) != MeshFormat::kVtu) return write_mesh(source, path, options);
   Converter(source).run(path, options);
 }
 

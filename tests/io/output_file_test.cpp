@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -87,6 +88,24 @@ TEST(OutputFile, LeavesTheOldFileWithoutCommit) {
   EXPECT_EQ(files_in(dir.path()), 1u);
 }
 
+TEST(OutputFile, CanBeReadBeforeItHasItsName) {
+  const TempDir dir;
+  write_all(dir.file("out"), "old");
+  OutputFile file(dir.file("out"));
+  append(&file, "new");
+  EXPECT_EQ(read_all(file.path_to_read()), "new");
+  append(&file, "er");
+  EXPECT_EQ(read_all(file.path_to_read()), "newer");
+  EXPECT_EQ(read_all(dir.file("out")), "old");
+  file.commit();
+  EXPECT_EQ(read_all(dir.file("out")), "newer");
+  EXPECT_EQ(files_in(dir.path()), 1u);
+  OutputFile spooled("/dev/null", OutputFile::Access::kPatch);
+  append(&spooled, "put aside");
+  EXPECT_EQ(read_all(spooled.path_to_read()), "put aside");
+  EXPECT_THROW(OutputFile("/dev/null").path_to_read(), std::logic_error);
+}
+
 TEST(OutputFile, HoldsWhatWasAppendedInPartsOfAnySize) {
   const TempDir dir;
   const std::string text = long_text();
@@ -112,6 +131,18 @@ TEST(OutputFile, PatchesWhatIsBufferedAndWhatIsWritten) {
   text.replace(5, 5, "FRONT");
   text.replace(text.size() - 2, 2, "BORDERend");
   EXPECT_EQ(read_all(dir.file("a")), text);
+}
+
+TEST(OutputFile, CanBeReadBeforeItHasAName) {
+  const TempDir dir;
+  OutputFile file(dir.file("a"));
+  append(&file, "one");
+  const MappedFile back = file.read_back();
+  EXPECT_EQ(back.size(), 3u);
+  EXPECT_EQ(std::memcmp(back.bytes().data(), "one", 3), 0);
+  EXPECT_EQ(back.path(), dir.file("a"));
+  EXPECT_FALSE(fs::exists(dir.file("a")));
+  EXPECT_THROW(OutputFile("/dev/null").read_back(), std::logic_error);
 }
 
 TEST(OutputFile, RefusesToPatchPastTheEnd) {

@@ -45,7 +45,7 @@ void expect_round(const PieceStore& store, int round) {
 
 // What a job does, from where it stands to the end, checking all that it reads. `*committed` is the
 // last round that commit() has returned for; -1 in the end.
-void run_job(const std::string& folder, bool resume, int* committed) {
+void run_job(const std::string& folder, bool resume, std::atomic<int>* committed) {
   ScratchOptions options;
   options.folder = folder;
   options.fingerprint = "job";
@@ -82,7 +82,7 @@ void run_job(const std::string& folder, bool resume, int* committed) {
 bool run_with(const std::function<void(FaultyFileSystem*)>& set_up) {
   const TempDir dir = TempDir::in_memory();
   const std::string folder = dir.file("scratch");
-  int committed = -1;
+  std::atomic<int> committed = -1;
   bool struck = false;
   {
     FaultyFileSystem system;
@@ -107,7 +107,7 @@ bool run_with(const std::function<void(FaultyFileSystem*)>& set_up) {
 std::int64_t calls_of_a_run() {
   const TempDir dir = TempDir::in_memory();
   FaultyFileSystem system;
-  int committed = -1;
+  std::atomic<int> committed = -1;
   run_job(dir.file("scratch"), false, &committed);
   return system.calls();
 }
@@ -128,7 +128,7 @@ TEST(ScratchFaults, EveryTransferIsCutShortInTurn) {
     const TempDir dir = TempDir::in_memory();
     FaultyFileSystem system;
     system.cut_short(n);
-    int committed = -1;
+    std::atomic<int> committed = -1;
     EXPECT_NO_THROW(run_job(dir.file("scratch"), false, &committed)) << n;
     EXPECT_FALSE(fs::exists(dir.file("scratch")));
   }
@@ -150,7 +150,7 @@ TEST(ScratchFaults, EveryCallOfAResumedRunFailsInTurn) {
   {
     // Dies in its third round.
     FaultyFileSystem system;
-    int committed = -1;
+    std::atomic<int> committed = -1;
     system.before([&](Call) {
       if (committed == 2) system.die(0);
     });
@@ -160,7 +160,7 @@ TEST(ScratchFaults, EveryCallOfAResumedRunFailsInTurn) {
     const TempDir dir = TempDir::in_memory();
     const std::string folder = dir.file("scratch");
     fs::copy(kept.file("scratch"), folder);
-    int committed = 2;
+    std::atomic<int> committed = 2;
     std::int64_t calls = 0;
     {
       FaultyFileSystem system;
@@ -189,7 +189,7 @@ TEST(ScratchFaults, EveryCallOfAResumedRunFailsInTurn) {
 TEST(ScratchFaults, ADiskThatFillsUpIsAnErrorThatSaysSo) {
   for (const std::int64_t room : {0, 100, 5000, 9000, 20000, 30000, 40000}) {
     const TempDir dir = TempDir::in_memory();
-    int committed = -1;
+    std::atomic<int> committed = -1;
     {
       FaultyFileSystem system;
       system.fill_up_after(room);
@@ -209,7 +209,7 @@ TEST(ScratchFaults, ADiskThatCannotSetSpaceAsideWillDo) {
   const TempDir dir = TempDir::in_memory();
   FaultyFileSystem system;
   system.fail_all(Call::kAllocate, EOPNOTSUPP);
-  int committed = -1;
+  std::atomic<int> committed = -1;
   EXPECT_NO_THROW(run_job(dir.file("scratch"), false, &committed));
 }
 
@@ -245,7 +245,7 @@ TEST(ScratchFaults, ALockThatIsNotSupportedIsAnError) {
   const TempDir dir = TempDir::in_memory();
   FaultyFileSystem system;
   system.fail_all(Call::kLock, ENOLCK);
-  int committed = -1;
+  std::atomic<int> committed = -1;
   try {
     run_job(dir.file("scratch"), false, &committed);
     ADD_FAILURE();

@@ -82,6 +82,25 @@ MeshFile rich_box(std::uint32_t n) {
   return file;
 }
 
+MeshFile read_mesh_file(const std::string& path) {
+  const auto source = open_mesh(path);
+  const MeshDescription& description = source->description();
+  MeshFile file;
+  file.geometry = source->read_geometry();
+  const auto read_all = [&](Association association, const AttributeSet& set) {
+    std::vector<DataArray> arrays;
+    for (std::size_t i = 0; i < set.arrays.size(); ++i) {
+      arrays.push_back(source->read_array(association, i));
+    }
+    return arrays;
+  };
+  file.point_arrays = read_all(Association::kPoint, description.point_data);
+  file.cell_arrays = read_all(Association::kCell, description.cell_data);
+  file.field_arrays = read_all(Association::kField, description.field_data);
+  file.point_markers = description.point_data.active;
+  return file;
+}
+
 DataArray read_point_array(MeshSource* source, const std::string& name) {
   return read_named(source, Association::kPoint, source->description().point_data, name);
 }

@@ -49,6 +49,9 @@ DataArray point_array(const MeshFile& file, const std::string& name, F&& f) {
 // two points that no tetrahedron uses, and points of no cell.
 MeshFile rich_box(std::uint32_t n);
 
+// All of a file of one piece, to be changed and written again.
+MeshFile read_mesh_file(const std::string& path);
+
 // Throw where there is none of that name.
 DataArray read_point_array(MeshSource* source, const std::string& name);
 DataArray read_cell_array(MeshSource* source, const std::string& name);

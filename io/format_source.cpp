@@ -1,0 +1,128 @@
+#include "io/format_source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+#include "base/error.h"
+#include "io/cell_kinds.h"
+#include "io/merge_pieces.h"
+#include "io/vtu_cell_arrays.h"
+#include "io/vtu_cells.h"
+#include "mesh/blocks.h"
+#include "mesh/split_cells.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kCellsPerBlock = 65536;
+
+class FormatSource final : public MeshSource {
+ public:
+  FormatSource(std::unique_ptr<FormatReader> reader, const OpenOptions& options)
+      : reader_(std::move(reader)), options_(options) {}
+
+  const MeshDescription& description() const override { return reader_->description(); }
+
+  Geometry read_geometry() override {
+    Geometry mesh;
+    mesh.points = reader_->read_points();
+    VtuCells cells = take_list(reader_->read_cells());
+    Vector<std::uint8_t> used;
+    used.assign(point_count(mesh.points), 0);
+    mark(cells, &used);
+    check_finite(mesh.points, used);
+    Vector<VertexId> new_ids;
+    if (std::find(used.begin(), used.end(), 0) != used.end()) {
+      new_ids = compact_points(used, {}, &mesh);
+    }
+    take_cells(description().path, std::move(cells), new_ids, &mesh);
+    return mesh;
+  }
+
+  DataArray read_array(Association association, std::size_t index) override {
+    return reader_->read_array(association, index);
+  }
+
+  std::uint64_t memory_to_read() override {
+    return tetfusion::memory_to_read(description(), reader_->cell_types()) +
+           reader_->memory_beside();
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error(ErrorCode::kBadInput, description().path + ": " + what);
+  }
+
+  VtuCells take_list(ListedCells list) const {
+    VtuCells cells;
+    cells.tets_only = std::all_of(list.types.begin(), list.types.end(),
+                                  [](std::uint8_t type) { return type == kVtkTetra; });
+    cells.types = std::move(list.types);
+    if (cells.tets_only) {
+      cells.tets.resize(cells.types.size());
+      if (!cells.tets.empty()) {
+        std::memcpy(cells.tets.data(), list.ids.data(), cells.tets.size() * sizeof(Tet));
+      }
+      return cells;
+    }
+    cells.offsets.resize(cells.types.size() + 1);
+    cells.offsets[0] = 0;
+    for (std::size_t c = 0; c < cells.types.size(); ++c) {
+      if (kept_vertices(cells.types[c], options_) < 0) {
+        fail("cell " + std::to_string(c) + " " + refusal(cells.types[c]));
+      }
+      cells.offsets[c + 1] =
+          cells.offsets[c] + static_cast<std::uint64_t>(vtk_cell_size(cells.types[c]));
+    }
+    cells.connectivity = std::move(list.ids);
+    return cells;
+  }
+
+  // Sets a byte for each point that stays in a cell.
+  void mark(const VtuCells& cells, Vector<std::uint8_t>* used) const {
+    for_each_block(
+        cells.types.size(), kCellsPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+          for (std::size_t c = begin; c < end; ++c) {
+            const VertexId* const ids =
+                cells.tets_only ? cells.tets[c].data() : &cells.connectivity[cells.offsets[c]];
+            const int kept = kept_vertices(cells.types[c], options_);
+            for (int k = 0; k < kept; ++k) mark_used(used->data(), ids[k]);
+          }
+        });
+  }
+
+  void check_finite(const Points& points, const Vector<std::uint8_t>& used) const {
+    constexpr std::string_view kAxes = "xyz";
+    std::visit(
+        [&](const auto& xyz) {
+          for (std::size_t v = 0; v < used.size(); ++v) {
+            const double p[3] = {xyz[v].x, xyz[v].y, xyz[v].z};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              if (used[v] == 0 || std::isfinite(p[axis])) continue;
+              throw InvalidMesh(description().path + ": point " + std::to_string(v) + " has the " +
+                                kAxes[axis] + " coordinate " + std::to_string(p[axis]) +
+                                ", which is not finite");
+            }
+          }
+        },
+        points);
+  }
+
+  std::unique_ptr<FormatReader> reader_;
+  OpenOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<MeshSource> make_source(std::unique_ptr<FormatReader> reader,
+                                        const OpenOptions& options) {
+  return std::make_unique<FormatSource>(std::move(reader), options);
+}
+
+}  // namespace tetfusion

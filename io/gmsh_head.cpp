@@ -1,0 +1,273 @@
+#include "io/gmsh_head.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "io/byte_values.h"
+#include "io/text_tokens.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kEntityBox = 6 * 8;    // of curves, surfaces and volumes: two corners
+constexpr std::size_t kEntityPoint = 3 * 8;  // of points
+
+class HeadParser {
+ public:
+  explicit HeadParser(const FormatFile& file) : file_(file) {}
+
+  GmshHead run() {
+    std::string_view text = file_.text();
+    while (next_section(&text)) {
+    }
+    if (head_.version.empty()) file_.fail("there is no $MeshFormat");
+    if (head_.nodes.data() == nullptr) file_.fail("there are no $Nodes");
+    if (head_.elements.data() == nullptr) file_.fail("there are no $Elements");
+    return std::move(head_);
+  }
+
+ private:
+  GmshCursor cursor(std::string_view section) const {
+    return {file_, section, head_.binary, head_.swapped};
+  }
+
+  // Takes a section off the front of *text. False at the end of the file.
+  bool next_section(std::string_view* text) {
+    const std::size_t begin = text->find_first_not_of(" \t\r\n");
+    if (begin == text->npos) return false;
+    text->remove_prefix(begin);
+    if ((*text)[0] != '$') {
+      file_.fail_in_line(text->data(), "expected a section, as $Nodes, found " +
+                                           quoted(text->substr(0, text->find('\n'))));
+    }
+    std::size_t line = std::min(text->find('\n'), text->size());
+    std::string_view name = text->substr(1, line - 1);
+    while (!name.empty() && is_blank(name.back())) name.remove_suffix(1);
+    if (line < text->size()) ++line;
+    const std::string end = std::string("$End").append(name);
+    const std::string_view after = text->substr(line);
+    // In a binary file its end may stand among the numbers, too.
+    const std::size_t body = after.find(end, binary_bytes(name, after));
+    if (body == after.npos) {
+      file_.fail_in_line(text->data(),
+                         std::string("$").append(name).append(": there is no ") + end);
+    }
+    parse_section(name, after.substr(0, body));
+    *text = after.substr(body + end.size());
+    return true;
+  }
+
+  // How long the binary part of a section is at least, its text included.
+  std::size_t binary_bytes(std::string_view name, std::string_view text) const {
+    if (!head_.binary) return 0;
+    GmshCursor all = cursor(text);
+    if (name == "Nodes") {
+      skip_nodes(&all);
+    } else if (name == "Elements") {
+      skip_elements(&all);
+    } else if (name == "Entities") {
+      skip_entities(&all);
+    } else if (name == "NodeData" || name == "ElementData") {
+      const GmshData data = parse_data(text);
+      return static_cast<std::size_t>(data.text.data() - text.data()) +
+             data.rows * (4 + 8 * data.components);
+    }
+    return static_cast<std::size_t>(all.at() - text.data());
+  }
+
+  void skip_nodes(GmshCursor* all) const {
+    if (!head_.is_4) {
+      const std::uint64_t nodes = all->count();
+      all->end_line();
+      return all->skip(all->rows(nodes, 4 + 24, 4) * 28);
+    }
+    const std::uint64_t blocks = all->size();
+    all->skip(3 * 8);
+    for (std::uint64_t b = 0; b < blocks; ++b) {
+      const std::int64_t dimension = all->integer();
+      all->integer();
+      const bool parametric = all->integer() != 0;
+      const std::uint64_t values =
+          3 + (parametric && dimension > 0
+                   ? std::min<std::uint64_t>(3, static_cast<std::uint64_t>(dimension))
+                   : 0);
+      const std::uint64_t count = all->size();
+      all->skip(all->rows(count, 8 + 8 * values, 1 + values) * (8 + 8 * values));
+    }
+  }
+
+  void skip_elements(GmshCursor* all) const {
+    if (head_.is_4) {
+      const std::uint64_t blocks = all->size();
+      all->skip(3 * 8);
+      for (std::uint64_t b = 0; b < blocks; ++b) {
+        all->skip(8);
+        const auto nodes = static_cast<std::uint64_t>(known_type(all).nodes);
+        const std::uint64_t count = all->size();
+        all->skip(all->rows(count, 8 * (1 + nodes), 1 + nodes) * 8 * (1 + nodes));
+      }
+      return;
+    }
+    const std::uint64_t elements = all->count();
+    all->end_line();
+    for (std::uint64_t done = 0; done < elements;) {
+      const auto nodes = static_cast<std::uint64_t>(known_type(all).nodes);
+      const std::int64_t count = all->integer();
+      const std::int64_t tags = all->integer();
+      if (count <= 0 || tags < 0) all->fail("a block of elements has no right counts");
+      const std::uint64_t row = 4 * (1 + static_cast<std::uint64_t>(tags) + nodes);
+      all->skip(all->rows(static_cast<std::uint64_t>(count), row, 1) * row);
+      done += static_cast<std::uint64_t>(count);
+    }
+  }
+
+  static GmshElementType known_type(GmshCursor* all) {
+    const char* const at = all->at();
+    const std::int64_t type = all->integer();
+    const GmshElementType known = gmsh_element_type(type);
+    if (known.name == nullptr) {
+      all->fail_at(at, "elements of Gmsh's type " + std::to_string(type) + " cannot be read");
+    }
+    return known;
+  }
+
+  void skip_entities(GmshCursor* all) const {
+    std::array<std::uint64_t, 4> counts{};
+    for (std::uint64_t& count : counts) count = all->size();
+    for (std::size_t d = 0; d < counts.size(); ++d) {
+      for (std::uint64_t e = 0; e < counts[d]; ++e) {
+        all->skip(4 + (d == 0 ? kEntityPoint : kEntityBox));
+        const std::uint64_t groups = all->size();
+        all->skip(4 * all->rows(groups, 4, 1));
+        if (d == 0) continue;
+        const std::uint64_t borders = all->size();
+        all->skip(4 * all->rows(borders, 4, 1));
+      }
+    }
+  }
+
+  void parse_section(std::string_view name, std::string_view text) {
+    if (name == "MeshFormat") return parse_format(text);
+    if (head_.version.empty()) file_.fail_in_line(text.data(), "$MeshFormat must come first");
+    if (name == "Comments") return;
+    if (name == "PhysicalNames") return parse_names(text);
+    if (name == "Entities" && head_.is_4) return parse_entities(text);
+    if (name == "Nodes") return take(&head_.nodes, &head_.node_count, text);
+    if (name == "Elements") return take(&head_.elements, &head_.element_count, text);
+    if (name == "NodeData") return head_.node_data.push_back(parse_data(text));
+    if (name == "ElementData") return head_.element_data.push_back(parse_data(text));
+    const std::string word(name);
+    auto& names = head_.left_out;
+    if (std::find(names.begin(), names.end(), word) == names.end()) names.push_back(word);
+  }
+
+  void parse_format(std::string_view text) {
+    GmshCursor in(file_, text, false, false);
+    head_.version = std::string(in.word());
+    const std::uint64_t type = in.count();
+    const std::uint64_t bytes = in.count();
+    head_.is_4 = head_.version == "4.1";
+    if (!head_.is_4 && head_.version != "2" && !head_.version.starts_with("2.")) {
+      in.fail("a Gmsh file of version " + quoted(head_.version) +
+              ", expected 2.2 or 4.1: Gmsh writes these with -format msh22 or msh41");
+    }
+    if (type > 1 || bytes != 8) {
+      in.fail("expected 0 or 1 and 8 behind the version, found " + std::to_string(type) + " and " +
+              std::to_string(bytes));
+    }
+    head_.binary = type == 1;
+    if (!head_.binary) return;
+    in.end_line();
+    GmshCursor one(file_, {in.at(), text.size() - static_cast<std::size_t>(in.at() - text.data())},
+                   true, false);
+    const std::int64_t order = one.integer();
+    head_.swapped = order == 0x01000000;
+    if (order != 1 && !head_.swapped) one.fail("expected a binary 1 behind the version");
+  }
+
+  void take(std::string_view* section, std::uint64_t* count, std::string_view text) {
+    if (section->data() != nullptr) file_.fail_in_line(text.data(), "the section is there twice");
+    *section = text;
+    GmshCursor in = cursor(text);
+    if (head_.is_4) {
+      in.size();
+      *count = in.size();
+    } else {
+      *count = in.count();
+    }
+    in.rows(*count, 4, 1);
+  }
+
+  void parse_names(std::string_view text) {
+    GmshCursor in(file_, text, false, false);
+    const std::uint64_t names = in.rows(in.count(), 1, 3);
+    for (std::uint64_t i = 0; i < names; ++i) {
+      GmshName name;
+      name.dimension = file_.number<std::int32_t>(in.word());
+      name.tag = file_.number<std::int32_t>(in.word());
+      name.name = in.text();
+      head_.names.push_back(std::move(name));
+    }
+  }
+
+  void parse_entities(std::string_view text) {
+    GmshCursor in = cursor(text);
+    std::array<std::uint64_t, 4> counts{};
+    for (std::uint64_t& count : counts) count = in.size();
+    for (int d = 0; d < 4; ++d) {
+      for (std::uint64_t e = 0; e < counts[static_cast<std::size_t>(d)]; ++e) {
+        const std::int64_t tag = in.integer();
+        for (int k = 0; k < (d == 0 ? 3 : 6); ++k) in.real();
+        const std::uint64_t groups = in.rows(in.size(), 4, 1);
+        for (std::uint64_t g = 0; g < groups; ++g) {
+          const std::int64_t group = in.integer();
+          if (g == 0) head_.physical[{d, tag}] = group;
+        }
+        if (d == 0) continue;
+        const std::uint64_t borders = in.rows(in.size(), 4, 1);
+        for (std::uint64_t b = 0; b < borders; ++b) in.integer();
+      }
+    }
+  }
+
+  GmshData parse_data(std::string_view text) const {
+    GmshCursor in(file_, text, false, false);  // but for the rows
+    GmshData data;
+    const std::uint64_t texts = in.rows(in.count(), 1, 1);
+    for (std::uint64_t i = 0; i < texts; ++i) {
+      const std::string name = in.text();
+      if (i == 0) data.name = name;
+    }
+    const std::uint64_t reals = in.rows(in.count(), 1, 1);
+    for (std::uint64_t i = 0; i < reals; ++i) in.real();
+    const std::uint64_t integers = in.rows(in.count(), 1, 1);
+    if (integers < 3) in.fail("expected a time step, a number of components and one of rows");
+    for (std::uint64_t i = 0; i < integers; ++i) {
+      const std::int64_t value = in.integer();
+      if (i > 0 && value < 0) in.fail("expected a count, found " + std::to_string(value));
+      if (i == 1) data.components = static_cast<std::uint64_t>(value);
+      if (i == 2) data.rows = static_cast<std::uint64_t>(value);
+    }
+    in.end_line();
+    if (data.components == 0 || data.components > 64) {
+      in.fail(std::to_string(data.components) + " components cannot be read");
+    }
+    const auto head = static_cast<std::size_t>(in.at() - text.data());
+    data.text = text.substr(head);
+    cursor(data.text).rows(data.rows, 4 + 8 * data.components, 1 + data.components);
+    if (data.name.empty()) data.name = "data";
+    return data;
+  }
+
+  const FormatFile& file_;
+  GmshHead head_;
+};
+
+}  // namespace
+
+bool looks_like_gmsh(std::string_view text) { return text.starts_with("$MeshFormat"); }
+
+GmshHead parse_gmsh_head(const FormatFile& file) { return HeadParser(file).run(); }
+
+}  // namespace tetfusion

@@ -1,0 +1,117 @@
+// What a Gmsh file (.msh 2.0 to 2.2, and 4.1) consists of, and where.
+//
+//   $MeshFormat                  version, 0: text, 1: binary, bytes of a real
+//   2.2 0 8
+//   $EndMeshFormat
+//   $PhysicalNames ... $Entities ... $Nodes ... $Elements ... $NodeData ... $ElementData ...
+//
+// In a binary file the numbers within sections are binary; how long a section is then follows from
+// the counts in it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "io/format_file.h"
+
+namespace tetfusion {
+
+inline constexpr const char* kGmshPhysical = "gmsh:physical";
+inline constexpr const char* kGmshGeometrical = "gmsh:geometrical";
+// A physical group's name, in the name of a field array: its tag and its dimension.
+inline constexpr const char* kGmshNamePrefix = "gmsh:physical:";
+
+// Numbers of a section one after another, text or binary alike. Everything fails at the section's
+// end, naming the place.
+class GmshCursor {
+ public:
+  GmshCursor(const FormatFile& file, std::string_view section, bool binary, bool swapped)
+      : file_(&file),
+        at_(section.data()),
+        end_(section.data() + section.size()),
+        binary_(binary),
+        swapped_(swapped) {}
+
+  std::int64_t integer();  // binary: 32 bits
+  std::uint64_t size();    // binary: 64 bits
+  double real();
+  // What is text in binary files, too.
+  std::string_view word();  // up to the next blank
+  std::string text();       // in quotes
+  std::uint64_t count();    // a whole number
+  void end_line();          // goes to the begin of the next line
+
+  // How many there are, compared with what is left: each takes at least so many bytes.
+  std::uint64_t rows(std::uint64_t claimed, std::uint64_t binary_bytes,
+                     std::uint64_t numbers) const;
+  void skip(std::uint64_t bytes);
+  void rest_is_blank() const;
+  const char* at() const { return at_; }
+  bool binary() const { return binary_; }
+  [[noreturn]] void fail(const std::string& what) const { fail_at(at_, what); }
+  [[noreturn]] void fail_at(const char* at, const std::string& what) const;
+  [[noreturn]] void invalid_at(const char* at, const std::string& what) const;
+  // So that at() is where the next number begins.
+  void skip_blanks_of_text() {
+    if (!binary_) skip_blanks();
+  }
+
+ private:
+  void skip_blanks();
+  template <class T>
+  T binary_value();
+
+  const FormatFile* file_;
+  const char* at_;
+  const char* end_;
+  bool binary_;
+  bool swapped_;
+};
+
+// $NodeData or $ElementData.
+struct GmshData {
+  std::string name;
+  std::uint64_t components = 1;
+  std::uint64_t rows = 0;
+  std::string_view text;  // from the first row to the end of the section
+};
+
+struct GmshName {
+  int dimension = 0;
+  std::int32_t tag = 0;
+  std::string name;
+};
+
+struct GmshHead {
+  std::string version;
+  bool is_4 = false;
+  bool binary = false;
+  bool swapped = false;
+  std::string_view nodes, elements;  // the sections, without the words that enclose them
+  std::uint64_t node_count = 0;
+  std::uint64_t element_count = 0;
+  std::vector<GmshName> names;
+  std::map<std::pair<int, std::int64_t>, std::int64_t> physical;  // of an entity: its first group
+  std::vector<GmshData> node_data, element_data;
+  std::vector<std::string> left_out;  // sections that are passed over, each once
+};
+
+bool looks_like_gmsh(std::string_view text);
+
+// Throws Error(kBadInput). No count is larger than the file can hold.
+GmshHead parse_gmsh_head(const FormatFile& file);
+
+struct GmshElementType {
+  std::uint8_t vtk = 0;  // 0: unknown to VTK, or to this program
+  int nodes = 0;
+  const char* name = nullptr;  // null: Gmsh has no such type that this program knows
+};
+
+GmshElementType gmsh_element_type(std::int64_t type);
+
+}  // namespace tetfusion

@@ -1,0 +1,20 @@
+// Gmsh meshes (gmsh_head.h), text or binary, versions 2.0 to 2.2 and 4.1.
+//
+// Nodes and elements may have any numbers, in any order. The integer cell arrays "gmsh:physical"
+// and "gmsh:geometrical" say to which group and entity an element belongs (0: none; of several
+// groups the first). $NodeData and $ElementData become arrays of doubles; where a file has no value
+// it is NaN. Each name of a physical group becomes a field array of two values, tag and dimension,
+// called "gmsh:physical:NAME". Other sections are left out, and named in the description's format.
+#pragma once
+
+#include <memory>
+
+#include "io/mapped_file.h"
+#include "io/mesh_source.h"
+
+namespace tetfusion {
+
+// Reads the head. Throws Error(kBadInput).
+std::unique_ptr<MeshSource> open_gmsh(MappedFile file, const OpenOptions& options = {});
+
+}  // namespace tetfusion

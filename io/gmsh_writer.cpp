@@ -1,0 +1,323 @@
+#include "io/gmsh_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "base/error.h"
+#include "io/gmsh_head.h"
+#include "io/text_rows.h"
+#include "mesh/blocks.h"
+#include "mesh/split_cells.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::size_t kRowsPerBlock = 16384;
+constexpr std::size_t kNone = MeshPasses::kNone;
+
+int gmsh_type(std::uint8_t vtk) {
+  switch (vtk) {
+    case kVtkLine:
+      return 1;
+    case kVtkTriangle:
+      return 2;
+    case kVtkTetra:
+      return 4;
+    default:
+      return 15;
+  }
+}
+
+class GmshWriter {
+ public:
+  GmshWriter(MeshPasses* mesh, OutputFile* file, bool binary)
+      : mesh_(*mesh), file_(file), binary_(binary) {
+    const AttributeSet& cells = mesh_.description().cell_data;
+    physical_ = find_references(cells, Association::kCell, kGmshPhysical);
+    geometrical_ = find_references(cells, Association::kCell, kGmshGeometrical);
+    if (geometrical_ != kNone && cells.arrays[geometrical_].name != kGmshGeometrical) {
+      geometrical_ = kNone;
+    }
+  }
+
+  void run(const std::function<void(double)>& progress) {
+    check_size();
+    const std::size_t point_arrays = mesh_.description().point_data.arrays.size();
+    const std::size_t cell_arrays = mesh_.description().cell_data.arrays.size();
+    mesh_.expect((1 + point_arrays) * mesh_.points() + (1 + cell_arrays) * mesh_.tets(), progress);
+    put_head();
+    put_names();
+    put_nodes();
+    put_elements();
+    for (std::size_t i = 0; i < point_arrays; ++i) put_node_data(i);
+    for (std::size_t i = 0; i < cell_arrays; ++i) {
+      if (!is_tag(mesh_.description().cell_data.arrays[i], i)) put_element_data(i);
+    }
+  }
+
+ private:
+  std::uint64_t cells() const { return mesh_.tets() + mesh_.lower().size(); }
+
+  // A material that is the physical group stays an array of its own, under its name.
+  bool is_tag(const ArrayInfo& info, std::size_t index) const {
+    return index == geometrical_ || (index == physical_ && info.name == kGmshPhysical);
+  }
+
+  void check_size() const {
+    constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();
+    if (mesh_.points() <= kMost && cells() <= kMost) return;
+    throw Error(ErrorCode::kUsage,
+                fmt::format("a Gmsh file numbers at most {} points and cells; the mesh has {} and "
+                            "{}: write a .vtu",
+                            kMost, mesh_.points(), cells()));
+  }
+
+  template <class T>
+  static std::byte* store(T value, std::byte* to) {
+    std::memcpy(to, &value, sizeof value);
+    return to + sizeof value;
+  }
+
+  // f(i, row) fills the `bytes` bytes of each row.
+  template <class F>
+  void put_binary_rows(std::size_t rows, std::size_t bytes, F f) {
+    buffer_.resize(rows * bytes);
+    for_each_block(rows, kRowsPerBlock, [&](std::size_t, std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) f(i, buffer_.data() + i * bytes);
+    });
+    file_->append(buffer_.data(), buffer_.size());
+  }
+
+  void put_head() {
+    put_text(fmt::format("$MeshFormat\n2.2 {} 8\n", binary_ ? 1 : 0), file_);
+    if (binary_) {
+      const std::int32_t one = 1;
+      file_->append(&one, sizeof one);
+      put_text("\n", file_);
+    }
+    put_text("$EndMeshFormat\n", file_);
+  }
+
+  // A quote would end the text.
+  static std::string in_quotes(std::string text) {
+    std::replace(text.begin(), text.end(), '"', '\'');
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return fmt::format("\"{}\"", text);
+  }
+
+  void put_names() {
+    std::string rows;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < mesh_.description().field_data.arrays.size(); ++i) {
+      const ArrayInfo& info = mesh_.description().field_data.arrays[i];
+      if (!is_gmsh_name(info)) continue;
+      const DataArray array = mesh_.read_field(i);
+      const Vector<std::int64_t> values = to_integers(info, array.bytes);
+      const std::string name = info.name.substr(std::string_view(kGmshNamePrefix).size());
+      rows += fmt::format("{} {} {}\n", values[1], values[0], in_quotes(name));
+      ++count;
+    }
+    if (count > 0) {
+      put_text(fmt::format("$PhysicalNames\n{}\n{}$EndPhysicalNames\n", count, rows), file_);
+    }
+  }
+
+  void put_nodes() {
+    put_text(fmt::format("$Nodes\n{}\n", mesh_.points()), file_);
+    mesh_.for_each_points(
+        {}, [&](std::uint64_t first, const Points& points, const std::vector<Vector<std::byte>>&) {
+          std::visit([&](const auto& xyz) { put_node_window(first, xyz); }, points);
+        });
+    end_section("Nodes");
+  }
+
+  template <class Real>
+  void put_node_window(std::uint64_t first, const Vector<Vec3<Real>>& xyz) {
+    if (binary_) {
+      put_binary_rows(xyz.size(), 4 + 3 * 8, [&](std::size_t i, std::byte* to) {
+        to = store(static_cast<std::int32_t>(first + i + 1), to);
+        to = store(static_cast<double>(xyz[i].x), to);
+        to = store(static_cast<double>(xyz[i].y), to);
+        store(static_cast<double>(xyz[i].z), to);
+      });
+    } else {
+      put_text_rows(xyz.size(), file_, [&](std::size_t i, TextRow* row) {
+        row->add(first + i + 1);
+        row->add(double{xyz[i].x}).add(double{xyz[i].y}).add(double{xyz[i].z});
+      });
+    }
+  }
+
+  void end_section(const char* name) {
+    put_text(fmt::format("{}$End{}\n", binary_ ? "\n" : "", name), file_);
+  }
+
+  // ---- elements ----
+
+  struct Tags {
+    Vector<std::int32_t> physical, geometrical;
+  };
+
+  Vector<std::int32_t> tags_of(std::size_t array, std::span<const std::byte> rows,
+                               std::size_t count) const {
+    Vector<std::int32_t> tags;
+    tags.assign(count, 0);
+    if (array == kNone) return tags;
+    const ArrayInfo& info = mesh_.description().cell_data.arrays[array];
+    const Vector<std::int64_t> values = to_integers(info, rows);
+    for (std::size_t i = 0; i < count; ++i) {
+      tags[i] = static_cast<std::int32_t>(values[i]);
+      if (tags[i] != values[i]) {
+        throw Error(ErrorCode::kBadInput, fmt::format("array \"{}\" has the value {}: a tag of a "
+                                                      "Gmsh file has 32 bits; write a .vtu",
+                                                      info.name, values[i]));
+      }
+    }
+    return tags;
+  }
+
+  Tags both_tags(std::span<const std::byte> physical, std::span<const std::byte> geometrical,
+                 std::size_t count) const {
+    Tags tags{tags_of(physical_, physical, count), tags_of(geometrical_, geometrical, count)};
+    if (geometrical_ == kNone) {
+      for (std::size_t i = 0; i < count; ++i) tags.geometrical[i] = std::max(tags.physical[i], 1);
+    }
+    return tags;
+  }
+
+  void put_elements() {
+    put_text(fmt::format("$Elements\n{}\n", cells()), file_);
+    if (binary_) put_block_head(kVtkTetra, mesh_.tets());
+    mesh_.for_each_tets({physical_, geometrical_}, [&](std::uint64_t first, const Vector<Tet>& tets,
+                                                       const std::vector<Vector<std::byte>>& rows) {
+      const Tags tags = both_tags(rows[0], rows[1], tets.size());
+      put_cells(kVtkTetra, first, tets.size(), tags, [&](std::size_t i) { return tets[i].data(); });
+    });
+    const Tags tags = both_tags(mesh_.lower_rows(physical_), mesh_.lower_rows(geometrical_),
+                                mesh_.lower().size());
+    put_lower(tags);
+    end_section("Elements");
+  }
+
+  void put_block_head(std::uint8_t type, std::uint64_t count) {
+    const std::array<std::int32_t, 3> head = {gmsh_type(type), static_cast<std::int32_t>(count), 2};
+    file_->append(head.data(), sizeof head);
+  }
+
+  // corners(i): those of cell i, from 0.
+  template <class Corners>
+  void put_cells(std::uint8_t type, std::uint64_t first, std::size_t count, const Tags& tags,
+                 Corners corners) {
+    const auto width = static_cast<std::size_t>(vtk_cell_size(type));
+    if (binary_) {
+      put_binary_rows(count, 4 * (3 + width), [&](std::size_t i, std::byte* to) {
+        to = store(static_cast<std::int32_t>(first + i + 1), to);
+        to = store(tags.physical[i], to);
+        to = store(tags.geometrical[i], to);
+        for (std::size_t k = 0; k < width; ++k) {
+          to = store(static_cast<std::int32_t>(corners(i)[k] + 1), to);
+        }
+      });
+    } else {
+      put_text_rows(count, file_, [&](std::size_t i, TextRow* row) {
+        row->add(first + i + 1).add(gmsh_type(type)).add(2);
+        row->add(tags.physical[i]).add(tags.geometrical[i]);
+        for (std::size_t k = 0; k < width; ++k) row->add(corners(i)[k] + 1);
+      });
+    }
+  }
+
+  // Cells of one type after another share the head of a block.
+  void put_lower(const Tags& tags) {
+    const LowerCells& lower = mesh_.lower();
+    for (std::size_t begin = 0; begin < lower.size();) {
+      const std::uint8_t type = lower.types[begin];
+      std::size_t end = begin + 1;
+      while (end < lower.size() && lower.types[end] == type) ++end;
+      if (binary_) put_block_head(type, end - begin);
+      const auto from = static_cast<std::ptrdiff_t>(begin);
+      const auto to = static_cast<std::ptrdiff_t>(end);
+      const Tags some{{tags.physical.begin() + from, tags.physical.begin() + to},
+                      {tags.geometrical.begin() + from, tags.geometrical.begin() + to}};
+      put_cells(type, mesh_.tets() + begin, end - begin, some, [&](std::size_t i) {
+        return lower.connectivity.data() + lower.offsets[begin + i];
+      });
+      begin = end;
+    }
+  }
+
+  // ---- arrays ----
+
+  void begin_data(const char* section, const ArrayInfo& info, std::uint64_t rows) {
+    put_text(fmt::format("${}\n1\n{}\n1\n0\n3\n0\n{}\n{}\n", section, in_quotes(info.name),
+                         info.components, rows),
+             file_);
+  }
+
+  void put_values(const ArrayInfo& info, std::uint64_t first, std::span<const std::byte> rows) {
+    const Vector<double> values = to_doubles(info, rows);
+    const std::size_t width = info.components;
+    const std::size_t count = values.size() / width;
+    if (binary_) {
+      put_binary_rows(count, 4 + 8 * width, [&](std::size_t i, std::byte* to) {
+        to = store(static_cast<std::int32_t>(first + i + 1), to);
+        std::memcpy(to, values.data() + i * width, 8 * width);
+      });
+    } else {
+      put_text_rows(count, file_, [&](std::size_t i, TextRow* row) {
+        row->add(first + i + 1);
+        for (std::size_t k = 0; k < width; ++k) row->add(values[i * width + k]);
+      });
+    }
+  }
+
+  void put_node_data(std::size_t index) {
+    const ArrayInfo& info = mesh_.description().point_data.arrays[index];
+    begin_data("NodeData", info, mesh_.points());
+    mesh_.for_each_point_rows(index, [&](std::uint64_t first, const Vector<std::byte>& rows) {
+      put_values(info, first, rows);
+    });
+    end_section("NodeData");
+  }
+
+  void put_element_data(std::size_t index) {
+    const ArrayInfo& info = mesh_.description().cell_data.arrays[index];
+    begin_data("ElementData", info, cells());
+    mesh_.for_each_tets({index}, [&](std::uint64_t first, const Vector<Tet>&,
+                                     const std::vector<Vector<std::byte>>& rows) {
+      put_values(info, first, rows[0]);
+    });
+    put_values(info, mesh_.tets(), mesh_.lower_rows(index));
+    end_section("ElementData");
+  }
+
+  MeshPasses& mesh_;
+  OutputFile* file_;
+  bool binary_;
+  std::size_t physical_ = kNone;
+  std::size_t geometrical_ = kNone;
+  Vector<std::byte> buffer_;
+};
+
+}  // namespace
+
+void write_gmsh(MeshPasses* mesh, OutputFile* file, bool binary,
+                const std::function<void(double)>& progress) {
+  GmshWriter(mesh, file, binary).run(progress);
+}
+
+bool is_gmsh_name(const ArrayInfo& field) {
+  return field.name.starts_with(kGmshNamePrefix) && field.values() == 2 && !is_float(field.type) &&
+         field.type != ValueType::kString;
+}
+
+}  // namespace tetfusion

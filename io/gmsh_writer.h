@@ -1,0 +1,23 @@
+// Gmsh meshes (gmsh_head.h) of version 2.2, which holds a physical group and an entity for each
+// element on its own, and which Gmsh and other programs read alike.
+//
+// Physical groups are find_references(), 0 where there is none; entities the array
+// "gmsh:geometrical", else the group, or 1. All other arrays become $NodeData and $ElementData, as
+// doubles; names of groups come from the field arrays that reading a Gmsh file makes.
+#pragma once
+
+#include <functional>
+
+#include "io/mesh_passes.h"
+#include "io/output_file.h"
+
+namespace tetfusion {
+
+// Throws Error(kUsage) for more points or cells than the format can number.
+void write_gmsh(MeshPasses* mesh, OutputFile* file, bool binary,
+                const std::function<void(double)>& progress);
+
+// The field array is a name of a physical group.
+bool is_gmsh_name(const ArrayInfo& field);
+
+}  // namespace tetfusion

@@ -1,0 +1,27 @@
+#include "io/mesh_output.h"
+
+#include "io/vtu_reader.h"
+#include "io/vtu_writer.h"
+
+namespace tetfusion {
+
+MeshOutput::MeshOutput(const std::string& path, Encoding encoding, bool is_read)
+    : path_(path),
+      encoding_(encoding),
+      is_vtu_(output_format(path) == MeshFormat::kVtu),
+      file_(path, is_read ? OutputFile::Access::kPatch : VtuWriter::access(this->encoding())) {}
+
+void MeshOutput::commit(const std::function<void(double)>& progress) {
+  if (is_vtu_) {
+    file_.commit();
+    return;
+  }
+  const auto source = open_vtu(file_.read_back());
+  WriteOptions options{encoding_, {}};
+  if (progress) {
+    options.progress = [&](double share) { progress(vtu_share() + (1 - vtu_share()) * share); };
+  }
+  write_mesh(source.get(), path_, options);
+}
+
+}  // namespace tetfusion

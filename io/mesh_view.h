@@ -1,0 +1,50 @@
+// A mesh that lies in somebody else's memory, read where it is.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/mesh_source.h"
+
+namespace tetfusion {
+
+struct ValuesView {
+  ValueType type = ValueType::kFloat64;
+  std::span<const std::byte> bytes;
+
+  std::uint64_t size() const { return bytes.size() / size_of(type); }
+};
+
+struct ArrayView {
+  std::string name;
+  std::uint32_t components = 1;
+  ValuesView values;
+};
+
+// Cells are VTK's: types, and offsets into the connectivity, one more than there are cells.
+struct MeshView {
+  std::string name = "the mesh";  // for messages
+  ValuesView points;              // Float32 or Float64
+  ValuesView connectivity;        // Int32 or Int64
+  ValuesView offsets;             // the same type
+  std::span<const std::uint8_t> types;
+  bool tets_only = false;                // there are no offsets and types
+  std::span<const std::uint8_t> ghosts;  // flags as in vtkGhostType; empty: no ghost cells
+  std::vector<ArrayView> point_arrays, cell_arrays;
+  std::map<std::string, std::string> point_markers;  // AttributeSet::active
+
+  std::uint64_t cells() const { return tets_only ? connectivity.size() / 4 : types.size(); }
+};
+
+// A source whose stream() reads the view in windows and keeps nothing of it, but for cells that are
+// split or linearized. Points keep their numbers, and those of ghost cells stay where they are.
+// What the view refers to must outlive the source and its streams. Throws Error(kBadInput) where
+// the numbers of values do not fit.
+std::unique_ptr<MeshSource> open_view(MeshView view, const OpenOptions& options = {});
+
+}  // namespace tetfusion

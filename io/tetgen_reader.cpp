@@ -1,0 +1,333 @@
+#include "io/tetgen_reader.h"
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "io/format_file.h"
+#include "io/format_source.h"
+#include "io/guarded_reading.h"
+#include "io/text_tokens.h"
+#include "mesh/split_cells.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr char kComment = '#';
+
+// One of the files: its head, and its rows of `columns` numbers each.
+struct Table {
+  FormatFile file;
+  std::vector<std::uint64_t> head;
+  std::string_view body;
+  std::uint64_t rows = 0;
+  std::uint64_t columns = 0;
+
+  // The head's number of that place; 0 where it ends before.
+  std::uint64_t at(std::size_t i) const { return i < head.size() ? head[i] : 0; }
+};
+
+void parse_head(Table* table) {
+  const FormatFile& file = table->file;
+  TokenCursor cursor(file.text(), kComment);
+  std::string_view token = cursor.next();
+  if (token.empty()) file.fail("there is nothing in it");
+  const char* const end = file.text().data() + file.text().size();
+  const char* const line_end = std::find(token.data(), end, '\n');
+  TokenCursor line({token.data(), static_cast<std::size_t>(line_end - token.data())}, kComment);
+  for (token = line.next(); !token.empty(); token = line.next()) {
+    table->head.push_back(file.number<std::uint64_t>(token));
+  }
+  table->rows = table->head[0];
+  table->body = {line_end, static_cast<std::size_t>(end - line_end)};
+}
+
+Table open_table(MappedFile mapped) {
+  Table table{{std::move(mapped)}, {}, {}, 0, 0};
+  read_guarded(table.file.file, [&] { parse_head(&table); });
+  return table;
+}
+
+// A row takes a digit and a blank for each number.
+void check_rows(const Table& table) {
+  if (table.columns <= 4096 && table.rows <= table.body.size() / (2 * table.columns) + 1) return;
+  table.file.fail_in_line(table.body.data(),
+                          std::to_string(table.rows) + " rows of " + std::to_string(table.columns) +
+                              " numbers do not fit into the " + std::to_string(table.body.size()) +
+                              " bytes that follow");
+}
+
+// Calls f(row, column, token) for all numbers, after looking that they are all there.
+template <class F>
+void for_each_number(const Table& table, F f) {
+  const TextTokens tokens(table.body, kComment);
+  const std::uint64_t expected = table.rows * table.columns;
+  if (tokens.size() != expected) {
+    const std::string_view surplus = tokens[expected];
+    table.file.fail_in_line(
+        surplus.empty() ? table.body.data() + table.body.size() : surplus.data(),
+        "expected " + std::to_string(table.rows) + " rows of " + std::to_string(table.columns) +
+            " numbers, found " + std::to_string(tokens.size()) + " numbers");
+  }
+  tokens.for_each(table.columns, f);
+}
+
+bool is_small_integer(std::string_view token) {
+  std::int32_t value = 0;
+  const char* const end = token.data() + token.size();
+  const std::from_chars_result result = std::from_chars(token.data(), end, value);
+  return result.ec == std::errc() && result.ptr == end;
+}
+
+// Faces or edges: where a row has its corners and its marker.
+struct Sides {
+  Table table;
+  std::uint8_t type;
+  std::optional<std::uint64_t> marker;
+};
+
+class TetgenReader final : public FormatReader {
+ public:
+  // `path` is that of one of the two.
+  TetgenReader(const std::string& path, Table nodes, Table tets)
+      : nodes_(std::move(nodes)), tets_(std::move(tets)) {
+    check_heads();
+    open_sides(path, ".face", kVtkTriangle);
+    open_sides(path, ".edge", kVtkLine);
+    describe(path);
+  }
+
+  const MeshDescription& description() const override { return description_; }
+
+  CellTypeCounts cell_types() const override {
+    CellTypeCounts counts{};
+    counts[tet_type()] += tets_.rows;
+    for (const Sides& sides : sides_) counts[sides.type] += sides.table.rows;
+    return counts;
+  }
+
+  Points read_points() const override {
+    Vector<Vec3<double>> points(nodes_.rows);
+    guarded(nodes_.file.file, [&] {
+      for_each_number(nodes_, [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
+        if (column == 0) {
+          check_number(row, token);
+        } else if (column <= 3) {
+          Vec3<double>& p = points[row];
+          (column == 1 ? p.x : column == 2 ? p.y : p.z) = nodes_.file.number<double>(token);
+        }
+      });
+    });
+    return points;
+  }
+
+  ListedCells read_cells() const override {
+    ListedCells cells;
+    const std::uint64_t width = tets_.at(1);
+    std::uint64_t ids = tets_.rows * width;
+    for (const Sides& sides : sides_) ids += sides.table.rows * corners(sides.type);
+    cells.ids.resize(ids);
+    VertexId* out = cells.ids.data();
+    cells.types.insert(cells.types.end(), tets_.rows, tet_type());
+    read_corners(tets_, width, out);
+    out += tets_.rows * width;
+    for (const Sides& sides : sides_) {
+      cells.types.insert(cells.types.end(), sides.table.rows, sides.type);
+      read_corners(sides.table, corners(sides.type), out);
+      out += sides.table.rows * corners(sides.type);
+    }
+    return cells;
+  }
+
+  DataArray read_array(Association association, std::size_t index) const override {
+    DataArray array;
+    if (association == Association::kPoint) {
+      array.info = description_.point_data.arrays.at(index);
+      array.bytes.resize(array.info.tuples * size_of(array.info.type));
+      read_column(nodes_, 4 + index, array.info.type, array.bytes);
+      return array;
+    }
+    array.info = description_.cell_data.arrays.at(index);
+    const std::size_t size = size_of(array.info.type);
+    array.bytes.resize(array.info.tuples * size, std::byte{0});
+    const std::span<std::byte> bytes(array.bytes);
+    if (index < tets_.at(2)) {
+      read_column(tets_, 1 + tets_.at(1) + index, array.info.type, bytes);
+    }
+    std::uint64_t first = tets_.rows;
+    for (const Sides& sides : sides_) {
+      if (index == 0 && sides.marker) {
+        read_column(sides.table, *sides.marker, array.info.type, bytes.subspan(first * size));
+      }
+      first += sides.table.rows;
+    }
+    return array;
+  }
+
+ private:
+  template <class F>
+  static void guarded(const MappedFile& file, F f) {
+    read_guarded(file, f);
+  }
+  static std::uint64_t corners(std::uint8_t type) {
+    return static_cast<std::uint64_t>(vtk_cell_size(type));
+  }
+  bool is_quadratic() const { return tets_.at(1) == 10; }
+  std::uint8_t tet_type() const { return is_quadratic() ? kVtkQuadraticTetra : kVtkTetra; }
+
+  void check_heads() {
+    if (nodes_.at(1) != 3) {
+      nodes_.file.fail("expected points of 3 dimensions, found " + std::to_string(nodes_.at(1)));
+    }
+    if (tets_.head.size() < 2) tets_.head.push_back(4);
+    if (tets_.at(1) != 4 && tets_.at(1) != 10) {
+      tets_.file.fail("expected tetrahedra of 4 or 10 points, found " +
+                      std::to_string(tets_.at(1)));
+    }
+    for (const std::uint64_t count : {nodes_.at(2), nodes_.at(3), tets_.at(2)}) {
+      if (count > 4096) nodes_.file.fail(std::to_string(count) + " attributes cannot be read");
+    }
+    nodes_.columns = 4 + nodes_.at(2) + nodes_.at(3);
+    tets_.columns = 1 + tets_.at(1) + tets_.at(2);
+    check_rows(nodes_);
+    check_rows(tets_);
+    if (nodes_.rows == 0 || tets_.rows == 0) tets_.file.fail("the mesh has no cells");
+    if (nodes_.rows > kMaxPoints) {
+      nodes_.file.fail(ErrorCode::kMemory,
+                       std::to_string(nodes_.rows) + " points are more than can be held in memory");
+    }
+    guarded(nodes_.file.file, [&] {
+      base_ = nodes_.file.number<std::uint64_t>(TokenCursor(nodes_.body, kComment).next());
+    });
+  }
+
+  // TetGen may add the points in the middle of sides (with 10-node tetrahedra) before the marker,
+  // and the tetrahedra beside them behind it.
+  void open_sides(std::filesystem::path path, const char* extension, std::uint8_t type) {
+    std::error_code error;
+    path.replace_extension(extension);
+    if (!std::filesystem::exists(path, error)) return;
+    MappedFile file = MappedFile::open(path.string());
+    description_.files.push_back(path.string());
+    Sides sides{open_table(std::move(file)), type, {}};
+    Table& table = sides.table;
+    if (table.rows == 0) return;
+    const std::uint64_t middle = !is_quadratic() ? 0 : type == kVtkTriangle ? 3 : 1;
+    const std::uint64_t least = 1 + corners(type) + middle + (table.at(1) != 0 ? 1 : 0);
+    if (table.at(1) != 0) sides.marker = least - 1;
+    guarded(table.file.file, [&] {
+      const std::uint64_t numbers = TextTokens(table.body, kComment).size();
+      table.columns = std::max(numbers / table.rows, least);
+    });
+    check_rows(table);
+    sides_.push_back(std::move(sides));
+  }
+
+  void describe(const std::string& path) {
+    MeshDescription& d = description_;
+    d.path = path;
+    const bool is_nodes = nodes_.file.file.path() == path;
+    d.file_bytes = (is_nodes ? nodes_ : tets_).file.file.size();
+    d.files.insert(d.files.begin(), (is_nodes ? tets_ : nodes_).file.file.path());
+    d.format = "TetGen mesh";
+    d.points = nodes_.rows;
+    d.cells = tets_.rows;
+    for (const Sides& sides : sides_) d.cells += sides.table.rows;
+    d.point_type = ValueType::kFloat64;
+    for (std::uint64_t k = 0; k < nodes_.at(2); ++k) {
+      d.point_data.arrays.push_back(
+          {"tetgen:attr" + std::to_string(k + 1), ValueType::kFloat64, 1, {}, d.points});
+    }
+    for (std::uint64_t k = 0; k < nodes_.at(3); ++k) {
+      d.point_data.arrays.push_back({reference(k), ValueType::kInt32, 1, {}, d.points});
+    }
+    const std::uint64_t attributes = tets_.at(2);
+    const bool has_markers = std::any_of(
+        sides_.begin(), sides_.end(), [](const Sides& sides) { return sides.marker.has_value(); });
+    for (std::uint64_t k = 0; k < std::max<std::uint64_t>(attributes, has_markers ? 1 : 0); ++k) {
+      const bool whole = k >= attributes || is_whole(1 + tets_.at(1) + k);
+      d.cell_data.arrays.push_back(
+          {reference(k), whole ? ValueType::kInt32 : ValueType::kFloat64, 1, {}, d.cells});
+    }
+  }
+
+  static std::string reference(std::uint64_t k) {
+    return k == 0 ? "tetgen:ref" : "tetgen:ref" + std::to_string(k + 1);
+  }
+
+  bool is_whole(std::uint64_t column) const {
+    std::atomic<bool> whole = true;
+    guarded(tets_.file.file, [&] {
+      for_each_number(tets_, [&](std::uint64_t, std::uint64_t c, std::string_view token) {
+        if (c == column && !is_small_integer(token)) whole = false;
+      });
+    });
+    return whole;
+  }
+
+  void check_number(std::uint64_t row, std::string_view token) const {
+    const auto number = nodes_.file.number<std::uint64_t>(token);
+    if (number - base_ == row) return;
+    nodes_.file.fail_in_line(token.data(), "point " + std::to_string(number) + " stands where " +
+                                               std::to_string(base_ + row) + " is expected");
+  }
+
+  void read_corners(const Table& table, std::uint64_t width, VertexId* out) const {
+    guarded(table.file.file, [&] {
+      for_each_number(table, [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
+        if (column == 0 || column > width) return;
+        const auto number = table.file.number<std::int64_t>(token);
+        const std::uint64_t place = static_cast<std::uint64_t>(number) - base_;
+        if (number < 0 || place >= nodes_.rows) {
+          table.file.invalid_in_line(token.data(), "uses point " + std::to_string(number) +
+                                                       ", but there are points " +
+                                                       std::to_string(base_) + " to " +
+                                                       std::to_string(base_ + nodes_.rows - 1));
+        }
+        out[row * width + column - 1] = static_cast<VertexId>(place);
+      });
+    });
+  }
+
+  void read_column(const Table& table, std::uint64_t wanted, ValueType type,
+                   std::span<std::byte> out) const {
+    guarded(table.file.file, [&] {
+      for_each_number(table, [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
+        if (column != wanted) return;
+        if (type == ValueType::kFloat64) {
+          const auto value = table.file.number<double>(token);
+          std::memcpy(out.data() + row * sizeof value, &value, sizeof value);
+        } else {
+          const auto value = table.file.number<std::int32_t>(token);
+          std::memcpy(out.data() + row * sizeof value, &value, sizeof value);
+        }
+      });
+    });
+  }
+
+  Table nodes_, tets_;
+  std::vector<Sides> sides_;
+  std::uint64_t base_ = 0;
+  MeshDescription description_;
+};
+
+}  // namespace
+
+std::unique_ptr<MeshSource> open_tetgen(MappedFile file, const OpenOptions& options) {
+  const std::filesystem::path path = file.path();
+  const bool is_nodes = path.extension() == ".node";
+  MappedFile other = MappedFile::open(
+      std::filesystem::path(path).replace_extension(is_nodes ? ".ele" : ".node").string());
+  Table nodes = open_table(std::move(is_nodes ? file : other));
+  Table tets = open_table(std::move(is_nodes ? other : file));
+  return make_source(
+      std::make_unique<TetgenReader>(path.string(), std::move(nodes), std::move(tets)), options);
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,236 @@
+#!/usr/bin/env python3
+"""The formats of Medit, Gmsh and TetGen from outside, and what these programs say to our files. Usage: formats_test.py
+TETFUSION"""
+import shutil
+import subprocess
+import unittest
+
+import numpy as np
+
+from harness import BAD, IO, USAGE, FolderTest, finish, main, report_of, run
+from independent_check import Vtu
+
+try:
+    import meshio
+except ImportError:
+    meshio = None
+
+SUFFIXES = (".mesh", ".meshb", ".msh", ".node")
+
+CUBE = """8 3 0 1
+1 0 0 0 1
+2 1 0 0 1
+3 1 1 0 1
+4 0 1 0 1
+5 0 0 1 2
+6 1 0 1 2
+7 1 1 1 2
+8 0 1 1 2
+6 1
+1 0 5
+4 1 2 3 4
+1 0 6
+4 5 6 7 8
+1 0 7
+4 1 2 6 5
+1 0 8
+4 2 3 7 6
+1 0 9
+4 3 4 8 7
+1 0 10
+4 4 1 5 8
+0
+1
+1 0.5 0.5 0.5 3 0.01
+"""
+
+BOX = """SetFactory("OpenCASCADE");
+Box(1) = {0, 0, 0, 1, 1, 1};
+Box(2) = {1, 0, 0, 1, 1, 1};
+BooleanFragments{ Volume{1}; Delete; }{ Volume{2}; Delete; }
+Mesh.MeshSizeMax = 0.3;
+Physical Volume("left", 11) = {1};
+Physical Volume("right", 12) = {2};
+Physical Surface("all sides", 21) = Surface{:};
+"""
+
+
+def needs(program):
+    return unittest.skipUnless(shutil.which(program), f"{program} is not installed")
+
+
+class Formats(FolderTest):
+    def mesh(self, **keywords):
+        return self.generate("--double", "--jitter", "0.3", tets="5k", **keywords)
+
+    def test_the_same_mesh_in_every_format_is_simplified_alike(self):
+        original = self.mesh()
+        bare = self.folder / "bare.vtu"
+        run("convert", original, self.folder / "bare.mesh")
+        run("convert", self.folder / "bare.mesh", bare)
+        run("simplify", bare, "-o", self.folder / "expected.vtu", "--reduction", "60%")
+        expected = Vtu(self.folder / "expected.vtu")
+        for suffix in SUFFIXES:
+            copy, out = self.folder / ("copy" + suffix), self.folder / "out.vtu"
+            run("convert", bare, copy)
+            self.assertEqual(report_of("info", copy)["tets"], report_of("info", bare)["tets"])
+            run("check", copy)
+            run("compare", bare, copy, "--surface", "0")
+            run("simplify", copy, "-o", out, "--reduction", "60%")
+            found = Vtu(out)
+            np.testing.assert_array_equal(found.points, expected.points)
+            np.testing.assert_array_equal(found.tets, expected.tets)
+
+    def test_simplify_and_generate_write_every_format(self):
+        original, expected = self.mesh(), self.folder / "expected.vtu"
+        run("simplify", original, "-o", expected, "--reduction", "60%")
+        for suffix in SUFFIXES:
+            found, back = self.folder / ("found" + suffix), self.folder / "back.vtu"
+            for options in ([], ["--memory", "170M", "--threads", "1", "--chunk-tets", "200000"]):
+                run("simplify", original, "-o", found, "--reduction", "60%", *options)
+                run("convert", found, back)
+                np.testing.assert_array_equal(Vtu(back).points, Vtu(expected).points)
+                np.testing.assert_array_equal(Vtu(back).tets, Vtu(expected).tets)
+            made, copy = self.mesh(name="made" + suffix), self.folder / ("copy" + suffix)
+            run("convert", original, copy)
+            self.assertEqual(made.read_bytes(), copy.read_bytes())
+        self.assertFalse([name for name in self.files() if "part" in name])
+
+    def test_levels(self):
+        original = self.mesh()
+        run("simplify", original, "-o", self.folder / "level_{lod}.meshb", "--lods", "10%,30%")
+        self.assertIn("level_2.meshb", self.files())
+        self.assertLess(report_of("info", self.folder / "level_2.meshb")["tets"],
+                        report_of("info", self.folder / "level_1.meshb")["tets"])
+
+    def test_references_are_regions(self):
+        original = self.folder / "two.mesh"
+        run("convert", self.mesh(), original)
+        text = original.read_text().split("\n")
+        first = text.index("Tetrahedra") + 2
+        for i in range(first, first + 2000):
+            text[i] = text[i][:-1] + "5"
+        original.write_text("\n".join(text))
+        for suffix in SUFFIXES:
+            copy = self.folder / ("copy" + suffix)
+            run("convert", original, copy)
+            said = run("simplify", copy, "-o", self.folder / "out.vtu", "--reduction", "50%", "--dry-run").decode()
+            self.assertRegex(said, r"regions +(medit:ref|gmsh:physical|tetgen:ref)")
+
+    def test_arrays_that_find_no_place_are_named(self):
+        result = finish("convert", self.mesh(), self.folder / "out.mesh")
+        self.assertIn(b"left out: temperature, front, velocity, TimeValue", result.stderr)
+        result = finish("simplify", self.mesh(), "-o", self.folder / "out.msh", "--reduction", "50%")
+        self.assertIn(b"left out: TimeValue", result.stderr)
+
+    def test_standard_input(self):
+        original = self.folder / "a.meshb"
+        run("convert", self.mesh(), original)
+        out = self.folder / "out.vtu"
+        run("convert", "-", out, input=original.read_bytes())
+        self.assertEqual(len(Vtu(out).tets), report_of("info", original)["tets"])
+
+    def test_bad_names_and_encodings(self):
+        original = self.mesh()
+        for name in ("out.stl", "out", "out.meshbb"):
+            result = finish("convert", original, self.folder / name)
+            self.assertEqual(result.returncode, USAGE)
+            for known in (b".vtu", b".mesh", b".meshb", b".msh", b".node"):
+                self.assertIn(known, result.stderr)
+            run("simplify", original, "-o", self.folder / name, code=USAGE)
+        run("convert", original, self.folder / "out.mesh", "--encoding", "zlib", code=USAGE)
+        run("convert", original, self.folder / "out.meshb", "--encoding", "ascii", code=USAGE)
+        run("convert", original, self.folder / "out.msh", "--encoding", "ascii")
+        self.assertTrue((self.folder / "out.msh").read_bytes().startswith(b"$MeshFormat\n2.2 0 8\n"))
+        run("convert", original, self.folder / "no" / "out.msh", code=IO)
+        self.write(b"MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 0 x 0\n", "bad.mesh")
+        run("info", self.folder / "bad.mesh", code=BAD)
+
+    def assert_meshio_agrees(self, path):
+        out = self.folder / "ours.vtu"
+        run("convert", path, out)
+        theirs, ours = meshio.read(path), Vtu(out)
+        tets = np.concatenate([block.data for block in theirs.cells if block.type == "tetra"])
+        self.assertEqual(len(tets), len(ours.tets))
+        np.testing.assert_array_equal(theirs.points[tets], np.asarray(ours.points)[np.asarray(ours.tets)])
+        for name in ("medit:ref", "gmsh:physical", "tetgen:ref"):
+            if name not in theirs.cell_data:
+                continue
+            values = np.concatenate([v for v, block in zip(theirs.cell_data[name], theirs.cells) if block.type == "tetra"])
+            np.testing.assert_array_equal(ours.arrays["cell"][name][1][: len(tets)].ravel(), values)
+
+    @unittest.skipUnless(meshio, "meshio is not installed")
+    def test_meshio_reads_our_files(self):
+        original = self.mesh()
+        for suffix in SUFFIXES:
+            for options in ([], ["--encoding", "ascii"]):
+                if suffix == ".meshb" and options:
+                    continue
+                path = self.folder / ("ours" + suffix)
+                run("convert", original, path, *options)
+                self.assert_meshio_agrees(path)
+
+    @unittest.skipUnless(meshio, "meshio is not installed")
+    def test_we_read_meshios_files(self):
+        points = np.array([[0, 0, 0], [1, 0, 0.1], [0, 1, 0], [0, 0, 1], [1, 1, -1]], dtype=float)
+        cells = [("tetra", np.array([[0, 1, 2, 3], [4, 1, 3, 2]])), ("triangle", np.array([[1, 2, 3]]))]
+        mesh = meshio.Mesh(points, cells)
+        refs = [np.array([3, 4]), np.array([5])]
+        mesh.cell_data["medit:ref"] = refs
+        for name in ("a.mesh", "a.meshb"):
+            meshio.write(self.folder / name, mesh)
+            self.assert_meshio_agrees(self.folder / name)
+        mesh.cell_data = {"gmsh:physical": refs, "gmsh:geometrical": refs}
+        mesh.point_data = {"T": np.arange(5.0)}
+        for binary in (True, False):
+            for kind in ("gmsh22", "gmsh"):
+                if kind == "gmsh":
+                    mesh.point_data["gmsh:dim_tags"] = np.array([[2, 5], [3, 3], [3, 3], [3, 4], [3, 4]])
+                meshio.write(self.folder / "a.msh", mesh, file_format=kind, binary=binary)
+                self.assert_meshio_agrees(self.folder / "a.msh")
+                mesh.point_data.pop("gmsh:dim_tags", None)
+
+    @needs("gmsh")
+    def test_gmsh_and_we_read_one_another(self):
+        self.write(BOX.encode(), "box.geo")
+        for version in ("msh22", "msh41", "mesh"):
+            for binary in (False, True):
+                path = self.folder / f"box.{'mesh' if version == 'mesh' else 'msh'}"
+                options = ["-bin"] if binary and version != "mesh" else []
+                subprocess.run(["gmsh", "-3", "box.geo", "-format", version, "-o", path, *options, "-v", "2"],
+                               cwd=self.folder, check=True, capture_output=True, timeout=120)
+                report = report_of("check", path)
+                self.assertTrue(report["valid"], (version, binary))
+                self.assertAlmostEqual(report["volume"], 2, places=9)
+                small = self.folder / "small.msh"
+                run("simplify", path, "-o", small, "--reduction", "20%")
+                self.assertAlmostEqual(report_of("check", small)["volume"], 2, places=9)
+                said = subprocess.run(["gmsh", "-check", small, "-v", "4"], cwd=self.folder, check=True,
+                                      capture_output=True, timeout=120)
+                self.assertNotIn(b"Error", said.stdout + said.stderr)
+                if version != "mesh":
+                    out = self.folder / "out.vtu"
+                    run("convert", path, out)
+                    values = set(Vtu(out).arrays["cell"]["gmsh:physical"][1].ravel().tolist())
+                    self.assertEqual(values, {11, 12, 21})
+
+    @needs("tetgen")
+    def test_tetgen_and_we_read_one_another(self):
+        self.write(CUBE.encode(), "cube.poly")
+        for options in ("-pqAa", "-pqAzYa", "-pqAnna"):
+            subprocess.run(["tetgen", options, "cube.poly"], cwd=self.folder, check=True, capture_output=True, timeout=120)
+            path = self.folder / "cube.1.ele"
+            report = report_of("check", path)
+            self.assertTrue(report["valid"], options)
+            self.assertAlmostEqual(report["volume"], 1, places=12)
+            run("convert", path, self.folder / "out.vtu")
+            values = Vtu(self.folder / "out.vtu").arrays["cell"]["tetgen:ref"][1].ravel()
+            self.assertEqual(set(values[: report["tets"]].tolist()), {3})
+            self.assertLessEqual({5, 6, 7, 8, 9, 10}, set(values.tolist()))
+            run("convert", path, self.folder / "again.node")
+            subprocess.run(["tetgen", "-rqa0.005", "again"], cwd=self.folder, check=True, capture_output=True, timeout=120)
+            self.assertGreater(report_of("info", self.folder / "again.1.node")["tets"], report["tets"])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,195 @@
+// TetGen meshes: several files to one mesh, read and written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/mesh_sink.h"
+#include "support/format_files.h"
+#include "support/mesh_file.h"
+#include "support/vtu_file_test.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::bytes_of;
+using testing::dump;
+using ::testing::ElementsAre;
+using testing::read_cell_array;
+using testing::read_point_array;
+using testing::values;
+
+const char* const kNodes = R"(# made by hand
+6 3 2 1
+  1  0 0 0    1.5 -1  1
+  2  1 0 0.1  2.5 -2  0   # the second
+  3  0 1 0    3.5 -3  1
+  4  0 0 1    4.5 -4  1
+  5  1 1 -1   5.5 -5  -2
+  6  9 9 9    0 0 0
+)";
+const char* const kTets = "2 4 1\n1 1 2 3 4 10\n2 5 2 4 3 20\n# end\n";
+const char* const kFaces = "1 1\n1 2 3 4 7\n";
+const char* const kEdges = "1 1\n1 1 2 -8\n";
+
+class Tetgen : public testing::FormatTest {
+ protected:
+  Tetgen() { write_all(); }
+
+  void write_all() {
+    write("a.node", kNodes);
+    write("a.ele", kTets);
+    write("a.face", kFaces);
+    write("a.edge", kEdges);
+  }
+  std::unique_ptr<MeshSource> open_named(const std::string& name) {
+    return open_mesh(dir_.file(name));
+  }
+};
+
+TEST_F(Tetgen, ReadsAllFiles) {
+  for (const char* name : {"a.node", "a.ele"}) {
+    const auto source = open_named(name);
+    const MeshDescription& d = source->description();
+    EXPECT_EQ(d.path, dir_.file(name));
+    EXPECT_EQ(d.format, "TetGen mesh");
+    EXPECT_EQ(d.files.size(), 3u);
+    EXPECT_EQ(d.points, 6u);
+    EXPECT_EQ(d.cells, 4u);
+    const Geometry mesh = source->read_geometry();
+    expect_sample(mesh);
+    EXPECT_THAT(mesh.lower.types, ElementsAre(5, 3));
+    EXPECT_THAT(mesh.lower.connectivity, ElementsAre(1, 2, 3, 0, 1));
+    EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref")),
+                ElementsAre(10, 20, 7, -8));
+    EXPECT_THAT(values<std::int32_t>(read_point_array(source.get(), "tetgen:ref")),
+                ElementsAre(1, 0, 1, 1, -2, 0));
+    EXPECT_THAT(values<double>(read_point_array(source.get(), "tetgen:attr2")),
+                ElementsAre(-1, -2, -3, -4, -5, 0));
+  }
+}
+
+TEST_F(Tetgen, NumbersMayBeginWithZero) {
+  write("b.node", "5 3 0 0\n0 0 0 0\n1 1 0 0.1\n2 0 1 0\n3 0 0 1\n4 1 1 -1\n");
+  write("b.ele", "2 4 0\n0 0 1 2 3\n1 4 1 3 2\n");
+  const auto source = open_named("b.ele");
+  EXPECT_THAT(source->read_geometry().tets, ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 1, 3, 2}));
+  EXPECT_TRUE(source->description().point_data.arrays.empty());
+  EXPECT_TRUE(source->description().cell_data.arrays.empty());
+}
+
+TEST_F(Tetgen, AttributesMayBeFractions) {
+  write("a.ele", "2 4 2\n1 1 2 3 4 10 5\n2 5 2 4 3 0.5 6\n");
+  const auto source = open_named("a.node");
+  EXPECT_THAT(values<double>(read_cell_array(source.get(), "tetgen:ref")),
+              ElementsAre(10, 0.5, 7, -8));
+  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref2")),
+              ElementsAre(5, 6, 0, 0));
+}
+
+// With -o2 there are points in the middle of sides, with -nn the tetrahedra beside faces.
+TEST_F(Tetgen, MoreColumns) {
+  write("a.face", "1 1\n1 2 3 4 7 1 -1\n");
+  const auto source = open_named("a.node");
+  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref")),
+              ElementsAre(10, 20, 7, -8));
+  write("a.ele", "1 10 1\n1 1 2 3 4 5 6 1 2 3 4 10\n");
+  write("a.face", "1 1\n1 2 3 4 5 6 1 7\n");
+  write("a.edge", "1 1\n1 1 2 3 -8\n");
+  const auto curved = open_mesh(dir_.file("a.ele"), {false, true});
+  EXPECT_THAT(curved->read_geometry().lower.connectivity, ElementsAre(1, 2, 3, 0, 1));
+  EXPECT_THAT(values<std::int32_t>(read_cell_array(curved.get(), "tetgen:ref")),
+              ElementsAre(10, 7, -8));
+  expect_error("a.ele", "1 10 1\n1 1 2 3 4 5 6 1 2 3 4 10\n", "use --linearize");
+}
+
+TEST_F(Tetgen, SaysWhatIsWrongAndWhere) {
+  const auto with = [](const char* text, const std::string& from, const std::string& to) {
+    std::string bytes = text;
+    return bytes.replace(bytes.find(from), from.size(), to);
+  };
+  expect_error("a.node", with(kNodes, "6 3 2 1", "6 2 2 1"), "expected points of 3 dimensions");
+  expect_error("a.node", with(kNodes, "6 3 2 1", "7 3 2 1"),
+               "line 9: expected 7 rows of 7 numbers, found 42 numbers");
+  expect_error("a.node", with(kNodes, "6 3 2 1", "60000000000 3 2 1"), "do not fit into the");
+  expect_error("a.node", with(kNodes, "0.1", "0,1"), "line 4: expected a number, found '0,1'");
+  expect_error("a.node", with(kNodes, "  5  ", "  7  "),
+               "line 7: point 7 stands where 5 is expected");
+  write_all();
+  expect_error("a.ele", with(kTets, "2 5 2 4 3", "2 5 2 4 9"),
+               "a.ele: line 3: uses point 9, but there are points 1 to 6");
+  expect_error("a.ele", with(kTets, "2 4 1", "2 5 1"), "expected tetrahedra of 4 or 10 points");
+  expect_error("a.ele", "# nothing", "there is nothing in it");
+  write_all();
+  std::filesystem::remove(dir_.file("a.ele"));
+  expect_error("a.node", kNodes, "a.ele: cannot open the file", 4);
+}
+
+TEST_F(Tetgen, SurvivesDamage) {
+  for (const auto& [name, bytes] : {std::pair("a.node", kNodes), std::pair("a.ele", kTets),
+                                    std::pair("a.face", kFaces), std::pair("a.edge", kEdges)}) {
+    write_all();
+    expect_no_crash(name, bytes);
+  }
+}
+
+// A text may lose the last digits of its last number.
+TEST_F(Tetgen, IsNeverReadByHalf) {
+  expect_no_half_mesh("a.node", std::string(kNodes).substr(0, std::string(kNodes).find("  6  9")) +
+                                    "  6  9 9 9    0 0 0");
+  write_all();
+  expect_no_half_mesh("a.ele", "2 4 1\n1 1 2 3 4 10\n2 5 2 4 3 2");
+}
+
+TEST_F(Tetgen, Writes) {
+  const auto source = open_named("a.node");
+  convert(source.get(), "b.ele");
+  EXPECT_EQ(bytes_of(dir_.file("b.node")), R"(# attributes: tetgen:attr1, tetgen:attr2
+5 3 2 1
+1 0 0 0 1.5 -1 1
+2 1 0 0.1 2.5 -2 0
+3 0 1 0 3.5 -3 1
+4 0 0 1 4.5 -4 1
+5 1 1 -1 5.5 -5 -2
+)");
+  EXPECT_EQ(bytes_of(dir_.file("b.ele")), "2 4 1\n1 1 2 3 4 10\n2 5 2 4 3 20\n");
+  EXPECT_EQ(bytes_of(dir_.file("b.face")), kFaces);
+  EXPECT_EQ(bytes_of(dir_.file("b.edge")), kEdges);
+  const auto back = open_named("b.node");
+  convert(back.get(), "c.node");
+  for (const char* end : {".node", ".ele", ".face", ".edge"}) {
+    EXPECT_EQ(bytes_of(dir_.file(std::string("b") + end)),
+              bytes_of(dir_.file(std::string("c") + end)));
+  }
+}
+
+TEST_F(Tetgen, WritesOtherMeshes) {
+  const testing::MeshFile box = testing::rich_box(6);
+  box.write(dir_.file("box.vtu"));
+  const auto source = open_named("box.vtu");
+  EXPECT_EQ(left_out_of("x.ele", source->description()),
+            "x.ele has no place for these arrays, which are left out: ids, rgb, stress, number, "
+            "TimeValue");
+  convert(source.get(), "b.node");
+  const auto back = open_named("b.ele");
+  const Geometry before = source->read_geometry();
+  const Geometry after = back->read_geometry();
+  EXPECT_EQ(before.tets, after.tets);
+  const auto old_values = values<std::int32_t>(read_cell_array(source.get(), "material"));
+  const auto new_values = values<std::int32_t>(read_cell_array(back.get(), "tetgen:ref"));
+  for (std::size_t t = 0; t < before.tets.size(); ++t) ASSERT_EQ(old_values[t], new_values[t]);
+}
+
+// No old .edge may be taken for a part of the new mesh.
+TEST_F(Tetgen, ReplacesAllFiles) {
+  write("b.node", "4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n");
+  write("b.ele", "1 4 0\n1 1 2 3 4\n");
+  convert(open_named("b.ele").get(), "a.node");
+  EXPECT_EQ(bytes_of(dir_.file("a.edge")), "0 0\n");
+  EXPECT_EQ(open_named("a.ele")->read_geometry().lower.size(), 0u);
+}
+
+}  // namespace
+}  // namespace tetfusion
