@@ -12,6 +12,7 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
+#include "driver/examine.h"
 #include "io/mesh_source.h"
 
 namespace tetfusion {
@@ -23,6 +24,7 @@ constexpr int kInvalid = 1;
 struct Arguments {
   std::string input, report;
   OpenOptions open;
+  ExamineOptions examine;
   bool strict = false;
   int threads = 0;
   ConsoleOptions console;
@@ -63,13 +65,15 @@ std::string sparkline(const std::array<std::uint64_t, kQualityBins>& bins) {
   return line;
 }
 
-std::string table(const Arguments& a, const Geometry& geometry, const Inspection& i,
-                  const Quality& q, const std::vector<Finding>& findings) {
+std::string table(const Arguments& a, const Examination& examination,
+                  const std::vector<Finding>& findings) {
+  const InspectionSummary& mesh = examination.mesh;
+  const Quality& q = examination.quality;
   std::string text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "{}: {} points, {} tetrahedra, {} boundary triangles\n", a.input,
-                 format_count(point_count(geometry.points)), format_count(geometry.tets.size()),
-                 format_count(i.boundary_faces));
+                 format_count(mesh.points), format_count(mesh.tets),
+                 format_count(mesh.boundary_faces));
   for (const Finding& f : findings) {
     if (f.severity == Severity::kNote && f.count == 0) continue;
     const std::string_view mark = f.count == 0                       ? ""
@@ -80,10 +84,12 @@ std::string table(const Arguments& a, const Geometry& geometry, const Inspection
     fmt::format_to(out, "  {:<34}{:>14}{}{}{}\n", f.label, format_count(f.count), mark,
                    samples.empty() ? "" : ": ", samples);
   }
-  fmt::format_to(out, "  {:<34}{:>14}\n", "parts connected by faces", format_count(i.components));
-  fmt::format_to(out, "  {:<34}{:>14}\n", "boundary surfaces", format_count(i.surface_components));
-  fmt::format_to(out, "  {:<34}{:>14}\n", "Euler number of the boundary", i.surface_euler());
-  fmt::format_to(out, "  {:<34}{:>14.9g}\n", "volume", i.volume);
+  fmt::format_to(out, "  {:<34}{:>14}\n", "parts connected by faces",
+                 mesh.components ? format_count(*mesh.components) : "not counted");
+  fmt::format_to(out, "  {:<34}{:>14}\n", "boundary surfaces",
+                 format_count(mesh.surface_components));
+  fmt::format_to(out, "  {:<34}{:>14}\n", "Euler number of the boundary", mesh.surface_euler());
+  fmt::format_to(out, "  {:<34}{:>14.9g}\n", "volume", mesh.volume);
   const auto add_quality = [&](std::string_view label, const Distribution& d,
                                std::string_view shape) {
     fmt::format_to(out, "  {:<34}{:>14.3g}{:>10.3g}{:>10.3g}  {}\n", label, d.min, d.p1, d.mean,
@@ -94,7 +100,7 @@ std::string table(const Arguments& a, const Geometry& geometry, const Inspection
   add_quality("smallest dihedral angle, 0 to 90", q.min_dihedral_deg, sparkline(q.dihedral_bins));
   fmt::format_to(out, "  {:<34}{:>14.3g} to {:.3g}, up to {:.3g} : 1 in a cell\n", "edge lengths",
                  q.shortest_edge, q.longest_edge, q.max_aspect);
-  const std::string winding = describe_winding(geometry, i);
+  const std::string winding = describe_winding(mesh);
   if (!winding.empty()) fmt::format_to(out, "{}\n", winding);
   return text;
 }
@@ -106,58 +112,41 @@ struct Answer {
 };
 
 // The report's keys, for a mesh that could be judged.
-Json measurements(const Geometry& geometry, const Inspection& inspection, const Quality& quality,
-                  const std::vector<Finding>& findings) {
-  Json json = counts_json(geometry, inspection);
+Json measurements(const Examination& examination, const std::vector<Finding>& findings) {
+  const InspectionSummary& mesh = examination.mesh;
+  Json json = counts_json(mesh);
   json.update(findings_json(findings));
-  json["nonconforming_faces"] = inspection.foldover_faces + inspection.overfull_faces;
-  json.update(quality_json(quality));
+  json["nonconforming_faces"] = mesh.foldover_faces + mesh.overfull_faces;
+  json.update(quality_json(examination.quality));
   return json;
 }
 
 // The same keys without values, for one that could not.
 Answer answer_invalid(const std::string& why) {
-  const Geometry geometry;
-  const Inspection inspection;
   Json json{{"error", why}};
-  json.update(measurements(geometry, inspection, {}, list_findings(geometry, inspection)));
+  json.update(measurements({}, list_findings({})));
   for (auto& [key, value] : json.items()) {
     if (key != "error") value = nullptr;
   }
   return {false, json, why + "\nINVALID\n"};
 }
 
-Answer judge_geometry(const Arguments& a, Geometry* geometry, const RunContext& context) {
-  context.report("inspecting", 0.4);
-  const Inspection inspection = inspect(*geometry);
-  context.check();
-  context.report("measuring", 0.8);
-  const Quality quality = measure_quality(*geometry);
-  context.check();
-  const std::vector<Finding> findings = list_findings(*geometry, inspection);
-  const Verdict verdict = judge(findings);
-
-  Answer answer{verdict.valid(a.strict), {}, table(a, *geometry, inspection, quality, findings)};
-  answer.text += verdict_sentence(verdict, a.strict);
-  answer.json = measurements(*geometry, inspection, quality, findings);
-  return answer;
-}
-
 Answer check(const Arguments& a) {
   Console console(a.console);
   const RunContext context = console.context();
-  context.report("reading", 0);
-  Geometry geometry;
+  Examination examination;
   try {
-    geometry = open_mesh(a.input, a.open)->read_geometry();
+    context.report("reading", 0);
+    const auto source = open_mesh(a.input, a.open);
+    examination = examine(source.get(), a.examine, context);
   } catch (const InvalidMesh& e) {
     return answer_invalid(e.what());
   }
-  context.report_size(geometry.tets.size());
-  context.check();
-  const Answer answer = judge_geometry(a, &geometry, context);
+  const std::vector<Finding> findings = list_findings(examination.mesh);
+  const Verdict verdict = judge(findings);
   console.detail_resources();
-  return answer;
+  return {verdict.valid(a.strict), measurements(examination, findings),
+          table(a, examination, findings) + verdict_sentence(verdict, a.strict)};
 }
 
 void run(const Arguments& a) {
@@ -191,6 +180,7 @@ void add_check_command(CLI::App& app) {
   add_report_option(*command, &a->report);
   command->add_flag("--strict", a->strict, "Fail on warnings, too");
   add_thread_option(*command, &a->threads);
+  add_memory_options(*command, &a->examine.memory, &a->examine.scratch);
   add_console_options(*command, &a->console);
   command->callback([a] { run(*a); });
 }

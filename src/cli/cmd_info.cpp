@@ -15,6 +15,7 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
+#include "driver/examine.h"
 #include "io/mesh_source.h"
 #include "mesh/statistics.h"
 
@@ -25,6 +26,7 @@ namespace {
 struct Arguments {
   std::string input, report;
   OpenOptions open;
+  ExamineOptions examine;
   int threads = 0;
   ConsoleOptions console;
 };
@@ -98,8 +100,8 @@ void add_arrays(const std::vector<ArrayLine>& lines, std::string* text) {
   }
 }
 
-void add_oddities(const Geometry& geometry, const Inspection& inspection,
-                  const std::vector<Finding>& findings, std::string* text) {
+void add_oddities(const InspectionSummary& mesh, const std::vector<Finding>& findings,
+                  std::string* text) {
   std::string odd;
   for (const Finding& f : findings) {
     if (f.count == 0) continue;
@@ -107,37 +109,35 @@ void add_oddities(const Geometry& geometry, const Inspection& inspection,
     fmt::format_to(std::back_inserter(odd), "  {} {}{}{}\n", format_count(f.count), f.label,
                    samples.empty() ? "" : ": ", samples);
   }
-  const std::string winding = describe_winding(geometry, inspection);
+  const std::string winding = describe_winding(mesh);
   if (!winding.empty()) odd += "  " + winding + "\n";
   *text += odd.empty() ? "odd           nothing\n" : "odd\n" + odd;
 }
 
-std::string describe_lower(const LowerCells& lower) {
+std::string describe_lower(const InspectionSummary& mesh) {
   std::string text;
-  constexpr std::array<std::pair<std::uint8_t, std::string_view>, 3> kTypes{
-      {{1, "vertices"}, {3, "lines"}, {5, "triangles"}}};
-  for (const auto& [type, name] : kTypes) {
-    const auto count = std::count(lower.types.begin(), lower.types.end(), type);
-    if (count > 0) {
-      text += fmt::format(", {} {}", format_count(static_cast<std::uint64_t>(count)), name);
-    }
+  const std::array<std::pair<std::uint64_t, std::string_view>, 3> kinds{
+      {{mesh.lower_vertices, "vertices"},
+       {mesh.lower_lines, "lines"},
+       {mesh.lower_triangles, "triangles"}}};
+  for (const auto& [count, name] : kinds) {
+    if (count > 0) text += fmt::format(", {} {}", format_count(count), name);
   }
   return text;
 }
 
-std::string table(const MeshDescription& mesh, const Geometry& geometry, const Inspection& i,
+std::string table(const MeshDescription& mesh, const InspectionSummary& i,
                   const std::vector<ArrayLine>& arrays, const std::vector<Finding>& findings) {
   std::string text;
   const auto out = std::back_inserter(text);
-  const auto points = static_cast<double>(std::max<std::uint64_t>(1, point_count(geometry.points)));
+  const auto points = static_cast<double>(std::max<std::uint64_t>(1, i.points));
   fmt::format_to(out, "file          {} ({})\n", mesh.path, format_bytes(mesh.file_bytes));
   fmt::format_to(out, "format        {}\n", mesh.format);
   if (mesh.pieces != 1) fmt::format_to(out, "pieces        {}\n", format_count(mesh.pieces));
-  fmt::format_to(out, "points        {} ({})\n", format_count(point_count(geometry.points)),
-                 vtk_name(mesh.point_type));
-  fmt::format_to(out, "cells         {} tetrahedra{}\n", format_count(geometry.tets.size()),
-                 describe_lower(geometry.lower));
-  fmt::format_to(out, "parts         {}, connected by faces\n", format_count(i.components));
+  fmt::format_to(out, "points        {} ({})\n", format_count(i.points), vtk_name(mesh.point_type));
+  fmt::format_to(out, "cells         {} tetrahedra{}\n", format_count(i.tets), describe_lower(i));
+  fmt::format_to(out, "parts         {}, connected by faces\n",
+                 i.components ? format_count(*i.components) : "not counted");
   fmt::format_to(out, "bounding box  x {:.6g} .. {:.6g}, y {:.6g} .. {:.6g}, z {:.6g} .. {:.6g}\n",
                  i.lower[0], i.upper[0], i.lower[1], i.upper[1], i.lower[2], i.upper[2]);
   fmt::format_to(out, "volume        {:.9g}\n", i.volume);
@@ -148,7 +148,7 @@ std::string table(const MeshDescription& mesh, const Geometry& geometry, const I
       100 * static_cast<double>(i.boundary_vertices) / points, format_count(i.surface_components),
       i.surface_components == 1 ? "" : "s", i.surface_euler());
   add_arrays(arrays, &text);
-  add_oddities(geometry, i, findings, &text);
+  add_oddities(i, findings, &text);
   return text;
 }
 
@@ -185,23 +185,18 @@ Answer describe(const Arguments& a) {
   context.report("reading", 0);
   const auto source = open_mesh(a.input, a.open);
   const MeshDescription& mesh = source->description();
-  Geometry geometry = source->read_geometry();
-  context.report_size(geometry.tets.size());
-  context.check();
-  context.report("inspecting", 0.4);
-  const Inspection inspection = inspect(geometry);
-  context.report("arrays", 0.7);
   const std::vector<ArrayLine> arrays = measure_arrays(source.get(), context);
-  const std::vector<Finding> findings = list_findings(geometry, inspection);
+  const InspectionSummary summary = examine(source.get(), a.examine, context).mesh;
+  const std::vector<Finding> findings = list_findings(summary);
 
   Json json{{"version", version()},  {"path", mesh.path},
             {"format", mesh.format}, {"file_bytes", mesh.file_bytes},
             {"pieces", mesh.pieces}, {"point_type", vtk_name(mesh.point_type)}};
-  json.update(counts_json(geometry, inspection));
+  json.update(counts_json(summary));
   json["arrays"] = arrays_json(arrays);
   json.update(findings_json(findings));
   console.detail_resources();
-  return {json, table(mesh, geometry, inspection, arrays, findings)};
+  return {json, table(mesh, summary, arrays, findings)};
 }
 
 void run(const Arguments& a) {
@@ -220,6 +215,7 @@ void add_info_command(CLI::App& app) {
   add_input_options(*command, &a->input, &a->open);
   add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);
+  add_memory_options(*command, &a->examine.memory, &a->examine.scratch);
   add_console_options(*command, &a->console);
   command->callback([a] { run(*a); });
 }

@@ -79,6 +79,32 @@ void add_thread_option(CLI::App& command, int* threads) {
       ->group(kPerformanceGroup);
 }
 
+std::uint64_t parse_memory(const std::string& text) {
+  const auto bytes = parse_bytes(text);
+  if (!bytes || *bytes == 0) {
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("--memory {}: give a size, as in 2G, 512M or 1.5G (powers of 1024)", text));
+  }
+  return *bytes;
+}
+
+void add_memory_options(CLI::App& command, std::uint64_t* memory, std::string* scratch) {
+  command
+      .add_option_function<std::string>(
+          "--memory", [memory](const std::string& text) { *memory = parse_memory(text); },
+          "Memory to take at most, as in 2G, 512M or 1.5G; a mesh that does not fit is looked at "
+          "in chunks, with the same findings. Default: half of what the machine or its control "
+          "group allows")
+      ->group(kPerformanceGroup);
+  command
+      .add_option("--scratch", *scratch,
+                  "Folder in which a folder is made for chunks that do not fit into memory, and "
+                  "removed again. Default: $TMPDIR or /tmp")
+      ->check(CLI::ExistingDirectory)
+      ->group(kPerformanceGroup);
+}
+
 void add_encoding_option(CLI::App& command, Encoding* encoding) {
   static const std::map<std::string, Encoding> kNames{{"raw", Encoding::kRaw},
                                                       {"zlib", Encoding::kZlib},
@@ -86,8 +112,10 @@ void add_encoding_option(CLI::App& command, Encoding* encoding) {
                                                       {"inline", Encoding::kInline},
                                                       {"ascii", Encoding::kAscii}};
   command
-      .add_option("--encoding", *encoding,
-                  "Encoding of the .vtu written: raw, zlib, lz4 (appended), inline (base64), ascii")
+      .add_option(
+          "--encoding", *encoding,
+          "Encoding of the .vtu written: raw, zlib, lz4 (appended), inline (base64), ascii; "
+          "of a .msh raw or ascii")
       ->transform(CLI::CheckedTransformer(kNames, CLI::ignore_case).description(""))
       ->default_str("raw")
       ->group(kOutputGroup);

@@ -33,6 +33,10 @@ void add_console_options(CLI::App& command, ConsoleOptions* options,
 void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize);
 // Adds --threads.
 void add_thread_option(CLI::App& command, int* threads);
+// Bytes, of "2G" or "512M". Throws Error(kUsage).
+std::uint64_t parse_memory(const std::string& text);
+// Adds --memory and --scratch, for commands that only look.
+void add_memory_options(CLI::App& command, std::uint64_t* memory, std::string* scratch);
 // Adds --encoding.
 void add_encoding_option(CLI::App& command, Encoding* encoding);
 // Adds --report.

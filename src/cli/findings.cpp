@@ -8,51 +8,39 @@ namespace tetfusion {
 
 namespace {
 
-std::vector<std::uint64_t> in_file(const FirstIds& ids, const Vector<std::uint64_t>& source) {
-  std::vector<std::uint64_t> result;
-  for (const std::uint32_t id : ids.ids()) result.push_back(source.empty() ? id : source[id]);
-  return result;
-}
-
 Json distribution_json(const Distribution& d) {
   return {{"min", d.min}, {"p1", d.p1}, {"mean", d.mean}, {"max", d.max}};
 }
 
 }  // namespace
 
-std::vector<Finding> list_findings(const Geometry& geometry, const Inspection& inspection) {
-  const auto cells = [&](Defect kind) {
-    return in_file(inspection.first(kind), geometry.tet_source);
-  };
-  const auto points = [&](Defect kind) {
-    return in_file(inspection.first(kind), geometry.point_source);
-  };
-  const Inspection& i = inspection;
+std::vector<Finding> list_findings(const InspectionSummary& mesh) {
   using enum Severity;
   return {
-      {"inverted", "inverted cells", kFailure, i.inverted, "cells", cells(Defect::kInverted)},
-      {"duplicate_tets", "duplicate cells", kFailure, i.duplicate_tets, "cells",
-       cells(Defect::kDuplicate)},
-      {"foldover_faces", "fold-over faces", kFailure, i.foldover_faces, "cells",
-       cells(Defect::kFoldoverFace)},
-      {"overfull_faces", "faces with more than two cells", kFailure, i.overfull_faces, "cells",
-       cells(Defect::kOverfullFace)},
-      {"degenerate", "degenerate cells", kWarning, i.degenerate, "cells",
-       cells(Defect::kDegenerate)},
-      {"nonmanifold_edges", "non-manifold boundary edges", kWarning, i.nonmanifold_edges, "points",
-       points(Defect::kNonmanifoldEdge)},
-      {"nonmanifold_vertices", "non-manifold vertices", kWarning, i.nonmanifold_vertices, "points",
-       points(Defect::kNonmanifoldVertex)},
-      {"coincident_points", "coincident points", kNote, i.coincident_points, "points",
-       points(Defect::kCoincidentPoint)},
-      {"unused_points", "unused points", kNote, geometry.unused_points, "points", {}},
+      {"inverted", "inverted cells", kFailure, mesh.inverted, "cells",
+       mesh.first(Defect::kInverted)},
+      {"duplicate_tets", "duplicate cells", kFailure, mesh.duplicate_tets, "cells",
+       mesh.first(Defect::kDuplicate)},
+      {"foldover_faces", "fold-over faces", kFailure, mesh.foldover_faces, "cells",
+       mesh.first(Defect::kFoldoverFace)},
+      {"overfull_faces", "faces with more than two cells", kFailure, mesh.overfull_faces, "cells",
+       mesh.first(Defect::kOverfullFace)},
+      {"degenerate", "degenerate cells", kWarning, mesh.degenerate, "cells",
+       mesh.first(Defect::kDegenerate)},
+      {"nonmanifold_edges", "non-manifold boundary edges", kWarning, mesh.nonmanifold_edges,
+       "points", mesh.first(Defect::kNonmanifoldEdge)},
+      {"nonmanifold_vertices", "non-manifold vertices", kWarning, mesh.nonmanifold_vertices,
+       "points", mesh.first(Defect::kNonmanifoldVertex)},
+      {"coincident_points", "coincident points", kNote, mesh.coincident_points, "points",
+       mesh.first(Defect::kCoincidentPoint)},
+      {"unused_points", "unused points", kNote, mesh.unused_points, "points", {}},
       {"merged_points",
        "points merged at seams of pieces",
        kNote,
-       geometry.merged_points,
+       mesh.merged_points,
        "points",
        {}},
-      {"ghost_cells", "ghost cells left out", kNote, geometry.ghost_cells, "cells", {}},
+      {"ghost_cells", "ghost cells left out", kNote, mesh.ghost_cells, "cells", {}},
   };
 }
 
@@ -62,23 +50,29 @@ std::string describe_samples(const Finding& finding) {
                      finding.count > finding.samples.size() ? ", ..." : "");
 }
 
-std::string describe_winding(const Geometry& geometry, const Inspection& inspection) {
-  if (inspection.rewound == 0) return "";
-  if (inspection.rewound + inspection.inverted + inspection.degenerate == geometry.tets.size()) {
+std::string describe_winding(const InspectionSummary& mesh) {
+  if (mesh.rewound == 0) return "";
+  if (mesh.rewound + mesh.inverted + mesh.degenerate == mesh.tets) {
     return "All cells are wound the other way than VTK winds them; that is no inversion.";
   }
   return fmt::format(
       "{} of {} cells are wound the other way than VTK winds them; that alone is no inversion.",
-      format_count(inspection.rewound), format_count(geometry.tets.size()));
+      format_count(mesh.rewound), format_count(mesh.tets));
 }
 
-Json counts_json(const Geometry& geometry, const Inspection& i) {
-  return {{"points", point_count(geometry.points)}, {"tets", geometry.tets.size()},
-          {"lower_cells", geometry.lower.size()},   {"components", i.components},
-          {"boundary_triangles", i.boundary_faces}, {"boundary_edges", i.boundary_edges},
-          {"boundary_points", i.boundary_vertices}, {"surface_components", i.surface_components},
-          {"surface_euler", i.surface_euler()},     {"volume", i.volume},
-          {"bounding_box", {i.lower, i.upper}},     {"rewound", i.rewound}};
+Json counts_json(const InspectionSummary& m) {
+  return {{"points", m.points},
+          {"tets", m.tets},
+          {"lower_cells", m.lower_cells()},
+          {"components", m.components ? Json(*m.components) : Json()},
+          {"boundary_triangles", m.boundary_faces},
+          {"boundary_edges", m.boundary_edges},
+          {"boundary_points", m.boundary_vertices},
+          {"surface_components", m.surface_components},
+          {"surface_euler", m.surface_euler()},
+          {"volume", m.volume},
+          {"bounding_box", {m.lower, m.upper}},
+          {"rewound", m.rewound}};
 }
 
 Json findings_json(const std::vector<Finding>& findings) {

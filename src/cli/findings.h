@@ -7,8 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "mesh/geometry.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection_summary.h"
 #include "mesh/quality.h"
 
 namespace tetfusion {
@@ -27,16 +26,15 @@ struct Finding {
 };
 
 // All kinds, those that were not found too, the gravest first.
-std::vector<Finding> list_findings(const Geometry& geometry, const Inspection& inspection);
+std::vector<Finding> list_findings(const InspectionSummary& mesh);
 
 // "cells 3, 17, 18, ..."; empty without samples.
 std::string describe_samples(const Finding& finding);
 
 // "All cells are wound ..." or "12 cells are ..."; empty if none is.
-std::string describe_winding(const Geometry& geometry, const Inspection& inspection);
+std::string describe_winding(const InspectionSummary& mesh);
 
-Json counts_json(const Geometry& geometry,
-                 const Inspection& inspection);            // sizes, boundary, volume, box
+Json counts_json(const InspectionSummary& mesh);           // sizes, boundary, volume, box
 Json findings_json(const std::vector<Finding>& findings);  // key: count, and "samples"
 Json quality_json(const Quality& quality);
 

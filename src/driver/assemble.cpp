@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <atomic>
-#include <stdexcept>
 
-#include "base/id_map.h"
 #include "base/resources.h"
 #include "base/tasks.h"
+#include "driver/chunk_loader.h"
 #include "driver/rounds.h"
-#include "driver/windows.h"
 #include "mesh/chunk_inspection.h"
 #include "mesh/inspect.h"
 #include "mesh/interface_inspection.h"
 #include "partition/chunk_pieces.h"
 #include "partition/radix_sort.h"
-#include "partition/spatial_order.h"
 
 namespace tetfusion {
 
@@ -35,10 +32,7 @@ template <class Real>
 class Assembler {
  public:
   Assembler(const WorkMesh<Real>& layout, const Box& box, const std::vector<std::size_t>& regions)
-      : curve_(box, 0), regions_(regions), raw_(layout), mesh_(layout) {
-    raw_.quadric_width = 0;
-    raw_.has_deviations = false;
-  }
+      : loader_(layout, box), regions_(regions), mesh_(layout) {}
 
   // What a chunk contributes to the whole.
   struct Share {
@@ -54,88 +48,20 @@ class Assembler {
   ChunkScatter<Real>& scatter() { return scatter_; }
 
  private:
-  void read_points(const std::vector<std::span<const std::byte>>& pieces);
-  void read_tets(const std::vector<std::span<const std::byte>>& pieces);
   void inspect(Share* share);
   void mark_regions(Share* share);
 
-  ShiftedCurve curve_;
+  ChunkLoader<Real> loader_;
   const std::vector<std::size_t>& regions_;
-  WorkMesh<Real> raw_, mesh_;
-  IdMap places_;  // of points in the chunk
+  WorkMesh<Real> mesh_;
   ChunkInspector inspector_;
   ChunkScatter<Real> scatter_;
 };
 
-std::size_t items_in(const std::vector<std::span<const std::byte>>& pieces) {
-  std::size_t items = 0;
-  for (const std::span<const std::byte> piece : pieces) items += RowReader(piece).items();
-  return items;
-}
-
-void append_column(RowReader* reader, std::size_t at, Column* column) {
-  const std::size_t bytes = reader->items() * column->stride();
-  std::copy_n(reader->take_bytes(bytes), bytes, column->rows.data() + at * column->stride());
-}
-
-template <class Real>
-void Assembler<Real>::read_points(const std::vector<std::span<const std::byte>>& pieces) {
-  const std::size_t all = items_in(pieces);
-  raw_.resize_vertices(all);
-  raw_.incidence.assign(all, 0);
-  raw_.changed.assign(all, 0);
-  places_.reset(all);
-  std::size_t at = 0;
-  for (const std::span<const std::byte> piece : pieces) {
-    RowReader reader(piece);
-    const std::size_t n = reader.items();
-    std::copy_n(reader.take<VertexId>(), n, raw_.point_ids.data() + at);
-    std::copy_n(reader.take<std::uint8_t>(), n, raw_.marks.data() + at);
-    std::copy_n(reader.take<Vec3<Real>>(), n, raw_.positions.data() + at);
-    const std::size_t width = raw_.steering_width;
-    for (std::size_t k = 0; k < width; ++k) {
-      const double* values = reader.take<double>();
-      for (std::size_t i = 0; i < n; ++i) raw_.steering[(at + i) * width + k] = values[i];
-    }
-    for (Column& column : raw_.point_columns) append_column(&reader, at, &column);
-    for (std::size_t i = 0; i < n; ++i) {
-      places_[raw_.point_ids[at + i]] = static_cast<VertexId>(at + i);
-    }
-    at += n;
-  }
-}
-
-template <class Real>
-void Assembler<Real>::read_tets(const std::vector<std::span<const std::byte>>& pieces) {
-  const std::size_t all = items_in(pieces);
-  raw_.resize_tets(all);
-  raw_.flipped.assign(all, 0);
-  std::size_t at = 0;
-  for (const std::span<const std::byte> piece : pieces) {
-    RowReader reader(piece);
-    const std::size_t n = reader.items();
-    const Tet* tets = reader.take<Tet>();
-    for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t k = 0; k < 4; ++k) {
-        const VertexId place = places_.find(tets[i][k]);
-        if (place == IdMap::kNone) {
-          throw std::logic_error("a chunk lacks a point of its tetrahedra");
-        }
-        raw_.tets[at + i][k] = place;
-        ++raw_.incidence[place];
-      }
-    }
-    for (Column& column : raw_.cell_columns) append_column(&reader, at, &column);
-    at += n;
-  }
-}
-
 template <class Real>
 typename Assembler<Real>::Share Assembler<Real>::assemble(std::uint32_t chunk, PieceStore& tets,
                                                           PieceStore& points) {
-  read_points(points.read(chunk)->pieces());
-  read_tets(tets.read(chunk)->pieces());
-  order_along_curve(curve_, raw_, &mesh_);
+  loader_.load(chunk, tets, points, &mesh_);
 
   Share share;
   share.tets = mesh_.tets.size();

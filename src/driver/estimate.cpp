@@ -105,8 +105,8 @@ void Trial<Real>::import(const CarriedArrays& carried) {
   settings.chunk_tets = std::max(request_.sample_tets,
                                  block_count(request_.stream.cells(), VertexChunks::kMaxChunks));
   settings.sample = &boundary_;
-  input_ = import_mesh<Real>(request_.description, request_.stream, carried, steering, settings, {},
-                             context_, &clock_, budget_, scratch_.get());
+  input_ = import_mesh<Real>(request_.stream, carried, steering, settings, {}, context_, &clock_,
+                             budget_, scratch_.get());
   clock_.end();
 }
 

@@ -6,9 +6,10 @@
 #include <utility>
 
 #include "driver/export_chunks.h"
+#include "driver/export_memory.h"
 #include "driver/export_pieces.h"
 #include "io/cell_order.h"
-#include "io/output_file.h"
+#include "io/mesh_output.h"
 #include "io/pieces_output.h"
 #include "io/vtu_writer.h"
 
@@ -26,23 +27,26 @@ class Exporter {
 
   MeshSummary run() {
     const CellOrder all = cells();
-    OutputFile file(job_.settings.path, VtuWriter::access(job_.settings.encoding));
-    VtuWriter writer(&file,
-                     layout_of_output(job_, chunks_.summary().points, all.size(),
-                                      4 * all.tets + job_.lower.cells.connectivity.size()),
-                     [this](double done) {
-                       if (chunks_share_ < 1) {
-                         job_.report(chunks_share_ + (1 - chunks_share_) * done);
-                       }
-                     });
+    const auto& inspect = job_.settings.inspect;
+    MeshOutput output(job_.settings.path, job_.settings.encoding, inspect != nullptr);
+    vtu_share_ = output.vtu_share();
+    VtuLayout layout = layout_of_output(job_, chunks_.summary().points, all.size(),
+                                        4 * all.tets + job_.lower.cells.connectivity.size());
+    layout.encoding = output.encoding();
+    VtuWriter writer(output.file(), layout, [this](double done) {
+      if (chunks_share_ < vtu_share_) {
+        job_.report(chunks_share_ + (vtu_share_ - chunks_share_) * done);
+      }
+    });
     if (writer.can_leave_room()) {
-      write_in_place(&writer, &file);
+      write_in_place(&writer, output.file());
     } else {
       write_in_order(&writer);
     }
     job_.context.check();
     writer.finish();
-    file.commit();
+    if (inspect) inspect(output.file()->path_to_read(), chunks_.summary());
+    output.commit([this](double done) { job_.report(done); });
     return chunks_.summary();
   }
 
@@ -69,7 +73,9 @@ class Exporter {
   const ExportJob<Real>& job_;
   ExportChunks<Real> chunks_;
   std::unique_ptr<PieceStore> compacted_;
-  double chunks_share_ = 1;  // of the work: going through the chunks
+  // Of the work: writing a .vtu, and as a part of that going through the chunks.
+  double vtu_share_ = 1;
+  double chunks_share_ = 1;
 };
 
 // Raw values have places that are known from the start: chunks write themselves there, side by
@@ -77,6 +83,7 @@ class Exporter {
 template <class Real>
 void Exporter<Real>::write_in_place(VtuWriter* writer, const OutputFile* file) {
   Places places;
+  chunks_share_ = vtu_share_;
   const WorkMesh<Real>& layout = job_.layout;
   places.sections.resize(kFirstColumn + layout.point_columns.size() + layout.cell_columns.size());
   // An array without values has no room, and nothing is placed in it.
@@ -166,7 +173,7 @@ template <class Real>
 void Exporter<Real>::write_in_order(VtuWriter* writer) {
   const WorkMesh<Real>& layout = job_.layout;
   const LowerPart<Real>& lower = job_.lower;
-  chunks_share_ = 0.4;
+  chunks_share_ = 0.4 * vtu_share_;
   compacted_ = job_.scratch->begin(fmt::format("output-{}", job_.mesh.tets));
   chunks_.for_each(chunks_share_, [&](const Chunk& chunk) { store_chunk(chunk); });
   compacted_->seal();
@@ -233,12 +240,18 @@ void Exporter<Real>::for_each_piece(std::uint32_t section, F put) {
 
 }  // namespace
 
-void check_export(const std::string& path) {
+void check_export(const std::string& path, Encoding encoding) {
   if (is_pieces_name(path)) {
     check_pieces_output(path);
   } else {
-    check_mesh_output(path);
+    check_mesh_output(path, encoding);
   }
+}
+
+void tell_left_out(const std::string& path, const MeshDescription& mesh,
+                   const RunContext& context) {
+  const std::string left_out = is_pieces_name(path) ? std::string() : left_out_of(path, mesh);
+  if (!left_out.empty()) context.say(left_out);
 }
 
 void clear_leftovers(const std::string& path) noexcept {
@@ -252,6 +265,7 @@ MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout
                         const RunContext& context, MemoryBudget* budget, Scratch* scratch) {
   const ExportJob<Real> job{mesh,     layout,  lower,  carried, source,
                             settings, context, budget, scratch};
+  if (settings.sink != nullptr) return export_to_memory(job);
   return is_pieces_name(settings.path) ? export_pieces(job) : Exporter<Real>(job).run();
 }
 

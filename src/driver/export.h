@@ -23,10 +23,18 @@ struct ExportSettings {
   // Of a .pvtu file, but for one of cells of lower dimension; at most one for each tetrahedron.
   // 0: as many as have at most four million tetrahedra each.
   std::uint32_t pieces = 0;
+  // Where the mesh goes instead of to a file (export_memory.h); path and encoding do not matter
+  // then.
+  MeshSink* sink = nullptr;
+  // Called when all is written, but has no name yet, with a path where it can be read. May throw:
+  // the old file stays then.
+  std::function<void(const std::string& path, const MeshSummary& written)> inspect = {};
 };
 
 // Throws what export_mesh() would throw for such a name, before any work.
-void check_export(const std::string& path);
+void check_export(const std::string& path, Encoding encoding);
+// Says what of that mesh a file of that name, which may hold {lod}, cannot hold.
+void tell_left_out(const std::string& path, const MeshDescription& mesh, const RunContext& context);
 // Removes what a run to that name left that was killed: see remove_dead_pieces(). Does not fail.
 void clear_leftovers(const std::string& path) noexcept;
 

@@ -236,6 +236,9 @@ class PiecesExporter {
     stored_.store.reset();
     if (job_.lower.cells.size() > 0) write_lower(pieces++, layout);
     job_.context.check();
+    if (job_.settings.inspect) {
+      job_.settings.inspect(output_.path_to_read(layout, pieces), chunks_.summary());
+    }
     output_.commit(layout, pieces);
     return chunks_.summary();
   }

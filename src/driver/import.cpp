@@ -1,25 +1,12 @@
 #include "driver/import.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <atomic>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <span>
+#include <utility>
 
 #include "driver/assemble.h"
-#include "driver/windows.h"
-#include "mesh/blocks.h"
-#include "partition/vertex_chunks.h"
 
 namespace tetfusion {
 
 namespace {
-
-// What reading a window and sorting it takes.
-constexpr std::uint64_t kWindowMemory = std::uint64_t{48} << 20;
 
 std::vector<Column> columns_like(const AttributeSet& set) {
   std::vector<Column> columns;
@@ -27,441 +14,27 @@ std::vector<Column> columns_like(const AttributeSet& set) {
   return columns;
 }
 
+// The chunks, and with them the first round where it can be done.
 template <class Real>
-class Importer {
- public:
-  Importer(const MeshDescription& description, const MeshStream& stream,
-           const CarriedArrays& carried, const Steering& steering, const ImportSettings& settings,
-           const FirstRound<Real>& first_round, const RunContext& context, PhaseClock* clock,
-           MemoryBudget* budget, Scratch* scratch)
-      : description_(description),
-        stream_(stream),
-        carried_(carried),
-        steering_(steering),
-        settings_(settings),
-        first_round_(first_round),
-        context_(context),
-        clock_(clock),
-        budget_(budget),
-        scratch_(scratch),
-        layout_(layout_of<Real>(carried, steering.width())),
-        table_(stream.points()) {
-    layout_.quadric_width = settings.quadric_width;
-    layout_.has_deviations = settings.has_deviations;
-  }
-
-  ImportedMesh<Real> run() {
-    const std::uint64_t chunks = block_count(stream_.cells(), settings_.chunk_tets);
-    if (chunks > VertexChunks::kMaxChunks) {
-      throw Error(ErrorCode::kUsage,
-                  fmt::format("--chunk-tets {} would cut this mesh into {} chunks; at most {} are "
-                              "possible: give at least {}",
-                              settings_.chunk_tets, chunks, VertexChunks::kMaxChunks,
-                              block_count(stream_.cells(), VertexChunks::kMaxChunks)));
-    }
-    chunks_ = static_cast<std::uint32_t>(std::max<std::uint64_t>(chunks, 1));
-    clock_->begin("locate");
-    find_homes();
-    clock_->begin("scatter cells");
-    const auto tets = scratch_->begin("tets");
-    scatter_tets(tets.get());
-    clock_->begin("scatter points");
-    const auto points = scratch_->begin("points");
-    scatter_points(points.get());
-    clock_->begin("assemble");
-    Assembly<Real> assembly = assemble(tets.get(), points.get());
-    out_.mesh = std::move(assembly.mesh);
-    out_.mesh.chunks = made_chunks();
-    out_.mesh.samples = std::move(samples_);
-    settle_facts(assembly);
-    return std::move(out_);
-  }
-
- private:
-  void find_homes();
-  Vector<Vec3<Real>> read_positions(std::uint64_t first, std::uint64_t count) const;
-  // All, or the one in the middle as number 0.
-  std::uint32_t made_chunks() const { return settings_.sample != nullptr ? 1 : chunks_; }
-  bool is_made(std::uint32_t chunk) const {
-    return settings_.sample == nullptr || chunk == chunks_ / 2;
-  }
-  void scatter_tets(PieceStore* to);
-  void scatter_window(std::size_t window, std::uint64_t first, std::uint64_t count, PieceStore* to);
-  void take_lower(std::size_t window, std::uint64_t first, const CellWindow& cells,
-                  const std::vector<Column>& columns);
-  void keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chunk_of);
-  void join_lower();
-  void scatter_points(PieceStore* to);
-  void keep_sampled(std::size_t begin, Vector<std::uint32_t>* chunk_of) const;
-  void scatter_point_window(std::size_t window, std::uint64_t first, std::uint64_t count,
-                            PieceStore* to);
-  Assembly<Real> assemble(PieceStore* tets, PieceStore* points);
-  void settle_facts(const Assembly<Real>& assembly);
-  void note_values(std::size_t window, const double* values);
-  void join_boxes();
-
-  const MeshDescription& description_;
-  const MeshStream& stream_;
-  const CarriedArrays& carried_;
-  const Steering& steering_;
-  const ImportSettings& settings_;
-  const FirstRound<Real>& first_round_;
-  const RunContext& context_;
-  PhaseClock* clock_;
-  MemoryBudget* budget_;
-  Scratch* scratch_;
-  WorkMesh<Real> layout_;  // empty; says what a row holds
-  std::uint32_t chunks_ = 1;
-  VertexChunks table_;
-  ImportedMesh<Real> out_;
-
-  // Of the windows, by number: what has no place in chunks.
-  struct LowerWindow {
-    LowerCells cells;
-    std::vector<Column> columns;
-  };
-  struct LooseWindow {
-    Vector<VertexId> ids;
-    Vector<Vec3<Real>> positions;
-    std::vector<Column> columns;
-  };
-  struct CellScratch {
-    CellWindow cells;
-    std::vector<Column> columns;
-    Vector<std::uint32_t> chunk_of;
-    WindowPieces pieces;
-  };
-  struct PointScratch {
-    Vector<Vec3<Real>> positions;
-    std::vector<Column> columns;
-    Vector<double> steering;
-    Vector<std::uint32_t> items, chunk_of;
-    WindowPieces pieces;
-  };
-  Pool<CellScratch> cell_scratch_;
-  Pool<PointScratch> point_scratch_;
-  std::vector<LowerWindow> lower_;
-  std::vector<LooseWindow> loose_;
-  std::vector<SteeringBox> boxes_;
-  std::vector<std::uint64_t> ghosts_;
-  std::atomic<std::uint64_t> tet_count_{0};
-  Vector<Vec3<Real>> samples_;  // points, for cuts
-};
-
-template <class Real>
-Vector<Vec3<Real>> Importer<Real>::read_positions(std::uint64_t first, std::uint64_t count) const {
-  Vector<Vec3<Real>> positions(count);
-  stream_.read_points(first, count, std::as_writable_bytes(std::span(positions)));
-  return positions;
-}
-
-// The first cut: a point's chunk by its place on the curve.
-template <class Real>
-void Importer<Real>::find_homes() {
-  const std::uint64_t points = stream_.points();
-  const std::uint64_t step =
-      std::max<std::uint64_t>(1, points / (kSamplesPerChunk * std::uint64_t{chunks_}));
-  struct Window {
-    Box box;
-    Vector<Vec3<Real>> samples;
-  };
-  std::vector<Window> windows(block_count(points, settings_.point_window));
-  for_each_block(points, settings_.point_window,
-                 [&](std::size_t w, std::size_t begin, std::size_t end) {
-                   context_.check();
-                   const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
-                   for (std::size_t i = 0; i < positions.size(); ++i) {
-                     const Vec3<Real>& p = positions[i];
-                     windows[w].box.add({p.x, p.y, p.z});
-                     if ((begin + i) % step == 0) windows[w].samples.push_back(p);
-                   }
-                 });
-  for (const Window& window : windows) out_.box.add(window.box);
-  if (chunks_ == 1) return;
-  const ShiftedCurve curve(out_.box, 0);
-  Vector<std::uint64_t> keys;
-  for (const Window& window : windows) {
-    samples_.insert(samples_.end(), window.samples.begin(), window.samples.end());
-    for (const Vec3<Real>& p : window.samples) keys.push_back(curve.key(p));
-  }
-  const CurveCut cut(curve, chunks_, std::move(keys));
-  for_each_block(points, settings_.point_window,
-                 [&](std::size_t, std::size_t begin, std::size_t end) {
-                   context_.check();
-                   const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
-                   for (std::size_t v = begin; v < end; ++v) {
-                     table_.set_home(static_cast<VertexId>(v), cut.chunk_of(positions[v - begin]));
-                   }
-                 });
-}
-
-template <class Real>
-void Importer<Real>::scatter_tets(PieceStore* to) {
-  const std::uint64_t cells = stream_.cells();
-  const std::size_t windows = block_count(cells, settings_.cell_window);
-  lower_.resize(windows);
-  ghosts_.assign(windows, 0);
-  std::atomic<std::size_t> done{0};
-  for_each_block(cells, settings_.cell_window,
-                 [&](std::size_t w, std::size_t begin, std::size_t end) {
-                   context_.check();
-                   const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
-                   scatter_window(w, begin, end - begin, to);
-                   context_.report("reading", 0.02, 0.09, ++done, windows);
-                 });
-  to->seal();
-  cell_scratch_.clear();
-  table_.finish();
-  join_lower();
-}
-
-template <class Real>
-void Importer<Real>::scatter_window(std::size_t window, std::uint64_t first, std::uint64_t count,
-                                    PieceStore* to) {
-  auto scratch = cell_scratch_.borrow();
-  CellWindow& cells = scratch->cells;
-  stream_.read_cells(first, count, &cells);
-  std::vector<Column>& columns = scratch->columns;
-  if (columns.empty()) columns = layout_.cell_columns;
-  read_columns(stream_, Association::kCell, carried_.cell_indices, first, count, &columns);
-  ghosts_[window] = cells.ghost_cells;
-  tet_count_ += cells.tets.size();
-  take_lower(window, first, cells, columns);
-
-  Vector<std::uint32_t>& chunk_of = scratch->chunk_of;
-  chunk_of.resize(cells.tets.size());
-  {
-    VertexChunks::Notes notes(&table_);
-    for (std::size_t t = 0; t < cells.tets.size(); ++t) {
-      const Tet& tet = cells.tets[t];
-      const std::uint32_t chunk = std::min(
-          {table_.home(tet[0]), table_.home(tet[1]), table_.home(tet[2]), table_.home(tet[3])});
-      chunk_of[t] = chunk;
-      for (const VertexId v : tet) notes.add(v, chunk);
-    }
-  }
-  for (std::uint64_t& row : cells.tet_rows) row -= first;
-  if (settings_.sample != nullptr) keep_sampled(&cells, &chunk_of);
-  scratch->pieces.add(static_cast<std::uint32_t>(window), chunk_of, made_chunks(), to,
-                      [&](std::span<const std::uint32_t> items, RowWriter* writer) {
-                        writer->put<Tet>(items, [&](std::size_t t) { return cells.tets[t]; });
-                        for (const Column& c : columns) writer->put_rows(c, items, cells.tet_rows);
-                      });
-}
-
-// Rows count from the window's first.
-template <class Real>
-void Importer<Real>::keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chunk_of) {
-  settings_.sample->add(cells->tets);
-  const bool all_rows = cells->tet_rows.empty();
-  if (all_rows) cells->tet_rows.resize(cells->tets.size());
-  std::size_t kept = 0;
-  for (std::size_t t = 0; t < cells->tets.size(); ++t) {
-    if (!is_made((*chunk_of)[t])) continue;
-    cells->tets[kept] = cells->tets[t];
-    cells->tet_rows[kept++] = all_rows ? t : cells->tet_rows[t];
-  }
-  cells->tets.resize(kept);
-  cells->tet_rows.resize(kept);
-  chunk_of->assign(kept, 0);
-}
-
-template <class Real>
-void Importer<Real>::take_lower(std::size_t window, std::uint64_t first, const CellWindow& cells,
-                                const std::vector<Column>& columns) {
-  if (cells.lower.size() == 0) return;
-  LowerWindow& lower = lower_[window];
-  lower.cells = cells.lower;
-  lower.columns = layout_.cell_columns;
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    for (const std::uint64_t row : cells.lower_rows) {
-      append_row(columns[c], row - first, &lower.columns[c]);
-    }
-  }
-}
-
-template <class Real>
-void Importer<Real>::join_lower() {
-  LowerPart<Real>& all = out_.lower;
-  all.columns = layout_.cell_columns;
-  for (LowerWindow& window : lower_) {
-    const LowerCells& cells = window.cells;
-    if (cells.size() == 0) continue;
-    if (all.cells.size() == 0) all.cells.offsets.push_back(0);
-    const std::uint64_t begin = all.cells.connectivity.size();
-    all.cells.types.insert(all.cells.types.end(), cells.types.begin(), cells.types.end());
-    for (std::size_t i = 1; i < cells.offsets.size(); ++i) {
-      all.cells.offsets.push_back(begin + cells.offsets[i]);
-    }
-    all.cells.connectivity.insert(all.cells.connectivity.end(), cells.connectivity.begin(),
-                                  cells.connectivity.end());
-    for (std::size_t c = 0; c < all.columns.size(); ++c) {
-      const Vector<std::byte>& rows = window.columns[c].rows;
-      all.columns[c].rows.insert(all.columns[c].rows.end(), rows.begin(), rows.end());
-    }
-    window = {};
-  }
-  all.vertices = all.cells.connectivity;
-  std::sort(all.vertices.begin(), all.vertices.end());
-  all.vertices.erase(std::unique(all.vertices.begin(), all.vertices.end()), all.vertices.end());
-}
-
-template <class Real>
-void Importer<Real>::scatter_points(PieceStore* to) {
-  const std::uint64_t points = stream_.points();
-  loose_.resize(block_count(points, settings_.point_window));
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const std::size_t width = steering_.width();
-  boxes_.assign(loose_.size(), {std::vector(width, kInfinity), std::vector(width, -kInfinity)});
-  std::atomic<std::size_t> done{0};
-  for_each_block(points, settings_.point_window,
-                 [&](std::size_t w, std::size_t begin, std::size_t end) {
-                   context_.check();
-                   const auto memory = budget_->wait_for(kWindowMemory, "a window of the input");
-                   scatter_point_window(w, begin, end - begin, to);
-                   context_.report("reading", 0.09, 0.12, ++done, loose_.size());
-                 });
-  to->seal();
-  point_scratch_.clear();
-  join_boxes();
-  LowerPart<Real>& all = out_.lower;
-  all.loose_columns = layout_.point_columns;
-  for (LooseWindow& window : loose_) {
-    all.loose_ids.insert(all.loose_ids.end(), window.ids.begin(), window.ids.end());
-    all.loose_positions.insert(all.loose_positions.end(), window.positions.begin(),
-                               window.positions.end());
-    for (std::size_t c = 0; c < window.columns.size(); ++c) {
-      const Vector<std::byte>& rows = window.columns[c].rows;
-      all.loose_columns[c].rows.insert(all.loose_columns[c].rows.end(), rows.begin(), rows.end());
-    }
-    window = {};
-  }
-}
-
-template <class Real>
-void Importer<Real>::scatter_point_window(std::size_t window, std::uint64_t first,
-                                          std::uint64_t count, PieceStore* to) {
-  auto scratch = point_scratch_.borrow();
-  Vector<Vec3<Real>>& positions = scratch->positions;
-  positions.resize(count);
-  stream_.read_points(first, count, std::as_writable_bytes(std::span(positions)));
-  std::vector<Column>& columns = scratch->columns;
-  if (columns.empty()) columns = layout_.point_columns;
-  read_columns(stream_, Association::kPoint, carried_.point_indices, first, count, &columns);
-  const std::size_t width = steering_.width();
-  Vector<double>& steering = scratch->steering;
-  steering.resize(count * width);
-  Vector<std::uint8_t> not_finite;
-  not_finite.assign(count, 0);
-  steering_.read(first, count, steering.data(), not_finite.data());
-
-  // A point on the interface goes to several chunks.
-  const Vector<VertexId>& carried = out_.lower.vertices;
-  auto next_carried =
-      std::lower_bound(carried.begin(), carried.end(), static_cast<VertexId>(first));
-  Vector<std::uint8_t> marks(count);
-  Vector<std::uint32_t> last(count);              // of its chunks
-  Vector<std::uint32_t>& items = scratch->items;  // the point of each piece's row
-  Vector<std::uint32_t>& chunk_of = scratch->chunk_of;
-  items.clear();
-  chunk_of.clear();
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto v = static_cast<VertexId>(first + i);
-    const std::size_t before = chunk_of.size();
-    table_.chunks_of(v, &chunk_of);
-    const std::size_t chunks = chunk_of.size() - before;
-    last[i] = chunks > 0 && settings_.sample == nullptr ? chunk_of.back() : 0;
-    if (settings_.sample != nullptr) keep_sampled(before, &chunk_of);
-    items.insert(items.end(), chunk_of.size() - before, static_cast<std::uint32_t>(i));
-    const bool is_carried = next_carried != carried.end() && *next_carried == v;
-    if (is_carried) ++next_carried;
-    marks[i] = static_cast<std::uint8_t>((chunks > 1 ? kOnInterface : 0) |
-                                         (is_carried || not_finite[i] != 0 ? kLocked : 0));
-    if (chunks > 0) note_values(window, steering.data() + i * width);
-    if (chunks > 0 || !is_carried) continue;
-    LooseWindow& loose = loose_[window];
-    if (loose.columns.empty()) loose.columns = layout_.point_columns;
-    loose.ids.push_back(v);
-    loose.positions.push_back(positions[i]);
-    for (std::size_t c = 0; c < columns.size(); ++c) append_row(columns[c], i, &loose.columns[c]);
-  }
-  scratch->pieces.add(
-      static_cast<std::uint32_t>(window), chunk_of, made_chunks(), to,
-      [&](std::span<const std::uint32_t> places, RowWriter* writer) {
-        writer->put<VertexId>(
-            places, [&](std::size_t i) { return static_cast<VertexId>(first + items[i]); });
-        writer->put<std::uint8_t>(places, [&](std::size_t i) {
-          const bool is_last = chunk_of[i] == last[items[i]];
-          return static_cast<std::uint8_t>(marks[items[i]] | (is_last ? kLast : 0));
-        });
-        writer->put<Vec3<Real>>(places, [&](std::size_t i) { return positions[items[i]]; });
-        for (std::size_t k = 0; k < width; ++k) {
-          writer->put<double>(places,
-                              [&](std::size_t i) { return steering[items[i] * width + k]; });
-        }
-        for (const Column& c : columns) writer->put_rows(c, places, items);
-      });
-}
-
-// Of the chunks of a point, which begin there.
-template <class Real>
-void Importer<Real>::keep_sampled(std::size_t begin, Vector<std::uint32_t>* chunk_of) const {
-  const auto first = chunk_of->begin() + static_cast<std::ptrdiff_t>(begin);
-  const bool has = std::any_of(first, chunk_of->end(), [&](auto c) { return is_made(c); });
-  chunk_of->resize(begin);
-  if (has) chunk_of->push_back(0);
-}
-
-template <class Real>
-void Importer<Real>::note_values(std::size_t window, const double* values) {
-  SteeringBox& box = boxes_[window];
-  for (const SteeringField& f : steering_.fields()) {
-    const std::span<const double> of_field(values + f.first, f.count);
-    if (!std::ranges::all_of(of_field, [](double v) { return std::isfinite(v); })) continue;
-    for (std::size_t k = f.first; k < f.first + f.count; ++k) {
-      box.low[k] = std::min(box.low[k], values[k]);
-      box.high[k] = std::max(box.high[k], values[k]);
-    }
-  }
-}
-
-template <class Real>
-void Importer<Real>::join_boxes() {
-  if (boxes_.empty()) return;
-  SteeringBox& all = out_.steering_box = boxes_.front();
-  for (const SteeringBox& box : boxes_) {
-    for (std::size_t k = 0; k < all.low.size(); ++k) {
-      all.low[k] = std::min(all.low[k], box.low[k]);
-      all.high[k] = std::max(all.high[k], box.high[k]);
-    }
-  }
-}
-
-template <class Real>
-Assembly<Real> Importer<Real>::assemble(PieceStore* tets, PieceStore* points) {
+Assembly<Real> assemble(const WorkMesh<Real>& layout, const ImportSettings& settings,
+                        const FirstRound<Real>& first_round, const RunContext& context,
+                        MemoryBudget* budget, Scratch* scratch, ScatteredMesh<Real>* from,
+                        bool* first_round_done) {
   const auto chunks_to = [&](const ChunkWork<Real>& work) {
-    return assemble_chunks<Real>(layout_, out_.box, made_chunks(), settings_.regions, *tets,
-                                 *points, work, context_, budget_, scratch_);
+    return assemble_chunks<Real>(layout, from->box, from->chunks, settings.regions, *from->tets,
+                                 *from->points, work, context, budget, scratch);
   };
-  if (chunks_ > 1 && first_round_.begin) {
+  if (from->all_chunks > 1 && first_round.begin) {
     std::vector<std::uint64_t> shares{0};
-    for (std::uint32_t c = 0; c < chunks_; ++c) shares.push_back(shares.back() + tets->bytes(c));
-    first_round_.begin(out_.box, tet_count_, std::move(shares), samples_);
-    Assembly<Real> assembly = chunks_to(first_round_.work);
-    out_.first_round_done = assembly.mesh.locks.empty();
-    if (out_.first_round_done) return assembly;
+    for (std::uint32_t c = 0; c < from->all_chunks; ++c) {
+      shares.push_back(shares.back() + from->tets->bytes(c));
+    }
+    first_round.begin(from->box, from->tet_count, std::move(shares), from->samples);
+    Assembly<Real> assembly = chunks_to(first_round.work);
+    *first_round_done = assembly.mesh.locks.empty();
+    if (*first_round_done) return assembly;
   }
   return chunks_to({});
-}
-
-template <class Real>
-void Importer<Real>::settle_facts(const Assembly<Real>& assembly) {
-  InputFacts& facts = out_.facts;
-  facts = assembly.facts;
-  facts.points += out_.lower.loose_ids.size();
-  facts.unused_points = stream_.points() - facts.points + stream_.dropped_points();
-  facts.merged_points = stream_.merged_points();
-  for (const std::uint64_t ghosts : ghosts_) facts.ghost_cells += ghosts;
 }
 
 }  // namespace
@@ -476,24 +49,39 @@ WorkMesh<Real> layout_of(const CarriedArrays& carried, std::uint32_t steering_wi
 }
 
 template <class Real>
-ImportedMesh<Real> import_mesh(const MeshDescription& description, const MeshStream& stream,
-                               const CarriedArrays& carried, const Steering& steering,
-                               const ImportSettings& settings, const FirstRound<Real>& first_round,
-                               const RunContext& context, PhaseClock* clock, MemoryBudget* budget,
-                               Scratch* scratch) {
-  return Importer<Real>(description, stream, carried, steering, settings, first_round, context,
-                        clock, budget, scratch)
-      .run();
+ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& carried,
+                               const Steering& steering, const ImportSettings& settings,
+                               const FirstRound<Real>& first_round, const RunContext& context,
+                               PhaseClock* clock, MemoryBudget* budget, Scratch* scratch) {
+  WorkMesh<Real> layout = layout_of<Real>(carried, steering.width());
+  layout.quadric_width = settings.quadric_width;
+  layout.has_deviations = settings.has_deviations;
+  ScatteredMesh<Real> from =
+      scatter_mesh(stream, carried, steering, settings, layout, context, clock, budget, scratch);
+  clock->begin("assemble");
+  ImportedMesh<Real> out;
+  Assembly<Real> assembly = assemble(layout, settings, first_round, context, budget, scratch, &from,
+                                     &out.first_round_done);
+  out.mesh = std::move(assembly.mesh);
+  out.mesh.chunks = from.chunks;
+  out.mesh.samples = std::move(from.samples);
+  out.box = from.box;
+  out.steering_box = std::move(from.steering_box);
+  InputFacts& facts = out.facts = assembly.facts;
+  facts.points += from.lower.loose_ids.size();
+  facts.unused_points = stream.points() - facts.points + stream.dropped_points();
+  facts.merged_points = stream.merged_points();
+  facts.ghost_cells = from.ghost_cells;
+  out.lower = std::move(from.lower);
+  return out;
 }
 
 template WorkMesh<float> layout_of(const CarriedArrays&, std::uint32_t);
 template WorkMesh<double> layout_of(const CarriedArrays&, std::uint32_t);
-template ImportedMesh<float> import_mesh(const MeshDescription&, const MeshStream&,
-                                         const CarriedArrays&, const Steering&,
+template ImportedMesh<float> import_mesh(const MeshStream&, const CarriedArrays&, const Steering&,
                                          const ImportSettings&, const FirstRound<float>&,
                                          const RunContext&, PhaseClock*, MemoryBudget*, Scratch*);
-template ImportedMesh<double> import_mesh(const MeshDescription&, const MeshStream&,
-                                          const CarriedArrays&, const Steering&,
+template ImportedMesh<double> import_mesh(const MeshStream&, const CarriedArrays&, const Steering&,
                                           const ImportSettings&, const FirstRound<double>&,
                                           const RunContext&, PhaseClock*, MemoryBudget*, Scratch*);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "driver/rounds.h"
+#include "verify/verify.h"
 
 namespace tetfusion {
 
@@ -69,6 +70,21 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   // read, the one that is written, and the one that is durable, each half as large. 1.9 measured.
   needs.scratch = static_cast<std::uint64_t>(2.2 * pieces);
   return needs;
+}
+
+void include_verification(const MeshDescription& mesh, std::uint64_t tets, MemoryNeeds* needs) {
+  const double share = static_cast<double>(std::min(tets, mesh.cells)) /
+                       static_cast<double>(std::max<std::uint64_t>(mesh.cells, 1));
+  const double points = share * static_cast<double>(mesh.points);
+  // Two triangles a point of the surface, as that of a cube; of both meshes.
+  const double triangles = 4 * interface_vertices(static_cast<double>(mesh.cells));
+  const std::uint64_t bytes =
+      kProcess + estimate_verification(mesh, tets, static_cast<std::uint64_t>(points),
+                                       static_cast<std::uint64_t>(triangles));
+  needs->out_of_core = std::max(needs->out_of_core, bytes);
+  needs->in_core = std::max(
+      needs->in_core,
+      bytes + static_cast<std::uint64_t>(1.75 * share * static_cast<double>(needs->pieces)));
 }
 
 }  // namespace tetfusion

@@ -26,4 +26,7 @@ struct SteeringBytes {
 MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read);
 
+// Makes them enough for the verification of a result of so many tetrahedra.
+void include_verification(const MeshDescription& mesh, std::uint64_t tets, MemoryNeeds* needs);
+
 }  // namespace tetfusion

@@ -108,6 +108,8 @@ struct SimplifyRequest {
   PerformanceOptions performance;
   Encoding encoding = Encoding::kRaw;
   std::uint32_t pieces = 0;  // of an output that is called .pvtu, at most 65536; 0: by its size
+  // Each result is checked and compared with the input before it gets its name (verify/verify.h).
+  bool verify = false;
 };
 
 }  // namespace tetfusion

@@ -7,6 +7,18 @@
 
 namespace tetfusion {
 
+namespace {
+
+std::string possible_regions(const MeshDescription& mesh) {
+  std::string names;
+  for (const ArrayInfo& a : mesh.cell_data.arrays) {
+    if (can_be_region(a)) names += (names.empty() ? "" : ", ") + a.name;
+  }
+  return names.empty() ? "none" : names;
+}
+
+}  // namespace
+
 std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
                                         const std::optional<std::vector<std::string>>& names) {
   std::vector<std::size_t> regions;
@@ -23,8 +35,8 @@ std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
       throw Error(
           ErrorCode::kUsage,
           fmt::format("{}: --regions {}: there is no integer cell array of one component with that "
-                      "name; see 'tetfusion info {}'",
-                      mesh.path, name, mesh.path));
+                      "name; there are: {}",
+                      mesh.path, name, possible_regions(mesh)));
     }
     regions.push_back(i);
   }

@@ -27,6 +27,15 @@ Json to_json_object(const MeshSummary& m) {
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
+Json to_json_object(const Verification& v) {
+  Json checks = Json::array();
+  for (const VerifiedCheck& check : v.checks) {
+    checks.push_back(
+        {{"name", check.name}, {"found", number_or_null(check.found)}, {"allowed", check.allowed}});
+  }
+  return {{"path", v.path}, {"checks", checks}, {"not_verified", v.not_verified}};
+}
+
 Json to_json_object(const LodSummary& lod) {
   Json rejected;
   for (std::size_t r = 0; r < kRejectReasons; ++r) rejected[kRejectNames[r]] = lod.pass.rejected[r];
@@ -114,6 +123,10 @@ std::string SimplifyReport::stop_sentence() const {
 std::string to_json(const SimplifyReport& r) {
   Json lods = Json::array();
   for (const LodSummary& lod : r.lods) lods.push_back(to_json_object(lod));
+  Json verified = Json::array();
+  for (const Verification& verification : r.verified) {
+    verified.push_back(to_json_object(verification));
+  }
   Json seconds(r.seconds);
   seconds["total"] = r.total_seconds;
   const Json json = {
@@ -140,6 +153,7 @@ std::string to_json(const SimplifyReport& r) {
         {"ghost_cells", r.oddities.ghost_cells},
         {"locked_vertices", r.oddities.locked_vertices}}},
       {"lods", lods},
+      {"verified", verified},
       {"seconds", seconds},
       {"cpu_seconds", r.cpu_seconds},
       {"peak_rss_bytes", r.peak_rss_bytes},

@@ -8,6 +8,7 @@
 
 #include "kernel/fuse_round.h"
 #include "kernel/greedy_pass.h"
+#include "verify/verify.h"
 
 namespace tetfusion {
 
@@ -58,6 +59,7 @@ struct SimplifyReport {
   bool has_goal = false;
   std::string boundary = "exact";  // as it was asked for
   std::vector<LodSummary> lods;
+  std::vector<Verification> verified;     // of the outputs that were verified
   std::map<std::string, double> seconds;  // by phase
   double total_seconds = 0;
   double cpu_seconds = 0;

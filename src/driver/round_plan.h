@@ -37,6 +37,12 @@ struct RoundPlan {
   double start = 0;  // wall_seconds()
 };
 
+// With a planar boundary flat is what is flat but for the rounding of coordinates: a point of a
+// slanted plane is up to 2^-24 of the mesh off it in single precision, or with seven digits in a
+// text, and such errors add up where many vertices become one. This share of the diagonal is 64
+// times that.
+inline constexpr double kFlat = 0x1p-18;
+
 class RoundPlanner {
  public:
   // The options outlive this.

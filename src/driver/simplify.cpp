@@ -15,6 +15,8 @@
 #include "driver/export.h"
 #include "driver/fingerprint.h"
 #include "driver/memory_plan.h"
+#include "driver/notices.h"
+#include "driver/promise.h"
 #include "driver/regions.h"
 #include "driver/round_plan.h"
 #include "driver/rounds.h"
@@ -28,15 +30,11 @@ namespace tetfusion {
 
 namespace {
 
-std::string boundary_name(const BehaviourOptions& b) {
-  if (b.boundary == Boundary::kWithin) return fmt::format("{}", b.boundary_distance);
-  return b.boundary == Boundary::kPlanar ? "planar" : "exact";
-}
-
 class Job {
  public:
-  Job(const SimplifyRequest& request, const RunContext& context)
-      : request_(request), context_(context) {}
+  Job(const SimplifyRequest& request, const RunContext& context,
+      std::unique_ptr<MeshSource> source = nullptr, MeshSink* sink = nullptr)
+      : request_(request), context_(context), source_(std::move(source)), sink_(sink) {}
   SimplifyReport run();
   RunPlan plan(std::uint64_t sample_tets);
 
@@ -52,7 +50,6 @@ class Job {
   void import(const CarriedArrays& carried, const Steering& steering, Rounds<Real>* rounds,
               RunState<Real>* state);
   void describe_input(const InputFacts& facts);
-  void say_what_is_odd(const InputFacts& facts);
   void plan_output(std::uint64_t tets);
   template <class Real>
   void run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
@@ -67,12 +64,15 @@ class Job {
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                        const RoundsState& state) const;
   double progress_at(std::uint64_t tets, std::size_t rounds) const;
+  void verify(const std::string& output, const std::string& path, const InputFacts& facts,
+              const LowerCells& lower, const MeshSummary& written);
   [[noreturn]] void fail_with_hint(const Error& error);
 
   const SimplifyRequest& request_;
   const RunContext& context_;
   RoundPlanner planner_{request_.behaviour};
-  std::unique_ptr<MeshSource> source_;
+  std::unique_ptr<MeshSource> source_;  // from the start where it is memory
+  MeshSink* sink_ = nullptr;            // where the mesh goes to memory
   std::unique_ptr<MeshStream> stream_;
   std::vector<SteeringChoice> steering_choices_;
   std::vector<std::size_t> regions_;
@@ -120,15 +120,20 @@ void Job::begin() {
   report_.boundary = boundary_name(request_.behaviour);
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
-  for (const Stage& stage : plan_stages(request_, kMaxTets)) check_export(stage.path);
+  if (sink_ == nullptr) {
+    for (const Stage& s : plan_stages(request_, kMaxTets)) check_export(s.path, request_.encoding);
+  }
   open_input();
+  if (sink_ == nullptr) tell_left_out(request_.output, source_->description(), context_);
   plan_memory();
 }
 
 SimplifyReport Job::run() {
   const double start = wall_seconds();
   begin();
-  for (const Stage& stage : plan_stages(request_, kMaxTets)) clear_leftovers(stage.path);
+  if (sink_ == nullptr) {
+    for (const Stage& stage : plan_stages(request_, kMaxTets)) clear_leftovers(stage.path);
+  }
   try {
     open_scratch();
     if (source_->description().point_type == ValueType::kFloat32) {
@@ -152,7 +157,7 @@ SimplifyReport Job::run() {
 
 // A run that has come far enough to go on from says how; of any other nothing is left.
 void Job::fail_with_hint(const Error& error) {
-  if (!committed_) {
+  if (!committed_ || sink_ != nullptr) {
     if (scratch_) {
       try {
         scratch_->remove();
@@ -172,8 +177,10 @@ void Job::fail_with_hint(const Error& error) {
 void Job::open_input() {
   context_.report("reading", 0);
   clock_.begin("read");
-  source_ = open_mesh(request_.input, {request_.behaviour.tetrahedralize,
-                                       request_.behaviour.linearize, spool_folder(request_)});
+  if (!source_) {
+    source_ = open_mesh(request_.input, {request_.behaviour.tetrahedralize,
+                                         request_.behaviour.linearize, spool_folder(request_)});
+  }
   stream_ = source_->stream();
   steering_choices_ = choose_steering(source_->description(), request_.behaviour.arrays);
   regions_ = choose_regions(source_->description(), request_.behaviour.regions);
@@ -185,13 +192,12 @@ void Job::plan_memory() {
       request_.performance.memory != 0 ? request_.performance.memory : memory_limit() / 2;
   std::uint32_t width = 0;
   const MeshDescription& mesh = source_->description();
-  std::vector<SteeringField> fields;
   for (const SteeringChoice& choice : steering_choices_) {
     const bool of_cells = choice.association == Association::kCell;
     width += (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index].components;
-    fields.push_back({0, 1, 1, choice.tolerance});
   }
-  const bool removed_points = error_limits(request_.behaviour, fields).at_points;
+  const bool removed_points =
+      error_limits(request_.behaviour, limits_of(steering_choices_)).at_points;
   std::uint64_t steering_bytes = width * sizeof(double);
   if (request_.behaviour.method == Method::kFuse)
     steering_bytes +=
@@ -199,6 +205,10 @@ void Job::plan_memory() {
   needs_ = estimate_needs(mesh, {steering_bytes, removed_points ? width * sizeof(double) : 0},
                           request_.behaviour.chunk_tets, thread_count(),
                           stream_ ? stream_->bytes() : source_->memory_to_read());
+  // Without a goal nobody knows how large the result will be.
+  if (const auto goal = plan_stages(request_, mesh.cells).front().tets; request_.verify && goal) {
+    include_verification(mesh, *goal, &needs_);
+  }
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
     throw Error(
@@ -218,6 +228,14 @@ void Job::open_scratch() {
   if (!on_disk_ && !resume) {
     scratch_ = memory_scratch();
     return;
+  }
+  if (sink_ != nullptr && request_.performance.scratch.empty()) {
+    throw Error(
+        ErrorCode::kMemory,
+        fmt::format("{}: simplifying this mesh in memory needs about {}, but it may use {}: give "
+                    "--memory {}M or more, or --scratch DIR",
+                    request_.input, format_bytes(needs_.in_core), format_bytes(budget_->total()),
+                    (needs_.in_core >> 20) + 1));
   }
   if (request_.output == "-" && request_.performance.scratch.empty()) {
     throw Error(
@@ -320,15 +338,15 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
       rounds->work(chunk, worker, mesh);
     };
   }
-  state->input = import_mesh<Real>(source_->description(), *stream_, carried, steering, settings,
-                                   first, context_, &clock_, budget_.get(), scratch_.get());
+  state->input = import_mesh<Real>(*stream_, carried, steering, settings, first, context_, &clock_,
+                                   budget_.get(), scratch_.get());
   const ErrorLimits limits = error_limits(request_.behaviour, state->fields);
   if (limits.at_points && state->input.facts.unused_points > 0) {
     relate_to_used_points(state->input.steering_box, limits.max_error, &state->fields);
     planner_.limit_errors(error_limits(request_.behaviour, state->fields));
   }
   describe_input(state->input.facts);
-  say_what_is_odd(state->input.facts);
+  say_what_is_odd(state->input.facts, report_.regions, context_);
   plan_output(state->input.facts.tets);
   if (!state->input.first_round_done) {
     commit("import", *state);
@@ -346,27 +364,6 @@ void Job::describe_input(const InputFacts& facts) {
                       facts.merged_points,  facts.ghost_cells,         facts.locked_vertices};
   for (const std::size_t i : regions_) {
     report_.regions.push_back(source_->description().cell_data.arrays[i].name);
-  }
-}
-
-void Job::say_what_is_odd(const InputFacts& facts) {
-  const auto say = [&](std::uint64_t count, std::string_view what) {
-    if (count > 0) context_.say(fmt::format("{} {}", format_count(count), what));
-  };
-  say(facts.rewound, "tetrahedra were wound the other way: rewound");
-  say(facts.degenerate, "tetrahedra have no volume: they and their vertices stay as they are");
-  say(facts.inverted, "tetrahedra are inverted: they and their vertices stay as they are");
-  say(facts.duplicate_tets,
-      "tetrahedra are duplicates of others: they and their vertices stay as they are");
-  say(facts.nonconforming_faces, "faces do not conform: their tetrahedra stay as they are");
-  say(facts.nonmanifold_edges, "boundary edges are not manifold: they stay as they are");
-  say(facts.unused_points, "points are used by no cell: dropped");
-  say(facts.merged_points, "points at the seams of pieces were merged");
-  say(facts.ghost_cells, "ghost cells were dropped");
-  for (const std::size_t i : regions_) {
-    context_.say(
-        fmt::format("interfaces of cell array {} are kept (--regions none switches that off)",
-                    source_->description().cell_data.arrays[i].name));
   }
 }
 
@@ -391,6 +388,7 @@ void Job::commit(const std::string& generation, const RunState<Real>& state) {
 template <class Real>
 void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
                      std::unique_ptr<Rounds<Real>> rounds, RunState<Real>* state) {
+  if (request_.verify) require_boundary(request_.input, state->input.facts);
   for (std::size_t i = state->outputs.size(); i < stages_.size(); ++i) {
     clock_.begin("passes");
     const bool reached = reach(stages_[i].tets, rounds.get(), state);
@@ -409,8 +407,18 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
       context_.check();
       context_.report("writing", share + (last ? 1 - share : 0) * done);
     };
-    const ExportSettings out{stages_[i].path, request_.encoding, thread_count(), progress,
-                             request_.pieces};
+    ExportSettings out;
+    out.path = stages_[i].path;
+    out.encoding = request_.encoding;
+    out.threads = thread_count();
+    out.progress = progress;
+    out.pieces = request_.pieces;
+    out.sink = sink_;
+    if (request_.verify) {
+      out.inspect = [&](const std::string& path, const MeshSummary& written) {
+        verify(stages_[i].path, path, state->input.facts, state->input.lower.cells, written);
+      };
+    }
     report_.output = export_mesh(state->input.mesh, layout, state->input.lower, carried,
                                  source_.get(), out, context_, budget_.get(), scratch_.get());
     state->outputs.push_back(stages_[i].path);
@@ -421,6 +429,16 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     report_.stop_reason = reached ? StopReason::kGoal : StopReason::kSaturated;
     if (last) return;
   }
+}
+
+void Job::verify(const std::string& output, const std::string& path, const InputFacts& facts,
+                 const LowerCells& lower, const MeshSummary& written) {
+  clock_.begin("verify");
+  const RunChoices choices{source_->description(), steering_choices_, regions_};
+  const Promise promise = promise_of(request_.behaviour, choices, facts, lower, written);
+  report_.verified.push_back(
+      verify_output({output, path}, promise, source_.get(), context_, budget_.get()));
+  clock_.begin("write");
 }
 
 // How much of the run is done. Without a goal nobody knows where passes will end; most of what goes
@@ -465,6 +483,11 @@ void Job::end_round(const RoundPlan& plan, const RoundStatistics& round, RunStat
 
 SimplifyReport simplify(const SimplifyRequest& request, const RunContext& context) {
   return Job(request, context).run();
+}
+
+SimplifyReport simplify(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
+                        MeshSink* sink, const RunContext& context) {
+  return Job(request, context, std::move(source), sink).run();
 }
 
 RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,

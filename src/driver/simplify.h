@@ -1,10 +1,14 @@
-// The main job: a mesh file in, a simplified mesh file out.
+// The main job: a mesh file in, a simplified mesh file out; or a mesh in memory, likewise.
 #pragma once
+
+#include <memory>
 
 #include "base/run_context.h"
 #include "driver/options.h"
 #include "driver/report.h"
 #include "driver/run_plan.h"
+#include "io/mesh_sink.h"
+#include "io/mesh_source.h"
 
 namespace tetfusion {
 
@@ -16,6 +20,12 @@ namespace tetfusion {
 // Throws Error: kUsage for options that contradict each other or the mesh, kBadInput, kIo,
 // kInterrupted. On a throw no output has been touched, but for levels that were already whole.
 SimplifyReport simplify(const SimplifyRequest& request, const RunContext& context = {});
+
+// The same from and to memory: the mesh goes to `sink` when all is done. Of the request input and
+// output are words for messages, and levels, pieces and resuming do not exist; with performance's
+// scratch empty nothing goes to the disk, and what does not fit is Error(kMemory).
+SimplifyReport simplify(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
+                        MeshSink* sink, const RunContext& context = {});
 
 // Throws what simplify() would throw before it reads the mesh. Reads the input once, tries
 // `sample_tets` tetrahedra of it, and writes nothing.

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "io/pieces_output.h"
+#include "io/pvtu_reader.h"
 
 namespace tetfusion {
 
@@ -107,6 +108,11 @@ void check_options(const SimplifyRequest& request) {
   if (request.pieces > 0 && !is_pieces_name(request.output)) {
     refuse(fmt::format("--pieces is for a name after -o that ends in .pvtu, but it is \"{}\"",
                        request.output));
+  }
+  // Cells of lower dimension are one piece more.
+  if (request.verify && request.pieces >= kMaxPiecesRead) {
+    refuse(fmt::format("--verify reads less than {} pieces: give fewer with --pieces, or one file",
+                       kMaxPiecesRead));
   }
   if (b.lods.empty() && has_field) {
     refuse("the name after -o holds {lod}, but there is no --lods");

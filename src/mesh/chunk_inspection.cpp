@@ -458,9 +458,9 @@ void ChunkInspector::Scratch::report() {
     point.is_used = is_used;
   }
   for (const Triangle& t : boundary_) {
-    if (is_free(t[0]) && is_free(t[1]) && is_free(t[2])) continue;
-    out.triangles.push_back(
-        {chunk_->point_ids[t[0]], chunk_->point_ids[t[1]], chunk_->point_ids[t[2]]});
+    const Triangle by_id{chunk_->point_ids[t[0]], chunk_->point_ids[t[1]], chunk_->point_ids[t[2]]};
+    if (chunk_->wants_boundary) out_.boundary.push_back(by_id);
+    if (!is_free(t[0]) || !is_free(t[1]) || !is_free(t[2])) out.triangles.push_back(by_id);
   }
 }
 

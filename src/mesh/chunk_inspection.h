@@ -32,6 +32,7 @@ struct ChunkToInspect {
                                                // kSharedLast, at a cost in time and memory
   std::span<const std::uint64_t> cell_ids;  // the mesh's id of each tetrahedron: "the first cell"
                                             // breaks ties. Empty: they count through the chunks
+  bool wants_boundary = false;              // ChunkFindings::boundary
 };
 
 // What is known of the interface after one chunk. For InterfaceInspection alone. A point of the
@@ -83,6 +84,10 @@ struct ChunkFindings : MeshCounts {
   Vector<std::uint8_t> vertex_flags;
 
   double volume = 0;
+
+  // Boundary triangles with a free point, by ids. Those of three points on the interface are
+  // InterfaceVerdict's.
+  Vector<std::array<VertexId, 3>> boundary;
 
   InterfaceFindings interface;
 };

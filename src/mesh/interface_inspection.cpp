@@ -255,6 +255,9 @@ void InterfaceInspection::find_inverted() {
 
 // The points on the interface come first, then the free ones of the triangles.
 void InterfaceInspection::judge_surface() {
+  for (const Triangle& t : faces_) {
+    verdict_.boundary.push_back({points_[t[0]].id, points_[t[1]].id, points_[t[2]].id});
+  }
   Vector<VertexId> others;
   for (const Triangle& t : triangles_) {
     for (const VertexId id : t) {

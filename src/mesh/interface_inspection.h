@@ -18,6 +18,8 @@ struct InterfaceVerdict : MeshCounts {
   // The points on the interface, ascending by id, and their flags (VertexFlag bits).
   Vector<VertexId> ids;
   Vector<std::uint8_t> flags;
+  // Boundary triangles of three such points, by ids. ChunkFindings::boundary has the others.
+  Vector<std::array<VertexId, 3>> boundary;
   // Free points that are broken though their chunk did not say so; ascending ids. Usually none.
   Vector<VertexId> overrides;
 };

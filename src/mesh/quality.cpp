@@ -1,16 +1,17 @@
 #include "mesh/quality.h"
 
+#include <utility>
 #include <variant>
-#include <vector>
 
+#include "base/resources.h"
+#include "base/tasks.h"
 #include "mesh/blocks.h"
-#include "mesh/sums.h"
 
 namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 1 << 16;
+constexpr std::size_t kBlock = 1 << 17;
 
 using Vector3 = Vec3<double>;
 
@@ -39,70 +40,8 @@ double largest_cosine(const std::array<Vector3, 4>& normals) {
   return std::min(largest, 1.0);
 }
 
-struct BlockFindings {
-  CompensatedSum mean_ratio, dihedral;
-  double longest_squared = 0;
-  double shortest_squared = std::numeric_limits<double>::infinity();
-  double max_aspect_squared = 0;
-};
-
-Distribution distribution(Vector<float>* values, double mean) {
-  const std::size_t hundredth = values->size() / 100;
-  const auto at = values->begin() + static_cast<std::ptrdiff_t>(hundredth);
-  std::nth_element(values->begin(), at, values->end());
-  return {*std::min_element(values->begin(), at + 1), *at, mean,
-          *std::max_element(at, values->end())};
-}
-
-std::array<std::uint64_t, kQualityBins> histogram(const Vector<float>& values, double bin_width) {
-  std::array<std::uint64_t, kQualityBins> bins{};
-  for (const float x : values) {
-    const double bin = std::clamp(x / bin_width, 0.0, kQualityBins - 1.0);
-    ++bins[static_cast<std::size_t>(bin)];
-  }
-  return bins;
-}
-
-template <class Real>
-Quality measure(const Vector<Vec3<Real>>& points, const Vector<Tet>& tets) {
-  Quality quality;
-  if (tets.empty()) return quality;
-  Vector<float> ratios(tets.size()), angles(tets.size());
-  std::vector<BlockFindings> blocks(block_count(tets.size(), kBlock));
-  for_each_block(tets.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-    BlockFindings& found = blocks[b];
-    for (std::size_t i = begin; i < end; ++i) {
-      const Tet& t = tets[i];
-      const Shape s = measure_shape(points[t[0]], points[t[1]], points[t[2]], points[t[3]]);
-      const double angle = std::acos(s.min_dihedral_cosine) * (180 / std::numbers::pi);
-      found.mean_ratio.add(s.mean_ratio);
-      found.dihedral.add(angle);
-      ratios[i] = static_cast<float>(s.mean_ratio);
-      angles[i] = static_cast<float>(angle);
-      found.longest_squared = std::max(found.longest_squared, s.longest_squared);
-      found.shortest_squared = std::min(found.shortest_squared, s.shortest_squared);
-      const double aspect = s.shortest_squared > 0 ? s.longest_squared / s.shortest_squared
-                                                   : std::numeric_limits<double>::infinity();
-      found.max_aspect_squared = std::max(found.max_aspect_squared, aspect);
-    }
-  });
-  BlockFindings all;
-  for (const BlockFindings& found : blocks) {
-    all.mean_ratio.add(found.mean_ratio);
-    all.dihedral.add(found.dihedral);
-    all.longest_squared = std::max(all.longest_squared, found.longest_squared);
-    all.shortest_squared = std::min(all.shortest_squared, found.shortest_squared);
-    all.max_aspect_squared = std::max(all.max_aspect_squared, found.max_aspect_squared);
-  }
-  const auto cells = static_cast<double>(tets.size());
-  quality.mean_ratio_bins = histogram(ratios, 1.0 / kQualityBins);
-  quality.dihedral_bins = histogram(angles, 5);
-  quality.mean_ratio = distribution(&ratios, all.mean_ratio.value() / cells);
-  quality.min_dihedral_deg = distribution(&angles, all.dihedral.value() / cells);
-  quality.longest_edge = std::sqrt(all.longest_squared);
-  quality.shortest_edge = std::sqrt(all.shortest_squared);
-  quality.max_aspect = std::sqrt(all.max_aspect_squared);
-  return quality;
+std::size_t coarse_bin(double value, double bin_width) {
+  return static_cast<std::size_t>(std::clamp(value / bin_width, 0.0, kQualityBins - 1.0));
 }
 
 }  // namespace
@@ -129,9 +68,100 @@ template Shape measure_shape(const Vec3<float>&, const Vec3<float>&, const Vec3<
 template Shape measure_shape(const Vec3<double>&, const Vec3<double>&, const Vec3<double>&,
                              const Vec3<double>&);
 
+void QualityMeter::Values::add(double value) {
+  sum.add(value);
+  max = std::max(max, value);
+  const double place = std::clamp((value - low) / width * kBins, 0.0, kBins - 1.0);
+  const auto bin = static_cast<std::size_t>(place);
+  ++cells[bin];
+  least[bin] = std::min(least[bin], static_cast<float>(value));
+}
+
+void QualityMeter::Values::add(const Values& other) {
+  sum.add(other.sum);
+  max = std::max(max, other.max);
+  for (std::size_t b = 0; b < kBins; ++b) {
+    cells[b] += other.cells[b];
+    least[b] = std::min(least[b], other.least[b]);
+  }
+}
+
+Distribution QualityMeter::Values::distribution(std::uint64_t count) const {
+  std::uint64_t below = 0;
+  std::size_t bin = 0;
+  while ((below += cells[bin]) <= count / 100) ++bin;
+  const float min = *std::min_element(least.begin(), least.end());
+  return {min, least[bin], sum.value() / static_cast<double>(count), static_cast<float>(max)};
+}
+
+QualityMeter::QualityMeter() {
+  const auto begin = [](double low, double high, Values* values) {
+    values->low = low;
+    values->width = high - low;
+    values->cells.assign(Values::kBins, 0);
+    values->least.assign(Values::kBins, std::numeric_limits<float>::infinity());
+  };
+  begin(-1, 1, &ratios_);
+  begin(0, 180, &angles_);
+  extremes_.shortest_edge = std::numeric_limits<double>::infinity();
+}
+
+template <class Real>
+void QualityMeter::measure(const Vector<Vec3<Real>>& points, std::span<const Tet> tets) {
+  for (const Tet& t : tets) {
+    const Shape s = measure_shape(points[t[0]], points[t[1]], points[t[2]], points[t[3]]);
+    const double angle = std::acos(s.min_dihedral_cosine) * (180 / std::numbers::pi);
+    ratios_.add(s.mean_ratio);
+    angles_.add(angle);
+    ++extremes_.mean_ratio_bins[coarse_bin(static_cast<float>(s.mean_ratio), 1.0 / kQualityBins)];
+    ++extremes_.dihedral_bins[coarse_bin(static_cast<float>(angle), 5)];
+    extremes_.longest_edge = std::max(extremes_.longest_edge, s.longest_squared);
+    extremes_.shortest_edge = std::min(extremes_.shortest_edge, s.shortest_squared);
+    const double aspect = s.shortest_squared > 0 ? s.longest_squared / s.shortest_squared
+                                                 : std::numeric_limits<double>::infinity();
+    extremes_.max_aspect = std::max(extremes_.max_aspect, aspect);
+  }
+  cells_ += tets.size();
+}
+
+void QualityMeter::add(const Points& points, std::span<const Tet> tets) {
+  std::visit([&](const auto& p) { measure(p, tets); }, points);
+}
+
+void QualityMeter::add(const QualityMeter& other) {
+  cells_ += other.cells_;
+  ratios_.add(other.ratios_);
+  angles_.add(other.angles_);
+  for (std::size_t b = 0; b < kQualityBins; ++b) {
+    extremes_.mean_ratio_bins[b] += other.extremes_.mean_ratio_bins[b];
+    extremes_.dihedral_bins[b] += other.extremes_.dihedral_bins[b];
+  }
+  extremes_.longest_edge = std::max(extremes_.longest_edge, other.extremes_.longest_edge);
+  extremes_.shortest_edge = std::min(extremes_.shortest_edge, other.extremes_.shortest_edge);
+  extremes_.max_aspect = std::max(extremes_.max_aspect, other.extremes_.max_aspect);
+}
+
+Quality QualityMeter::quality() const {
+  if (cells_ == 0) return {};
+  Quality quality = extremes_;
+  quality.mean_ratio = ratios_.distribution(cells_);
+  quality.min_dihedral_deg = angles_.distribution(cells_);
+  quality.longest_edge = std::sqrt(extremes_.longest_edge);
+  quality.shortest_edge = std::sqrt(extremes_.shortest_edge);
+  quality.max_aspect = std::sqrt(extremes_.max_aspect);
+  return quality;
+}
+
 Quality measure_quality(const Geometry& geometry) {
-  return std::visit([&](const auto& points) { return measure(points, geometry.tets); },
-                    geometry.points);
+  const std::span<const Tet> tets(geometry.tets);
+  QualityMeter all;
+  InOrder<QualityMeter> join([&](const QualityMeter& part) { all.add(part); });
+  run_tasks(block_count(tets.size(), kBlock), thread_count(), [&](std::size_t b, std::size_t) {
+    QualityMeter part;
+    part.add(geometry.points, tets.subspan(b * kBlock, std::min(kBlock, tets.size() - b * kBlock)));
+    join.put(b, std::move(part));
+  });
+  return all.quality();
 }
 
 }  // namespace tetfusion

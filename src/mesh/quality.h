@@ -7,8 +7,11 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <span>
 
+#include "base/vector.h"
 #include "mesh/geometry.h"
+#include "mesh/sums.h"
 
 namespace tetfusion {
 
@@ -24,7 +27,7 @@ struct Shape {
 // A measure over all cells.
 struct Distribution {
   double min = 0;
-  double p1 = 0;  // one cell in a hundred is below it
+  double p1 = 0;  // one cell in a hundred is below it, about
   double mean = 0;
   double max = 0;
 };
@@ -44,7 +47,43 @@ struct Quality {
                           // an edge without length
 };
 
-// All zero for a mesh without cells. Deterministic for any number of threads.
+// Measures a mesh part by part. A part's hundredth is known to within a bin: 1/8192 of a mean
+// ratio, 1/90 of a degree.
+class QualityMeter {
+ public:
+  QualityMeter();
+
+  // Starts no threads. The corners index the points.
+  void add(const Points& points, std::span<const Tet> tets);
+  // What another one has measured. The same order of parts gives the same bits.
+  void add(const QualityMeter& other);
+
+  // All zero without cells.
+  Quality quality() const;
+
+ private:
+  // One measure of all cells.
+  struct Values {
+    static constexpr std::size_t kBins = 1 << 14;
+    double low = 0, width = 0;  // of all bins together
+    CompensatedSum sum;
+    double max = -std::numeric_limits<double>::infinity();
+    Vector<std::uint64_t> cells;  // one a bin
+    Vector<float> least;          // the smallest value of each bin
+
+    void add(double value);
+    void add(const Values& other);
+    Distribution distribution(std::uint64_t count) const;
+  };
+  template <class Real>
+  void measure(const Vector<Vec3<Real>>& points, std::span<const Tet> tets);
+
+  std::uint64_t cells_ = 0;
+  Values ratios_, angles_;
+  Quality extremes_;  // the coarse bins; squares of lengths and of the aspect
+};
+
+// Of the whole mesh, on as many threads as there are. Deterministic for any number of them.
 Quality measure_quality(const Geometry& geometry);
 
 template <class Real>

@@ -40,6 +40,13 @@ class UnionFind {
     }
   }
 
+  // One thread.
+  void grow(std::size_t size) {
+    for (std::size_t i = parent_.size(); i < size; ++i) {
+      parent_.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+
   bool is_root(std::uint32_t x) { return load(x) == x; }
 
  private:

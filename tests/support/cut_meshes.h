@@ -60,8 +60,8 @@ template <class Real>
 WorkMesh<Real> join(const std::vector<WorkMesh<Real>>& chunks);
 
 // A mesh as text, one a tetrahedron, sorted: the ids, positions, lasting marks, steering values and
-// rows of its corners, its own rows, and its removed points. Equal for meshes that are the same up to order.
-// `with_ids`: which of the four ids a fused vertex keeps depends on the order.
+// rows of its corners, its own rows, and its removed points. Equal for meshes that are the same up
+// to order. `with_ids`: which of the four ids a fused vertex keeps depends on the order.
 template <class Real>
 std::vector<std::string> contents(const WorkMesh<Real>& mesh, bool with_ids = true);
 

@@ -22,7 +22,8 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
   const Steering steering(choose_steering(description, choice.steering), description, *stream,
                           context);
   fields = steering.fields();
-  ImportSettings import_settings{choice.chunk_tets, {}};
+  ImportSettings import_settings;
+  import_settings.chunk_tets = choice.chunk_tets;
   if (choice.window > 0) {
     import_settings.cell_window = import_settings.point_window = choice.window;
   }
@@ -44,8 +45,8 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
     };
   }
   PhaseClock clock;
-  imported = import_mesh<Real>(description, *stream, carried, steering, import_settings, first,
-                               context, &clock, &budget, scratch.get());
+  imported = import_mesh<Real>(*stream, carried, steering, import_settings, first, context, &clock,
+                               &budget, scratch.get());
   box_ = imported.box;
   if (imported.first_round_done) {
     const InterfaceTable marks = std::move(imported.mesh.interface);

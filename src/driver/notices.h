@@ -1,0 +1,20 @@
+// What a user is told of a run, in words.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/run_context.h"
+#include "driver/input_facts.h"
+#include "driver/options.h"
+
+namespace tetfusion {
+
+// What may become of the boundary, as it was asked for: "exact", "planar", or a share.
+std::string boundary_name(const BehaviourOptions& behaviour);
+
+// What was turned, dropped, or left as it is; and the cell arrays whose interfaces are kept.
+void say_what_is_odd(const InputFacts& facts, const std::vector<std::string>& regions,
+                     const RunContext& context);
+
+}  // namespace tetfusion

@@ -1,0 +1,113 @@
+#include "driver/promise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "base/error.h"
+#include "base/resources.h"
+#include "driver/carried_arrays.h"
+#include "driver/error_limits.h"
+#include "driver/round_plan.h"
+#include "verify/result_seam.h"
+
+namespace tetfusion {
+
+namespace {
+
+void promise_surfaces(const BehaviourOptions& behaviour, const RunChoices& choices,
+                      Promise* promise) {
+  if (behaviour.boundary == Boundary::kPlanar) promise->distance = kFlat;
+  if (behaviour.boundary == Boundary::kWithin) promise->distance = behaviour.boundary_distance;
+  for (const std::size_t i : choices.regions) {
+    promise->regions.push_back(choices.mesh.cell_data.arrays[i].name);
+  }
+}
+
+void promise_errors(const BehaviourOptions& behaviour, const RunChoices& choices,
+                    Promise* promise) {
+  if (behaviour.method != Method::kFuse) return;
+  const std::vector<SteeringField> fields = limits_of(choices.steering);
+  const double limit = error_limits(behaviour, fields).max_error;
+  for (const SteeringChoice& choice : choices.steering) {
+    const double share = choice.tolerance.value_or(limit);
+    if (share == std::numeric_limits<double>::infinity()) continue;
+    const ArrayInfo* info = choice.association == Association::kPoint
+                                ? &choices.mesh.point_data.arrays[choice.index]
+                                : nullptr;
+    if (info != nullptr && is_float(info->type)) {
+      promise->errors.push_back({info->name, share});
+    } else {
+      promise->beyond.push_back(fmt::format("the error of {}", choice.name));
+    }
+  }
+  if (behaviour.max_rms) promise->beyond.push_back("the mean error of fusions");
+}
+
+void add_dropped(const AttributeSet& all, const std::vector<std::size_t>& carried,
+                 const std::string& prefix, Promise* promise) {
+  for (std::size_t i = 0; i < all.arrays.size(); ++i) {
+    if (std::find(carried.begin(), carried.end(), i) != carried.end()) continue;
+    promise->dropped.push_back(prefix + all.arrays[i].name);
+  }
+}
+
+}  // namespace
+
+std::vector<SteeringField> limits_of(const std::vector<SteeringChoice>& steering) {
+  std::vector<SteeringField> fields;
+  for (const SteeringChoice& choice : steering) fields.push_back({0, 1, 1, choice.tolerance});
+  return fields;
+}
+
+Promise promise_of(const BehaviourOptions& behaviour, const RunChoices& choices,
+                   const InputFacts& facts, const LowerCells& lower, const MeshSummary& written) {
+  Promise promise;
+  promise.points = written.points;
+  promise.tets = written.tets;
+  promise.boundary_triangles = facts.boundary_faces + written.boundary_triangles;
+  promise.lower_types = lower.types;
+  promise.inverted = facts.inverted;
+  promise.duplicate_tets = facts.duplicate_tets;
+  promise.nonconforming_faces = facts.nonconforming_faces;
+  promise.degenerate = facts.degenerate;
+  promise.nonmanifold_edges = facts.nonmanifold_edges;
+  promise.integrals = behaviour.conserve;
+  promise_surfaces(behaviour, choices, &promise);
+  promise_errors(behaviour, choices, &promise);
+  const CarriedArrays carried(choices.mesh);
+  add_dropped(choices.mesh.point_data, carried.point_indices, "", &promise);
+  add_dropped(choices.mesh.cell_data, carried.cell_indices, "cell:", &promise);
+  return promise;
+}
+
+void require_boundary(const std::string& input, const InputFacts& facts) {
+  if (facts.boundary_faces > 0) return;
+  throw Error(
+      ErrorCode::kBadInput,
+      fmt::format("{}: the mesh has no boundary, so cells must be doubled, and --verify has "
+                  "nothing to compare; see 'tetfusion check'",
+                  input));
+}
+
+Verification verify_output(const WrittenOutput& output, const Promise& promise,
+                           MeshSource* original, const RunContext& context, MemoryBudget* budget) {
+  trim_memory();
+  const auto reserved =
+      budget->reserve(estimate_verification(original->description(), promise.tets, promise.points,
+                                            promise.boundary_triangles),
+                      "the verification of the result");
+  result_seam().written(output.path);
+  Verification verification = verify_result(original, output.path, promise, context);
+  verification.path = output.name;
+  if (verification.kept()) return verification;
+  throw Error(ErrorCode::kBroken,
+              fmt::format("{} was not written, and what had that name stays, as --verify has found "
+                          "the result not to be what was promised: {}. Without --verify it is "
+                          "written all the same, for 'tetfusion check' and 'tetfusion compare' to "
+                          "look at",
+                          output.name, verification.complaint()));
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,76 @@
+// The first half of an import: a file is read in windows, and what is in them goes to the chunks
+// that will be made of it (assemble.h).
+//
+// Passes over the file, each in windows: the points (bounding box; where there are several chunks
+// once more, for the chunk that each is at home in), the tetrahedra (scattered into chunks), the
+// points with their arrays (scattered to the chunks that need them). The mesh itself is never whole
+// in memory; in memory are four bytes a point.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/memory_budget.h"
+#include "base/resources.h"
+#include "base/run_context.h"
+#include "driver/carried_arrays.h"
+#include "driver/steering.h"
+#include "io/mesh_stream.h"
+#include "io/scratch.h"
+#include "mesh/boundary_sample.h"
+#include "mesh/work_mesh.h"
+#include "partition/curve_cut.h"
+
+namespace tetfusion {
+
+struct ScatterSettings {
+  std::uint64_t chunk_tets = 0;
+  // Cells and points a window: a few megabytes of each. The result does not depend on them.
+  std::uint64_t cell_window = std::uint64_t{1} << 19;
+  std::uint64_t point_window = std::uint64_t{1} << 18;
+  // Where it is not null all tetrahedra are shown to it, but only the chunk in the middle of the
+  // curve is made: a mesh in one piece, in which vertices that other chunks have are on the
+  // interface.
+  BoundarySample* sample = nullptr;
+};
+
+// What is not simplified but belongs to the result: cells of lower dimension, with their rows, and
+// the points that only they use.
+template <class Real>
+struct LowerPart {
+  LowerCells cells;             // by ids in the input
+  std::vector<Column> columns;  // cell columns
+  Vector<VertexId> vertices;    // all that the cells use, ascending
+  Vector<VertexId> loose_ids;   // of them those that no tetrahedron uses, ascending
+  Vector<Vec3<Real>> loose_positions;
+  std::vector<Column> loose_columns;  // point columns
+};
+
+// `low` is above `high` where there is no value.
+struct SteeringBox {
+  std::vector<double> low, high;
+};
+
+template <class Real>
+struct ScatteredMesh {
+  std::uint32_t all_chunks = 1;
+  std::uint32_t chunks = 1;                  // made: all, or with a sample one
+  std::unique_ptr<PieceStore> tets, points;  // as assemble_chunks() takes them
+  std::uint64_t tet_count = 0;
+  std::uint64_t ghost_cells = 0;
+  Box box;                     // of all points
+  Vector<Vec3<Real>> samples;  // points, for cuts; none where the mesh is in one piece
+  LowerPart<Real> lower;
+  // Of each steering value, over the points that tetrahedra use, where all of the field are finite.
+  SteeringBox steering_box;
+};
+
+// `layout` is an empty mesh that says what a row holds. Throws Error.
+template <class Real>
+ScatteredMesh<Real> scatter_mesh(const MeshStream& stream, const CarriedArrays& carried,
+                                 const Steering& steering, const ScatterSettings& settings,
+                                 const WorkMesh<Real>& layout, const RunContext& context,
+                                 PhaseClock* clock, MemoryBudget* budget, Scratch* scratch);
+
+}  // namespace tetfusion

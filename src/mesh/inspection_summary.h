@@ -1,0 +1,49 @@
+// What is to be said of a mesh, however it was looked at: whole (inspect.h), or in chunks.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "mesh/inspect.h"
+#include "mesh/mesh_counts.h"
+
+namespace tetfusion {
+
+struct InspectionSummary : MeshCounts {
+  std::uint64_t points = 0;  // that cells use
+  std::uint64_t tets = 0;
+  std::uint64_t lower_vertices = 0, lower_lines = 0, lower_triangles = 0;
+  std::uint64_t unused_points = 0;  // used by no cell
+  std::uint64_t merged_points = 0;  // copies in other pieces of the file
+  std::uint64_t ghost_cells = 0;    // another piece's cells, left out
+  std::uint64_t coincident_points = 0;
+
+  // Of the cells, connected by faces; none: so many cells are odd that it was not found out.
+  std::optional<std::uint64_t> components;
+  std::uint64_t surface_components = 0;  // of the boundary, connected by vertices
+
+  double volume = 0;
+  std::array<double, 3> lower{}, upper{};  // the box of the points
+
+  // The first kFirstIds of each kind, as the file counts cells and points. Fewer where it was not
+  // found out which they are.
+  std::array<std::vector<std::uint64_t>, kDefectKinds> samples;
+  const std::vector<std::uint64_t>& first(Defect kind) const {
+    return samples[static_cast<std::size_t>(kind)];
+  }
+
+  std::uint64_t lower_cells() const { return lower_vertices + lower_lines + lower_triangles; }
+  std::int64_t surface_euler() const {  // vertices - edges + triangles of the boundary
+    return static_cast<std::int64_t>(boundary_vertices + boundary_faces) -
+           static_cast<std::int64_t>(boundary_edges);
+  }
+
+  void count_lower(const LowerCells& cells);
+};
+
+// `inspection` is that of the geometry.
+InspectionSummary summarize(const Geometry& geometry, const Inspection& inspection);
+
+}  // namespace tetfusion
