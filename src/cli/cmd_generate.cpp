@@ -92,7 +92,9 @@ void add_generate_command(CLI::App& app) {
       ->add_option("--tets", a->tets,
                    "About how many tetrahedra, as 1000000, 2.5M, 1G; at most 2^40")
       ->capture_default_str();
-  command->add_option("-o,--output", a->output, "The .vtu to write, or - for standard output")
+  command
+      ->add_option("-o,--output", a->output,
+                   "The mesh to write: a .vtu, or what convert writes; or - for standard output")
       ->required();
   add_encoding_option(*command, &a->write.encoding);
   add_thread_option(*command, &a->threads);

@@ -57,14 +57,6 @@ std::uint64_t parse_tets(const std::string& option, const std::string& text) {
   return *count;
 }
 
-std::uint64_t parse_memory(const std::string& text) {
-  const auto bytes = parse_bytes(text);
-  if (!bytes || *bytes == 0) {
-    refuse(fmt::format("--memory {}: give a size, as in 2G, 512M or 1.5G (powers of 1024)", text));
-  }
-  return *bytes;
-}
-
 void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
   if (a.lods.empty()) return;
   const auto count = parse_count(a.lods);
@@ -186,6 +178,12 @@ void summarize(const SimplifyReport& r, Console* console) {
     console->say(fmt::format("the surface has moved by at most {:.2g} % of the diagonal",
                              100 * r.lods.back().deviation));
   }
+  for (const Verification& v : r.verified) {
+    console->say(fmt::format("{}: verified, {} checks hold", v.path, v.checks.size()));
+    for (const std::string& what : v.not_verified) {
+      console->detail(fmt::format("{}: not verified: {}", v.path, what));
+    }
+  }
   console->say(r.stop_sentence());
   console->detail_resources();
 }
@@ -261,7 +259,7 @@ void add_goal_options(CLI::App& command, Arguments* a) {
       .add_option("--max-error", a->max_error,
                   "With --method fuse: at none of the input's points a steering field is off by "
                   "more than this share of its range (1%). Default: 1%, but anything with a goal "
-                  "or --max-rms")
+                  "or --max-rms. With a goal the errors stay as far below as it allows")
       ->check(not_empty)
       ->group(kGroup);
   command
@@ -364,7 +362,8 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       .add_option("--regions", a->regions,
                   "An integer cell array whose interfaces stay, or none; may be given again. "
                   "Default: those "
-                  "named like material, region, physical, tissue, block, zone, part, label")
+                  "named like material, region, physical, tissue, block, zone, part, label, and "
+                  "the references medit:ref and tetgen:ref")
       ->allow_extra_args(false)
       ->group(kGroup);
 }
@@ -411,11 +410,14 @@ void add_performance_options(CLI::App& command, Arguments* a) {
 void add_simplify_command(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("simplify", "Simplify a mesh");
-  command->add_option("IN", a->request.input, "The mesh: a .vtu file, or - for standard input")
+  command
+      ->add_option("IN", a->request.input,
+                   "The mesh: a .vtu, .pvtu, Medit, Gmsh or TetGen file, or - for standard input")
       ->required();
   command
       ->add_option("-o,--output", a->request.output,
-                   "The result: a .vtu file, a .pvtu file with several pieces, or - for standard "
+                   "The result: a .vtu file, a .pvtu file with several pieces, .mesh or .meshb "
+                   "(Medit), .msh (Gmsh), .node or .ele (TetGen), or - for standard "
                    "output")
       ->required()
       ->group(kOutputGroup);
@@ -424,6 +426,12 @@ void add_simplify_command(CLI::App& app) {
                    "Pieces of a .pvtu file; they lie in the folder OUT_pieces beside it. Default: "
                    "one for each 4 million tetrahedra of the result")
       ->check(CLI::Range(1, 65536))
+      ->group(kOutputGroup);
+  command
+      ->add_flag("--verify", a->request.verify,
+                 "Check the result, and compare it with the input, before it gets its name: a "
+                 "promise that is not kept (cells, boundary, regions, arrays, --max-error, "
+                 "--conserve) ends with exit code 1, and the old file stays")
       ->group(kOutputGroup);
   add_goal_options(*command, a.get());
   add_criteria_options(*command, a.get());

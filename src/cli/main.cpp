@@ -1,6 +1,6 @@
-// The command `tetfusion`. Exit codes: 0 done; 1 check found the mesh invalid, or compare a
-// bound broken; 2 usage; 3 bad input; 4 reading or writing failed; 5 out of memory; 6 the goal was
-// not reached, with --strict; 130 interrupted.
+// The command `tetfusion`. Exit codes: 0 done; 1 check found the mesh invalid, compare a
+// bound broken, or simplify --verify a promise; 2 usage; 3 bad input; 4 reading or writing failed;
+// 5 out of memory; 6 the goal was not reached, with --strict; 130 interrupted.
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <new>

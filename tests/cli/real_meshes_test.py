@@ -78,6 +78,18 @@ class RealMeshes(unittest.TestCase):
         out, report = self.simplify(DATA / "bluntfin.vtu", "--tets", "150k")
         self.assertTrue(150000 <= report["output"]["tets"] < 150060)
 
+    # Points that come to lie outside are within the bound, too, at the nearest point of the surface.
+    def test_a_bound_holds_where_the_boundary_moves(self):
+        outside = 0
+        for name, array, error, distance in (("spx", "scalars", "1%", "0.5%"), ("disk_out_ref", "Temp", "5%", "2%"),
+                                             ("bluntfin", "Density", "1%", "0.5%")):
+            mesh, out, report = DATA / f"{name}.vtu", self.folder / "out.vtu", self.folder / "compare.json"
+            with self.subTest(mesh=name):
+                run("simplify", mesh, "-o", out, "--array", array, "--max-error", error, "--boundary", distance, "--quiet")
+                run("compare", mesh, out, "--array", array, "--max-error", error, "--quiet", "--report", report)
+                outside += json.loads(report.read_text())["outside_points"]
+        self.assertGreater(outside, 500)
+
     def test_a_goal_out_of_reach(self):
         mesh, out = DATA / "spx.vtu", self.folder / "out.vtu"
         run("simplify", mesh, "-o", out, "--reduction", "95%", "--quiet")

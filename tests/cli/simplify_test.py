@@ -33,7 +33,7 @@ class Options(FolderTest):
         plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--memory", "300M").decode()
         self.assertRegex(plan, r"scratch +about .*out\.vtu\.tetfusion")
         self.assertRegex(plan, r"reachable +about [\d.]+ % less tetrahedra\n")
-        self.assertRegex(plan, r"time +about [\d.]+ s with \d+ threads, without waiting for disks\n")
+        self.assertRegex(plan, r"time +about \d.* with \d+ threads, without waiting for disks\n")
         self.assertRegex(plan, r"basis +\d+,\d+ tetrahedra from its middle, ")
         self.assertEqual(len(self.files()), 1)
 
