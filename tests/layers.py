@@ -2,14 +2,17 @@
 """Holds the code to the layers that each folder's README.md states.
 
 Every room has a README.md with a line "May include: a, b." naming the rooms whose headers its files may use (its own
-are always allowed), or "May include: nothing.". VTK's headers may be included in src/vtk alone.
+are always allowed), or "May include: nothing.". VTK's headers may be included in src/vtk alone, and nothing
+but the standard library's in the public header, which belongs to the library.
 """
 import pathlib
 import re
 import sys
 
-ROOMS = {"base": "src/base", "mesh": "src/mesh", "kernel": "src/kernel", "generate": "src/generate",
-         "compare": "src/compare", "driver": "src/driver", "cli": "src/cli", "vtk": "src/vtk", "partition": "partition", "io": "io"}
+ROOMS = {"base": "src/base", "mesh": "src/mesh", "kernel": "src/kernel", "verify": "src/verify", "generate": "src/generate",
+         "compare": "src/compare", "driver": "src/driver", "cli": "src/cli", "vtk": "src/vtk", "partition": "partition",
+         "io": "io", "library": "src/library", "vtk/filter": "src/vtk/filter"}
+PUBLIC_HEADER = "tetfusion.h"  # of the library; it includes the standard library's headers alone
 
 
 def allowed_rooms(readme):
@@ -18,6 +21,20 @@ def allowed_rooms(readme):
         return None
     names = [name.strip() for name in match.group(1).split(",")]
     return set() if names == ["nothing"] else set(names)
+
+
+def room_of(header):
+    if header == PUBLIC_HEADER:
+        return "library"
+    folder = header.rpartition("/")[0]
+    return folder if folder in ROOMS else None
+
+
+def includes_of(file):
+    for number, line in enumerate(file.read_text().splitlines(), 1):
+        match = re.match(r'\s*#\s*include\s*(["<])([^">]+)[">]', line)
+        if match:
+            yield number, match.group(1) == "<", match.group(2)
 
 
 def main():
@@ -33,21 +50,22 @@ def main():
         for name in allowed - ROOMS.keys():
             faults.append(f"{readme}: no room is called {name}")
         for file in sorted((root / folder).glob("*.[hc]*")):
-            for number, line in enumerate(file.read_text().splitlines(), 1):
-                match = re.match(r'\s*#\s*include\s*(["<])([^">]+)[">]', line)
-                if not match:
-                    continue
+            for number, in_brackets, header in includes_of(file):
                 seen += 1
                 where = f"{file.relative_to(root)}:{number}"
-                if match.group(1) == "<":
-                    if match.group(2).startswith("vtk") and room != "vtk":
+                if in_brackets:
+                    if header.startswith("vtk") and not room.startswith("vtk"):
                         faults.append(f"{where}: VTK is included outside src/vtk")
                     continue
-                used = match.group(2).split("/")[0]
-                if used not in ROOMS:
-                    faults.append(f"{where}: {match.group(2)} lies in no room")
+                used = room_of(header)
+                if used is None:
+                    faults.append(f"{where}: {header} lies in no room")
                 elif used != room and used not in allowed:
                     faults.append(f"{where}: {room} may not include {used}")
+    for number, in_brackets, header in includes_of(root / "src" / PUBLIC_HEADER):
+        seen += 1
+        if not in_brackets or header.startswith("vtk") or "." in header:
+            faults.append(f"src/{PUBLIC_HEADER}:{number}: {header} is not of the standard library")
     if seen == 0:
         faults.append("found no includes at all: the test looks in the wrong place")
     for fault in faults:

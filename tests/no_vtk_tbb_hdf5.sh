@@ -1,5 +1,5 @@
 #!/bin/sh
-# Fails if the command that is given as the first argument links VTK, TBB or HDF5.
+# Fails if the command, or the library, that is given as the first argument links VTK, TBB or HDF5.
 set -eu
 if [ $# -ne 1 ] || [ ! -x "$1" ]; then
   echo "usage: $0 COMMAND (an executable file)" >&2

@@ -11,7 +11,7 @@
 #include "base/numbers.h"
 #include "generate/permutation.h"
 #include "io/cell_order.h"
-#include "io/output_file.h"
+#include "io/mesh_output.h"
 #include "io/vtu_writer.h"
 
 namespace tetfusion {
@@ -209,9 +209,12 @@ GeneratedSize generate_mesh(const GenerateOptions& options, const std::string& p
   const Generator generator(options);
   const Lattice& lattice = generator.lattice();
   check_rounding(options, lattice);
-  check_mesh_output(path);
-  OutputFile file(path, VtuWriter::access(write.encoding));
-  VtuWriter writer(&file, layout_of(lattice, options, write.encoding), write.progress);
+  check_mesh_output(path, write.encoding);
+  MeshOutput output(path, write.encoding);
+  VtuWriter writer(output.file(), layout_of(lattice, options, output.encoding()),
+                   [&](double share) {
+                     if (write.progress) write.progress(output.vtu_share() * share);
+                   });
   put_fields(generator, options.time, &writer);
   if (options.double_precision) {
     put_positions<double>(generator, &writer);
@@ -220,7 +223,7 @@ GeneratedSize generate_mesh(const GenerateOptions& options, const std::string& p
   }
   put_cells(generator, &writer);
   writer.finish();
-  file.commit();
+  output.commit(write.progress);
   return {lattice.points(), lattice.tets()};
 }
 

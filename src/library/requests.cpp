@@ -1,0 +1,149 @@
+#include "library/requests.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+
+#include "base/error.h"
+
+namespace tetfusion {
+
+namespace {
+
+static_assert(static_cast<int>(Type::kInt8) == static_cast<int>(ValueType::kInt8) &&
+              static_cast<int>(Type::kFloat64) == static_cast<int>(ValueType::kFloat64));
+
+void refuse_foreign_options(const Options& o) {
+  const bool fuse = o.method == Operation::kFuse;
+  const auto refuse = [&](bool given, const char* name) {
+    if (!given) return;
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{} belongs to method {}: give that as well, or leave "
+                            "the option out",
+                            name, fuse ? "tetfuse" : "fuse"));
+  };
+  refuse(fuse && o.boundary_tets_stay, "boundary_tets_stay");
+  refuse(!fuse && o.min_quality, "min_quality");
+  refuse(!fuse && o.max_error, "max_error");
+  refuse(!fuse && o.max_rms, "max_rms");
+  refuse(!fuse && o.conserve, "conserve");
+  if (o.threads < 0) throw Error(ErrorCode::kUsage, "threads must be at least 0");
+}
+
+Boundary to_boundary(BoundaryMode mode) {
+  if (mode == BoundaryMode::kWithin) return Boundary::kWithin;
+  return mode == BoundaryMode::kPlanar ? Boundary::kPlanar : Boundary::kExact;
+}
+
+std::string to_text(const SteeringArray& array) {
+  std::string text = (array.of_cells ? "cell:" : "") + array.name;
+  if (array.tolerance) text += fmt::format(":{}", *array.tolerance);
+  return text;
+}
+
+ValuesView to_values(const Values& values) {
+  const ValueType type = to_value_type(values.type());
+  return {type, {static_cast<const std::byte*>(values.data()), values.size() * size_of(type)}};
+}
+
+std::vector<ArrayView> to_arrays(const std::vector<Array>& arrays) {
+  std::vector<ArrayView> views;
+  for (const Array& a : arrays) views.push_back({a.name, a.components, to_values(a.values)});
+  return views;
+}
+
+MeshFacts to_facts(const MeshSummary& m) {
+  return {m.points, m.tets, m.boundary_triangles, m.volume};
+}
+
+}  // namespace
+
+ValueType to_value_type(Type type) { return static_cast<ValueType>(type); }
+Type to_type(ValueType type) { return static_cast<Type>(type); }
+
+SimplifyRequest to_request(const Options& o) {
+  refuse_foreign_options(o);
+  SimplifyRequest request;
+  request.input = "the mesh";
+  request.output = "the result";
+  BehaviourOptions& b = request.behaviour;
+  b.method = o.method == Operation::kFuse ? Method::kFuse : Method::kTetFuse;
+  b.boundary_rule = o.boundary_tets_stay ? BoundaryRule::kTets : BoundaryRule::kVertices;
+  b.reduction = o.reduction;
+  b.tets = o.tets;
+  b.scalar_tolerance = o.scalar_tolerance;
+  b.stretch_factor = o.stretch_factor;
+  b.aspect_ratio = o.aspect_ratio;
+  if (o.min_quality) b.min_quality = *o.min_quality;
+  b.max_rms = o.max_rms;
+  b.max_error = o.max_error;
+  b.conserve = o.conserve;
+  b.boundary = to_boundary(o.boundary);
+  if (o.boundary == BoundaryMode::kWithin) b.boundary_distance = o.boundary_distance;
+  for (const SteeringArray& array : o.arrays) b.arrays.push_back(to_text(array));
+  b.regions = o.regions;
+  b.chunk_tets = o.chunk_tets;
+  b.tetrahedralize = o.tetrahedralize;
+  b.linearize = o.linearize;
+  request.performance.threads = o.threads;
+  request.performance.memory = o.memory;
+  return request;
+}
+
+MeshView to_view(const Mesh& mesh) {
+  MeshView view;
+  view.points = to_values(mesh.points);
+  view.connectivity = to_values(mesh.connectivity);
+  view.offsets = to_values(mesh.offsets);
+  view.types = mesh.types;
+  view.tets_only = mesh.types.empty() && mesh.offsets.empty();
+  view.ghosts = mesh.ghosts;
+  view.point_arrays = to_arrays(mesh.point_arrays);
+  view.cell_arrays = to_arrays(mesh.cell_arrays);
+  if (!mesh.active_scalars.empty()) view.point_markers["Scalars"] = mesh.active_scalars;
+  return view;
+}
+
+Report to_report(const SimplifyReport& r) {
+  Report out;
+  out.input = to_facts(r.input);
+  out.output = to_facts(r.output);
+  const Oddities& odd = r.oddities;
+  out.odd = {odd.rewound,        odd.degenerate,          odd.inverted,
+             odd.duplicate_tets, odd.nonconforming_faces, odd.unused_points,
+             odd.ghost_cells,    odd.locked_vertices};
+  out.reduction = r.reduction();
+  out.goal_reached = r.has_goal && r.stop_reason == StopReason::kGoal;
+  out.stop_sentence = r.stop_sentence();
+  out.steering = r.steering;
+  out.regions = r.regions;
+  out.deviation = r.lods.empty() ? 0 : r.lods.back().deviation;
+  out.rounds = r.lods.size();
+  out.chunks = r.lods.empty() ? 1 : r.lods.front().chunks;
+  out.seconds = r.total_seconds;
+  out.cpu_seconds = r.cpu_seconds;
+  out.scratch_bytes = r.scratch_bytes;
+  out.threads = r.threads;
+  out.json = to_json(r);
+  return out;
+}
+
+std::string in_words_of_library(const std::string& message) {
+  const auto is_letter = [&](std::size_t i) {
+    return i < message.size() && std::islower(static_cast<unsigned char>(message[i])) != 0;
+  };
+  std::string out;
+  for (std::size_t i = 0; i < message.size();) {
+    if (message.compare(i, 2, "--") != 0 || !is_letter(i + 2)) {
+      out += message[i++];
+      continue;
+    }
+    for (i += 2; is_letter(i) || (i < message.size() && message[i] == '-' && is_letter(i + 1));
+         ++i) {
+      out += message[i] == '-' ? '_' : message[i];
+    }
+  }
+  return out;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,28 @@
+// The words of the public header, and those of the driver.
+#pragma once
+
+#include <string>
+
+#include "driver/options.h"
+#include "driver/report.h"
+#include "io/mesh_source.h"
+#include "io/mesh_view.h"
+#include "tetfusion.h"
+
+namespace tetfusion {
+
+// Throws Error(kUsage) for options that the method has no use for; the driver looks at the others.
+SimplifyRequest to_request(const Options& options);
+
+// Refers to the mesh's values. Throws Error(kBadInput).
+MeshView to_view(const Mesh& mesh);
+
+Report to_report(const SimplifyReport& report);
+
+// "--max-error must be" is "max_error must be".
+std::string in_words_of_library(const std::string& message);
+
+ValueType to_value_type(Type type);
+Type to_type(ValueType type);
+
+}  // namespace tetfusion

@@ -1,0 +1,118 @@
+#include "vtk/filter/grid_result.h"
+
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkFieldData.h>
+#include <vtkInformation.h>
+#include <vtkLookupTable.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkTypeInt32Array.h>
+#include <vtkTypeInt64Array.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+
+namespace {
+
+void hand_over(tetfusion::OwnedValues* values, vtkDataArray* array) {
+  const auto size = static_cast<vtkIdType>(values->size());
+  if (size > 0)
+    array->SetVoidArray(values->release(), size, 0, vtkAbstractArray::VTK_DATA_ARRAY_FREE);
+}
+
+void describe_like(vtkDataArray* original, vtkDataArray* array) {
+  array->SetName(original->GetName());
+  array->SetNumberOfComponents(original->GetNumberOfComponents());
+  if (original->HasAComponentName()) {
+    for (int c = 0; c < original->GetNumberOfComponents(); ++c) {
+      if (original->GetComponentName(c) != nullptr) {
+        array->SetComponentName(c, original->GetComponentName(c));
+      }
+    }
+  }
+  if (original->GetLookupTable() != nullptr) array->SetLookupTable(original->GetLookupTable());
+  if (original->HasInformation()) array->CopyInformation(original->GetInformation());
+}
+
+vtkSmartPointer<vtkDataArray> make_array(vtkDataArray* original) {
+  const int type = original->GetDataType();
+  auto array = vtk::TakeSmartPointer(
+      vtkDataArray::CreateDataArray(type == VTK_BIT ? VTK_UNSIGNED_CHAR : type));
+  describe_like(original, array);
+  return array;
+}
+
+void mark_active(const std::vector<vtkSmartPointer<vtkDataArray>>& originals,
+                 vtkDataSetAttributes* from, vtkDataSetAttributes* to) {
+  for (int kind = 0; kind < vtkDataSetAttributes::NUM_ATTRIBUTES; ++kind) {
+    const auto at = std::find(originals.begin(), originals.end(), from->GetAbstractAttribute(kind));
+    if (at != originals.end()) {
+      to->SetActiveAttribute(static_cast<int>(at - originals.begin()), kind);
+    }
+  }
+}
+
+void fill_attributes(const CarriedArrays& carried, vtkDataSetAttributes* from,
+                     std::vector<tetfusion::OwnedArray>* arrays, vtkDataSetAttributes* to) {
+  for (std::size_t i = 0; i < arrays->size(); ++i) {
+    const auto array = make_array(carried.originals[i]);
+    hand_over(&(*arrays)[i].values, array);
+    to->AddArray(array);
+  }
+  mark_active(carried.originals, from, to);
+}
+
+template <class Ids>
+void fill_cells(tetfusion::OwnedMesh* mesh, vtkUnsignedCharArray* types,
+                vtkUnstructuredGrid* output) {
+  vtkNew<Ids> offsets, connectivity;
+  hand_over(&mesh->offsets, offsets);
+  hand_over(&mesh->connectivity, connectivity);
+  vtkNew<vtkCellArray> cells;
+  cells->SetData(offsets.Get(), connectivity.Get());
+  output->SetCells(types, cells);
+}
+
+void empty_like(vtkDataSetAttributes* from, vtkDataSetAttributes* to) {
+  std::vector<vtkSmartPointer<vtkDataArray>> originals;
+  for (int i = 0; i < from->GetNumberOfArrays(); ++i) {
+    auto* array = from->GetArray(i);
+    if (array == nullptr || is_ghost_mark(array)) continue;
+    originals.emplace_back(array);
+    to->AddArray(make_array(array));
+  }
+  mark_active(originals, from, to);
+}
+
+}  // namespace
+
+void fill_grid(const GridView& view, vtkUnstructuredGrid* input, tetfusion::OwnedMesh mesh,
+               vtkUnstructuredGrid* output) {
+  vtkNew<vtkPoints> points;
+  points->SetDataType(mesh.points.type() == tetfusion::Type::kFloat32 ? VTK_FLOAT : VTK_DOUBLE);
+  hand_over(&mesh.points, points->GetData());
+  output->SetPoints(points);
+  vtkNew<vtkUnsignedCharArray> types;
+  hand_over(&mesh.types, types);
+  if (mesh.connectivity.type() == tetfusion::Type::kInt32) {
+    fill_cells<vtkTypeInt32Array>(&mesh, types, output);
+  } else {
+    fill_cells<vtkTypeInt64Array>(&mesh, types, output);
+  }
+  fill_attributes(view.point_arrays(), input->GetPointData(), &mesh.point_arrays,
+                  output->GetPointData());
+  fill_attributes(view.cell_arrays(), input->GetCellData(), &mesh.cell_arrays,
+                  output->GetCellData());
+  output->GetFieldData()->ShallowCopy(input->GetFieldData());
+}
+
+void fill_empty_grid(vtkUnstructuredGrid* input, vtkUnstructuredGrid* output) {
+  vtkNew<vtkPoints> points;
+  if (input->GetPoints() != nullptr) points->SetDataType(input->GetPoints()->GetDataType());
+  output->SetPoints(points);
+  empty_like(input->GetPointData(), output->GetPointData());
+  empty_like(input->GetCellData(), output->GetCellData());
+  output->GetFieldData()->ShallowCopy(input->GetFieldData());
+}

@@ -1,0 +1,149 @@
+#include "vtk/filter/grid_view.h"
+
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <optional>
+#include <set>
+#include <span>
+
+namespace {
+
+template <class T>
+constexpr tetfusion::Type kTypeOf = tetfusion::type_of<T>();
+
+std::optional<tetfusion::Type> type_of(int vtk_type) {
+  switch (vtk_type) {
+    case VTK_CHAR:
+    case VTK_SIGNED_CHAR:
+      return tetfusion::Type::kInt8;
+    case VTK_UNSIGNED_CHAR:
+      return tetfusion::Type::kUInt8;
+    case VTK_SHORT:
+      return kTypeOf<short>;
+    case VTK_UNSIGNED_SHORT:
+      return kTypeOf<unsigned short>;
+    case VTK_INT:
+      return kTypeOf<int>;
+    case VTK_UNSIGNED_INT:
+      return kTypeOf<unsigned int>;
+    case VTK_LONG:
+      return kTypeOf<long>;
+    case VTK_UNSIGNED_LONG:
+      return kTypeOf<unsigned long>;
+    case VTK_LONG_LONG:
+      return kTypeOf<long long>;
+    case VTK_UNSIGNED_LONG_LONG:
+      return kTypeOf<unsigned long long>;
+    case VTK_ID_TYPE:
+      return kTypeOf<vtkIdType>;
+    case VTK_FLOAT:
+      return tetfusion::Type::kFloat32;
+    case VTK_DOUBLE:
+      return tetfusion::Type::kFloat64;
+    default:
+      return std::nullopt;
+  }
+}
+
+// Names are the library's key to arrays: all have one, and no two have the same.
+std::string free_name(const char* name, int index, std::set<std::string>* taken) {
+  std::string own = name != nullptr ? name : "";
+  if (own.empty()) own = "array_" + std::to_string(index);
+  while (!taken->insert(own).second) own += '_';
+  return own;
+}
+
+std::string name_among(const CarriedArrays& carried, const vtkAbstractArray* array) {
+  for (std::size_t i = 0; i < carried.originals.size(); ++i) {
+    if (carried.originals[i] == array) return carried.arrays[i].name;
+  }
+  return "";
+}
+
+}  // namespace
+
+bool is_ghost_mark(vtkAbstractArray* array) {
+  if (array->GetName() == nullptr) return false;
+  const std::string name = array->GetName();
+  return name == vtkDataSetAttributes::GhostArrayName() || name == "vtkGhostLevels";
+}
+
+GridView::GridView(vtkUnstructuredGrid* grid) {
+  take_points(grid);
+  take_cells(grid);
+  points_ = carry(grid->GetPointData(), "point");
+  cells_ = carry(grid->GetCellData(), "cell");
+  mesh_.point_arrays = points_.arrays;
+  mesh_.cell_arrays = cells_.arrays;
+  mesh_.active_scalars = name_among(points_, grid->GetPointData()->GetScalars());
+}
+
+std::string GridView::name_of(const vtkAbstractArray* array) const {
+  const std::string name = name_among(points_, array);
+  return name.empty() ? name_among(cells_, array) : name;
+}
+
+tetfusion::Values GridView::values_of(vtkDataArray* array) {
+  auto type = type_of(array->GetDataType());
+  if (!type || !array->HasStandardMemoryLayout()) {
+    // Bits become bytes.
+    const int kind = type ? array->GetDataType() : VTK_UNSIGNED_CHAR;
+    copies_.push_back(vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(kind)));
+    copies_.back()->DeepCopy(array);
+    array = copies_.back();
+    type = type_of(kind);
+  }
+  return {*type, array->GetVoidPointer(0), static_cast<std::size_t>(array->GetNumberOfValues())};
+}
+
+CarriedArrays GridView::carry(vtkDataSetAttributes* attributes, const char* kind) {
+  CarriedArrays carried;
+  std::set<std::string> names;
+  for (int i = 0; i < attributes->GetNumberOfArrays(); ++i) {
+    vtkAbstractArray* any = attributes->GetAbstractArray(i);
+    if (is_ghost_mark(any)) continue;
+    auto* array = vtkDataArray::SafeDownCast(any);
+    const std::string name = free_name(any->GetName(), i, &names);
+    const bool is_taken =
+        array != nullptr && (type_of(array->GetDataType()) || array->GetDataType() == VTK_BIT);
+    if (!is_taken) {
+      left_out_.push_back(std::string(kind) + " array '" + name + "' (" +
+                          any->GetDataTypeAsString() + ")");
+      continue;
+    }
+    carried.originals.emplace_back(array);
+    carried.arrays.push_back(
+        {name, static_cast<std::uint32_t>(array->GetNumberOfComponents()), values_of(array)});
+  }
+  return carried;
+}
+
+void GridView::take_points(vtkUnstructuredGrid* grid) {
+  vtkPoints* points = grid->GetPoints();
+  if (points == nullptr) return;
+  vtkDataArray* coordinates = points->GetData();
+  const int type = coordinates->GetDataType();
+  if (type != VTK_FLOAT && type != VTK_DOUBLE) {
+    copies_.push_back(vtkSmartPointer<vtkDoubleArray>::New());
+    copies_.back()->DeepCopy(coordinates);
+    coordinates = copies_.back();
+  }
+  mesh_.points = values_of(coordinates);
+}
+
+void GridView::take_cells(vtkUnstructuredGrid* grid) {
+  vtkCellArray* cells = grid->GetCells();
+  vtkUnsignedCharArray* types = grid->GetCellTypesArray();
+  if (cells == nullptr || types == nullptr) return;
+  mesh_.connectivity = values_of(cells->GetConnectivityArray());
+  mesh_.offsets = values_of(cells->GetOffsetsArray());
+  mesh_.types = {types->GetPointer(0), static_cast<std::size_t>(types->GetNumberOfTuples())};
+  if (vtkUnsignedCharArray* ghosts = grid->GetCellGhostArray()) {
+    mesh_.ghosts = {ghosts->GetPointer(0), static_cast<std::size_t>(ghosts->GetNumberOfTuples())};
+  }
+}

@@ -1,0 +1,170 @@
+"""TetFusion for Python: simplifies tetrahedral meshes with all their arrays.
+
+    import vtktetfusion
+    smaller = vtktetfusion.simplify(grid, reduction=0.9)
+
+simplify() takes and returns a vtkUnstructuredGrid, or what stands for one in vtkmodules.numpy_interface or in PyVista.
+vtkTetFusion is the filter itself, for a pipeline; help(vtktetfusion.vtkTetFusion) explains every option.
+"""
+import math
+
+from vtkmodules import vtkCommonDataModel, vtkCommonExecutionModel  # what the wrapped module builds on
+
+from .vtkTetFusionFilter import vtkTetFusion
+
+__all__ = ["TetFusionError", "simplify", "vtkTetFusion"]
+
+_USER_ERROR = 40000  # vtkErrorCode::UserError, which Python does not have
+
+
+class TetFusionError(RuntimeError):
+    """A grid was not simplified.
+
+    code is the exit code that the command has for the same: 2 usage, 3 bad input, 4 reading or writing, 5 memory, 6 the goal was
+    not reached (with strict), 130 progress() asked for an end.
+    """
+
+    def __init__(self, code, message):
+        super().__init__(message)
+        self.code = code
+
+
+def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=False, method="fuse", boundary="exact",
+             min_quality=None, conserve=False, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None,
+             boundary_tets_stay=False, arrays=None, regions=None, tetrahedralize=False, linearize=False, threads=0, memory=0,
+             scratch=None, chunk_tets=200000, progress=None):
+    """Return a grid with fewer tetrahedra than `grid`, which stays as it is; of a composite data set each block for itself.
+
+    reduction: the share of the tetrahedra that is to go, as in 0.9.
+    tets: the same goal as the number that is to be left. Without a goal: as far as max_error allows.
+    max_error: at no point is a steering field off by more than this share of its range; default 0.01 where nothing else limits.
+    max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range.
+    strict: a goal that cannot be reached is an error.
+    method: "fuse", or "tetfuse", the operation of the paper.
+    boundary: "exact", "planar", or how far it may move, as a share of the diagonal of the bounding box.
+    min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
+    conserve: the integrals of all floating-point arrays stay.
+    scalar_tolerance, stretch_factor, aspect_ratio: bounds for each fusion; math.inf is off.
+    boundary_tets_stay: with "tetfuse", no tetrahedron that touches the boundary is fused.
+    arrays: what steers: a name, or a list of names, "cell:NAME" for an array of the cells, or a dict from names to the largest error
+        of each (None: no other than max_error). Default: the active scalars, else the first floating-point array of the points.
+    regions: names of integer cell arrays whose interfaces are kept, or "none"; default: those named like materials.
+    tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take ten-node tetrahedra as straight ones.
+    threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
+    chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it.
+    progress: called with the share that is done, from 0 to 1; False as its answer ends the run.
+
+    Raises TetFusionError.
+    """
+    run = vtkTetFusion()
+    run.SetInputDataObject(getattr(grid, "VTKObject", grid))
+    given = {"TargetReduction": reduction, "NumberOfTetsOutput": tets, "MaximumError": max_error, "MaximumRMS": max_rms,
+             "MinimumQuality": min_quality, "ScalarTolerance": scalar_tolerance, "StretchFactor": stretch_factor,
+             "AspectRatio": aspect_ratio, "ScratchDirectory": scratch}
+    for name, value in given.items():
+        if value is not None:
+            getattr(run, "Set" + name)(value)
+    run.SetStrict(strict)
+    run.SetConserve(conserve)
+    run.SetBoundaryTetsStay(boundary_tets_stay)
+    run.SetTetrahedralize(tetrahedralize)
+    run.SetLinearize(linearize)
+    run.SetNumberOfThreads(threads)
+    run.SetMemoryLimit(memory)
+    run.SetChunkTets(chunk_tets)
+    run.SetMethod(_choice("method", method, {"fuse": run.FUSE, "tetfuse": run.TETFUSE}))
+    _set_boundary(run, boundary)
+    _set_arrays(run, arrays)
+    _set_regions(run, regions)
+    _execute(run, progress)
+    return _like(grid, run.GetOutputDataObject(0))
+
+
+def _refuse(message):
+    raise TetFusionError(2, message)
+
+
+def _choice(option, value, choices):
+    if value not in choices:
+        _refuse(f"{option} must be one of {', '.join(choices)}, not {value!r}")
+    return choices[value]
+
+
+def _set_boundary(run, boundary):
+    if isinstance(boundary, str):
+        run.SetBoundaryMode(_choice("boundary", boundary, {"exact": run.EXACT, "planar": run.PLANAR}))
+        return
+    run.SetBoundaryModeToWithin()
+    run.SetBoundaryTolerance(boundary)
+
+
+def _set_arrays(run, arrays):
+    if arrays is None:
+        return
+    if isinstance(arrays, str):
+        arrays = [arrays]
+    bounds = arrays if isinstance(arrays, dict) else dict.fromkeys(arrays)
+    for name, bound in bounds.items():
+        of_cells = name.startswith("cell:")
+        association = vtkCommonDataModel.vtkDataObject.FIELD_ASSOCIATION_CELLS if of_cells else \
+            vtkCommonDataModel.vtkDataObject.FIELD_ASSOCIATION_POINTS
+        if bound is not None and not (bound > 0 and not math.isnan(bound)):
+            _refuse(f"arrays: the bound of {name} must be greater than 0, a share of its range")
+        run.AddSteeringArray(association, name[len("cell:"):] if of_cells else name, bound or 0)
+
+
+def _set_regions(run, regions):
+    if regions is None:
+        return
+    if isinstance(regions, str):
+        regions = [] if regions == "none" else [regions]
+    run.SetKeepRegions(bool(regions))
+    for name in regions:
+        run.AddRegionArray(name)
+
+
+def _execute(run, progress):
+    messages = []
+
+    def on_error(caller, event, text="unknown error"):
+        messages.append(text)
+    on_error.CallDataType = "string0"
+    # The executive complains, too; with an observer neither prints.
+    for speaker in (run, run.GetExecutive()):
+        speaker.AddObserver("ErrorEvent", on_error)
+    raised = []
+
+    def on_progress(caller, event):
+        try:
+            if not raised and progress(caller.GetProgress()) is False:
+                caller.SetAbortExecute(1)
+        except BaseException as error:  # an exception of an observer would be printed and forgotten
+            raised.append(error)
+            caller.SetAbortExecute(1)
+    if progress is not None:
+        run.AddObserver("ProgressEvent", on_progress)
+    run.Update()
+    if raised:
+        raise raised[0]
+    code = run.GetErrorCode()
+    if code == 0 and not messages:
+        return
+    code = code - _USER_ERROR if code >= _USER_ERROR else 3
+    raise TetFusionError(code, "the run was ended" if code == 130 else _plain(messages))
+
+
+def _plain(messages):
+    """VTK puts the source file, the line and the object before what was said."""
+    first = messages[0] if messages else "it was not simplified"
+    return first.partition("): ")[2].strip() or first.strip()
+
+
+def _like(grid, output):
+    """The output as the caller has grids."""
+    if hasattr(grid, "VTKObject"):
+        from vtkmodules.numpy_interface import dataset_adapter
+        return dataset_adapter.WrapDataObject(output)
+    if type(grid).__module__.partition(".")[0] == "pyvista":
+        import pyvista
+        return pyvista.wrap(output)
+    return output

@@ -1,0 +1,280 @@
+#include <vtkTetFusion.h>
+
+#include <vtkCommand.h>
+#include <vtkDataArray.h>
+#include <vtkErrorCode.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tetfusion.h"
+#include "vtk/filter/grid_result.h"
+#include "vtk/filter/grid_view.h"
+
+vtkStandardNewMacro(vtkTetFusion);
+
+namespace {
+
+// Flags of vtkGhostType for cells that are no part of the mesh, as tetfusion::Mesh::ghosts says.
+constexpr unsigned char kNotOurs = vtkDataSetAttributes::DUPLICATECELL |
+                                   vtkDataSetAttributes::REFINEDCELL |
+                                   vtkDataSetAttributes::HIDDENCELL;
+
+bool has_own_cells(vtkUnstructuredGrid* grid) {
+  const vtkIdType cells = grid->GetNumberOfCells();
+  vtkUnsignedCharArray* ghosts = grid->GetCellGhostArray();
+  if (ghosts == nullptr || ghosts->GetNumberOfTuples() != cells) return cells > 0;
+  for (vtkIdType c = 0; c < cells; ++c) {
+    if ((ghosts->GetValue(c) & kNotOurs) == 0) return true;
+  }
+  return false;
+}
+
+// Zero stands for what was not given.
+template <class T>
+std::optional<T> if_given(T value) {
+  return value != 0 ? std::optional<T>(value) : std::nullopt;
+}
+
+tetfusion::BoundaryMode boundary_mode(int mode) {
+  if (mode == vtkTetFusion::WITHIN) return tetfusion::BoundaryMode::kWithin;
+  return mode == vtkTetFusion::PLANAR ? tetfusion::BoundaryMode::kPlanar
+                                      : tetfusion::BoundaryMode::kExact;
+}
+
+const char* name_of_method(int method) { return method == vtkTetFusion::FUSE ? "fuse" : "tetfuse"; }
+
+const char* name_of_mode(int mode) {
+  if (mode == vtkTetFusion::WITHIN) return "within";
+  return mode == vtkTetFusion::PLANAR ? "planar" : "exact";
+}
+
+// Progress events of a filter: as the library reports, and in between, so that an observer can ask
+// for an abort at any time.
+class Heartbeat {
+ public:
+  explicit Heartbeat(vtkTetFusion* filter) : filter_(filter) {}
+
+  void report(double share, std::string_view phase) {
+    share_ = share;
+    phase_ = phase;
+    filter_->SetProgressText(phase_.c_str());
+    beat();
+  }
+  bool wants_abort() {
+    if (std::chrono::steady_clock::now() - last_ > kPause) beat();
+    return filter_->GetAbortExecute() != 0;
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds kPause{60};
+
+  void beat() {
+    last_ = std::chrono::steady_clock::now();
+    filter_->UpdateProgress(share_);
+  }
+
+  vtkTetFusion* filter_;
+  double share_ = 0;
+  std::string phase_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+struct vtkTetFusion::Internals {
+  struct Steering {
+    int association;
+    std::string name;
+    double tolerance;
+  };
+  std::vector<Steering> steering;
+  std::vector<std::string> regions;
+  std::string stop_sentence, report, notices;
+  // Of a composite input the executive begins and ends an update for each block, too.
+  int open_updates = 0;
+
+  bool add_inputs_to_process(vtkTetFusion* filter, vtkUnstructuredGrid* input, const GridView& view,
+                             tetfusion::Options* options) const;
+  tetfusion::Options options(vtkTetFusion* filter) const;
+};
+
+// Those of SetInputArrayToProcess(). False: an array is missing.
+bool vtkTetFusion::Internals::add_inputs_to_process(vtkTetFusion* filter,
+                                                    vtkUnstructuredGrid* input,
+                                                    const GridView& view,
+                                                    tetfusion::Options* options) const {
+  vtkInformationVector* wanted = filter->GetInformation()->Get(INPUT_ARRAYS_TO_PROCESS());
+  const int count = wanted != nullptr ? wanted->GetNumberOfInformationObjects() : 0;
+  for (int i = 0; i < count; ++i) {
+    int association = 0;
+    vtkDataArray* array = filter->GetInputArrayToProcess(i, input, association);
+    const std::string name = array != nullptr ? view.name_of(array) : "";
+    if (name.empty()) return false;
+    options->arrays.push_back({name, association == vtkDataObject::FIELD_ASSOCIATION_CELLS, {}});
+  }
+  return true;
+}
+
+tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const {
+  const bool fuse = filter->Method == FUSE;
+  tetfusion::Options o;
+  o.reduction = if_given(filter->TargetReduction);
+  if (filter->NumberOfTetsOutput != 0) {
+    o.tets = static_cast<std::uint64_t>(std::max<vtkIdType>(filter->NumberOfTetsOutput, 0));
+  }
+  o.max_error = if_given(filter->MaximumError);
+  o.max_rms = if_given(filter->MaximumRMS);
+  o.strict = filter->Strict;
+  o.method = fuse ? tetfusion::Operation::kFuse : tetfusion::Operation::kTetFuse;
+  o.boundary = boundary_mode(filter->BoundaryMode);
+  o.boundary_distance = filter->BoundaryTolerance;
+  if (fuse) o.min_quality = filter->MinimumQuality;
+  o.conserve = filter->Conserve;
+  if (filter->ScalarTolerance != 0) o.scalar_tolerance = {filter->ScalarTolerance};
+  if (filter->StretchFactor != 0) o.stretch_factor = {filter->StretchFactor};
+  if (filter->AspectRatio != 0) o.aspect_ratio = filter->AspectRatio;
+  o.boundary_tets_stay = filter->BoundaryTetsStay;
+  for (const Steering& s : steering) {
+    o.arrays.push_back(
+        {s.name, s.association == vtkDataObject::FIELD_ASSOCIATION_CELLS, if_given(s.tolerance)});
+  }
+  if (!filter->KeepRegions) o.regions.emplace();
+  if (filter->KeepRegions && !regions.empty()) o.regions = regions;
+  o.tetrahedralize = filter->Tetrahedralize;
+  o.linearize = filter->Linearize;
+  o.threads = filter->NumberOfThreads;
+  o.memory = static_cast<std::uint64_t>(std::max<vtkTypeInt64>(filter->MemoryLimit, 0));
+  if (filter->ScratchDirectory != nullptr) o.scratch = filter->ScratchDirectory;
+  o.chunk_tets = static_cast<std::uint64_t>(std::max<vtkIdType>(filter->ChunkTets, 0));
+  return o;
+}
+
+vtkTetFusion::vtkTetFusion() : Internal(std::make_unique<Internals>()) {
+  this->AddObserver(vtkCommand::StartEvent, this, &vtkTetFusion::BeginUpdate);
+  this->AddObserver(vtkCommand::EndEvent, this, &vtkTetFusion::EndUpdate);
+}
+
+vtkTetFusion::~vtkTetFusion() { this->SetScratchDirectory(nullptr); }
+
+void vtkTetFusion::AddSteeringArray(int association, const char* name, double tolerance) {
+  if (association != vtkDataObject::FIELD_ASSOCIATION_POINTS &&
+      association != vtkDataObject::FIELD_ASSOCIATION_CELLS) {
+    vtkErrorMacro(
+        << "AddSteeringArray: an array of points or of cells steers, not one of association "
+        << association);
+    return;
+  }
+  this->Internal->steering.push_back({association, name != nullptr ? name : "", tolerance});
+  this->Modified();
+}
+
+void vtkTetFusion::RemoveAllSteeringArrays() {
+  this->Internal->steering.clear();
+  this->Modified();
+}
+
+int vtkTetFusion::GetNumberOfSteeringArrays() {
+  return static_cast<int>(this->Internal->steering.size());
+}
+
+void vtkTetFusion::AddRegionArray(const char* name) {
+  this->Internal->regions.emplace_back(name != nullptr ? name : "");
+  this->Modified();
+}
+
+void vtkTetFusion::RemoveAllRegionArrays() {
+  this->Internal->regions.clear();
+  this->Modified();
+}
+
+int vtkTetFusion::GetNumberOfRegionArrays() {
+  return static_cast<int>(this->Internal->regions.size());
+}
+
+const char* vtkTetFusion::GetStopSentence() { return this->Internal->stop_sentence.c_str(); }
+const char* vtkTetFusion::GetReport() { return this->Internal->report.c_str(); }
+const char* vtkTetFusion::GetNotices() { return this->Internal->notices.c_str(); }
+
+// What one block has failed with must outlast the next one.
+void vtkTetFusion::BeginUpdate() {
+  if (this->Internal->open_updates++ == 0) this->SetErrorCode(vtkErrorCode::NoError);
+}
+
+void vtkTetFusion::EndUpdate() { --this->Internal->open_updates; }
+
+int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVector,
+                              vtkInformationVector* outputVector) {
+  vtkUnstructuredGrid* input = vtkUnstructuredGrid::GetData(inputVector[0]);
+  vtkUnstructuredGrid* output = vtkUnstructuredGrid::GetData(outputVector);
+  Internals& own = *this->Internal;
+  own.stop_sentence = own.report = own.notices = "";
+  if (!has_own_cells(input)) {
+    fill_empty_grid(input, output);
+    return 1;
+  }
+  const auto fail = [&](tetfusion::Code code, const std::string& message) {
+    this->SetErrorCode(vtkErrorCode::UserError + static_cast<unsigned long>(code));
+    if (code != tetfusion::Code::kInterrupted) vtkErrorMacro(<< message);
+    return code == tetfusion::Code::kInterrupted ? 1 : 0;
+  };
+  if (this->GetAbortExecute() != 0) return fail(tetfusion::Code::kInterrupted, "");
+  const GridView view(input);
+  for (const std::string& what : view.left_out()) {
+    vtkWarningMacro(<< what << " holds no numbers and is left out");
+  }
+  tetfusion::Options options = own.options(this);
+  if (!own.add_inputs_to_process(this, input, view, &options)) {
+    return fail(tetfusion::Code::kUsage, "an array to process is not in the input");
+  }
+  Heartbeat heartbeat(this);
+  tetfusion::Observer observer;
+  observer.progress = [&](double share, std::string_view phase) { heartbeat.report(share, phase); };
+  observer.cancelled = [&] { return heartbeat.wants_abort(); };
+  observer.notice = [&](std::string_view s) { own.notices += std::string(s) + "\n"; };
+  tetfusion::Result result = tetfusion::simplify(view.mesh(), options, observer);
+  own.stop_sentence = result.report.stop_sentence;
+  own.report = result.report.json;
+  if (result.mesh.tets > 0) fill_grid(view, input, std::move(result.mesh), output);
+  return result.status.ok() ? 1 : fail(result.status.code, result.status.message);
+}
+
+void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "TargetReduction: " << this->TargetReduction << "\n";
+  os << indent << "NumberOfTetsOutput: " << this->NumberOfTetsOutput << "\n";
+  os << indent << "MaximumError: " << this->MaximumError << "\n";
+  os << indent << "MaximumRMS: " << this->MaximumRMS << "\n";
+  os << indent << "Strict: " << this->Strict << "\n";
+  os << indent << "Method: " << name_of_method(this->Method) << "\n";
+  os << indent << "BoundaryMode: " << name_of_mode(this->BoundaryMode) << "\n";
+  os << indent << "BoundaryTolerance: " << this->BoundaryTolerance << "\n";
+  os << indent << "MinimumQuality: " << this->MinimumQuality << "\n";
+  os << indent << "Conserve: " << this->Conserve << "\n";
+  os << indent << "ScalarTolerance: " << this->ScalarTolerance << "\n";
+  os << indent << "StretchFactor: " << this->StretchFactor << "\n";
+  os << indent << "AspectRatio: " << this->AspectRatio << "\n";
+  os << indent << "BoundaryTetsStay: " << this->BoundaryTetsStay << "\n";
+  os << indent << "SteeringArrays:";
+  for (const auto& s : this->Internal->steering) os << " " << s.name;
+  os << "\n" << indent << "KeepRegions: " << this->KeepRegions << "\n";
+  os << indent << "RegionArrays:";
+  for (const std::string& name : this->Internal->regions) os << " " << name;
+  os << "\n" << indent << "Tetrahedralize: " << this->Tetrahedralize << "\n";
+  os << indent << "Linearize: " << this->Linearize << "\n";
+  os << indent << "NumberOfThreads: " << this->NumberOfThreads << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "ScratchDirectory: "
+     << (this->ScratchDirectory != nullptr ? this->ScratchDirectory : "(none)") << "\n";
+  os << indent << "ChunkTets: " << this->ChunkTets << "\n";
+  os << indent << "StopSentence: " << this->Internal->stop_sentence << "\n";
+}

@@ -1,0 +1,304 @@
+/**
+ * @class   vtkTetFusion
+ * @brief   simplifies tetrahedral meshes with all their arrays
+ *
+ * vtkTetFusion makes a mesh of fewer tetrahedra from a vtkUnstructuredGrid. By default the boundary
+ * stays as it is, nothing is inverted, and every point and cell array comes out under its name and
+ * type. The result is that of the command `tetfusion simplify` with the same options, bit for bit,
+ * for any number of threads.
+ *
+ * Which arrays steer is set with SetInputArrayToProcess() (indices 0, 1, ...) or
+ * AddSteeringArray(); without either it is the active scalars of the points, else the first
+ * floating-point point array. With no goal (TargetReduction, NumberOfTetsOutput) and no limit the
+ * mesh is simplified as far as it goes with no steering field off by more than 1 % of its range at
+ * any point of the input.
+ *
+ * Cells of lower dimension are kept, with their points. Ghost cells are not part of the output, and
+ * their points stay where they are. Of a composite input each block is simplified for itself.
+ *
+ * While it runs, progress events come at least ten times a second, on the thread that called
+ * Update(), and the progress never falls; an observer may call SetAbortExecute(1). The output is
+ * empty then, the error code vtkErrorCode::UserError + 130. What fails is an error event and
+ * vtkErrorCode::UserError plus the exit code of the command: 2 usage, 3 bad input, 4 reading or
+ * writing, 5 memory, 6 a goal that was not reached, with Strict.
+ */
+#ifndef vtkTetFusion_h
+#define vtkTetFusion_h
+
+#include <vtkTetFusionFilterModule.h>
+#include <vtkUnstructuredGridAlgorithm.h>
+
+#include <memory>
+
+class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorithm {
+ public:
+  static vtkTetFusion* New();
+  vtkTypeMacro(vtkTetFusion, vtkUnstructuredGridAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * The goal: the share of the tetrahedra that is to go, in [0, 1), as in 0.9. 0, the default:
+   * none.
+   */
+  vtkSetMacro(TargetReduction, double);
+  vtkGetMacro(TargetReduction, double);
+  ///@}
+
+  ///@{
+  /**
+   * The goal as the number of tetrahedra that are to be left. 0, the default: none.
+   */
+  vtkSetMacro(NumberOfTetsOutput, vtkIdType);
+  vtkGetMacro(NumberOfTetsOutput, vtkIdType);
+  ///@}
+
+  ///@{
+  /**
+   * At no point of the input is a steering field off by more than this share of its range, as in
+   * 0.01. 0, the default: anything with a goal or MaximumRMS, else 0.01.
+   */
+  vtkSetMacro(MaximumError, double);
+  vtkGetMacro(MaximumError, double);
+  ///@}
+
+  ///@{
+  /**
+   * No fusion may change a steering field by more in the mean of squares, as a share of its range;
+   * an estimate. 0, the default: anything.
+   */
+  vtkSetMacro(MaximumRMS, double);
+  vtkGetMacro(MaximumRMS, double);
+  ///@}
+
+  ///@{
+  /**
+   * Is a goal that cannot be reached an error? The output has the best mesh in any case. Default:
+   * no.
+   */
+  vtkSetMacro(Strict, bool);
+  vtkGetMacro(Strict, bool);
+  vtkBooleanMacro(Strict, bool);
+  ///@}
+
+  enum Methods { FUSE = 0, TETFUSE = 1 };
+  ///@{
+  /**
+   * FUSE, the default: neighbouring vertices become one, the cheapest first. TETFUSE: the operation
+   * of the paper, the four vertices of a tetrahedron become one.
+   */
+  vtkSetClampMacro(Method, int, FUSE, TETFUSE);
+  vtkGetMacro(Method, int);
+  void SetMethodToFuse() { this->SetMethod(FUSE); }
+  void SetMethodToTetFuse() { this->SetMethod(TETFUSE); }
+  ///@}
+
+  enum BoundaryModes { EXACT = 0, PLANAR = 1, WITHIN = 2 };
+  ///@{
+  /**
+   * What may become of the boundary surface, and of surfaces between regions. EXACT, the default:
+   * every triangle stays. PLANAR: flat parts and straight edges get new triangles. WITHIN: it may
+   * move by BoundaryTolerance.
+   */
+  vtkSetClampMacro(BoundaryMode, int, EXACT, WITHIN);
+  vtkGetMacro(BoundaryMode, int);
+  void SetBoundaryModeToExact() { this->SetBoundaryMode(EXACT); }
+  void SetBoundaryModeToPlanar() { this->SetBoundaryMode(PLANAR); }
+  void SetBoundaryModeToWithin() { this->SetBoundaryMode(WITHIN); }
+  ///@}
+
+  ///@{
+  /**
+   * With BoundaryMode WITHIN: a share of the diagonal of the bounding box, in (0, 1). Default:
+   * 0.001.
+   */
+  vtkSetMacro(BoundaryTolerance, double);
+  vtkGetMacro(BoundaryTolerance, double);
+  ///@}
+
+  ///@{
+  /**
+   * With Method FUSE: no new tetrahedron has a lower mean ratio (1 is regular, 0 flat), unless
+   * there was a worse one in its place; in [0, 1). Default: 0.22.
+   */
+  vtkSetMacro(MinimumQuality, double);
+  vtkGetMacro(MinimumQuality, double);
+  ///@}
+
+  ///@{
+  /**
+   * With Method FUSE and a boundary that stays: the integrals of all floating-point arrays stay.
+   * Default: no.
+   */
+  vtkSetMacro(Conserve, bool);
+  vtkGetMacro(Conserve, bool);
+  vtkBooleanMacro(Conserve, bool);
+  ///@}
+
+  ///@{
+  /**
+   * In a single fusion the values of the fused may differ by this share of a field's range. 0: the
+   * default of the method, which is off with FUSE and 0.025 with TETFUSE. Infinity is off.
+   */
+  vtkSetMacro(ScalarTolerance, double);
+  vtkGetMacro(ScalarTolerance, double);
+  ///@}
+
+  ///@{
+  /**
+   * A tetrahedron's height may grow by this factor in a round, at least 1. 0: the default of the
+   * method, which is off with FUSE and 5 with TETFUSE. Infinity is off.
+   */
+  vtkSetMacro(StretchFactor, double);
+  vtkGetMacro(StretchFactor, double);
+  ///@}
+
+  ///@{
+  /**
+   * Longest over shortest edge may not exceed this, at least 1, unless it was worse. 0, the
+   * default: off.
+   */
+  vtkSetMacro(AspectRatio, double);
+  vtkGetMacro(AspectRatio, double);
+  ///@}
+
+  ///@{
+  /**
+   * With Method TETFUSE: no tetrahedron that touches the boundary is fused. Default: no.
+   */
+  vtkSetMacro(BoundaryTetsStay, bool);
+  vtkGetMacro(BoundaryTetsStay, bool);
+  vtkBooleanMacro(BoundaryTetsStay, bool);
+  ///@}
+
+  ///@{
+  /**
+   * An array that steers, beside those of SetInputArrayToProcess(). `association` is
+   * vtkDataObject::FIELD_ASSOCIATION_POINTS or _CELLS. A tolerance above 0, a share of the array's
+   * range, takes the place of MaximumError (with TETFUSE of ScalarTolerance) for this array.
+   */
+  void AddSteeringArray(int association, const char* name, double tolerance = 0);
+  void RemoveAllSteeringArrays();
+  int GetNumberOfSteeringArrays();
+  ///@}
+
+  ///@{
+  /**
+   * Are the interfaces between regions kept, as BoundaryMode says? Regions are told apart by the
+   * integer cell arrays that were added; where none was, by those named like material, region,
+   * physical, tissue, block, zone, part, label. Default: yes.
+   */
+  vtkSetMacro(KeepRegions, bool);
+  vtkGetMacro(KeepRegions, bool);
+  vtkBooleanMacro(KeepRegions, bool);
+  void AddRegionArray(const char* name);
+  void RemoveAllRegionArrays();
+  int GetNumberOfRegionArrays();
+  ///@}
+
+  ///@{
+  /**
+   * Split hexahedra, voxels, wedges and pyramids into tetrahedra? Else such cells are an error, the
+   * default.
+   */
+  vtkSetMacro(Tetrahedralize, bool);
+  vtkGetMacro(Tetrahedralize, bool);
+  vtkBooleanMacro(Tetrahedralize, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Take ten-node tetrahedra as straight ones? Else such cells are an error, the default.
+   */
+  vtkSetMacro(Linearize, bool);
+  vtkGetMacro(Linearize, bool);
+  vtkBooleanMacro(Linearize, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Threads to use; 0, the default, is one a processor. The result does not depend on it.
+   */
+  vtkSetClampMacro(NumberOfThreads, int, 0, VTK_INT_MAX);
+  vtkGetMacro(NumberOfThreads, int);
+  ///@}
+
+  ///@{
+  /**
+   * Bytes that a run may take beside its input and output. 0, the default: half of what the machine
+   * allows. The result does not depend on it.
+   */
+  vtkSetMacro(MemoryLimit, vtkTypeInt64);
+  vtkGetMacro(MemoryLimit, vtkTypeInt64);
+  ///@}
+
+  ///@{
+  /**
+   * A folder that is there, for what does not fit into the memory. Without one, the default, that
+   * is an error.
+   */
+  vtkSetStringMacro(ScratchDirectory);
+  vtkGetStringMacro(ScratchDirectory);
+  ///@}
+
+  ///@{
+  /**
+   * Tetrahedra in each of the chunks that threads work on. The result depends on it. Default:
+   * 200000.
+   */
+  vtkSetMacro(ChunkTets, vtkIdType);
+  vtkGetMacro(ChunkTets, vtkIdType);
+  ///@}
+
+  ///@{
+  /**
+   * Of the last run (of a composite input: of its last block): which limit ended it, as a sentence;
+   * everything as JSON, as the command's --report; what was locked or left out, a line each. Empty
+   * where there was none.
+   */
+  const char* GetStopSentence();
+  const char* GetReport();
+  const char* GetNotices();
+  ///@}
+
+ protected:
+  vtkTetFusion();
+  ~vtkTetFusion() override;
+
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+                  vtkInformationVector* outputVector) override;
+
+  double TargetReduction = 0;
+  vtkIdType NumberOfTetsOutput = 0;
+  double MaximumError = 0;
+  double MaximumRMS = 0;
+  bool Strict = false;
+  int Method = FUSE;
+  int BoundaryMode = EXACT;
+  double BoundaryTolerance = 0.001;
+  double MinimumQuality = 0.22;
+  bool Conserve = false;
+  double ScalarTolerance = 0;
+  double StretchFactor = 0;
+  double AspectRatio = 0;
+  bool BoundaryTetsStay = false;
+  bool KeepRegions = true;
+  bool Tetrahedralize = false;
+  bool Linearize = false;
+  int NumberOfThreads = 0;
+  vtkTypeInt64 MemoryLimit = 0;
+  char* ScratchDirectory = nullptr;
+  vtkIdType ChunkTets = 200000;
+
+ private:
+  vtkTetFusion(const vtkTetFusion&) = delete;
+  void operator=(const vtkTetFusion&) = delete;
+
+  void BeginUpdate();
+  void EndUpdate();
+
+  struct Internals;
+  std::unique_ptr<Internals> Internal;
+};
+
+#endif

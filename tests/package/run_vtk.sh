@@ -1,0 +1,25 @@
+#!/bin/sh
+# Installs the VTK filter and its Python package from a build, moves what was installed, and uses it from C++ and Python.
+# Usage: run_vtk.sh BUILD CMAKE PYTHON PACKAGES, where PACKAGES is the folder of Python packages below the prefix
+set -eu
+build=$1
+cmake=$2
+python=$3
+packages=$4
+here=$(cd "$(dirname "$0")" && pwd)
+temp=$(mktemp -d)
+trap 'rm -rf "$temp"' EXIT
+
+for component in library vtk python; do
+  "$cmake" --install "$build" --component $component --prefix "$temp/first" >"$temp/log" || { cat "$temp/log"; exit 1; }
+done
+mv "$temp/first" "$temp/moved"
+find "$temp/moved" -type f | sort
+"$cmake" -S "$here/vtk" -B "$temp/build" -DCMAKE_PREFIX_PATH="$temp/moved" >"$temp/log" 2>&1 || { cat "$temp/log"; exit 1; }
+"$cmake" --build "$temp/build" >"$temp/log" 2>&1 || { cat "$temp/log"; exit 1; }
+"$temp/build/example" | tee "$temp/out"
+grep -q "^1296 -> 7[78][0-9] cells$" "$temp/out"
+PYTHONPATH="$temp/moved/$packages" "$python" -c '
+import vtktetfusion
+print(vtktetfusion.__file__)
+assert vtktetfusion.vtkTetFusion().GetTargetReduction() == 0'

@@ -1,0 +1,474 @@
+#!/usr/bin/env python3
+"""The filter vtkTetFusion in VTK pipelines, beside the command. Usage: filter_test.py TETFUSION PACKAGES DATA_FOLDER
+[unittest's arguments], where PACKAGES holds the Python package vtktetfusion. Without the data folder the tests of real meshes are
+skipped."""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+import types
+import unittest
+
+import numpy as np
+from vtkmodules.numpy_interface import dataset_adapter
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkBitArray, vtkDoubleArray, vtkPoints, vtkStringArray
+from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkDataObject, vtkMultiBlockDataSet, vtkPolyData,
+                                           vtkUnstructuredGrid, VTK_HEXAHEDRON, VTK_TETRA, VTK_TRIANGLE)
+from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
+
+COMMAND, PACKAGES, DATA = (pathlib.Path(sys.argv.pop(1)).resolve() for _ in range(3))
+sys.path[:0] = [str(PACKAGES)]
+import vtktetfusion  # noqa: E402
+from vtktetfusion import TetFusionError, vtkTetFusion  # noqa: E402
+
+USER_ERROR = 40000
+
+
+def command(*arguments):
+    subprocess.run([COMMAND, *map(str, arguments)], check=True, capture_output=True, timeout=300)
+
+
+def read(path):
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    return reader.GetOutput()
+
+
+def box(n, point_type=np.float64):
+    """n^3 cubes in six tetrahedra each, with arrays of many kinds."""
+    side = n + 1
+    z, y, x = np.meshgrid(*[np.arange(side)] * 3, indexing="ij")
+    xyz = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1).astype(np.float64)
+    inside = np.all((xyz > 0) & (xyz < n), axis=1)
+    xyz[inside] += 0.1 * np.sin(np.arange(3 * inside.sum()).reshape(-1, 3) * 12.9898)
+    corner = (xyz[:, 0] * 0).astype(np.int64) + np.arange(side ** 3)
+    cells = corner.reshape(side, side, side)[:-1, :-1, :-1].ravel()
+    steps = np.array([1, side, side * side])
+    tets = []
+    for number, order in enumerate([(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (1, 0, 2), (2, 1, 0)]):
+        path = [cells]
+        for axis in order:
+            path.append(path[-1] + steps[axis])
+        if number >= 3:
+            path[1], path[2] = path[2], path[1]
+        tets.append(np.stack(path, axis=1))
+    ids = np.concatenate(tets, axis=1).reshape(-1, 4)
+    grid = vtkUnstructuredGrid()
+    points = vtkPoints()
+    points.SetData(numpy_to_vtk(xyz.astype(point_type), deep=1))
+    grid.SetPoints(points)
+    set_cells(grid, VTK_TETRA, ids)
+    add(grid.GetPointData(), "wave", np.sin(6 * xyz[:, 0] / n) * xyz[:, 1] + xyz[:, 2], np.float32)
+    add(grid.GetPointData(), "velocity", xyz[:, ::-1].copy(), np.float64)
+    add(grid.GetPointData(), "number", np.arange(len(xyz)), np.int32)
+    add(grid.GetCellData(), "material", np.where(np.arange(len(ids)) < len(ids) // 2, 1, 2), np.uint8)
+    add(grid.GetCellData(), "heat", np.arange(len(ids)) * 0.5, np.float64)
+    grid.GetPointData().SetActiveScalars("wave")
+    grid.GetPointData().SetActiveVectors("velocity")
+    return grid
+
+
+def set_cells(grid, kind, ids):
+    cells = vtkCellArray()
+    size = ids.shape[1]
+    offsets = numpy_to_vtk(np.arange(0, ids.size + 1, size, dtype=np.int64), deep=1)
+    cells.SetData(offsets, numpy_to_vtk(np.ascontiguousarray(ids, dtype=np.int64).ravel(), deep=1))
+    grid.SetCells(kind, cells)
+
+
+def add(data, name, values, kind):
+    array = numpy_to_vtk(np.ascontiguousarray(values.astype(kind)), deep=1)
+    array.SetName(name)
+    data.AddArray(array)
+
+
+def numbers(grid):
+    """Everything that a grid holds, as numpy arrays by name."""
+    cells = grid.GetCells()
+    out = {"points": vtk_to_numpy(grid.GetPoints().GetData()), "offsets": vtk_to_numpy(cells.GetOffsetsArray()),
+           "connectivity": vtk_to_numpy(cells.GetConnectivityArray()), "types": vtk_to_numpy(grid.GetCellTypesArray())}
+    for kind, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData())):
+        for i in range(data.GetNumberOfArrays()):
+            out[f"{kind} {data.GetArray(i).GetName()}"] = vtk_to_numpy(data.GetArray(i))
+    return out
+
+
+class Errors:
+    """What a filter complains about; nothing is printed meanwhile."""
+
+    def __init__(self, run):
+        self.messages = []
+
+        def listen(caller, event, text):
+            self.messages.append(text)
+        listen.CallDataType = "string0"
+        for speaker in (run, run.GetExecutive()):
+            speaker.AddObserver("ErrorEvent", listen)
+            speaker.AddObserver("WarningEvent", listen)
+
+    def first(self):
+        return self.messages[0] if self.messages else ""
+
+
+class FilterTest(unittest.TestCase):
+    def expect_same(self, one, other):
+        one, other = numbers(one), numbers(other)
+        self.assertEqual(sorted(one), sorted(other))
+        for name in one:
+            self.assertEqual(one[name].dtype, other[name].dtype, name)
+            self.assertEqual(one[name].shape, other[name].shape, name)
+            self.assertEqual(one[name].tobytes(), other[name].tobytes(), name)
+
+    def beside_command(self, path, options, **arguments):
+        """What the command makes of a file, and the filter of what VTK reads from it."""
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "out.vtu"
+            command("simplify", path, "-o", out, "--quiet", *options)
+            expected = read(out)
+        grid = read(path)
+        result = vtktetfusion.simplify(grid, **arguments)
+        self.assertLess(result.GetNumberOfCells(), grid.GetNumberOfCells())
+        self.expect_same(result, expected)
+        return result
+
+    def run_on(self, grid, **settings):
+        run = vtkTetFusion()
+        run.SetInputDataObject(grid)
+        for name, value in settings.items():
+            getattr(run, "Set" + name)(value)
+        return run
+
+
+class SameMesh(FilterTest):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def write(self, grid):
+        path = self.folder / "in.vtu"
+        writer = vtkXMLUnstructuredGridWriter()
+        writer.SetFileName(str(path))
+        writer.SetInputData(grid)
+        writer.Write()
+        return path
+
+    def test_generated_mesh(self):
+        path = self.folder / "five.vtu"
+        command("generate", "five", "--tets", "40k", "--jitter", "0.1", "-o", path)
+        self.beside_command(path, ["--reduction", "80%"], reduction=0.8)
+        self.beside_command(path, ["--max-error", "3%", "--boundary", "planar", "--chunk-tets", "5000"], max_error=0.03,
+                            boundary="planar", chunk_tets=5000, threads=3)
+        self.beside_command(path, ["--method", "tetfuse", "--tets", "20k", "--scalar-tolerance", "10%"], method="tetfuse", tets=20000,
+                            scalar_tolerance=0.1)
+
+    def test_arrays_of_many_kinds(self):
+        for point_type in np.float32, np.float64:
+            path = self.write(box(10, point_type))
+            self.beside_command(path, ["--reduction", "60%"], reduction=0.6)
+            self.beside_command(path, ["--reduction", "60%", "--array", "velocity", "--array", "cell:heat", "--regions", "none"],
+                                reduction=0.6, arrays=["velocity", "cell:heat"], regions="none")
+            self.beside_command(path, ["--array", "wave:2%", "--boundary", "1%"], arrays={"wave": 0.02}, boundary=0.01)
+
+    def test_blunt_fin(self):
+        path = DATA / "bluntfin.vtu"
+        if not path.exists():
+            self.skipTest(f"{path} is not there")
+        result = self.beside_command(path, ["--reduction", "50%"], reduction=0.5)
+        self.assertEqual(result.GetPointData().GetNumberOfArrays(), read(path).GetPointData().GetNumberOfArrays())
+
+
+class Filter(FilterTest):
+    def test_all_that_arrays_have_comes_out(self):
+        grid = box(6)
+        grid.GetPointData().GetArray("velocity").SetComponentName(1, "up")
+        nameless = numpy_to_vtk(np.arange(grid.GetNumberOfPoints(), dtype=np.float32), deep=1)
+        grid.GetPointData().AddArray(nameless)
+        bits = vtkBitArray()
+        bits.SetName("bits")
+        for i in range(grid.GetNumberOfPoints()):
+            bits.InsertNextValue(i % 2)
+        grid.GetPointData().AddArray(bits)
+        time_value = vtkDoubleArray()
+        time_value.SetName("TimeValue")
+        time_value.InsertNextValue(2.5)
+        grid.GetFieldData().AddArray(time_value)
+        out = vtktetfusion.simplify(grid, 0.5)
+        data = out.GetPointData()
+        self.assertEqual([data.GetArrayName(i) for i in range(data.GetNumberOfArrays())],
+                         ["wave", "velocity", "number", None, "bits"])
+        self.assertEqual([data.GetArray(i).GetClassName() for i in range(5)],
+                         ["vtkFloatArray", "vtkDoubleArray", "vtkIntArray", "vtkFloatArray", "vtkUnsignedCharArray"])
+        self.assertEqual(data.GetArray(1).GetComponentName(1), "up")
+        self.assertEqual(data.GetScalars().GetName(), "wave")
+        self.assertEqual(data.GetVectors().GetName(), "velocity")
+        self.assertLessEqual(set(vtk_to_numpy(data.GetArray(4))), {0, 1})
+        self.assertEqual(out.GetFieldData().GetArray("TimeValue").GetValue(0), 2.5)
+        self.assertEqual(len(set(vtk_to_numpy(data.GetArray("number")))), out.GetNumberOfPoints())
+        for i in range(data.GetNumberOfArrays()):
+            self.assertEqual(data.GetArray(i).GetNumberOfTuples(), out.GetNumberOfPoints())
+        self.assertEqual(out.GetCellData().GetArray("heat").GetNumberOfTuples(), out.GetNumberOfCells())
+
+    def test_strings_are_left_out_with_a_warning(self):
+        grid = box(4)
+        words = vtkStringArray()
+        words.SetName("words")
+        words.SetNumberOfValues(grid.GetNumberOfPoints())
+        grid.GetPointData().AddArray(words)
+        run = self.run_on(grid, TargetReduction=0.5)
+        errors = Errors(run)
+        run.Update()
+        self.assertIn("point array 'words' (string) holds no numbers and is left out", errors.first())
+        self.assertEqual(run.GetOutput().GetPointData().GetNumberOfArrays(), 3)
+        self.assertEqual(run.GetErrorCode(), 0)
+
+    def test_the_input_stays_as_it_is(self):
+        grid = box(5)
+        before = {name: values.copy() for name, values in numbers(grid).items()}
+        vtktetfusion.simplify(grid, 0.7)
+        for name, values in numbers(grid).items():
+            np.testing.assert_array_equal(values, before[name])
+
+    def test_memory_that_is_laid_out_otherwise(self):
+        grid = box(6)
+        expected = vtktetfusion.simplify(grid, 0.5)
+        grid.GetCells().ConvertTo32BitStorage()
+        out = vtktetfusion.simplify(grid, 0.5)
+        self.assertFalse(out.GetCells().IsStorage64Bit())
+        one, other = numbers(expected), numbers(out)
+        for name in one:
+            np.testing.assert_array_equal(one[name], other[name])
+
+    def test_input_array_to_process(self):
+        grid = box(7)
+        run = self.run_on(grid, TargetReduction=0.6, KeepRegions=False)
+        run.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, "velocity")
+        run.SetInputArrayToProcess(1, 0, 0, vtkDataObject.FIELD_ASSOCIATION_CELLS, "heat")
+        run.Update()
+        expected = vtktetfusion.simplify(grid, 0.6, arrays=["velocity", "cell:heat"], regions=[])
+        self.expect_same(run.GetOutput(), expected)
+        self.assertIn('"velocity"', run.GetReport())
+        run = self.run_on(grid, TargetReduction=0.6)
+        run.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, "nothing")
+        errors = Errors(run)
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), USER_ERROR + 2)
+        self.assertIn("an array to process is not in the input", errors.first())
+
+    def test_ghost_cells_are_left_out_and_their_points_stay(self):
+        n = 8
+        grid = box(n)
+        ids = numbers(grid)["connectivity"].reshape(-1, 4)
+        xyz = numbers(grid)["points"]
+        high = xyz[ids][:, :, 2].mean(axis=1) > n - 1.5
+        add(grid.GetCellData(), "vtkGhostType", high, np.uint8)
+        out = vtktetfusion.simplify(grid, 0.9, boundary=0.05, regions=[])
+        self.assertFalse(out.GetCellData().HasArray("vtkGhostType"))
+        shared = np.intersect1d(ids[high], ids[~high])
+        left = {tuple(p) for p in numbers(out)["points"]}
+        self.assertTrue(all(tuple(p) in left for p in xyz[shared]))
+        self.assertLess(out.GetNumberOfCells(), (~high).sum() // 2)
+
+    def test_empty_pieces(self):
+        grid = box(2)
+        only_ghosts = box(2)
+        add(only_ghosts.GetCellData(), "vtkGhostType", np.ones(only_ghosts.GetNumberOfCells()), np.uint8)
+        for empty in vtkUnstructuredGrid(), only_ghosts:
+            run = self.run_on(empty, TargetReduction=0.5)
+            errors = Errors(run)
+            run.Update()
+            self.assertEqual(errors.messages, [])
+            self.assertEqual(run.GetErrorCode(), 0)
+            self.assertEqual(run.GetOutput().GetNumberOfCells(), 0)
+        self.assertEqual([run.GetOutput().GetPointData().GetArrayName(i) for i in range(3)],
+                         [grid.GetPointData().GetArrayName(i) for i in range(3)])
+
+    def test_composite_inputs(self):
+        blocks = vtkMultiBlockDataSet()
+        blocks.SetBlock(0, box(5))
+        blocks.SetBlock(2, box(6))
+        source = vtkTrivialProducer()
+        source.SetOutput(blocks)
+        run = vtkTetFusion()
+        run.SetInputConnection(source.GetOutputPort())
+        run.SetTargetReduction(0.5)
+        run.Update()
+        out = run.GetOutputDataObject(0)
+        self.assertTrue(out.IsA("vtkMultiBlockDataSet"))
+        self.assertIsNone(out.GetBlock(1))
+        for block in 0, 2:
+            self.expect_same(out.GetBlock(block), vtktetfusion.simplify(blocks.GetBlock(block), 0.5))
+        self.assertTrue(vtktetfusion.simplify(blocks, 0.5).IsA("vtkMultiBlockDataSet"))
+
+    def test_progress_and_errors_of_composite_inputs(self):
+        blocks = vtkMultiBlockDataSet()
+        for block in range(3):
+            blocks.SetBlock(block, box(8))
+        run = self.run_on(blocks, TargetReduction=0.5)
+        shares = []
+        run.AddObserver("ProgressEvent", lambda caller, event: shares.append(caller.GetProgress()))
+        run.Update()
+        self.assertEqual(shares, sorted(shares))
+        self.assertLess(shares[len(shares) // 3], 0.6)
+        self.assertEqual(shares[-1], 1)
+        damaged = vtkUnstructuredGrid()
+        damaged.SetPoints(box(1).GetPoints())
+        damaged.InsertNextCell(VTK_TRIANGLE, 3, [0, 1, 2])
+        blocks.SetBlock(1, damaged)
+        blocks.Modified()
+        errors = Errors(run)
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), USER_ERROR + 3)
+        self.assertIn("the mesh has no tetrahedra", errors.first())
+        blocks.SetBlock(1, None)
+        blocks.Modified()
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), 0)
+
+    def test_lower_cells_are_kept_and_others_refused_or_split(self):
+        grid = box(3)
+        n = grid.GetNumberOfCells()
+        mixed = vtkUnstructuredGrid()
+        mixed.SetPoints(grid.GetPoints())
+        mixed.InsertNextCell(VTK_TRIANGLE, 3, [0, 1, 4])
+        for c in range(n):
+            ids = grid.GetCell(c).GetPointIds()
+            mixed.InsertNextCell(VTK_TETRA, 4, [ids.GetId(k) for k in range(4)])
+        out = vtktetfusion.simplify(mixed, 0.3)
+        self.assertEqual(out.GetCellType(out.GetNumberOfCells() - 1), VTK_TRIANGLE)
+        self.assertEqual(out.GetCellType(0), VTK_TETRA)
+        mixed.InsertNextCell(VTK_HEXAHEDRON, 8, [0, 1, 5, 4, 16, 17, 21, 20])
+        with self.assertRaises(TetFusionError) as caught:
+            vtktetfusion.simplify(mixed, 0.3)
+        self.assertEqual(caught.exception.code, 3)
+        self.assertIn(f"cell {n + 1} is a hexahedron (VTK cell type 12): use tetrahedralize", str(caught.exception))
+        hexes = vtkUnstructuredGrid()
+        hexes.SetPoints(grid.GetPoints())
+        hexes.InsertNextCell(VTK_HEXAHEDRON, 8, [0, 1, 5, 4, 16, 17, 21, 20])
+        out = vtktetfusion.simplify(hexes, 0.5, tetrahedralize=True)
+        self.assertGreaterEqual(out.GetNumberOfCells(), 5)
+
+    def test_errors(self):
+        grid = box(3)
+        run = self.run_on(grid, TargetReduction=1.5)
+        errors = Errors(run)
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), USER_ERROR + 2)
+        self.assertIn("reduction must be at least 0% and less than 100%", errors.first())
+        run.SetTargetReduction(0.2)
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), 0)
+        self.assertGreater(run.GetOutput().GetNumberOfCells(), 0)
+        run.SetStrict(True)
+        run.SetTargetReduction(0.99)
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), USER_ERROR + 6)
+
+    def test_settings_are_printed_and_kept(self):
+        run = self.run_on(box(2), TargetReduction=0.25, MaximumError=0.01, BoundaryMode=vtkTetFusion.PLANAR)
+        run.AddSteeringArray(vtkDataObject.FIELD_ASSOCIATION_POINTS, "wave", 0.1)
+        text = str(run)
+        for part in "TargetReduction: 0.25", "BoundaryMode: planar", "SteeringArrays: wave", "Method: fuse":
+            self.assertIn(part, text)
+        before = run.GetMTime()
+        run.SetTargetReduction(0.25)
+        self.assertEqual(run.GetMTime(), before)
+        run.SetTargetReduction(0.3)
+        self.assertGreater(run.GetMTime(), before)
+
+
+class Progress(FilterTest):
+    def test_never_falls(self):
+        run = self.run_on(box(14), TargetReduction=0.8, ChunkTets=1500, NumberOfThreads=3)
+        shares = []
+        run.AddObserver("ProgressEvent", lambda caller, event: shares.append(caller.GetProgress()))
+        run.Update()
+        self.assertEqual(shares, sorted(shares))
+        self.assertEqual(shares[-1], 1)
+        self.assertGreater(len(set(shares)), 5)
+
+    def test_abort_from_an_observer(self):
+        run = self.run_on(box(40), TargetReduction=0.9)
+        asked = []
+
+        def stop(caller, event):
+            if caller.GetProgress() > 0.1 and not asked:
+                asked.append(time.monotonic())
+                caller.SetAbortExecute(1)
+        observer = run.AddObserver("ProgressEvent", stop)
+        errors = Errors(run)
+        run.Update()
+        took = time.monotonic() - asked[0]
+        self.assertLess(took, 5)
+        self.assertEqual(errors.messages, [])
+        self.assertEqual(run.GetErrorCode(), USER_ERROR + 130)
+        self.assertEqual(run.GetOutput().GetNumberOfCells(), 0)
+        run.RemoveObserver(observer)
+        run.Modified()
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), 0)
+        self.assertGreater(run.GetOutput().GetNumberOfCells(), 0)
+
+
+class Function(FilterTest):
+    def test_takes_and_returns_what_stands_for_grids(self):
+        grid = box(5)
+        wrapped = vtktetfusion.simplify(dataset_adapter.WrapDataObject(grid), reduction=0.5)
+        self.assertIsInstance(wrapped, dataset_adapter.UnstructuredGrid)
+        self.assertEqual(wrapped.PointData["wave"].shape, (wrapped.GetNumberOfPoints(),))
+        self.expect_same(wrapped.VTKObject, vtktetfusion.simplify(grid, reduction=0.5))
+
+    def test_grids_of_pyvista_come_back_as_such(self):
+        class Grid(vtkUnstructuredGrid):
+            pass
+        Grid.__module__ = "pyvista.core.pointset"
+        wrapped = []
+        sys.modules["pyvista"] = types.SimpleNamespace(wrap=lambda grid: wrapped.append(grid) or "wrapped")
+        self.addCleanup(sys.modules.pop, "pyvista")
+        grid = Grid()
+        grid.ShallowCopy(box(6))
+        self.assertEqual(vtktetfusion.simplify(grid, 0.4), "wrapped")
+        self.assertLess(wrapped[0].GetNumberOfCells(), grid.GetNumberOfCells())
+
+    def test_progress(self):
+        shares = []
+        vtktetfusion.simplify(box(6), 0.5, progress=shares.append)
+        self.assertEqual(shares, sorted(shares))
+        with self.assertRaises(TetFusionError) as caught:
+            vtktetfusion.simplify(box(20), 0.9, progress=lambda share: False)
+        self.assertEqual(caught.exception.code, 130)
+        with self.assertRaises(ZeroDivisionError):
+            vtktetfusion.simplify(box(20), 0.9, progress=lambda share: 1 / 0)
+
+    def test_bad_arguments(self):
+        grid = box(2)
+        for arguments, part in (({"reduction": 2}, "reduction must be at least 0%"),
+                                ({"method": "magic"}, "method must be one of fuse, tetfuse"),
+                                ({"boundary": "soft"}, "boundary must be one of exact, planar"),
+                                ({"boundary": 0.0}, "boundary must be a share of the diagonal"),
+                                ({"arrays": "nothing"}, 'no array "nothing" to steer by'),
+                                ({"arrays": {"wave": -1}}, "must be greater than 0"),
+                                ({"regions": ["heat"]}, "no integer cell array"),
+                                ({"reduction": 0.5, "tets": 3}, "two goals")):
+            with self.subTest(arguments=arguments), self.assertRaises(TetFusionError) as caught:
+                vtktetfusion.simplify(grid, **arguments)
+            self.assertEqual(caught.exception.code, 2)
+            self.assertIn(part, str(caught.exception))
+            self.assertNotIn("vtkTetFusion", str(caught.exception))
+
+    def test_other_data_are_refused(self):
+        with self.assertRaises(TetFusionError) as caught:
+            vtktetfusion.simplify(vtkPolyData(), 0.5)
+        self.assertEqual(caught.exception.code, 3)
+
+    def test_docstrings_come_from_the_header(self):
+        self.assertIn("simplifies tetrahedral meshes", vtkTetFusion.__doc__)
+        self.assertIn("share of the tetrahedra", vtkTetFusion.SetTargetReduction.__doc__)
+
+
+if __name__ == "__main__":
+    unittest.main()
