@@ -223,7 +223,9 @@ bool GreedyPass<Real>::walk_ball(const Tet& prey, std::size_t corner) {
   const auto& position = mesh_->positions;
   const auto& others = kCornerFirst[corner];
   const NamesAny names_another(prey[others[1]], prey[others[2]], prey[others[3]]);
-  for (const std::uint32_t entry : balls_.of(prey[corner])) {
+  const std::span<std::uint32_t> ball = balls_.of(prey[corner]);
+  for (std::size_t i = 0; i < ball.size(); ++i) {
+    const std::uint32_t entry = ball[i];
     const Tet& tet = mesh_->tets[entry >> 2];
     if (is_deleted(tet)) continue;
     if (names_another(tet)) {
@@ -233,11 +235,28 @@ bool GreedyPass<Real>::walk_ball(const Tet& prey, std::size_t corner) {
     const auto& order = kCornerFirst[entry & 3u];
     if (flips(position_, position[tet[order[1]]], position[tet[order[2]]],
               position[tet[order[3]]])) {
+      std::swap(ball[0], ball[i]);
       return false;
     }
     affected_[affected_count_++] = entry;
   }
   return true;
+}
+
+// Does the tetrahedron that flipped last of all round a vertex?
+template <class Real>
+bool GreedyPass<Real>::first_flips(const Tet& prey, VertexId v) const {
+  const auto& position = mesh_->positions;
+  const std::uint32_t entry = balls_.of(v).front();
+  const Tet& tet = mesh_->tets[entry >> 2];
+  const auto& order = kCornerFirst[entry & 3u];
+  const auto names = [&](VertexId u) {
+    return (tet[order[1]] == u) | (tet[order[2]] == u) | (tet[order[3]] == u);
+  };
+  if (is_deleted(tet) || names(prey[0]) || names(prey[1]) || names(prey[2]) || names(prey[3]))
+    return false;
+  return flips(position_, position[tet[order[1]]], position[tet[order[2]]],
+               position[tet[order[3]]]);
 }
 
 // Walks the four balls of the prey. False when an affected tetrahedron would flip.
@@ -251,6 +270,9 @@ bool GreedyPass<Real>::collect_cavity(const Tet& prey) {
   }
   affected_count_ = 0;
   shared_count_ = 0;
+  for (const VertexId v : prey) {
+    if (first_flips(prey, v)) return false;
+  }
   for (std::size_t corner = 0; corner < 4; ++corner) {
     if (!walk_ball(prey, corner)) return false;
   }

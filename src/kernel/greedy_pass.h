@@ -64,6 +64,7 @@ class GreedyPass {
   // Plans the fusion of t into position_, affected_ and deleted_, or gives the reason against it.
   bool plan(TetId t, Reject* reason);
   bool collect_cavity(const Tet& prey);
+  bool first_flips(const Tet& prey, VertexId v) const;
   bool walk_ball(const Tet& prey, std::size_t corner);
   std::span<const std::uint32_t> affected() const { return {affected_.data(), affected_count_}; }
   bool swallows_locked(const Tet& prey) const;

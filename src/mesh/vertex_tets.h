@@ -20,6 +20,9 @@ struct VertexTets {
   std::span<const std::uint32_t> of(VertexId v) const {
     return {entries.data() + offsets[v], entries.data() + offsets[v + 1]};
   }
+  std::span<std::uint32_t> of(VertexId v) {
+    return {entries.data() + offsets[v], entries.data() + offsets[v + 1]};
+  }
 };
 
 // Fills `out`, reusing its memory. Every id in `tets` must be below `vertices`, and there are at
