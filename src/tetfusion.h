@@ -253,6 +253,9 @@ struct Options {
   // Integer arrays of the cells whose interfaces stay, as `boundary` says. Default: those named
   // like material, region, physical, tissue, block, zone, part, label. Empty: none.
   std::optional<std::vector<std::string>> regions;
+  // Where the mesh stays as it is, as in "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS",
+  // "pressure>0.5".
+  std::vector<std::string> roi;
 
   bool tetrahedralize = false;  // split hexahedra, voxels, wedges and pyramids
   bool linearize = false;       // take ten-node tetrahedra as straight ones

@@ -105,6 +105,7 @@ void Trial<Real>::import(const CarriedArrays& carried) {
   settings.chunk_tets = std::max(request_.sample_tets,
                                  block_count(request_.stream.cells(), VertexChunks::kMaxChunks));
   settings.sample = &boundary_;
+  settings.interest = &request_.interest;
   input_ = import_mesh<Real>(request_.stream, carried, steering, settings, {}, context_, &clock_,
                              budget_, scratch_.get());
   clock_.end();

@@ -9,6 +9,7 @@
 #include "base/memory_budget.h"
 #include "base/run_context.h"
 #include "driver/options.h"
+#include "driver/region_of_interest.h"
 #include "driver/steering.h"
 #include "io/mesh_stream.h"
 
@@ -36,6 +37,7 @@ struct EstimateRequest {
   const MeshStream& stream;
   const Steering& steering;
   const std::vector<std::size_t>& regions;  // cell arrays of the description
+  const RegionOfInterest& interest;
   std::uint64_t sample_tets = kSampleTets;
   int threads = 1;
   double start = 0;  // wall_seconds() before the input was read

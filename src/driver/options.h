@@ -73,6 +73,9 @@ struct BehaviourOptions {
   // Integer cell arrays whose interfaces stay. Absent: those named like materials. Empty: none.
   std::optional<std::vector<std::string>> regions;
 
+  // Where the mesh stays as it is (region_of_interest.h).
+  std::vector<std::string> interest;
+
   // Levels to write on the way: reductions in [0, 1), ascending. The output's name then holds
   // "{lod}".
   std::vector<double> lods;

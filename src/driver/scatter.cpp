@@ -329,6 +329,9 @@ void Scatterer<Real>::scatter_point_window(std::size_t window, std::uint64_t fir
   Vector<std::uint8_t> locked(count, std::uint8_t{0});
   steering_.read(first, count, steering.data(), locked.data());
   stream_.read_locks(first, count, locked.data());
+  if (settings_.interest != nullptr) {
+    settings_.interest->lock<Real>(stream_, first, positions, locked.data());
+  }
 
   // A point on the interface goes to several chunks.
   const Vector<VertexId>& carried = out_.lower.vertices;

@@ -15,6 +15,7 @@
 #include "base/resources.h"
 #include "base/run_context.h"
 #include "driver/carried_arrays.h"
+#include "driver/region_of_interest.h"
 #include "driver/steering.h"
 #include "io/mesh_stream.h"
 #include "io/scratch.h"
@@ -33,6 +34,8 @@ struct ScatterSettings {
   // curve is made: a mesh in one piece, in which vertices that other chunks have are on the
   // interface.
   BoundarySample* sample = nullptr;
+  // Points that are locked; null: none. Outlives this.
+  const RegionOfInterest* interest = nullptr;
 };
 
 // What is not simplified but belongs to the result: cells of lower dimension, with their rows, and

@@ -17,6 +17,7 @@
 #include "driver/memory_plan.h"
 #include "driver/notices.h"
 #include "driver/promise.h"
+#include "driver/region_of_interest.h"
 #include "driver/regions.h"
 #include "driver/round_plan.h"
 #include "driver/rounds.h"
@@ -75,6 +76,7 @@ class Job {
   MeshSink* sink_ = nullptr;            // where the mesh goes to memory
   std::unique_ptr<MeshStream> stream_;
   std::vector<SteeringChoice> steering_choices_;
+  RegionOfInterest interest_;
   std::vector<std::size_t> regions_;
   std::vector<std::uint32_t> region_columns_;  // the same, of the columns of chunks
   MemoryNeeds needs_;
@@ -108,8 +110,8 @@ RunPlan Job::plan(std::uint64_t sample_tets) {
   plan.threads = thread_count();
   const Steering steering = read_steering();
   plan.estimate = estimate_run(
-      {request_, mesh, *stream_, steering, regions_, sample_tets, thread_count(), start}, context_,
-      budget_.get());
+      {request_, mesh, *stream_, steering, regions_, interest_, sample_tets, thread_count(), start},
+      context_, budget_.get());
   context_.report("done", 1);
   return plan;
 }
@@ -184,6 +186,7 @@ void Job::open_input() {
   stream_ = source_->stream();
   steering_choices_ = choose_steering(source_->description(), request_.behaviour.arrays);
   regions_ = choose_regions(source_->description(), request_.behaviour.regions);
+  interest_ = RegionOfInterest(request_.behaviour.interest, source_->description());
   context_.check();
 }
 
@@ -320,8 +323,9 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
   state->steering_width = steering.width();
   state->chunk_tets = request_.behaviour.chunk_tets;
   report_.steering = state->field_names;
-  const ImportSettings settings =
+  ImportSettings settings =
       import_settings(request_.behaviour, carried, regions_, state->steering_width);
+  settings.interest = &interest_;
   RoundPlan plan;
   FirstRound<Real> first;
   // Under the rule of boundary tetrahedra chunks must know each other's boundary before they begin.

@@ -82,6 +82,7 @@ SimplifyRequest to_request(const Options& o) {
   if (o.boundary == BoundaryMode::kWithin) b.boundary_distance = o.boundary_distance;
   for (const SteeringArray& array : o.arrays) b.arrays.push_back(to_text(array));
   b.regions = o.regions;
+  b.interest = o.roi;
   b.chunk_tets = o.chunk_tets;
   b.tetrahedralize = o.tetrahedralize;
   b.linearize = o.linearize;

@@ -99,6 +99,7 @@ struct vtkTetFusion::Internals {
   };
   std::vector<Steering> steering;
   std::vector<std::string> regions;
+  std::vector<std::string> roi;
   std::string stop_sentence, report, notices;
   // Of a composite input the executive begins and ends an update for each block, too.
   int open_updates = 0;
@@ -150,6 +151,7 @@ tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const 
   }
   if (!filter->KeepRegions) o.regions.emplace();
   if (filter->KeepRegions && !regions.empty()) o.regions = regions;
+  o.roi = roi;
   o.tetrahedralize = filter->Tetrahedralize;
   o.linearize = filter->Linearize;
   o.threads = filter->NumberOfThreads;
@@ -199,6 +201,20 @@ void vtkTetFusion::RemoveAllRegionArrays() {
 
 int vtkTetFusion::GetNumberOfRegionArrays() {
   return static_cast<int>(this->Internal->regions.size());
+}
+
+void vtkTetFusion::AddRegionOfInterest(const char* region) {
+  this->Internal->roi.emplace_back(region != nullptr ? region : "");
+  this->Modified();
+}
+
+void vtkTetFusion::RemoveAllRegionsOfInterest() {
+  this->Internal->roi.clear();
+  this->Modified();
+}
+
+int vtkTetFusion::GetNumberOfRegionsOfInterest() {
+  return static_cast<int>(this->Internal->roi.size());
 }
 
 const char* vtkTetFusion::GetStopSentence() { return this->Internal->stop_sentence.c_str(); }
@@ -269,6 +285,8 @@ void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
   os << "\n" << indent << "KeepRegions: " << this->KeepRegions << "\n";
   os << indent << "RegionArrays:";
   for (const std::string& name : this->Internal->regions) os << " " << name;
+  os << "\n" << indent << "RegionsOfInterest:";
+  for (const std::string& region : this->Internal->roi) os << " " << region;
   os << "\n" << indent << "Tetrahedralize: " << this->Tetrahedralize << "\n";
   os << indent << "Linearize: " << this->Linearize << "\n";
   os << indent << "NumberOfThreads: " << this->NumberOfThreads << "\n";

@@ -198,6 +198,17 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
+   * Where the mesh stays as it is: "box=X0,X1,Y0,Y1,Z0,Z1" in VTK's order of bounds,
+   * "sphere=X,Y,Z,RADIUS", or a point array and a value, as in "pressure>0.5" (of a vector its
+   * length). A tetrahedron stays if all of its points are in one of those that were added.
+   */
+  void AddRegionOfInterest(const char* region);
+  void RemoveAllRegionsOfInterest();
+  int GetNumberOfRegionsOfInterest();
+  ///@}
+
+  ///@{
+  /**
    * Split hexahedra, voxels, wedges and pyramids into tetrahedra? Else such cells are an error, the
    * default.
    */

@@ -1,0 +1,132 @@
+#include "driver/region_of_interest.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "base/error.h"
+#include "base/numbers.h"
+#include "io/mesh_passes.h"
+
+namespace tetfusion {
+
+namespace {
+
+[[noreturn]] void refuse(const std::string& text, const std::string& why) {
+  throw Error(ErrorCode::kUsage, fmt::format("--roi {}: {}", text, why));
+}
+
+std::vector<double> parse_numbers(const std::string& text, std::string_view list) {
+  std::vector<double> numbers;
+  for (const std::string& part : split(list, ',')) {
+    const auto number = parse_number(part);
+    if (!number) refuse(text, fmt::format("\"{}\" is no number", part));
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+std::string point_arrays(const MeshDescription& mesh) {
+  std::vector<std::string> names;
+  for (const ArrayInfo& array : mesh.point_data.arrays) names.push_back(array.name);
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+bool contains(const Box& box, const Vec3<double>& p) {
+  return p.x >= box.lo.x && p.x <= box.hi.x && p.y >= box.lo.y && p.y <= box.hi.y &&
+         p.z >= box.lo.z && p.z <= box.hi.z;
+}
+
+double squared_length(const double* values, std::size_t count) {
+  double sum = 0;
+  for (std::size_t k = 0; k < count; ++k) sum += values[k] * values[k];
+  return sum;
+}
+
+}  // namespace
+
+RegionOfInterest::RegionOfInterest(const std::vector<std::string>& texts,
+                                   const MeshDescription& mesh) {
+  for (const std::string& text : texts) parts_.push_back(parse(text, mesh));
+}
+
+auto RegionOfInterest::parse(const std::string& text, const MeshDescription& mesh) -> Part {
+  constexpr std::string_view kBox = "box=", kSphere = "sphere=";
+  if (text.starts_with(kBox)) {
+    const auto n = parse_numbers(text, std::string_view(text).substr(kBox.size()));
+    if (n.size() != 6 || !(n[0] <= n[1] && n[2] <= n[3] && n[4] <= n[5])) {
+      refuse(text, "a box has six bounds, box=X0,X1,Y0,Y1,Z0,Z1, the lower one of each pair first");
+    }
+    Box box;
+    box.add(Vec3<double>{n[0], n[2], n[4]});
+    box.add(Vec3<double>{n[1], n[3], n[5]});
+    return box;
+  }
+  if (text.starts_with(kSphere)) {
+    const auto n = parse_numbers(text, std::string_view(text).substr(kSphere.size()));
+    if (n.size() != 4 || !(n[3] >= 0)) {
+      refuse(text, "a sphere has a centre and a radius, sphere=X,Y,Z,RADIUS");
+    }
+    return Sphere{{n[0], n[1], n[2]}, n[3]};
+  }
+  const std::size_t sign = text.find_last_of("<>");
+  const auto value = sign == std::string::npos ? std::nullopt : parse_number(text.substr(sign + 1));
+  if (!value) {
+    refuse(text,
+           "give box=X0,X1,Y0,Y1,Z0,Z1, sphere=X,Y,Z,RADIUS, or a point array and a value, as in "
+           "pressure>0.5");
+  }
+  const std::string name = text.substr(0, sign);
+  const std::size_t index = mesh.point_data.find(name);
+  if (index == AttributeSet::npos) {
+    refuse(text, fmt::format("{} has no point array \"{}\"; it has {}", mesh.path, name,
+                             point_arrays(mesh)));
+  }
+  return Threshold{index, mesh.point_data.arrays[index], *value, text[sign] == '>'};
+}
+
+template <class Real>
+void RegionOfInterest::lock(const MeshStream& stream, std::uint64_t first,
+                            std::span<const Vec3<Real>> positions, std::uint8_t* locked) const {
+  const auto lock_where = [&](auto is_inside) {
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      if (is_inside(i)) locked[i] = 1;
+    }
+  };
+  const auto position = [&](std::size_t i) {
+    return Vec3<double>{double{positions[i].x}, double{positions[i].y}, double{positions[i].z}};
+  };
+  for (const Part& part : parts_) {
+    if (const auto* box = std::get_if<Box>(&part)) {
+      lock_where([&](std::size_t i) { return contains(*box, position(i)); });
+    } else if (const auto* sphere = std::get_if<Sphere>(&part)) {
+      lock_where([&](std::size_t i) {
+        const Vec3<double> p = position(i);
+        const double x = p.x - sphere->centre.x, y = p.y - sphere->centre.y;
+        const double z = p.z - sphere->centre.z;
+        return x * x + y * y + z * z <= sphere->radius * sphere->radius;
+      });
+    } else {
+      const auto& threshold = std::get<Threshold>(part);
+      const std::size_t width = threshold.array.components;
+      Vector<std::byte> rows(positions.size() * width * size_of(threshold.array.type));
+      stream.read_rows(Association::kPoint, threshold.index, first, positions.size(), rows);
+      const Vector<double> values = to_doubles(threshold.array, rows);
+      lock_where([&](std::size_t i) {
+        const double value =
+            width == 1 ? values[i] : std::sqrt(squared_length(&values[i * width], width));
+        return threshold.above ? value > threshold.value : value < threshold.value;
+      });
+    }
+  }
+}
+
+template void RegionOfInterest::lock(const MeshStream&, std::uint64_t, std::span<const Vec3<float>>,
+                                     std::uint8_t*) const;
+template void RegionOfInterest::lock(const MeshStream&, std::uint64_t,
+                                     std::span<const Vec3<double>>, std::uint8_t*) const;
+
+}  // namespace tetfusion

@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""simplify --roi, from file to file. Usage: roi_test.py TETFUSION"""
+import numpy as np
+from harness import USAGE, FolderTest, finish, main, report_of
+from independent_check import Vtu
+
+
+def cells_inside(mesh, inside):
+    """The corners of tetrahedra all of whose points are inside, in an order of their own."""
+    corners = mesh.points[mesh.tets[inside(mesh)[mesh.tets].all(axis=1)]]
+    return sorted(tuple(sorted(map(tuple, cell))) for cell in corners.tolist())
+
+
+def in_box(mesh):
+    return ((mesh.points >= [0.1, 0.2, 0]) & (mesh.points <= [0.4, 0.6, 0.5])).all(axis=1)
+
+
+def in_sphere(mesh):
+    return ((mesh.points - [0.5, 0.5, 0.5]) ** 2).sum(axis=1) <= 0.25 ** 2
+
+
+def is_above(mesh):
+    return mesh.arrays["point"]["front"][-1].ravel() > 0.8
+
+
+class RegionOfInterest(FolderTest):
+    def simplify(self, path, *options):
+        out = self.folder / "out.vtu"
+        report = report_of("simplify", path, "-o", out, "--quiet", "--regions", "none", *options)
+        report_of("check", out, "--strict")
+        return Vtu(out), report
+
+    def test_what_is_inside_stays(self):
+        path = self.generate("--jitter", "0.5", "--double", tets="40k")
+        original = Vtu(path)
+        options = ("--reduction", "80%", "--chunk-tets", "9k", "--threads", "2")
+        without, _ = self.simplify(path, *options)
+        for inside, text in ((in_box, "box=0.1,0.4,0.2,0.6,0,0.5"), (in_sphere, "sphere=0.5,0.5,0.5,0.25"), (is_above, "front>0.8")):
+            mesh, _ = self.simplify(path, *options, "--roi", text)
+            expected = cells_inside(original, inside)
+            self.assertGreater(len(expected), 1000, text)
+            self.assertLessEqual(set(expected), set(cells_inside(mesh, inside)), text)
+            self.assertLess(len(cells_inside(without, inside)), 0.5 * len(expected), text)
+
+    def test_several(self):
+        path = self.generate("--jitter", "0.5", "--double", tets="40k")
+        original = Vtu(path)
+        mesh, _ = self.simplify(path, "--method", "tetfuse", "--roi", "box=0.1,0.4,0.2,0.6,0,0.5", "--roi", "sphere=0.5,0.5,0.5,0.25")
+        for inside in (in_box, in_sphere):
+            self.assertLessEqual(set(cells_inside(original, inside)), set(cells_inside(mesh, inside)))
+
+    def test_all_of_the_mesh(self):
+        path = self.generate(tets="5k")
+        mesh, report = self.simplify(path, "--reduction", "50%", "--roi", "box=0,1,0,1,0,1")
+        self.assertEqual(report["output"]["tets"], report["input"]["tets"])
+        self.assertEqual(len(mesh.tets), report["input"]["tets"])
+
+    def test_the_bytes_do_not_depend_on_the_memory(self):
+        path = self.generate("--jitter", "0.5", tets="40k")
+        files = []
+        for name, more in (("a.vtu", ("--threads", "1")), ("b.vtu", ("--threads", "2", "--scratch", self.folder / "s", "--memory", "96M"))):
+            report = report_of("simplify", path, "-o", self.folder / name, "-q", "--reduction", "50%", "--roi", "front>0.8",
+                               "--chunk-tets", "5k", *more)
+            self.assertEqual(report["scratch_bytes"] > 0, name == "b.vtu")
+            files.append((self.folder / name).read_bytes())
+        self.assertEqual(*files)
+
+    def test_what_makes_no_sense_is_refused(self):
+        path = self.generate(tets="1k")
+        for text, why in (("box=0,1,0,1", "six bounds"), ("box=1,0,0,1,0,1", "lower one of each pair first"), ("box=a,1,0,1,0,1", '"a" is no number'),
+                          ("sphere=0,0,0", "a centre and a radius"), ("sphere=0,0,0,-1", "a centre and a radius"),
+                          ("nothing>1", 'no point array "nothing"; it has temperature, front'), ("front>high", "give box="), ("front", "give box="), ("", "give box=")):
+            result = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "50%", "--roi", text)
+            self.assertEqual(result.returncode, USAGE, text)
+            self.assertIn(why, result.stderr.decode(), text)
+            self.assertFalse((self.folder / "out.vtu").exists())
+
+
+if __name__ == "__main__":
+    main()
