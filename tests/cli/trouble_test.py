@@ -11,7 +11,7 @@ from tiny_vtu import TinyVtu
 
 
 class Trouble(FolderTest):
-    TETS = "4M"
+    TETS = "1M"
 
     def start(self, *arguments, until, **keywords):
         """Starts the command and comes back when its progress bar shows that phase."""
@@ -32,7 +32,7 @@ class Trouble(FolderTest):
 
     def test_ctrl_c(self):
         mesh, out = self.generate("--shuffle", tets=self.TETS), self.folder / "out.vtu"
-        jobs = [(["simplify", mesh, "-o", out, "--encoding", "ascii"], phase)
+        jobs = [(["simplify", mesh, "-o", out, "--encoding", "ascii", "--reduction", "10%"], phase)
                 for phase in ("reading", "assembling", "fusing", "writing")]
         jobs += [(["convert", mesh, out, "--encoding", "ascii"], phase) for phase in ("reading", "writing")]
         jobs += [(["check", mesh], "reading"), (["info", mesh], "reading"),
@@ -59,7 +59,7 @@ class Trouble(FolderTest):
     def test_kill_leaves_the_old_output(self):
         mesh, out = self.generate(tets=self.TETS), self.write(b"precious", "out.vtu")
         for phase in ("fusing", "writing"):
-            process = self.start("simplify", mesh, "-o", out, "--encoding", "ascii", until=phase)
+            process = self.start("simplify", mesh, "-o", out, "--encoding", "ascii", "--reduction", "10%", until=phase)
             process.kill()
             code, _ = self.end(process)
             self.assertEqual(code, -signal.SIGKILL)
