@@ -2,8 +2,7 @@
 
 #include <bit>
 
-#include "mesh/faces.h"
-#include "mesh/predicates.h"
+#include "compare/corner_weights.h"
 
 namespace tetfusion {
 
@@ -13,25 +12,6 @@ namespace {
 constexpr int kMostSteps = 32;
 
 double epsilon(ValueType type) { return type == ValueType::kFloat32 ? 0x1p-23 : 0x1p-52; }
-
-// Six times the volume between the point and the face opposite to the corner: negative if the point
-// lies beyond it.
-Determinant volume_at(const SimplifiedMesh& mesh, const Tet& t, std::size_t corner,
-                      const Point& p) {
-  const auto& face = kFaceCorners[corner];
-  return determinant(p, mesh.points[t[face[0]]], mesh.points[t[face[1]]], mesh.points[t[face[2]]]);
-}
-
-// Of shares that may be a little negative, by rounding.
-std::array<double, 4> weights_of(std::array<double, 4> shares) {
-  double sum = 0;
-  for (double& share : shares) {
-    share = std::max(share, 0.0);
-    sum += share;
-  }
-  for (double& share : shares) share = sum > 0 ? share / sum : 0.25;
-  return shares;
-}
 
 std::uint64_t mix(std::uint64_t x) {
   x ^= x >> 32;
@@ -67,12 +47,12 @@ Place Locator::locate(const Point& p, LocatorHint* hint) const {
 bool Locator::walk(const Point& p, TetId* tet, Place* place) const {
   TetId from = kNoTet;
   for (int step = 0; step < kMostSteps; ++step) {
-    const Tet& t = mesh_.tets[*tet];
+    const Corners corners = mesh_.corners(*tet);
     const auto& neighbours = mesh_.neighbours[*tet];
     std::array<double, 4> shares;
     std::size_t exit = 4;
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      const Determinant d = volume_at(mesh_, t, corner, p);
+      const Determinant d = volume_at(corners, corner, p);
       shares[corner] = d.value;
       if (d.value >= -d.error) continue;
       exit = corner;
@@ -92,14 +72,9 @@ bool Locator::walk(const Point& p, TetId* tet, Place* place) const {
 
 bool Locator::holds(TetId t, const Point& p, Place* place) const {
   if (mesh_.flat[t] != 0) return false;
-  std::array<double, 4> shares;
-  for (std::size_t corner = 0; corner < 4; ++corner) {
-    const Determinant d = volume_at(mesh_, mesh_.tets[t], corner, p);
-    if (d.value < -d.error) return false;
-    shares[corner] = d.value;
-  }
-  *place = {t, weights_of(shares), false, 0};
-  return true;
+  const auto weights = weights_in(mesh_.corners(t), p);
+  if (weights) *place = {t, *weights, false, 0};
+  return weights.has_value();
 }
 
 double Locator::tolerance(const Point& p, double extent) const {
@@ -125,7 +100,7 @@ bool Locator::find_close(const Point& p, Place* place) const {
       const auto& f = kFaceCorners[corner];
       const double area =
           length(cross(corners[f[1]] - corners[f[0]], corners[f[2]] - corners[f[0]]));
-      shares[corner] = volume_at(mesh_, mesh_.tets[t], corner, p).value;
+      shares[corner] = volume_at(corners, corner, p).value;
       least = std::min(least, shares[corner] / area);
     }
     if (least < -tolerance(p, largest_part(box.extent())) || least <= best) return false;

@@ -125,6 +125,7 @@ TriangleSet OriginalMesh::triangles_of(const Vector<CellSide>& sides) const {
   OriginalPoints points;
   gather(set, 0, stream_->points(), {}, &points);
   result.points = std::move(points.points);
+  result.point_ids = std::move(points.ids);
   for (const CellSide& s : sides) {
     const auto number = [&](VertexId v) { return static_cast<std::uint32_t>(set.number_of(v)); };
     result.triangles.push_back({number(s.low), number(s.middle), number(s.high)});
@@ -184,6 +185,7 @@ void OriginalMesh::gather(const PointSet& set, std::uint64_t first, std::uint64_
                           const FieldSet& fields, OriginalPoints* out) const {
   const std::uint64_t base = set.number_of(first);
   const std::uint64_t size = set.number_of(first + count) - base;
+  out->ids.resize(size);
   out->points.resize(size);
   out->rows.resize(size * fields.width);
   const std::vector<Run> runs = runs_of(set, first, count);
@@ -200,6 +202,9 @@ void OriginalMesh::gather_run(const PointSet& set, std::uint64_t first, std::uin
     if (set.has(id)) rows.push_back(id - first);
   }
   const std::uint64_t to = set.number_of(first) - base;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    out->ids[to + i] = static_cast<VertexId>(first + rows[i]);
+  }
   const ValueType type = source_->description().point_type;
   Vector<std::byte> bytes(count * 3 * size_of(type));
   stream_->read_points(first, count, bytes);

@@ -48,6 +48,7 @@ class PointSet {
 };
 
 struct OriginalPoints {
+  Vector<VertexId> ids;  // of the stream, ascending
   Vector<Point> points;
   Vector<double> rows;  // of the point fields
 };
@@ -67,6 +68,7 @@ class OriginalMesh {
   // triangles are in memory at once.
   void survey(std::size_t most_sides, const RunContext& context);
   std::uint64_t points() const { return used_.size(); }  // that a tetrahedron uses
+  std::uint64_t all_points() const { return stream_->points(); }
   std::uint64_t tets() const { return tets_; }
   const TriangleSet& boundary() const { return boundary_; }  // ordered
   TriangleSet take_boundary() { return std::move(boundary_); }

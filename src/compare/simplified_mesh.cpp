@@ -36,6 +36,8 @@ class Loader {
               &mesh_.point_rows);
     read_rows(Association::kCell, cell_fields, rows_of(geometry_.tet_source, tets_),
               &mesh_.cell_rows);
+    mesh_.point_ids = std::move(points_);
+    mesh_.tet_ids = std::move(tets_);
     return std::move(mesh_);
   }
 

@@ -22,10 +22,11 @@ struct SimplifiedMesh {
   // Behind the face opposite to each corner; kNoTet at the boundary, and where more than two
   // tetrahedra share the face.
   Vector<std::array<TetId, 4>> neighbours;
-  TriangleSet boundary;                  // ordered
-  Vector<std::uint32_t> boundary_sides;  // of each triangle: 4 * tetrahedron + opposite corner
-  Vector<double> point_rows;             // rows of the point fields, one a point
-  Vector<double> cell_rows;              // rows of the cell fields, one a tetrahedron
+  TriangleSet boundary;                      // ordered
+  Vector<std::uint32_t> boundary_sides;      // of each triangle: 4 * tetrahedron + opposite corner
+  Vector<std::uint32_t> point_ids, tet_ids;  // which points and tetrahedra of read_geometry()
+  Vector<double> point_rows;                 // rows of the point fields, one a point
+  Vector<double> cell_rows;                  // rows of the cell fields, one a tetrahedron
   PointBox box;
   double volume = 0;
   double volume_error = 0;  // what rounding may have done to it at most

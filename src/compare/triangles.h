@@ -21,6 +21,7 @@ NearestOnTriangle nearest_on_triangle(const Point& p, const std::array<Point, 3>
 // The boundary triangles of a mesh, with the points that they use.
 struct TriangleSet {
   Vector<Point> points;
+  Vector<VertexId> point_ids;  // which points of the mesh; empty where nobody knows
   Vector<std::array<std::uint32_t, 3>> triangles;
 
   std::array<Point, 3> corners(std::size_t t) const {

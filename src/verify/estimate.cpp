@@ -9,8 +9,8 @@ namespace {
 // Windows of the original, with their points and rows, and what is made of them.
 constexpr std::uint64_t kWindows = std::uint64_t{32} << 20;
 // The result while it is compared; to inspect it takes less.
-constexpr std::uint64_t kTet = 70;
-constexpr std::uint64_t kPoint = 60;
+constexpr std::uint64_t kTet = 74;
+constexpr std::uint64_t kPoint = 64;
 // Sides of triangles, while the original's boundary is looked for.
 constexpr std::uint64_t kSides = std::uint64_t{64} << 20;
 constexpr std::uint64_t kSidesOfTet = 128;
