@@ -398,8 +398,9 @@ bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
 template <class Real>
 void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   ++now_;
-  if (errors_.bounds()) errors_.apply(kept);
+  if (errors_.bounds()) errors_.apply();
   if (integrals_.stay()) integrals_.apply(kept, interpolation_.nearest);
+  if (!fixed_) mesh_->marks[kept] |= kMoved;
   merge_quadrics(v, kept);
   move_tets(kept, kept == v ? partner : v);
   removed_ += cavity_.deleted().size();

@@ -373,6 +373,7 @@ void GreedyPass<Real>::apply(const Tet& prey) {
   mesh_->incidence[kept] = static_cast<std::uint32_t>(affected().size());
   state_[kept] |= kFusedNow;
   mesh_->positions[kept] = position_;
+  mesh_->marks[kept] |= kMoved;
   std::copy(mean_.begin(), mean_.end(), mesh_->steering.begin() + kept * mean_.size());
 }
 

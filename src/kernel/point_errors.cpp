@@ -340,7 +340,7 @@ bool PointErrors<Real>::holds(std::span<const double> values) const {
 }
 
 template <class Real>
-void PointErrors<Real>::apply(VertexId kept) {
+void PointErrors<Real>::apply() {
   RemovedPoints<Real>& removed = mesh_->removed;
   for (Point& point : points_) {
     if (point.id != kNoPoint) continue;
@@ -358,7 +358,6 @@ void PointErrors<Real>::apply(VertexId kept) {
     }
     removed.push(fan_[places_[home].fan_tet].tet, points_[point].id);
   }
-  if (!joining_.fixed) mesh_->marks[kept] |= kMoved;
   joining_ = {};
   surface_.forget();
 }

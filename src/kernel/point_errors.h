@@ -46,7 +46,7 @@ class PointErrors {
   // To be called before the mesh changes, with what allows() has allowed last: both vertices'
   // points, if they are still those of the original, are removed ones from here on, and all are in
   // the tetrahedra that will hold them.
-  void apply(VertexId kept);
+  void apply();
 
  private:
   // A field with a bound, in its own unit.

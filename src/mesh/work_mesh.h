@@ -23,7 +23,7 @@ enum VertexMark : std::uint8_t {
   kOnInterface = 1 << 3,  // in a chunk: other chunks have tetrahedra of it; it stays for this round
   kAway = 1 << 4,         // in a chunk, of a vertex on the interface: a lower chunk has it, too
   kLast = 1 << 5,         // in a chunk, of a vertex on the interface: no higher chunk has it
-  kMoved = 1 << 7,        // no point of the original any more; where removed points are wanted
+  kMoved = 1 << 7,        // fused to a new place: no point of the original any more
 };
 
 // The rows of an array that is carried along: tuples of one type, in native byte order.
