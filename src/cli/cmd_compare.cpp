@@ -273,7 +273,7 @@ void run(const Arguments& a) {
   if (a.original == "-" && a.simplified == "-") {
     throw Error(ErrorCode::kUsage, "only one of the meshes can come from standard input");
   }
-  refuse_same_file(a.report, {a.original, a.simplified});
+  refuse_same_file("--report", a.report, {a.original, a.simplified});
   const Bounds bounds = take_bounds(a);
   set_thread_count(a.threads);
   const Comparison comparison = compare(a, bounds);

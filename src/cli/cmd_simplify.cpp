@@ -222,9 +222,10 @@ void print_plan(const RunPlan& plan) {
 void run(Arguments* a) {
   parse_arguments(a);
   if (!a->report.empty()) {
-    refuse_same_file(a->report, {a->request.input, a->request.output});
+    refuse_same_file("--report", a->report, {a->request.input, a->request.output, a->request.map});
     check_output_path(a->report);
   }
+  refuse_same_file("--map", a->request.map, {a->request.input, a->request.output});
   if (a->request.performance.dry_run) {
     RunPlan plan;
     {
@@ -441,6 +442,18 @@ void add_simplify_command(CLI::App& app) {
                  "Check the result, and compare it with the input, before it gets its name: a "
                  "promise that is not kept (cells, boundary, regions, arrays, --max-error, "
                  "--conserve) ends with exit code 1, and the old file stays")
+      ->group(kOutputGroup);
+  command
+      ->add_flag("--original-ids", a->request.behaviour.original_ids,
+                 "Write the point array OriginalPointIds: the input's number of each point that "
+                 "stayed, -1 of those that are new")
+      ->group(kOutputGroup);
+  command
+      ->add_option("--map", a->request.map,
+                   "Write to this file where each of the input's points went, for 'tetfusion "
+                   "apply' to bring other time steps or results onto OUT; with --lods its name "
+                   "holds {lod}")
+      ->check(not_empty)
       ->group(kOutputGroup);
   add_goal_options(*command, a.get());
   add_criteria_options(*command, a.get());

@@ -173,18 +173,20 @@ void open_standard_streams() {
   if (fd > STDERR_FILENO) ::close(fd);
 }
 
-void refuse_same_file(const std::string& report, const std::vector<std::string>& meshes) {
-  if (report.empty() || report == "-") return;
-  const auto plain = [](const std::string& path) {
-    return std::filesystem::absolute(path).lexically_normal();
+void refuse_same_file(std::string_view option, const std::string& path,
+                      const std::vector<std::string>& others) {
+  if (path.empty() || path == "-") return;
+  const auto plain = [](const std::string& p) {
+    return std::filesystem::absolute(p).lexically_normal();
   };
-  for (const std::string& mesh : meshes) {
+  for (const std::string& other : others) {
+    if (other.empty() || other == "-") continue;
     std::error_code not_there;
-    if (!std::filesystem::equivalent(report, mesh, not_there) && plain(report) != plain(mesh))
+    if (!std::filesystem::equivalent(path, other, not_there) && plain(path) != plain(other)) {
       continue;
+    }
     throw Error(ErrorCode::kUsage,
-                fmt::format("--report {}: that is the mesh {}; give the report a name of its own",
-                            report, mesh));
+                fmt::format("{} {}: that is {}; give it a name of its own", option, path, other));
   }
 }
 

@@ -66,9 +66,10 @@ void print_error(std::string_view message);
 // Writes text to a file whole or not at all; "-" is standard output.
 void write_text(const std::string& path, const std::string& text);
 
-// Throws Error(kUsage) when a report would overwrite a mesh. Names that are empty or "-" are no
-// files.
-void refuse_same_file(const std::string& report, const std::vector<std::string>& meshes);
+// Throws Error(kUsage) when the file of an option would overwrite one of the others. Names that are
+// empty or "-" are no files.
+void refuse_same_file(std::string_view option, const std::string& path,
+                      const std::vector<std::string>& others);
 
 // For CLI::Option::check: a script's empty variable is a mistake, not a missing option.
 std::string not_empty(const std::string& value);

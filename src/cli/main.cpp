@@ -25,6 +25,7 @@ int run(int argc, char** argv) {
   tetfusion::add_info_command(app);
   tetfusion::add_check_command(app);
   tetfusion::add_compare_command(app);
+  tetfusion::add_apply_command(app);
   tetfusion::add_convert_command(app);
   tetfusion::add_generate_command(app);
   try {

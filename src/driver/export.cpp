@@ -238,7 +238,18 @@ void Exporter<Real>::for_each_piece(std::uint32_t section, F put) {
   }
 }
 
+// Points that only cells of lower dimension use have stayed.
+template <class Real>
+void add_original_ids(WorkMesh<Real>* rows, LowerPart<Real>* lower, CarriedArrays* arrays) {
+  arrays->point_data.arrays.push_back(original_ids_info());
+  rows->point_columns.push_back({ValueType::kInt64, 1, {}});
+  lower->loose_columns.push_back(
+      column_of(Vector<std::int64_t>(lower->loose_ids.begin(), lower->loose_ids.end())));
+}
+
 }  // namespace
+
+ArrayInfo original_ids_info() { return {kOriginalIds, ValueType::kInt64, 1, {}, 0}; }
 
 void check_export(const std::string& path, Encoding encoding) {
   if (is_pieces_name(path)) {
@@ -263,10 +274,19 @@ MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout
                         const LowerPart<Real>& lower, const CarriedArrays& carried,
                         MeshSource* source, const ExportSettings& settings,
                         const RunContext& context, MemoryBudget* budget, Scratch* scratch) {
-  const ExportJob<Real> job{mesh,     layout,  lower,  carried, source,
-                            settings, context, budget, scratch};
-  if (settings.sink != nullptr) return export_to_memory(job);
-  return is_pieces_name(settings.path) ? export_pieces(job) : Exporter<Real>(job).run();
+  const auto run = [&](const WorkMesh<Real>& rows, const LowerPart<Real>& lower_cells,
+                       const CarriedArrays& arrays) {
+    const ExportJob<Real> job{mesh,     rows,    lower_cells, arrays, source,
+                              settings, context, budget,      scratch};
+    if (settings.sink != nullptr) return export_to_memory(job);
+    return is_pieces_name(settings.path) ? export_pieces(job) : Exporter<Real>(job).run();
+  };
+  if (!settings.original_ids) return run(layout, lower, carried);
+  WorkMesh<Real> rows = layout;
+  LowerPart<Real> lower_cells = lower;
+  CarriedArrays arrays = carried;
+  add_original_ids(&rows, &lower_cells, &arrays);
+  return run(rows, lower_cells, arrays);
 }
 
 template MeshSummary export_mesh(const MacroLod<float>&, const WorkMesh<float>&,

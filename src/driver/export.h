@@ -8,6 +8,7 @@
 #include "base/memory_budget.h"
 #include "base/run_context.h"
 #include "driver/import.h"
+#include "driver/options.h"
 #include "driver/report.h"
 #include "driver/rounds.h"
 #include "io/mesh_sink.h"
@@ -26,10 +27,18 @@ struct ExportSettings {
   // Where the mesh goes instead of to a file (export_memory.h); path and encoding do not matter
   // then.
   MeshSink* sink = nullptr;
+  // The result has the array kOriginalIds (options.h), after the input's.
+  bool original_ids = false;
+  // What that array would hold, of all points of the result; may be null. It is filled before
+  // inspect() is called.
+  Vector<std::int64_t>* point_ids = nullptr;
   // Called when all is written, but has no name yet, with a path where it can be read. May throw:
   // the old file stays then.
   std::function<void(const std::string& path, const MeshSummary& written)> inspect = {};
 };
+
+// The array kOriginalIds.
+ArrayInfo original_ids_info();
 
 // Throws what export_mesh() would throw for such a name, before any work.
 void check_export(const std::string& path, Encoding encoding);

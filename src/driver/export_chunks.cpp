@@ -88,11 +88,23 @@ void ExportChunks<Real>::name_vertices(Chunk* chunk) {
 }
 
 template <class Real>
+void ExportChunks<Real>::note_original_ids(const Chunk& chunk) const {
+  if (job_.settings.point_ids == nullptr) return;
+  const Vector<std::int64_t> ids = original_ids_of(chunk.mesh);
+  const std::uint64_t first = first_point_[chunk.number];
+  for (std::size_t i = 0; i < chunk.own.size(); ++i) {
+    (*job_.settings.point_ids)[first + i] = ids[chunk.own[i]];
+  }
+}
+
+template <class Real>
 void ExportChunks<Real>::for_each(double share, const Emit& emit) {
   const MacroLod<Real>& mesh = job_.mesh;
+  if (job_.settings.point_ids != nullptr) job_.settings.point_ids->resize(summary_.points);
   std::vector<std::unique_ptr<Chunk>> workers;
   for (int i = 0; i < job_.settings.threads; ++i) {
     workers.push_back(std::make_unique<Chunk>(job_.layout));
+    if (job_.settings.original_ids) workers.back()->mesh.point_columns.pop_back();
   }
   InterfaceInspection between;
   InOrder<ChunkFindings> join([&](ChunkFindings findings) { between.add(&findings); });
@@ -112,7 +124,14 @@ void ExportChunks<Real>::for_each(double share, const Emit& emit) {
       Rounds<Real>::gather(mesh, chunk.number, &chunk.gather, &chunk.mesh);
     }
     name_vertices(&chunk);
-    emit(chunk);
+    note_original_ids(chunk);
+    if (job_.settings.original_ids) {
+      chunk.mesh.point_columns.push_back(column_of(original_ids_of(chunk.mesh)));
+      emit(chunk);
+      chunk.mesh.point_columns.pop_back();
+    } else {
+      emit(chunk);
+    }
     Vector<std::uint8_t> sharing(chunk.mesh.vertex_count());
     for (std::size_t v = 0; v < sharing.size(); ++v) sharing[v] = sharing_of(chunk.mesh.marks[v]);
     Points points = std::move(chunk.mesh.positions);
@@ -135,6 +154,10 @@ void ExportChunks<Real>::settle_lower() {
   const Vector<VertexId>& loose = job_.lower.loose_ids;
   for (std::size_t i = 0; i < loose.size(); ++i) {
     numbered_.push_back({loose[i], static_cast<std::uint32_t>(first_point_.back() + i)});
+  }
+  if (job_.settings.point_ids != nullptr) {
+    std::copy(loose.begin(), loose.end(),
+              job_.settings.point_ids->end() - static_cast<std::ptrdiff_t>(loose.size()));
   }
   std::sort(numbered_.begin(), numbered_.end(),
             [](const Numbered& a, const Numbered& b) { return a.id < b.id; });
@@ -173,6 +196,20 @@ VtuLayout layout_of_output(const ExportJob<Real>& job, std::uint64_t points, std
   return file;
 }
 
+Column column_of(const Vector<std::int64_t>& original_ids) {
+  const std::span<const std::byte> bytes = bytes_of(original_ids);
+  return {ValueType::kInt64, 1, Vector<std::byte>(bytes.begin(), bytes.end())};
+}
+
+template <class Real>
+Vector<std::int64_t> original_ids_of(const WorkMesh<Real>& mesh) {
+  Vector<std::int64_t> ids(mesh.vertex_count());
+  for (std::size_t v = 0; v < ids.size(); ++v) {
+    ids[v] = (mesh.marks[v] & kMoved) != 0 ? -1 : std::int64_t{mesh.point_ids[v]};
+  }
+  return ids;
+}
+
 template <class Real>
 Vector<Vec3<Real>> positions_of(const WorkMesh<Real>& mesh,
                                 std::span<const std::uint32_t> vertices) {
@@ -192,6 +229,8 @@ Vector<std::byte> rows_of(const Column& column, std::span<const std::uint32_t> v
 
 template class ExportChunks<float>;
 template class ExportChunks<double>;
+template Vector<std::int64_t> original_ids_of(const WorkMesh<float>&);
+template Vector<std::int64_t> original_ids_of(const WorkMesh<double>&);
 template Vector<Vec3<float>> positions_of(const WorkMesh<float>&, std::span<const std::uint32_t>);
 template Vector<Vec3<double>> positions_of(const WorkMesh<double>&, std::span<const std::uint32_t>);
 template VtuLayout layout_of_output(const ExportJob<float>&, std::uint64_t, std::uint64_t,

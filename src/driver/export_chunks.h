@@ -62,7 +62,8 @@ class ExportChunks {
   std::uint64_t first_tet(std::uint32_t chunk) const { return first_tet_[chunk]; }
 
   // Gathers every chunk once, side by side, calls emit() with it, and judges it. That is `share` of
-  // the progress.
+  // the progress. With settings.original_ids these are the last of its point columns, as they are
+  // of the job's layout.
   void for_each(double share, const Emit& emit);
 
   // But for the counts of points and tetrahedra, after for_each() alone.
@@ -78,6 +79,7 @@ class ExportChunks {
   void number();
   std::uint32_t number_on_interface(VertexId id, std::uint32_t* low) const;
   void name_vertices(Chunk* chunk);
+  void note_original_ids(const Chunk& chunk) const;
   void settle_lower();
 
   const ExportJob<Real>& job_;
@@ -93,6 +95,12 @@ class ExportChunks {
 template <class Real>
 VtuLayout layout_of_output(const ExportJob<Real>& job, std::uint64_t points, std::uint64_t cells,
                            std::uint64_t corners);
+
+// The input's numbers of points that stayed, -1 of those that are new: as a column, and of the
+// vertices of a mesh.
+Column column_of(const Vector<std::int64_t>& original_ids);
+template <class Real>
+Vector<std::int64_t> original_ids_of(const WorkMesh<Real>& mesh);
 
 // Those of some vertices, in that order.
 template <class Real>

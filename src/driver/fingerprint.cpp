@@ -81,6 +81,7 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   text += fmt::format("region of interest: {}\n", join(b.interest));
   text += fmt::format("lods: {}\n", join(b.lods));
   text += fmt::format("chunk tets: {}\n", b.chunk_tets);
+  text += fmt::format("original ids: {}\n", b.original_ids);
   text += fmt::format("tetrahedralize: {}\nlinearize: {}\n", b.tetrahedralize, b.linearize);
   text +=
       fmt::format("output: {}\nencoding: {}\n", request.output, static_cast<int>(request.encoding));

@@ -72,15 +72,16 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   return needs;
 }
 
-void include_verification(const MeshDescription& mesh, std::uint64_t tets, MemoryNeeds* needs) {
+void include_verification(const MeshDescription& mesh, std::uint64_t tets,
+                          std::uint64_t point_bytes, MemoryNeeds* needs) {
   const double share = static_cast<double>(std::min(tets, mesh.cells)) /
                        static_cast<double>(std::max<std::uint64_t>(mesh.cells, 1));
   const double points = share * static_cast<double>(mesh.points);
   // Two triangles a point of the surface, as that of a cube; of both meshes.
   const double triangles = 4 * interface_vertices(static_cast<double>(mesh.cells));
-  const std::uint64_t bytes =
-      kProcess + estimate_verification(mesh, tets, static_cast<std::uint64_t>(points),
-                                       static_cast<std::uint64_t>(triangles));
+  const std::uint64_t bytes = kProcess + point_bytes * static_cast<std::uint64_t>(points) +
+                              estimate_verification(mesh, tets, static_cast<std::uint64_t>(points),
+                                                    static_cast<std::uint64_t>(triangles));
   needs->out_of_core = std::max(needs->out_of_core, bytes);
   needs->in_core = std::max(
       needs->in_core,

@@ -26,7 +26,9 @@ struct SteeringBytes {
 MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read);
 
-// Makes them enough for the verification of a result of so many tetrahedra.
-void include_verification(const MeshDescription& mesh, std::uint64_t tets, MemoryNeeds* needs);
+// Makes them enough for the verification of a result of so many tetrahedra, with so many bytes more
+// for each of its points.
+void include_verification(const MeshDescription& mesh, std::uint64_t tets,
+                          std::uint64_t point_bytes, MemoryNeeds* needs);
 
 }  // namespace tetfusion

@@ -84,9 +84,15 @@ struct BehaviourOptions {
   // lie on interfaces. The result depends on it, so it is never derived from threads or memory.
   std::uint64_t chunk_tets = 200'000;
 
+  // The result has an array of points, kOriginalIds: the input's number of a point that stayed, -1
+  // of one that is new.
+  bool original_ids = false;
+
   bool tetrahedralize = false;
   bool linearize = false;
 };
+
+inline constexpr const char* kOriginalIds = "OriginalPointIds";
 
 // May not change the result.
 struct PerformanceOptions {
@@ -113,6 +119,9 @@ struct SimplifyRequest {
   std::uint32_t pieces = 0;  // of an output that is called .pvtu, at most 65536; 0: by its size
   // Each result is checked and compared with the input before it gets its name (verify/verify.h).
   bool verify = false;
+  // A file that says where the input's points went (io/map_file.h), one for each level: its name
+  // holds "{lod}" if the output's does. Empty: none.
+  std::string map;
 };
 
 }  // namespace tetfusion

@@ -86,8 +86,8 @@ void require_boundary(const std::string& input, const InputFacts& facts) {
   if (facts.boundary_faces > 0) return;
   throw Error(
       ErrorCode::kBadInput,
-      fmt::format("{}: the mesh has no boundary, so cells must be doubled, and --verify has "
-                  "nothing to compare; see 'tetfusion check'",
+      fmt::format("{}: the mesh has no boundary, so cells must be doubled, and --verify and "
+                  "--map have nothing to go by; see 'tetfusion check'",
                   input));
 }
 

@@ -25,7 +25,9 @@
 #include "driver/scratch_place.h"
 #include "driver/stages.h"
 #include "driver/steering.h"
+#include "follow/make_map.h"
 #include "io/mesh_source.h"
+#include "io/output_file.h"
 
 namespace tetfusion {
 
@@ -42,6 +44,7 @@ class Job {
  private:
   void begin();
   void open_input();
+  MeshDescription description_of_output() const;
   void plan_memory();
   void open_scratch();
   Steering read_steering();
@@ -61,10 +64,13 @@ class Job {
   void end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state);
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
+  bool looks_at_result() const { return request_.verify || !request_.map.empty(); }
   bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                        const RoundsState& state) const;
   double progress_at(std::uint64_t tets, std::size_t rounds) const;
+  void make_map(const std::string& path, const Vector<std::int64_t>& original_ids,
+                const MeshSummary& written, OutputFile* file);
   void verify(const std::string& output, const std::string& path, const InputFacts& facts,
               const LowerCells& lower, const MeshSummary& written);
   [[noreturn]] void fail_with_hint(const Error& error);
@@ -123,10 +129,13 @@ void Job::begin() {
   set_thread_count(request_.performance.threads);
   report_.threads = thread_count();
   if (sink_ == nullptr) {
-    for (const Stage& s : plan_stages(request_, kMaxTets)) check_export(s.path, request_.encoding);
+    for (const Stage& s : plan_stages(request_, kMaxTets)) {
+      check_export(s.path, request_.encoding);
+      if (!s.map.empty()) check_output_path(s.map);
+    }
   }
   open_input();
-  if (sink_ == nullptr) tell_left_out(request_.output, source_->description(), context_);
+  if (sink_ == nullptr) tell_left_out(request_.output, description_of_output(), context_);
   plan_memory();
 }
 
@@ -190,6 +199,20 @@ void Job::open_input() {
   context_.check();
 }
 
+// As far as its arrays go.
+MeshDescription Job::description_of_output() const {
+  MeshDescription mesh = source_->description();
+  if (!request_.behaviour.original_ids) return mesh;
+  if (mesh.point_data.find(kOriginalIds) != AttributeSet::npos) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{}: the mesh has an array {} already: leave --original-ids out, or "
+                            "rename or remove the array",
+                            request_.input, kOriginalIds));
+  }
+  mesh.point_data.arrays.push_back(original_ids_info());
+  return mesh;
+}
+
 void Job::plan_memory() {
   const std::uint64_t total =
       request_.performance.memory != 0 ? request_.performance.memory : memory_limit() / 2;
@@ -209,8 +232,8 @@ void Job::plan_memory() {
                           request_.behaviour.chunk_tets, thread_count(),
                           stream_ ? stream_->bytes() : source_->memory_to_read());
   // Without a goal nobody knows how large the result will be.
-  if (const auto goal = plan_stages(request_, mesh.cells).front().tets; request_.verify && goal) {
-    include_verification(mesh, *goal, &needs_);
+  if (const auto goal = plan_stages(request_, mesh.cells).front().tets; looks_at_result() && goal) {
+    include_verification(mesh, *goal, request_.map.empty() ? 0 : kMapPointBytes, &needs_);
   }
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
@@ -392,7 +415,7 @@ void Job::commit(const std::string& generation, const RunState<Real>& state) {
 template <class Real>
 void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
                      std::unique_ptr<Rounds<Real>> rounds, RunState<Real>* state) {
-  if (request_.verify) require_boundary(request_.input, state->input.facts);
+  if (looks_at_result()) require_boundary(request_.input, state->input.facts);
   for (std::size_t i = state->outputs.size(); i < stages_.size(); ++i) {
     clock_.begin("passes");
     const bool reached = reach(stages_[i].tets, rounds.get(), state);
@@ -418,13 +441,23 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     out.progress = progress;
     out.pieces = request_.pieces;
     out.sink = sink_;
-    if (request_.verify) {
+    out.original_ids = request_.behaviour.original_ids;
+    Vector<std::int64_t> ids;
+    std::optional<OutputFile> map;
+    if (!stages_[i].map.empty()) {
+      out.point_ids = &ids;
+      map.emplace(stages_[i].map, OutputFile::Access::kPatch);
+    }
+    if (looks_at_result()) {
       out.inspect = [&](const std::string& path, const MeshSummary& written) {
+        if (map) make_map(path, ids, written, &*map);
+        if (!request_.verify) return;
         verify(stages_[i].path, path, state->input.facts, state->input.lower.cells, written);
       };
     }
     report_.output = export_mesh(state->input.mesh, layout, state->input.lower, carried,
                                  source_.get(), out, context_, budget_.get(), scratch_.get());
+    if (map) map->commit();
     state->outputs.push_back(stages_[i].path);
     state->end = StageEnd::kOpen;
     state->spread = 1;
@@ -433,6 +466,19 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     report_.stop_reason = reached ? StopReason::kGoal : StopReason::kSaturated;
     if (last) return;
   }
+}
+
+void Job::make_map(const std::string& path, const Vector<std::int64_t>& original_ids,
+                   const MeshSummary& written, OutputFile* file) {
+  clock_.begin("map");
+  trim_memory();
+  const auto reserved = budget_->reserve(
+      estimate_verification(source_->description(), written.tets, written.points,
+                            report_.input.boundary_triangles + written.boundary_triangles) +
+          kMapPointBytes * written.points,
+      "the map of the points");
+  tetfusion::make_map(source_.get(), path, original_ids, file, context_);
+  clock_.begin("write");
 }
 
 void Job::verify(const std::string& output, const std::string& path, const InputFacts& facts,

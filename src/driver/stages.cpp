@@ -36,15 +36,35 @@ std::string level_path(const std::string& pattern, std::size_t level) {
 std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tets) {
   const BehaviourOptions& b = request.behaviour;
   std::vector<Stage> stages;
-  for (const double lod : b.lods) stages.push_back({tets_left(tets, lod), ""});
+  for (const double lod : b.lods) stages.push_back({tets_left(tets, lod), "", ""});
   std::optional<std::uint64_t> goal = b.tets;
   if (b.reduction) goal = tets_left(tets, *b.reduction);
-  if (stages.empty() || (goal && *goal < *stages.back().tets)) stages.push_back({goal, ""});
+  if (stages.empty() || (goal && *goal < *stages.back().tets)) stages.push_back({goal, "", ""});
   for (std::size_t i = 0; i < stages.size(); ++i) {
     stages[i].path = level_path(request.output, i + 1);
+    stages[i].map = level_path(request.map, i + 1);
   }
   return stages;
 }
+
+namespace {
+
+void check_map(const SimplifyRequest& request) {
+  if (request.map.empty()) return;
+  if (request.map == "-") refuse("--map is written to a file, not to standard output: give a name");
+  if (is_pieces_name(request.output)) {
+    refuse(
+        "--map is for a result in one file, but the name after -o ends in .pvtu: give another one");
+  }
+  const bool has_field = request.map.find(kLodField) != std::string::npos;
+  if (has_field == request.behaviour.lods.empty()) {
+    refuse(has_field ? "the name after --map holds {lod}, but there is no --lods"
+                     : "with --lods there are several maps: the name after --map must hold {lod}, "
+                       "as in part_{lod}.map");
+  }
+}
+
+}  // namespace
 
 void check_options(const SimplifyRequest& request) {
   const BehaviourOptions& b = request.behaviour;
@@ -117,6 +137,7 @@ void check_options(const SimplifyRequest& request) {
   if (b.lods.empty() && has_field) {
     refuse("the name after -o holds {lod}, but there is no --lods");
   }
+  check_map(request);
 }
 
 }  // namespace tetfusion

@@ -17,6 +17,7 @@ void check_options(const SimplifyRequest& request);
 struct Stage {
   std::optional<std::uint64_t> tets;  // go on until so many are left; absent: until nothing fuses
   std::string path;
+  std::string map;  // of the file that says where points went; empty: none is wanted
 };
 
 // The stages for a mesh of so many tetrahedra, ascending by reduction; at least one.

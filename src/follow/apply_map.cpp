@@ -1,0 +1,231 @@
+#include "follow/apply_map.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <span>
+
+#include "base/error.h"
+#include "base/numbers.h"
+#include "compare/fields.h"
+#include "compare/measure.h"
+#include "io/mesh_stream.h"
+#include "mesh/blocks.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::size_t kBlock = 8192;
+
+// One array, in two passes over the original's values.
+class Mover {
+ public:
+  Mover(const MapFile& map, const MeshStream& stream, const AttributeSet& arrays, std::size_t index)
+      : map_(map),
+        stream_(stream),
+        index_(index),
+        info_(arrays.arrays[index]),
+        width_(info_.components) {}
+
+  MovedArray run(const RunContext& context) {
+    moved_.array.info = info_;
+    moved_.array.info.tuples = map_.counts().points;
+    moved_.array.bytes.resize(map_.counts().points * stride());
+    std::fill(moved_.array.bytes.begin(), moved_.array.bytes.end(), std::byte{0});
+    visit_type(info_.type, [&](auto value) { move<decltype(value)>(context); });
+    if (is_float(info_.type)) measure(context);
+    return std::move(moved_);
+  }
+
+ private:
+  struct Sums {
+    Errors errors;
+    FieldValues values;
+    double max_squared = 0;
+    std::uint64_t max_at = 0;
+  };
+
+  std::size_t stride() const { return width_ * size_of(info_.type); }
+
+  // Calls f(first, rows) for the original's values, window by window.
+  template <class F>
+  void for_each_window(const RunContext& context, F f) const {
+    Vector<std::byte> rows;
+    for (std::uint64_t first = 0; first < stream_.points(); first += kWindow) {
+      context.check();
+      const std::uint64_t count = std::min(kWindow, stream_.points() - first);
+      rows.resize(count * stride());
+      stream_.read_rows(Association::kPoint, index_, first, count, rows);
+      f(first, rows);
+    }
+  }
+
+  template <class T>
+  void move(const RunContext& context) {
+    const std::span<T> out = moved_.array.as<T>();
+    Vector<double> sums, most;  // of floating-point values; the largest weight so far
+    if constexpr (std::is_floating_point_v<T>) {
+      sums.assign(out.size(), 0);
+    } else {
+      most.assign(map_.counts().points, 0);
+    }
+    auto next = map_.shares().begin();
+    for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& rows) {
+      const T* values = reinterpret_cast<const T*>(rows.data());
+      const std::uint64_t end = first + rows.size() / stride();
+      for (; next != map_.shares().end() && next->original < end; ++next) {
+        const T* from = values + (next->original - first) * width_;
+        T* to = out.data() + next->point * width_;
+        if constexpr (std::is_floating_point_v<T>) {
+          double* sum = sums.data() + next->point * width_;
+          for (std::size_t c = 0; c < width_; ++c) {
+            sum[c] += next->weight * double{from[c]};
+            to[c] = next->weight == 1 ? from[c] : static_cast<T>(sum[c]);
+          }
+        } else if (next->weight > most[next->point]) {
+          most[next->point] = next->weight;
+          std::copy_n(from, width_, to);
+        }
+      }
+    });
+  }
+
+  void measure(const RunContext& context) {
+    const Field field{info_, 0, 0, false, false, 0};
+    FieldSet set{{field}, width_};
+    Sums all = nothing(set);
+    Vector<double> values, rows;
+    spread_values(info_, moved_.array.bytes, target(map_.counts().points, &values));
+    for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& bytes) {
+      const std::size_t count = bytes.size() / stride();
+      spread_values(info_, bytes, target(count, &rows));
+      std::vector<Sums> parts(block_count(count, kBlock), nothing(set));
+      for_each_block(count, kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          measure_point(field, first + i, rows.data() + i * width_, values, &parts[b]);
+        }
+      });
+      for (const Sums& part : parts) {
+        all.errors.add(part.errors);
+        all.values.add(part.values);
+        if (part.max_squared <= all.max_squared) continue;
+        all.max_squared = part.max_squared;
+        all.max_at = part.max_at;
+      }
+    });
+    const double range = all.values.diagonal();
+    const double scale = range > 0 ? range : all.values.largest;
+    const auto share = [&](double error) { return error == 0 ? 0 : error / scale; };
+    moved_.rms = share(all.errors.rms());
+    moved_.max = share(all.errors.max());
+    moved_.max_at = all.max_at;
+    moved_.undefined = all.errors.undefined;
+  }
+
+  static Sums nothing(const FieldSet& set) {
+    const PointMeasures empty(set);
+    return {empty.errors[0], empty.values[0], 0, 0};
+  }
+
+  RowTarget target(std::size_t rows, Vector<double>* out) const {
+    out->resize(rows * width_);
+    return {width_, 0, rows, {}, out->data()};
+  }
+
+  void measure_point(const Field& field, std::uint64_t point, const double* row,
+                     const Vector<double>& values, Sums* sums) const {
+    const MapPlace& place = map_.places()[point];
+    if (place.cell == kNoCell || !all_finite(row, width_)) return;
+    sums->values.add(row);
+    const auto corners = map_.corners(place.cell);
+    const double squared = squared_difference(field, row, [&](std::size_t c) {
+      double sum = 0;
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (place.weights[k] == 0) continue;
+        sum += place.weights[k] * values[static_cast<std::size_t>(corners[k]) * width_ + c];
+      }
+      return sum;
+    });
+    if (!std::isfinite(squared)) {
+      ++sums->errors.undefined;
+      return;
+    }
+    sums->errors.add(1, squared, {});
+    if (squared <= sums->max_squared) return;
+    sums->max_squared = squared;
+    sums->max_at = point;
+  }
+
+  const MapFile& map_;
+  const MeshStream& stream_;
+  const std::size_t index_;
+  const ArrayInfo info_;
+  const std::size_t width_;
+  MovedArray moved_;
+};
+
+std::vector<std::size_t> choose(const MeshDescription& mesh,
+                                const std::vector<std::string>& names) {
+  const AttributeSet& all = mesh.point_data;
+  const auto is_ghost_mark = [](const std::string& name) {
+    return name == "vtkGhostType" || name == "vtkGhostLevels";
+  };
+  std::vector<std::size_t> chosen;
+  for (const std::string& name : names) {
+    chosen.push_back(all.find(name));
+    if (chosen.back() != AttributeSet::npos) continue;
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("{}: there is no point array \"{}\"; see 'tetfusion info'", mesh.path, name));
+  }
+  if (!names.empty()) return chosen;
+  for (std::size_t i = 0; i < all.arrays.size(); ++i) {
+    if (!is_ghost_mark(all.arrays[i].name)) chosen.push_back(i);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
+                                  const std::vector<std::string>& names,
+                                  const RunContext& context) {
+  const MeshDescription& mesh = source->description();
+  const std::vector<std::size_t> chosen = choose(mesh, names);
+  const auto stream = open_stream(source);
+  if (stream->points() != map.counts().original_points) {
+    throw Error(ErrorCode::kBadInput,
+                fmt::format("{}: the mesh has {} points, but {} is of one that had {}: give a file "
+                            "with the points of the mesh that was simplified, in their order",
+                            mesh.path, format_count(stream->points()), map.path(),
+                            format_count(map.counts().original_points)));
+  }
+  std::vector<MovedArray> arrays;
+  for (const std::size_t i : chosen) {
+    context.report("moving", static_cast<double>(arrays.size()) /
+                                 static_cast<double>(std::max<std::size_t>(chosen.size(), 1)));
+    arrays.push_back(Mover(map, *stream, mesh.point_data, i).run(context));
+  }
+  map.check();
+  return arrays;
+}
+
+std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,
+                                       const MeshDescription& source) {
+  MeshView view = map.mesh();
+  for (const MovedArray& moved : arrays) {
+    const ArrayInfo& info = moved.array.info;
+    view.point_arrays.push_back(
+        {info.name, info.components, {info.type, std::span(moved.array.bytes)}});
+    for (const auto& [marker, name] : source.point_data.active) {
+      if (name == info.name) view.point_markers[marker] = name;
+    }
+  }
+  return open_view(std::move(view));
+}
+
+}  // namespace tetfusion

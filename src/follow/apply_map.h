@@ -1,0 +1,40 @@
+// Arrays of another time step, or of another program, on a mesh that was simplified before.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/run_context.h"
+#include "base/vector.h"
+#include "io/map_file.h"
+#include "io/mesh_source.h"
+#include "mesh/data_array.h"
+
+namespace tetfusion {
+
+// An array on the simplified mesh, and how far it is off at the original's points that tetrahedra
+// use: of floating-point arrays, as shares of the range there (of a constant array: of its largest
+// absolute value), over the points where both values are finite.
+struct MovedArray {
+  DataArray array;
+  double rms = 0;
+  double max = 0;
+  std::uint64_t max_at = 0;     // the number of that point
+  std::uint64_t undefined = 0;  // points where only the simplified mesh's value is not finite
+};
+
+// The point arrays of `source` of those names, all but ghost marks if there are none, as `map` has
+// it: a point that stayed keeps its value to the bit; any other one's is interpolated, or, of
+// integers, that of the original's point with the largest weight. In memory are these arrays alone.
+// The same for any number of threads. Throws Error(kBadInput) where the mesh has not as many points
+// as the map, Error(kUsage) for a name that is none of its arrays; what reading throws.
+std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
+                                  const std::vector<std::string>& names, const RunContext& context);
+
+// The simplified mesh with these arrays, and the markers of `source`. Refers to all of them.
+std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,
+                                       const MeshDescription& source);
+
+}  // namespace tetfusion
