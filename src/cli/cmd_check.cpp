@@ -12,8 +12,11 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
+#include "driver/convert.h"
 #include "driver/examine.h"
 #include "io/mesh_source.h"
+#include "io/output_file.h"
+#include "repair/repair.h"
 
 namespace tetfusion {
 
@@ -22,8 +25,9 @@ namespace {
 constexpr int kInvalid = 1;
 
 struct Arguments {
-  std::string input, report;
+  std::string input, report, fixed;
   OpenOptions open;
+  WriteOptions write;
   ExamineOptions examine;
   bool strict = false;
   int threads = 0;
@@ -65,13 +69,13 @@ std::string sparkline(const std::array<std::uint64_t, kQualityBins>& bins) {
   return line;
 }
 
-std::string table(const Arguments& a, const Examination& examination,
+std::string table(const std::string& path, const Examination& examination,
                   const std::vector<Finding>& findings) {
   const InspectionSummary& mesh = examination.mesh;
   const Quality& q = examination.quality;
   std::string text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "{}: {} points, {} tetrahedra, {} boundary triangles\n", a.input,
+  fmt::format_to(out, "{}: {} points, {} tetrahedra, {} boundary triangles\n", path,
                  format_count(mesh.points), format_count(mesh.tets),
                  format_count(mesh.boundary_faces));
   for (const Finding& f : findings) {
@@ -106,9 +110,10 @@ std::string table(const Arguments& a, const Examination& examination,
 }
 
 struct Answer {
-  bool valid;
+  bool valid;  // the input
   Json json;
   std::string text;
+  bool is_sound = valid;  // what was written, with --fix
 };
 
 // The report's keys, for a mesh that could be judged.
@@ -131,39 +136,82 @@ Answer answer_invalid(const std::string& why) {
   return {false, json, why + "\nINVALID\n"};
 }
 
+Answer answer(const Arguments& a, const std::string& path, const Examination& examination) {
+  const std::vector<Finding> findings = list_findings(examination.mesh);
+  const Verdict verdict = judge(findings);
+  return {verdict.valid(a.strict), measurements(examination, findings),
+          table(path, examination, findings) + verdict_sentence(verdict, a.strict)};
+}
+
+// Adds what was mended, and the verdict on the mesh that was written, which is the one that counts.
+void fix(const Arguments& a, MeshSource* source, const Examination& examination, Console* console,
+         Answer* answer_of_input) {
+  const RunContext context = console->context();
+  const RepairedMesh mended = repair(source, examination.mesh.duplicate_tets > 0, context);
+  const Repairs& r = mended.repairs;
+  const std::string left_out = left_out_of(a.fixed, source->description());
+  if (!left_out.empty()) console->say(left_out);
+  WriteOptions write = a.write;
+  write.progress = [&](double share) {
+    context.check();
+    context.report("writing", share);
+  };
+  convert_mesh(mended.source.get(), a.fixed, write);
+  const Answer after = answer(a, a.fixed, examine(mended.source.get(), a.examine, context));
+  answer_of_input->text +=
+      fmt::format("\nmended: {} cells rewound, {} duplicate cells and {} unused points dropped\n{}",
+                  format_count(r.rewound), format_count(r.duplicate_tets),
+                  format_count(r.unused_points), after.text);
+  Json json{{"path", a.fixed},
+            {"rewound", r.rewound},
+            {"duplicate_tets_dropped", r.duplicate_tets},
+            {"unused_points_dropped", r.unused_points},
+            {"valid", after.valid},
+            {"after", after.json}};
+  answer_of_input->json["fix"] = json;
+  answer_of_input->is_sound = after.valid;
+}
+
 Answer check(const Arguments& a) {
   Console console(a.console);
   const RunContext context = console.context();
-  Examination examination;
   try {
     context.report("reading", 0);
     const auto source = open_mesh(a.input, a.open);
-    examination = examine(source.get(), a.examine, context);
+    const Examination examination = examine(source.get(), a.examine, context);
+    Answer result = answer(a, a.input, examination);
+    if (!a.fixed.empty()) fix(a, source.get(), examination, &console, &result);
+    console.detail_resources();
+    return result;
   } catch (const InvalidMesh& e) {
     return answer_invalid(e.what());
   }
-  const std::vector<Finding> findings = list_findings(examination.mesh);
-  const Verdict verdict = judge(findings);
-  console.detail_resources();
-  return {verdict.valid(a.strict), measurements(examination, findings),
-          table(a, examination, findings) + verdict_sentence(verdict, a.strict)};
 }
 
 void run(const Arguments& a) {
   const double start = wall_seconds();
   set_thread_count(a.threads);
-  const Answer answer = check(a);
+  if (!a.fixed.empty()) {
+    check_mesh_output(a.fixed, a.write.encoding);
+    refuse_same_file("--report", a.report, {a.fixed});
+    if (a.fixed == "-" && (a.report == "-" || !a.console.quiet)) {
+      throw Error(ErrorCode::kUsage,
+                  "the mesh and what was found cannot both go to standard output: give a name "
+                  "after --fix, or --quiet");
+    }
+  }
+  const Answer found = check(a);
   if (!a.report.empty()) {
-    Json json{{"version", version()}, {"path", a.input}, {"valid", answer.valid}};
-    json.update(answer.json);
+    Json json{{"version", version()}, {"path", a.input}, {"valid", found.valid}};
+    json.update(found.json);
     json["seconds"] = {{"total", wall_seconds() - start}};
     json["cpu_seconds"] = cpu_seconds();
     json["peak_rss_bytes"] = peak_rss_bytes();
     json["threads"] = thread_count();
     write_text(a.report, dump(json));
   }
-  if (a.report != "-" && !a.console.quiet) write_text("-", answer.text);
-  if (!answer.valid) throw ExitStatus{kInvalid};
+  if (a.report != "-" && !a.console.quiet) write_text("-", found.text);
+  if (!found.is_sound) throw ExitStatus{kInvalid};
 }
 
 }  // namespace
@@ -179,6 +227,13 @@ void add_check_command(CLI::App& app) {
   add_input_options(*command, &a->input, &a->open);
   add_report_option(*command, &a->report);
   command->add_flag("--strict", a->strict, "Fail on warnings, too");
+  command
+      ->add_option("--fix", a->fixed,
+                   "Write the mesh to this file with what can be mended without guessing: cells "
+                   "wound the other way are rewound, duplicate cells and unused points dropped. "
+                   "The exit code is that of the mended mesh")
+      ->check(not_empty);
+  add_encoding_option(*command, &a->write.encoding);
   add_thread_option(*command, &a->threads);
   add_memory_options(*command, &a->examine.memory, &a->examine.scratch);
   add_console_options(*command, &a->console);

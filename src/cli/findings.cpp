@@ -18,36 +18,40 @@ std::vector<Finding> list_findings(const InspectionSummary& mesh) {
   using enum Severity;
   return {
       {"inverted", "inverted cells", kFailure, mesh.inverted, "cells",
-       mesh.first(Defect::kInverted)},
+       mesh.first(Defect::kInverted), mesh.places_of(Defect::kInverted)},
       {"duplicate_tets", "duplicate cells", kFailure, mesh.duplicate_tets, "cells",
-       mesh.first(Defect::kDuplicate)},
+       mesh.first(Defect::kDuplicate), mesh.places_of(Defect::kDuplicate)},
       {"foldover_faces", "fold-over faces", kFailure, mesh.foldover_faces, "cells",
-       mesh.first(Defect::kFoldoverFace)},
+       mesh.first(Defect::kFoldoverFace), mesh.places_of(Defect::kFoldoverFace)},
       {"overfull_faces", "faces with more than two cells", kFailure, mesh.overfull_faces, "cells",
-       mesh.first(Defect::kOverfullFace)},
+       mesh.first(Defect::kOverfullFace), mesh.places_of(Defect::kOverfullFace)},
       {"degenerate", "degenerate cells", kWarning, mesh.degenerate, "cells",
-       mesh.first(Defect::kDegenerate)},
+       mesh.first(Defect::kDegenerate), mesh.places_of(Defect::kDegenerate)},
       {"nonmanifold_edges", "non-manifold boundary edges", kWarning, mesh.nonmanifold_edges,
-       "points", mesh.first(Defect::kNonmanifoldEdge)},
+       "points", mesh.first(Defect::kNonmanifoldEdge), mesh.places_of(Defect::kNonmanifoldEdge)},
       {"nonmanifold_vertices", "non-manifold vertices", kWarning, mesh.nonmanifold_vertices,
-       "points", mesh.first(Defect::kNonmanifoldVertex)},
+       "points", mesh.first(Defect::kNonmanifoldVertex),
+       mesh.places_of(Defect::kNonmanifoldVertex)},
       {"coincident_points", "coincident points", kNote, mesh.coincident_points, "points",
-       mesh.first(Defect::kCoincidentPoint)},
-      {"unused_points", "unused points", kNote, mesh.unused_points, "points", {}},
+       mesh.first(Defect::kCoincidentPoint), mesh.places_of(Defect::kCoincidentPoint)},
+      {"unused_points", "unused points", kNote, mesh.unused_points, "points", {}, {}},
       {"merged_points",
        "points merged at seams of pieces",
        kNote,
        mesh.merged_points,
        "points",
+       {},
        {}},
-      {"ghost_cells", "ghost cells left out", kNote, mesh.ghost_cells, "cells", {}},
+      {"ghost_cells", "ghost cells left out", kNote, mesh.ghost_cells, "cells", {}, {}},
   };
 }
 
 std::string describe_samples(const Finding& finding) {
   if (finding.samples.empty()) return "";
-  return fmt::format("{} {}{}", finding.sample_kind, fmt::join(finding.samples, ", "),
-                     finding.count > finding.samples.size() ? ", ..." : "");
+  const std::array<double, 3>& p = finding.places.front();
+  return fmt::format("{} {}{}; the first at ({:.9g}, {:.9g}, {:.9g})", finding.sample_kind,
+                     fmt::join(finding.samples, ", "),
+                     finding.count > finding.samples.size() ? ", ..." : "", p[0], p[1], p[2]);
 }
 
 std::string describe_winding(const InspectionSummary& mesh) {
@@ -80,7 +84,8 @@ Json findings_json(const std::vector<Finding>& findings) {
   Json samples = Json::object();
   for (const Finding& f : findings) {
     json[std::string(f.key)] = f.count;
-    if (!f.samples.empty()) samples[std::string(f.key)] = {{std::string(f.sample_kind), f.samples}};
+    if (f.samples.empty()) continue;
+    samples[std::string(f.key)] = {{std::string(f.sample_kind), f.samples}, {"at", f.places}};
   }
   json["samples"] = samples;
   return json;

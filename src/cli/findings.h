@@ -21,14 +21,15 @@ struct Finding {
   std::string_view label;  // for people
   Severity severity;
   std::uint64_t count;
-  std::string_view sample_kind;        // "cells" or "points"
-  std::vector<std::uint64_t> samples;  // the first few, as the file counts them
+  std::string_view sample_kind;               // "cells" or "points"
+  std::vector<std::uint64_t> samples;         // the first few, as the file counts them
+  std::vector<std::array<double, 3>> places;  // where they are
 };
 
 // All kinds, those that were not found too, the gravest first.
 std::vector<Finding> list_findings(const InspectionSummary& mesh);
 
-// "cells 3, 17, 18, ..."; empty without samples.
+// "cells 3, 17, 18, ...; the first at (0.5, 1, 2)"; empty without samples.
 std::string describe_samples(const Finding& finding);
 
 // "All cells are wound ..." or "12 cells are ..."; empty if none is.

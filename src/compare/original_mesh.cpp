@@ -62,6 +62,15 @@ void PointSet::number() {
   }
 }
 
+std::uint64_t PointSet::id_of(std::uint64_t number) const {
+  // The last word with no more than `number` before it has the id.
+  const auto after = std::upper_bound(before_.begin(), before_.end(), number);
+  const auto w = static_cast<std::size_t>(after - before_.begin()) - 1;
+  std::uint64_t word = words_[w];
+  for (std::uint64_t i = before_[w]; i < number; ++i) word &= word - 1;
+  return 64 * w + static_cast<std::uint64_t>(std::countr_zero(word));
+}
+
 OriginalMesh::OriginalMesh(MeshSource* source, const FieldSet& point_fields,
                            const FieldSet& cell_fields)
     : source_(source),
@@ -175,6 +184,8 @@ void OriginalMesh::for_each_cells(
         }
       }
     });
+    cells.first_row = first;
+    cells.tet_rows = window.tet_rows;
     const std::uint64_t count = std::min(kWindow, stream_->cells() - first);
     gather_cell_rows(first, count, window, &cells.cell_rows);
     take(cells, share);

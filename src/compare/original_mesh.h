@@ -36,6 +36,8 @@ class PointSet {
     return before_[id / 64] + static_cast<std::uint64_t>(std::popcount(below));
   }
   std::uint64_t size() const { return number_of(points_); }
+  // Which of the set has that number. number < size().
+  std::uint64_t id_of(std::uint64_t number) const;
   std::uint64_t points() const { return points_; }
 
   // Whether it has one of the ids from 64 * word on, 64 of them.
@@ -54,6 +56,9 @@ struct OriginalPoints {
 };
 
 struct OriginalCells {
+  std::uint64_t first_row = 0;
+  Vector<std::uint64_t> tet_rows;  // as in CellWindow
+  std::uint64_t row(std::size_t t) const { return tet_rows.empty() ? first_row + t : tet_rows[t]; }
   Vector<Tet> tets;  // ids of `points`; wound as in the file
   OriginalPoints points;
   Vector<double> cell_rows;  // of the cell fields

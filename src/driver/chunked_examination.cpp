@@ -318,11 +318,14 @@ void Examiner<Real>::find_samples() {
   }
   const Inspection inspection = inspect(part);
 
+  const auto take = [&](Defect kind, std::uint32_t id, std::uint64_t in_file) {
+    const auto k = static_cast<std::size_t>(kind);
+    out_.mesh.samples[k].push_back(in_file);
+    out_.mesh.places[k].push_back(place_of(part, kind, id));
+  };
   const auto take_cells = [&](Defect kind, std::uint64_t in_part, std::uint64_t in_all) {
     if (in_part != in_all) return;
-    for (const std::uint32_t t : inspection.first(kind).ids()) {
-      out_.mesh.samples[static_cast<std::size_t>(kind)].push_back(odd_[t].row);
-    }
+    for (const std::uint32_t t : inspection.first(kind).ids()) take(kind, t, odd_[t].row);
   };
   const InspectionSummary& all = out_.mesh;
   take_cells(Defect::kDegenerate, inspection.degenerate, all.degenerate);
@@ -333,7 +336,7 @@ void Examiner<Real>::find_samples() {
   if (description_.pieces != 1) return;
   for (const Defect kind : {Defect::kNonmanifoldEdge, Defect::kNonmanifoldVertex}) {
     for (const std::uint32_t v : inspection.first(kind).ids()) {
-      if (v < odd_points) out_.mesh.samples[static_cast<std::size_t>(kind)].push_back(id_at[v]);
+      if (v < odd_points) take(kind, v, id_at[v]);
     }
   }
 }
@@ -364,8 +367,12 @@ void Examiner<Real>::find_coincident() {
                     static_cast<std::uint32_t>(kCoordinateShards * (i + 1) / turns));
   }
   if (description_.pieces != 1) return;
-  auto& samples = out_.mesh.samples[static_cast<std::size_t>(Defect::kCoincidentPoint)];
-  for (const std::uint32_t v : coincident_.ids()) samples.push_back(v);
+  constexpr auto kKind = static_cast<std::size_t>(Defect::kCoincidentPoint);
+  const std::vector<std::uint32_t>& ids = coincident_.ids();
+  out_.mesh.samples[kKind].assign(ids.begin(), ids.end());
+  for (const Vec3<Real>& p : positions_of(Vector<VertexId>(ids.begin(), ids.end()))) {
+    out_.mesh.places[kKind].push_back({p.x, p.y, p.z});
+  }
 }
 
 template <class Real>

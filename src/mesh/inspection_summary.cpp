@@ -8,6 +8,25 @@ void InspectionSummary::count_lower(const LowerCells& cells) {
   }
 }
 
+std::array<double, 3> place_of(const Geometry& mesh, Defect kind, std::uint32_t id) {
+  return std::visit(
+      [&](const auto& points) {
+        std::array<double, 3> sum{};
+        const auto add = [&](VertexId v, double share) {
+          sum[0] += share * points[v].x;
+          sum[1] += share * points[v].y;
+          sum[2] += share * points[v].z;
+        };
+        if (is_of_points(kind)) {
+          add(id, 1);
+        } else {
+          for (const VertexId v : mesh.tets[id]) add(v, 0.25);
+        }
+        return sum;
+      },
+      mesh.points);
+}
+
 InspectionSummary summarize(const Geometry& geometry, const Inspection& inspection) {
   InspectionSummary s;
   static_cast<MeshCounts&>(s) = inspection;
@@ -23,11 +42,12 @@ InspectionSummary summarize(const Geometry& geometry, const Inspection& inspecti
   s.volume = inspection.volume;
   s.lower = inspection.lower;
   s.upper = inspection.upper;
-  for (std::size_t kind = 0; kind < kDefectKinds; ++kind) {
-    const bool of_points = kind >= static_cast<std::size_t>(Defect::kNonmanifoldEdge);
-    const auto& source = of_points ? geometry.point_source : geometry.tet_source;
-    for (const std::uint32_t id : inspection.samples[kind].ids()) {
-      s.samples[kind].push_back(source.empty() ? id : source[id]);
+  for (std::size_t k = 0; k < kDefectKinds; ++k) {
+    const auto kind = static_cast<Defect>(k);
+    const auto& source = is_of_points(kind) ? geometry.point_source : geometry.tet_source;
+    for (const std::uint32_t id : inspection.samples[k].ids()) {
+      s.samples[k].push_back(source.empty() ? id : source[id]);
+      s.places[k].push_back(place_of(geometry, kind, id));
     }
   }
   return s;

@@ -33,6 +33,11 @@ struct InspectionSummary : MeshCounts {
   const std::vector<std::uint64_t>& first(Defect kind) const {
     return samples[static_cast<std::size_t>(kind)];
   }
+  // Where each of them is: the centre of a cell, or a point.
+  std::array<std::vector<std::array<double, 3>>, kDefectKinds> places;
+  const std::vector<std::array<double, 3>>& places_of(Defect kind) const {
+    return places[static_cast<std::size_t>(kind)];
+  }
 
   std::uint64_t lower_cells() const { return lower_vertices + lower_lines + lower_triangles; }
   std::int64_t surface_euler() const {  // vertices - edges + triangles of the boundary
@@ -42,6 +47,11 @@ struct InspectionSummary : MeshCounts {
 
   void count_lower(const LowerCells& cells);
 };
+
+inline constexpr bool is_of_points(Defect kind) { return kind >= Defect::kNonmanifoldEdge; }
+
+// Where a sample of that kind is: cell or point `id` of the mesh.
+std::array<double, 3> place_of(const Geometry& mesh, Defect kind, std::uint32_t id);
 
 // `inspection` is that of the geometry.
 InspectionSummary summarize(const Geometry& geometry, const Inspection& inspection);

@@ -2,8 +2,11 @@
 """What check says about good and bad meshes. Usage: check_test.py TETFUSION"""
 import json
 
+import numpy as np
+
 from harness import BAD, INVALID, IO, USAGE, FolderTest, main, report_of, run
-from sample_meshes import rebuilt, set_value, two_tets
+from independent_check import Vtu
+from sample_meshes import mesh_of_all_sorts, rebuilt, set_value, two_tets
 from tiny_vtu import TinyVtu
 
 
@@ -90,6 +93,86 @@ class Check(FolderTest):
         run("check", self.folder, code=IO)
         run("check", code=USAGE)
         run("check", "a.vtu", "b.vtu", code=USAGE)
+
+    def fix(self, path, *options, code=0):
+        """The report of a repair, and that of check on the mended mesh, which agree."""
+        out = self.folder / "mended.vtu"
+        report = report_of("check", path, "--fix", out, *options, code=code)
+        after = report_of("check", out, code=code)
+        for key in after.keys() & report["fix"]["after"].keys():
+            self.assertEqual(report["fix"]["after"][key], after[key], key)
+        self.assertEqual(report["fix"]["valid"], code == 0)
+        return out, report, after
+
+    def test_what_can_be_mended_is(self):
+        mesh = TinyVtu(4)
+        good = self.write(mesh, "good.vtu")
+        points, tets = len(mesh.points), len(mesh.tets)
+        rewound = range(3, tets, 7)
+        for i in rewound:
+            mesh.tets[i][0:2] = mesh.tets[i][1::-1]
+        twins = [5, 40, 41, 5]
+        mesh.tets += [mesh.tets[i][::-1] for i in twins]
+        mesh.points = [(50.0, 1.0, 2.0)] + mesh.points[:30] + [(float("nan"), 0.0, 0.0)] + mesh.points[30:] + [(0.0, 0.0, 0.0)]
+        mesh.tets = [[v + (1 if v < 30 else 2) for v in t] for t in mesh.tets]
+        mesh = rebuilt(mesh)
+        mesh.array("temperature")[4] = list(map(float, range(points + 3)))
+        path = self.write(mesh)
+        for options in ([], ["--memory", "70M", "--threads", "1"]):
+            out, report, after = self.fix(path, *options)
+            self.assertIs(report["valid"], False)
+            self.assertEqual([report["fix"][k] for k in ("rewound", "duplicate_tets_dropped", "unused_points_dropped")],
+                             [len(rewound), len(twins), 3])
+            self.assertEqual([after[k] for k in ("points", "tets", "rewound", "unused_points", "volume")],
+                             [points, tets, 0, 0, 64.0])
+            mended = Vtu(out)
+            np.testing.assert_array_equal(mended.points, Vtu(good).points)
+            np.testing.assert_array_equal(np.sort(mended.tets), np.sort(Vtu(good).tets))
+            np.testing.assert_array_equal(mended.arrays["cell"]["id"][1][:, 0], np.arange(tets))
+            ids = [1 + v + (v >= 30) for v in range(points)]
+            np.testing.assert_array_equal(mended.arrays["point"]["temperature"][1][:, 0], ids)
+        text = run("check", path, "--fix", out).decode()
+        self.assertIn(f"mended: {len(rewound)} cells rewound, 4 duplicate cells and 3 unused points dropped", text)
+        self.assertEqual(text.splitlines()[-1], "Valid")
+        # In its own place, and in another format.
+        run("check", path, "--fix", path, "--quiet")
+        self.assertEqual(path.read_bytes(), out.read_bytes())
+        run("check", path, "--fix", self.folder / "mended.msh", "--quiet")
+        self.assertEqual(report_of("check", self.folder / "mended.msh")["volume"], 64.0)
+
+    def test_what_would_be_a_guess_is_not_mended(self):
+        mesh = set_value("Points", 3 * 62, 10.0)
+        _, report, after = self.fix(self.write(mesh), code=INVALID)
+        self.assertGreater(after["inverted"], 0)
+        self.assertEqual(after["inverted"], report["inverted"])
+        self.assertEqual(report["fix"]["duplicate_tets_dropped"], 0)
+
+    def test_cells_of_all_kinds_are_kept(self):
+        path = self.write(mesh_of_all_sorts())
+        out, report, _ = self.fix(path)
+        before, after = Vtu(path), Vtu(out)
+        self.assertEqual(report["fix"]["rewound"], 0)
+        self.assertEqual([(t, i.tolist()) for t, i in after.others], [(t, i.tolist()) for t, i in before.others])
+        for kind in ("point", "cell"):
+            self.assertEqual(after.arrays[kind].keys(), before.arrays[kind].keys())
+
+    def test_a_mesh_that_cannot_be_mended_is_not_written(self):
+        path = self.write(set_value("connectivity", 7, 125))
+        run("check", path, "--fix", self.folder / "out.vtu", code=INVALID)
+        run("check", path, "--fix", self.folder / "out.nothing", code=USAGE)
+        run("check", path, "--fix", "-", code=USAGE)
+        self.assertEqual(self.files(), ["mesh.vtu"])
+
+    def test_it_says_where(self):
+        mesh = TinyVtu(2)
+        mesh.tets.append(mesh.tets[5][::-1])
+        centre = np.array([mesh.points[v] for v in mesh.tets[5]]).mean(axis=0)
+        path = self.write(rebuilt(mesh))
+        for options in ([], ["--memory", "70M", "--threads", "1"]):
+            sample = report_of("check", path, *options, code=INVALID)["samples"]["duplicate_tets"]
+            self.assertEqual(sample, {"cells": [48], "at": [centre.tolist()]})
+        self.assertIn("cells 48; the first at ({:.9g}, {:.9g}, {:.9g})".format(*centre),
+                      run("check", path, code=INVALID).decode())
 
     def test_the_report_as_a_file(self):
         path, report = self.write(TinyVtu()), self.folder / "report.json"

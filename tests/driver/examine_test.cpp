@@ -61,6 +61,7 @@ void expect_same(const Examination& whole, const Examination& cut, bool sides_ar
        {Defect::kDegenerate, Defect::kDuplicate, Defect::kFoldoverFace, Defect::kOverfullFace,
         Defect::kNonmanifoldEdge, Defect::kCoincidentPoint}) {
     EXPECT_EQ(a.first(kind), b.first(kind)) << static_cast<int>(kind);
+    EXPECT_EQ(a.places_of(kind), b.places_of(kind)) << static_cast<int>(kind);
   }
   if (!sides_are_clear) return;
   EXPECT_EQ(a.inverted, b.inverted);
