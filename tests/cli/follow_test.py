@@ -1,11 +1,16 @@
 #!/usr/bin/env python3
 """simplify --original-ids and --map, and apply. Usage: follow_test.py TETFUSION"""
 import itertools
+import pathlib
+import re
+import signal
 import struct
+import subprocess
+import time
 
 import numpy as np
 
-from harness import BAD, IO, MEMORY, USAGE, FolderTest, finish, main, report_of, run
+from harness import BAD, INTERRUPTED, IO, MEMORY, USAGE, FolderTest, command, finish, main, report_of, run
 from independent_check import Vtu
 from sample_meshes import mesh_of_all_sorts, rebuilt
 from tiny_vtu import TinyVtu
@@ -224,6 +229,35 @@ class Maps(FolderTest):
         run("simplify", path, "-o", self.folder / "{lod}.vtu", "--map", self.folder / "{lod}.map", "--lods", "30%,60%")
         for lod in "12":
             np.testing.assert_array_equal(Map(self.folder / f"{lod}.map").tets, Vtu(self.folder / f"{lod}.vtu").tets)
+
+    def test_after_an_interruption(self):
+        path = self.generate("--jitter", "0.5", tets="300k")
+        options = ["--reduction", "80%", "--chunk-tets", "10k", "--threads", "1", "--original-ids", "--quiet"]
+        out, the_map = self.folder / "out.vtu", self.folder / "out.map"
+        refused = finish("simplify", path, "-o", out, "--map", the_map, *options, "--memory", "10M").stderr.decode()
+        options += ["--memory", re.search(r"give --memory (\d+M)", refused)[1]]  # the least, so that the mesh is on disk
+        run("simplify", path, "-o", out, "--map", the_map, *options)
+        whole = out.read_bytes(), the_map.read_bytes()
+        the_map.unlink()
+        arguments = ["simplify", path, "-o", out, "--map", the_map, *options]
+        process = subprocess.Popen([command(), *map(str, arguments)], stderr=subprocess.PIPE)
+        while process.poll() is None and not list(self.folder.glob("out.vtu.tetfusion/round-*.state")):
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        self.assertIn(b"--resume", process.communicate()[1])
+        self.assertEqual(process.returncode, INTERRUPTED)
+        self.assertEqual((out.read_bytes(), the_map.exists()), (whole[0], False))
+        run(*arguments, "--resume", "--verify")
+        self.assertEqual((out.read_bytes(), the_map.read_bytes()), whole)
+        self.assertEqual(self.files(), ["generated.vtu", "out.map", "out.vtu"])
+
+    def test_memory_is_kept_to(self):
+        path = self.generate("--jitter", "0.5", tets="400k")
+        report = report_of("simplify", path, "-o", self.folder / "out.vtu", "--map", self.folder / "out.map", "--reduction",
+                           "80%", "--chunk-tets", "10k", "--memory", "160M", "--threads", "1", "--quiet")
+        self.assertIn("map", report["seconds"])
+        if b"__asan_init" not in pathlib.Path(command()).read_bytes():
+            self.assertLess(report["peak_rss_bytes"], 160 << 20)
 
     def test_the_two_sides_of_a_crack(self):
         mesh = TinyVtu(6)

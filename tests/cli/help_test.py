@@ -10,10 +10,12 @@ READING = ["--tetrahedralize", "--linearize"]
 OPTIONS = {
     "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio",
                            "--method", "--max-error", "--max-rms", "--min-quality", "--conserve", "--boundary-rule", "--boundary", "--array", "--regions", "--lods", "--encoding",
-                           "--pieces", "--report", "--strict", "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run"],
+                           "--pieces", "--report", "--strict", "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run", "--verify",
+                           "--original-ids", "--map"],
     "info": READING + ["--report"],
-    "check": READING + ["--report", "--strict"],
+    "check": READING + ["--report", "--strict", "--fix", "--encoding"],
     "compare": READING + ["--report", "--max-error", "--max-rms", "--surface", "--array"],
+    "apply": READING + ["--output", "--array", "--encoding", "--report"],
     "convert": READING + ["--encoding"],
     "generate": ["--tets", "--output", "--jitter", "--grading", "--shuffle", "--seed", "--encoding"]}
 

@@ -103,6 +103,23 @@ TEST(FuseRound, KeepsTheMeshValid) {
   }
 }
 
+TEST(FuseRound, VerticesAtNewPlacesAreMarked) {
+  Steered s = steered(five_split_cube(6, 0.2, 3), smooth);
+  const WorkMesh<double> before = s.mesh;
+  run(limits_of(), &s);
+  const auto first = by_id(before);
+  std::size_t moved = 0, stayed = 0;
+  for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+    const Vec3<double>& p = s.mesh.positions[v];
+    const Vec3<double>& q = before.positions[first.at(s.mesh.point_ids[v])];
+    const bool is_there = p.x == q.x && p.y == q.y && p.z == q.z;
+    EXPECT_EQ((s.mesh.marks[v] & kMoved) == 0, is_there);
+    ++(is_there ? stayed : moved);
+  }
+  EXPECT_GT(moved, 5u);
+  EXPECT_GT(stayed, 10u);
+}
+
 TEST(FuseRound, KeepsAMeshOfFloatsValid) {
   WorkMesh<float> mesh = testing::to_float_work_mesh(five_split_cube(10, 0.2, 3));
   testing::steer_by(smooth, &mesh);
