@@ -15,8 +15,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kLeastSides = std::size_t{1} << 21;
-
 double share_of(double value, double whole) {
   if (value == 0) return 0;
   return whole > 0 ? value / whole : std::numeric_limits<double>::infinity();
@@ -69,8 +67,10 @@ std::vector<RegionVolume> join_regions(const RegionVolumes& original,
 
 class Comparer {
  public:
-  Comparer(MeshSource* original, MeshSource* simplified, const RunContext& context)
+  Comparer(MeshSource* original, MeshSource* simplified, const RunContext& context,
+           std::uint64_t sides)
       : context_(context),
+        sides_(sides),
         match_(match_arrays(original->description(), simplified->description())),
         original_(original, match_.points, match_.cells),
         simplified_(simplified),
@@ -81,7 +81,8 @@ class Comparer {
     const SimplifiedMesh mesh = load_simplified(simplified_, match_.points, match_.cells);
     context_.check();
     context_.report("surface", 0.1);
-    original_.survey(std::max(kLeastSides, 4 * mesh.tets.size()), context_);
+    original_.survey(sides_within(sides_ != 0 ? sides_ : 4 * kSideBytes * mesh.tets.size()),
+                     context_);
     context_.report_size(original_.tets());
     const SurfaceDistance surface = measure_surfaces(original_.boundary(), mesh.boundary);
     add_sizes(mesh);
@@ -202,6 +203,7 @@ class Comparer {
   }
 
   const RunContext& context_;
+  const std::uint64_t sides_;
   const ArrayMatch match_;
   OriginalMesh original_;
   MeshSource* simplified_;
@@ -212,8 +214,9 @@ class Comparer {
 
 }  // namespace
 
-Comparison compare_meshes(MeshSource* original, MeshSource* simplified, const RunContext& context) {
-  return Comparer(original, simplified, context).run();
+Comparison compare_meshes(MeshSource* original, MeshSource* simplified, const RunContext& context,
+                          std::uint64_t sides) {
+  return Comparer(original, simplified, context, sides).run();
 }
 
 }  // namespace tetfusion

@@ -87,7 +87,12 @@ struct Comparison {
 // Reads the original in windows; the simplified mesh, and the boundary of the original, lie in
 // memory. The sources must be two. Deterministic for any number of threads. Throws what reading
 // throws, and Error(kBadInput) for a mesh without boundary.
-Comparison compare_meshes(MeshSource* original, MeshSource* simplified, const RunContext& context);
+//
+// `sides` is the memory, in bytes, for sides of triangles while the original's boundary is looked
+// for; with less its cells are read more often, and the results are the same. No less than
+// kLeastSideBytes is taken; 0: as much as for four sides a tetrahedron of the simplified mesh.
+Comparison compare_meshes(MeshSource* original, MeshSource* simplified, const RunContext& context,
+                          std::uint64_t sides = 0);
 
 struct Bounds {
   std::optional<double> max_rms, max_error, surface;  // shares

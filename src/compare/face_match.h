@@ -1,6 +1,7 @@
 // The triangles of a mesh whose cells come in windows, without holding more than some of them.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -10,6 +11,15 @@
 #include "mesh/geometry.h"
 
 namespace tetfusion {
+
+// Of a side while it is matched; and of as many as are always taken at once.
+inline constexpr std::uint64_t kSideBytes = 32;
+inline constexpr std::uint64_t kLeastSideBytes = std::uint64_t{64} << 20;
+
+// How many sides at once take no more memory than that, or kLeastSideBytes.
+inline std::size_t sides_within(std::uint64_t bytes) {
+  return std::max(bytes, kLeastSideBytes) / kSideBytes;
+}
 
 // One cell's side of a triangle. The corners ascend.
 struct CellSide {

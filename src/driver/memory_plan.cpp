@@ -79,13 +79,14 @@ void include_verification(const MeshDescription& mesh, std::uint64_t tets,
   const double points = share * static_cast<double>(mesh.points);
   // Two triangles a point of the surface, as that of a cube; of both meshes.
   const double triangles = 4 * interface_vertices(static_cast<double>(mesh.cells));
-  const std::uint64_t bytes = kProcess + point_bytes * static_cast<std::uint64_t>(points) +
-                              estimate_verification(mesh, tets, static_cast<std::uint64_t>(points),
-                                                    static_cast<std::uint64_t>(triangles));
-  needs->out_of_core = std::max(needs->out_of_core, bytes);
-  needs->in_core = std::max(
-      needs->in_core,
-      bytes + static_cast<std::uint64_t>(1.75 * share * static_cast<double>(needs->pieces)));
+  const std::uint64_t bytes = kProcess + point_bytes * static_cast<std::uint64_t>(points);
+  const VerificationNeeds beside = estimate_verification(
+      mesh, tets, static_cast<std::uint64_t>(points), static_cast<std::uint64_t>(triangles));
+  needs->out_of_core = std::max(needs->out_of_core, bytes + beside.least());
+  needs->in_core =
+      std::max(needs->in_core,
+               bytes + beside.most() +
+                   static_cast<std::uint64_t>(1.75 * share * static_cast<double>(needs->pieces)));
 }
 
 }  // namespace tetfusion

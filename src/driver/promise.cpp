@@ -94,12 +94,12 @@ void require_boundary(const std::string& input, const InputFacts& facts) {
 Verification verify_output(const WrittenOutput& output, const Promise& promise,
                            MeshSource* original, const RunContext& context, MemoryBudget* budget) {
   trim_memory();
-  const auto reserved =
-      budget->reserve(estimate_verification(original->description(), promise.tets, promise.points,
-                                            promise.boundary_triangles),
-                      "the verification of the result");
+  const VerificationNeeds needs = estimate_verification(original->description(), promise.tets,
+                                                        promise.points, promise.boundary_triangles);
+  const std::uint64_t sides = needs.sides_within(budget->free());
+  const auto reserved = budget->reserve(needs.fixed + sides, "the verification of the result");
   result_seam().written(output.path);
-  Verification verification = verify_result(original, output.path, promise, context);
+  Verification verification = verify_result(original, output.path, promise, sides, context);
   verification.path = output.name;
   if (verification.kept()) return verification;
   throw Error(ErrorCode::kBroken,

@@ -472,12 +472,13 @@ void Job::make_map(const std::string& path, const Vector<std::int64_t>& original
                    const MeshSummary& written, OutputFile* file) {
   clock_.begin("map");
   trim_memory();
-  const auto reserved = budget_->reserve(
+  VerificationNeeds needs =
       estimate_verification(source_->description(), written.tets, written.points,
-                            report_.input.boundary_triangles + written.boundary_triangles) +
-          kMapPointBytes * written.points,
-      "the map of the points");
-  tetfusion::make_map(source_.get(), path, original_ids, file, context_);
+                            report_.input.boundary_triangles + written.boundary_triangles);
+  needs.fixed += kMapPointBytes * written.points;
+  const std::uint64_t sides = needs.sides_within(budget_->free());
+  const auto reserved = budget_->reserve(needs.fixed + sides, "the map of the points");
+  tetfusion::make_map(source_.get(), path, original_ids, sides, file, context_);
   clock_.begin("write");
 }
 

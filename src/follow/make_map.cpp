@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compare/corner_weights.h"
+#include "compare/face_match.h"
 #include "compare/locator.h"
 #include "compare/measure.h"
 #include "compare/original_mesh.h"
@@ -19,7 +20,6 @@ namespace tetfusion {
 namespace {
 
 constexpr std::size_t kBlock = 4096;
-constexpr std::size_t kMostSides = std::size_t{1} << 21;
 
 // A point of the original that stayed, and which of the result's it is.
 struct Stayed {
@@ -44,9 +44,9 @@ class MapMaker {
               [](const Stayed& a, const Stayed& b) { return a.original < b.original; });
   }
 
-  void run() {
+  void run(std::uint64_t sides) {
     mesh_ = load_simplified(result_.get(), nothing_, nothing_);
-    original_.survey(std::max(kMostSides, 4 * mesh_.tets.size()), context_);
+    original_.survey(sides_within(sides), context_);
     put_places();
     mesh_.tets = {};
     mesh_.neighbours = {};
@@ -241,9 +241,9 @@ void MapMaker::add_shares(std::uint64_t point, std::span<const VertexId> corners
 }  // namespace
 
 void make_map(MeshSource* original, const std::string& result,
-              const Vector<std::int64_t>& original_ids, OutputFile* file,
+              const Vector<std::int64_t>& original_ids, std::uint64_t sides, OutputFile* file,
               const RunContext& context) {
-  MapMaker(original, result, original_ids, file, context).run();
+  MapMaker(original, result, original_ids, file, context).run(sides);
 }
 
 }  // namespace tetfusion

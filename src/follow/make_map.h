@@ -13,7 +13,7 @@ namespace tetfusion {
 
 // Writes a map (io/map_file.h) to `file`, which the caller commits. `result` is where the result
 // can be read; original_ids has the number, in a stream of the original, of each of its points that
-// is one of the original's, and -1 for the others.
+// is one of the original's, and -1 for the others; `sides` as for compare_meshes().
 //
 // - A point of the original that stayed lies where it stayed; any other in the tetrahedron that
 //   holds it, or, outside of the result, at the nearest point of its boundary.
@@ -25,7 +25,7 @@ namespace tetfusion {
 // result and the original's boundary triangles. Throws what reading throws, Error(kBadInput) where
 // a mesh has no boundary, Error(kIo) and Error(kInterrupted).
 void make_map(MeshSource* original, const std::string& result,
-              const Vector<std::int64_t>& original_ids, OutputFile* file,
+              const Vector<std::int64_t>& original_ids, std::uint64_t sides, OutputFile* file,
               const RunContext& context);
 
 // Bytes of memory that takes beside what comparing the two meshes does, for each point of the

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "compare/face_match.h"
 #include "verify/verify.h"
 
 namespace tetfusion {
@@ -11,9 +12,6 @@ constexpr std::uint64_t kWindows = std::uint64_t{32} << 20;
 // The result while it is compared; to inspect it takes less.
 constexpr std::uint64_t kTet = 74;
 constexpr std::uint64_t kPoint = 64;
-// Sides of triangles, while the original's boundary is looked for.
-constexpr std::uint64_t kSides = std::uint64_t{64} << 20;
-constexpr std::uint64_t kSidesOfTet = 128;
 // Triangles with their points, of both surfaces, while distances are measured.
 constexpr std::uint64_t kTriangle = 100;
 // Bits of points: of those that are used, and of those of a window, with numbers.
@@ -27,14 +25,17 @@ std::uint64_t components(const AttributeSet& set) {
 
 }  // namespace
 
-std::uint64_t estimate_verification(const MeshDescription& original, std::uint64_t tets,
-                                    std::uint64_t points, std::uint64_t boundary_triangles) {
+VerificationNeeds estimate_verification(const MeshDescription& original, std::uint64_t tets,
+                                        std::uint64_t points, std::uint64_t boundary_triangles) {
   const std::uint64_t rows = sizeof(double) * (tets * components(original.cell_data) +
                                                points * components(original.point_data));
-  const std::uint64_t sides =
-      std::min(std::max(kSides, kSidesOfTet * tets), kSidesOfTet * original.cells);
-  return kWindows + sides + kTet * tets + kPoint * points + rows + kTriangle * boundary_triangles +
-         original.points / kOriginalPointsPerByte;
+  const std::uint64_t all_sides = 4 * kSideBytes * original.cells;
+  VerificationNeeds needs;
+  needs.fixed = kWindows + kTet * tets + kPoint * points + rows + kTriangle * boundary_triangles +
+                original.points / kOriginalPointsPerByte;
+  needs.least_sides = std::min(kLeastSideBytes, all_sides);
+  needs.most_sides = std::min(std::max(kLeastSideBytes, 4 * kSideBytes * tets), all_sides);
+  return needs;
 }
 
 }  // namespace tetfusion

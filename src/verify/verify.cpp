@@ -45,9 +45,13 @@ Point centre_of(const Geometry& mesh, TetId t) {
 
 class Verifier {
  public:
-  Verifier(MeshSource* original, std::string path, const Promise& promise,
+  Verifier(MeshSource* original, std::string path, const Promise& promise, std::uint64_t sides,
            const RunContext& context)
-      : original_(original), path_(std::move(path)), promise_(promise), context_(context) {}
+      : original_(original),
+        path_(std::move(path)),
+        promise_(promise),
+        sides_(sides),
+        context_(context) {}
 
   Verification run() {
     out_.not_verified = promise_.beyond;
@@ -120,6 +124,7 @@ class Verifier {
   MeshSource* original_;
   const std::string path_;
   const Promise& promise_;
+  const std::uint64_t sides_;
   const RunContext& context_;
   Verification out_;
   bool readable_ = false;
@@ -192,7 +197,8 @@ void Verifier::judge_defect(const Geometry& mesh, const Inspection& inspection, 
 }
 
 void Verifier::compare(MeshSource* result) {
-  const Comparison comparison = compare_meshes(original_, result, part(kInspected, kCompared));
+  const Comparison comparison =
+      compare_meshes(original_, result, part(kInspected, kCompared), sides_);
   judge_surface("boundary", "boundary", comparison.identical_surface, comparison.surface_differs_at,
                 comparison.to_simplified, comparison.to_original, comparison.rounding);
   judge_topology(comparison);
@@ -368,8 +374,8 @@ std::string Verification::complaint() const {
 }
 
 Verification verify_result(MeshSource* original, const std::string& result, const Promise& promise,
-                           const RunContext& context) {
-  return Verifier(original, result, promise, context).run();
+                           std::uint64_t sides, const RunContext& context) {
+  return Verifier(original, result, promise, sides, context).run();
 }
 
 }  // namespace tetfusion

@@ -1,6 +1,7 @@
 // Holds the result of a simplification against what was promised.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -57,15 +58,28 @@ struct Verification {
   std::string complaint() const;
 };
 
-// `result` is where the result can be read. Reads the original in windows. Throws what reading the
+// `result` is where the result can be read; `sides` as for compare_meshes(). Reads the original in
+// windows. Throws what reading the
 // original throws, Error(kIo) and Error(kInterrupted); a result that is no mesh is a promise that
 // is broken. The original must have a boundary.
 Verification verify_result(MeshSource* original, const std::string& result, const Promise& promise,
-                           const RunContext& context);
+                           std::uint64_t sides, const RunContext& context);
 
-// Bytes of memory for a result of so many tetrahedra and points, beside what the process has
-// anyway; `original` is what it was made of, `boundary_triangles` its boundary and interfaces.
-std::uint64_t estimate_verification(const MeshDescription& original, std::uint64_t tets,
-                                    std::uint64_t points, std::uint64_t boundary_triangles);
+// Bytes of memory, beside what the process has anyway: what is needed in any case, and for sides.
+struct VerificationNeeds {
+  std::uint64_t fixed = 0, least_sides = 0, most_sides = 0;
+
+  std::uint64_t least() const { return fixed + least_sides; }
+  std::uint64_t most() const { return fixed + most_sides; }
+  // The sides that so many bytes leave room for.
+  std::uint64_t sides_within(std::uint64_t bytes) const {
+    return std::clamp(bytes > fixed ? bytes - fixed : 0, least_sides, most_sides);
+  }
+};
+
+// For a result of so many tetrahedra and points; `original` is what it was made of,
+// `boundary_triangles` its boundary and interfaces.
+VerificationNeeds estimate_verification(const MeshDescription& original, std::uint64_t tets,
+                                        std::uint64_t points, std::uint64_t boundary_triangles);
 
 }  // namespace tetfusion

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """simplify --verify, from outside. Usage: verify_test.py TETFUSION"""
 import pathlib
+import re
 
 from harness import MEMORY, USAGE, FolderTest, command, finish, main, report_of, run
 
@@ -59,6 +60,20 @@ class Verify(FolderTest):
         run("simplify", path, "-o", out, "--verify", *small, code=MEMORY)
         self.assertEqual(self.files(), ["generated.vtu"])
         run("simplify", path, "-o", out, *small)
+
+    def test_less_memory_takes_more_passes(self):
+        path = self.generate("--jitter", "0.3", tets="1M", kind="five")
+        options = ["simplify", path, "-o", self.folder / "out.vtu", "--tets", "800k", "--regions", "none", "--verify", "--threads", "1",
+                   "--chunk-tets", "50k", "--quiet"]
+        refused = finish(*options, "--memory", "10M")
+        self.assertEqual(refused.returncode, MEMORY)
+        least = int(re.search(r"give --memory (\d+)M", refused.stderr.decode())[1])
+        # All sides of the result's triangles at once would take 98 MiB alone.
+        self.assertLess(least, 240)
+        report = report_of(*options, "--memory", f"{least}M")
+        self.assertIn("boundary", self.names(report))
+        if b"__asan_init" not in pathlib.Path(command()).read_bytes():
+            self.assertLess(report["peak_rss_bytes"], least << 20)
 
     def test_it_says_so(self):
         path = self.generate()
