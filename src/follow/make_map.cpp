@@ -35,10 +35,9 @@ class MapMaker {
         original_(original, nothing_, nothing_),
         point_type_(
             coarsest(original->description().point_type, result_->description().point_type)),
-        ids_(ids),
-        writer_(begin(file)) {
-    for (std::uint64_t p = 0; p < ids.size(); ++p) {
-      if (ids[p] >= 0) stayed_.push_back({static_cast<std::uint64_t>(ids[p]), p});
+        writer_(begin(ids, file)) {
+    for (std::uint64_t p = 0; p < ids_.size(); ++p) {
+      if (ids_[p] >= 0) stayed_.push_back({static_cast<std::uint64_t>(ids_[p]), p});
     }
     std::sort(stayed_.begin(), stayed_.end(),
               [](const Stayed& a, const Stayed& b) { return a.original < b.original; });
@@ -64,10 +63,15 @@ class MapMaker {
  private:
   static ValueType coarsest(ValueType a, ValueType b) { return a == ValueType::kFloat32 ? a : b; }
 
-  MapWriter begin(OutputFile* file) {
+  // Points that no cell uses any more are not read.
+  MapWriter begin(const Vector<std::int64_t>& ids, OutputFile* file) {
     const Geometry mesh = result_->read_geometry();
-    if (point_count(mesh.points) != ids_.size()) {
+    ids_.resize(point_count(mesh.points));
+    if (ids_.size() + mesh.unused_points != ids.size()) {
       throw std::logic_error("the result has another number of points than were written");
+    }
+    for (std::size_t p = 0; p < ids_.size(); ++p) {
+      ids_[p] = ids[mesh.point_source.empty() ? p : mesh.point_source[p]];
     }
     rewound_.resize(mesh.tets.size());
     std::visit(
@@ -100,7 +104,7 @@ class MapMaker {
   std::unique_ptr<MeshSource> result_;
   OriginalMesh original_;
   const ValueType point_type_;
-  const Vector<std::int64_t>& ids_;
+  Vector<std::int64_t> ids_;   // of the result's points, as they are read
   std::vector<bool> rewound_;  // tetrahedra of the file
   MapWriter writer_;
   Vector<Stayed> stayed_;  // ascending by original

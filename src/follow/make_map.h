@@ -30,6 +30,6 @@ void make_map(MeshSource* original, const std::string& result,
 
 // Bytes of memory that takes beside what comparing the two meshes does, for each point of the
 // result.
-inline constexpr std::uint64_t kMapPointBytes = 180;
+inline constexpr std::uint64_t kMapPointBytes = 190;
 
 }  // namespace tetfusion
