@@ -74,8 +74,8 @@ class ViewChecks {
                     std::uint64_t tuples) const {
     std::set<std::string> names;
     for (const ArrayView& a : arrays) {
-      if (a.name.empty()) fail(fmt::format("a {} array has no name", kind));
-      if (!names.insert(a.name).second) {
+      if (a.name.empty() && !view_.any_names) fail(fmt::format("a {} array has no name", kind));
+      if (!names.insert(a.name).second && !view_.any_names) {
         fail(fmt::format("two {} arrays are called \"{}\"", kind, a.name));
       }
       if (a.components == 0) fail(fmt::format("{} array \"{}\" has no components", kind, a.name));

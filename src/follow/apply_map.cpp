@@ -217,6 +217,7 @@ std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
 std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,
                                        const MeshDescription& source) {
   MeshView view = map.mesh();
+  view.any_names = true;
   for (const MovedArray& moved : arrays) {
     const ArrayInfo& info = moved.array.info;
     view.point_arrays.push_back(

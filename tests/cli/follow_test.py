@@ -206,6 +206,9 @@ class Maps(FolderTest):
             for key in ("rms", "max"):
                 self.assertAlmostEqual(array[key], found[array["name"]][key], delta=1e-9 + 1e-6 * array[key])
         self.assertGreater(report["arrays"][-1]["undefined"], 0)
+        # Files may have arrays without names.
+        bare = self.write(with_arrays(mesh, **{"": ("Float64", linear), "noise": ("Float32", noise)}), "bare.vtu")
+        self.assertEqual(list(Vtu(self.apply(bare, name="bare_moved.vtu")[0]).arrays["point"]), ["", "noise"])
         # One of them alone.
         out, _ = self.apply(step, "--array", "noise", name="one.vtu")
         self.assertEqual(list(Vtu(out).arrays["point"]), ["noise"])
