@@ -1,0 +1,58 @@
+#include "cli/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "base/error.h"
+#include "base/version.h"
+#include "cli/commands.h"
+#include "cli/console.h"
+
+namespace tetfusion {
+
+namespace {
+
+int parse_and_run(int argc, const char* const* argv) {
+  CLI::App app{
+      "Simplifies tetrahedral meshes: TetFusion (Chopra & Meyer, IEEE Visualization 2002)"};
+  app.set_version_flag("--version", "tetfusion " + version());
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  app.footer("'tetfusion COMMAND --help' explains a command.");
+  add_simplify_command(app);
+  add_info_command(app);
+  add_check_command(app);
+  add_compare_command(app);
+  add_apply_command(app);
+  add_convert_command(app);
+  add_generate_command(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    print_error(std::string(e.what()) + "; see 'tetfusion --help'");
+    return static_cast<int>(ErrorCode::kUsage);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv) noexcept try {
+  return parse_and_run(argc, argv);
+} catch (const ExitStatus& status) {
+  return status.code;
+} catch (const Error& e) {
+  print_error(e.what());
+  return e.exit_code();
+} catch (const std::bad_alloc&) {
+  print_error("out of memory: the mesh is larger than this machine holds");
+  return static_cast<int>(ErrorCode::kMemory);
+} catch (const std::exception& e) {
+  print_error(e.what());
+  return static_cast<int>(ErrorCode::kIo);
+}
+
+}  // namespace tetfusion
