@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/format_file.h"
 #include "io/mesh_stream.h"
 #include "io/pieces_stream.h"
 #include "io/vtu_input.h"
@@ -35,8 +36,14 @@ std::vector<std::string> piece_paths(const MappedFile& file) {
   const auto grid = document.child("VTKFile").child("PUnstructuredGrid");
   for (const pugi::xml_node node : grid.children("Piece")) {
     const std::string source = node.attribute("Source").value();
-    if (source.empty()) fail("piece " + std::to_string(paths.size()) + " has no Source");
-    paths.push_back((folder / source).string());
+    const std::string piece = "piece " + std::to_string(paths.size());
+    if (source.empty()) fail(piece + " has no Source");
+    const std::filesystem::path below = std::filesystem::path(source).lexically_normal();
+    if (below.is_absolute() || *below.begin() == "..") {
+      fail(piece + " is " + tetfusion::quoted(source) +
+           ", which is not below the folder of this file: put it there, and name it so");
+    }
+    paths.push_back((folder / below).string());
   }
   if (paths.empty()) fail("no <Piece> element: the mesh is empty");
   return paths;

@@ -166,6 +166,22 @@ TEST_F(SeveralFiles, WithOddIndicesAreRefused) {
   EXPECT_THAT(error(), HasSubstr("damaged"));
 }
 
+// A file from a stranger opens no others.
+TEST_F(SeveralFiles, ElsewhereAreRefused) {
+  write_both(cut_box(2, false));
+  const std::string piece = names[0];
+  std::filesystem::create_directory(dir.file("below"));
+  for (const std::string& elsewhere :
+       {std::string("/dev/zero"), dir.file(piece), "../" + piece, "below/../../" + piece}) {
+    names[0] = elsewhere;
+    write_index();
+    EXPECT_THAT(error(), HasSubstr("not below the folder of this file")) << elsewhere;
+  }
+  names[0] = "below/../" + piece;
+  write_index();
+  expect_the_same();
+}
+
 TEST_F(SeveralFiles, ThatDoNotGoTogetherAreForVtk) {
   VtuText mesh = cut_box(2, false);
   write_both(mesh);
