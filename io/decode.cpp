@@ -60,7 +60,7 @@ bool decompress_lz4(std::span<const std::byte> block, std::span<std::byte> out) 
 }
 
 bool decompress_lzma(std::span<const std::byte> block, std::span<std::byte> out) {
-  std::uint64_t memory_limit = std::uint64_t{1} << 30;  // the strongest preset needs 65 MiB
+  std::uint64_t memory_limit = std::uint64_t{72} << 20;  // the strongest preset needs 65 MiB
   std::size_t in_at = 0;
   std::size_t out_at = 0;
   const lzma_ret result = lzma_stream_buffer_decode(
