@@ -85,6 +85,7 @@ void Manifest::load() {
     at += bytes + sizeof(std::uint64_t);
   }
   end_ = at;
+  has_tail_ = at < file_bytes_;
 }
 
 bool Manifest::take(std::uint32_t kind, std::span<const std::byte> payload) {
@@ -117,6 +118,7 @@ void Manifest::start(const std::string& fingerprint) {
   const int error = pwrite_all(file_.get(), &head, sizeof(head), 0);
   if (error != 0) fail("write", 0, error);
   end_ = sizeof(head);
+  has_tail_ = false;
   commits_.clear();
   append(kFingerprint, std::as_bytes(std::span(fingerprint)));
   fingerprint_ = fingerprint;
@@ -141,6 +143,14 @@ int Manifest::sync() {
 
 void Manifest::append(std::uint32_t kind, std::span<const std::byte> payload) {
   const std::lock_guard lock(mutex_);
+  // A whole record may stand behind the one that is not: it must not come back to life.
+  if (has_tail_) {
+    const auto end = static_cast<off_t>(end_);
+    if (retry([&] { return file_system().ftruncate(file_.get(), end); }) != 0) {
+      fail("shorten", end_, errno);
+    }
+    has_tail_ = false;
+  }
   std::vector<std::byte> record;
   put(&record, RecordHead{static_cast<std::uint32_t>(payload.size()), kind});
   record.insert(record.end(), payload.begin(), payload.end());

@@ -56,6 +56,7 @@ class Manifest {
   std::vector<Commit> commits_;
   std::mutex mutex_;
   std::uint64_t end_ = 0;  // of the last whole record
+  bool has_tail_ = false;  // something stands behind it
 };
 
 }  // namespace tetfusion
