@@ -278,7 +278,7 @@ TEST_F(Gmsh, OtherCellsNeedAnOption) {
 }
 
 TEST_F(Gmsh, SaysWhatIsWrongAndWhere) {
-  const auto with = [](const char* text, const std::string& from, const std::string& to) {
+  const auto with = [](const std::string& text, const std::string& from, const std::string& to) {
     std::string bytes = text;
     return bytes.replace(bytes.find(from), from.size(), to);
   };
