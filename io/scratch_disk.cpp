@@ -322,6 +322,15 @@ bool has_work(const ScratchFolder& folder, const Manifest& manifest) {
                           folder.path_of(kManifestName)));
 }
 
+// Makes its name durable; until then a loss of power may take the folder with all that was synced
+// in it. Where that cannot be done (some network file systems) it is as durable as it gets.
+void sync_name(const ScratchFolder& folder) {
+  FileSystem& system = file_system();
+  const Descriptor parent(retry(
+      [&] { return system.openat(folder.fd(), "..", O_RDONLY | O_DIRECTORY | O_CLOEXEC, 0); }));
+  if (parent) static_cast<void>(retry([&] { return system.fsync(parent.get()); }));
+}
+
 void start_anew(const ScratchFolder& folder, Manifest* manifest, const std::string& fingerprint) {
   for (const std::string& name : folder.names()) {
     if (parse_scratch_name(name) && name != kManifestName) folder.unlink(name);
@@ -330,6 +339,7 @@ void start_anew(const ScratchFolder& folder, Manifest* manifest, const std::stri
   if (const int error = manifest->sync(); error != 0) {
     fail(folder.path(), "cannot sync its manifest", error);
   }
+  sync_name(folder);
 }
 
 // Throws what disk_scratch() throws.

@@ -17,6 +17,10 @@ void FaultyFileSystem::fail(std::int64_t n, int error) {
 }
 void FaultyFileSystem::cut_short(std::int64_t n) { short_at_ = n; }
 void FaultyFileSystem::die(std::int64_t n) { die_at_ = n; }
+void FaultyFileSystem::die_torn(std::int64_t n) {
+  cut_short(n);
+  die(n + 1);
+}
 void FaultyFileSystem::fail_all(Call call, int error) {
   fail_call_ = call;
   fail_call_error_ = error;

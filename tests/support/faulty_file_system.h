@@ -49,6 +49,8 @@ class FaultyFileSystem : public FileSystem {
   void cut_short(std::int64_t n);
   // Call n and all after it fail and do nothing, as if the process had been killed before it.
   void die(std::int64_t n);
+  // The same, but if call n moves bytes, it still moves half of them.
+  void die_torn(std::int64_t n);
   // Every call of this kind fails.
   void fail_all(Call call, int error);
   // The disk is full after so many more bytes of new space.
