@@ -47,7 +47,7 @@ class Piece {
   }
   ~Piece() {
     if (data_ == nullptr) return;
-    ::operator delete(data_, size_, kAlignment);
+    ::operator delete(data_, kAlignment);
     count_->subtract(size_);
   }
   Piece(Piece&& other) noexcept

@@ -66,7 +66,7 @@ std::string compress(const std::string& compressor, const std::string& block) {
     size = static_cast<std::size_t>(LZ4_compress_default(
         block.data(), out.data(), static_cast<int>(block.size()), static_cast<int>(out.size())));
   } else if (compressor == "vtkLZMADataCompressor") {
-    lzma_easy_buffer_encode(6, LZMA_CHECK_CRC32, nullptr,
+    lzma_easy_buffer_encode(0, LZMA_CHECK_CRC32, nullptr,
                             reinterpret_cast<const std::uint8_t*>(block.data()), block.size(),
                             reinterpret_cast<std::uint8_t*>(out.data()), &size, out.size());
   } else {

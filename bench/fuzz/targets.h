@@ -1,0 +1,52 @@
+// What is fuzzed. A target takes any bytes and returns, or throws what nobody expects: then it has
+// found something, as when a sanitizer ends the process.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tetfusion::fuzz {
+
+using Input = std::span<const std::uint8_t>;
+
+struct Target {
+  std::string_view name;
+  void (*run)(Input);
+  std::vector<std::string> (*seeds)();
+};
+
+// Readers: bytes are a file. The length's last two bits say how it is read (bit 0: tetrahedralize,
+// bit 1: linearize), so that a seed is a file as any other.
+void read_vtu(Input);
+void read_medit(Input);
+void read_gmsh(Input);
+// Several files, parted by lines of kCut alone: NAME.node, .ele, .face, .edge; NAME.pvtu and its
+// pieces "0.vtu", "1.vtu", ...
+inline constexpr std::string_view kCut = "%%%%";
+void read_tetgen(Input);
+void read_pvtu(Input);
+
+// A section file, a manifest or the state of a checkpoint, by what they begin with. Each is taken
+// as it is, and again with its checksums put right.
+void read_chunk_store(Input);
+
+// Arguments, one a line. The command runs as it does for users, but that no file can be opened.
+void run_command(Input);
+
+std::span<const Target> targets();
+// nullptr: there is none of this name.
+const Target* find_target(std::string_view name);
+
+std::vector<std::string> vtk_seeds();  // as VTK's own writer has them
+std::vector<std::string> vtu_seeds();  // those, and what else may be in a file
+std::vector<std::string> pvtu_seeds();
+std::vector<std::string> medit_seeds();
+std::vector<std::string> gmsh_seeds();
+std::vector<std::string> tetgen_seeds();
+std::vector<std::string> chunk_store_seeds();
+std::vector<std::string> command_seeds();
+
+}  // namespace tetfusion::fuzz
