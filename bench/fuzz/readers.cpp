@@ -30,13 +30,12 @@ void read_file(Input input, const char* name, Open open) try {
 
 std::vector<std::string> parts_of(Input input) {
   const std::string_view text(reinterpret_cast<const char*>(input.data()), input.size());
-  const std::string cut = "\n" + std::string(kCut) + "\n";
   std::vector<std::string> parts;
   for (std::size_t from = 0;;) {
-    const std::size_t to = text.find(cut, from);
+    const std::size_t to = text.find(kCut, from);
     parts.emplace_back(text.substr(from, to - from));
     if (to == text.npos) return parts;
-    from = to + cut.size();
+    from = to + kCut.size();
   }
 }
 

@@ -95,7 +95,7 @@ std::string with_all_cells(std::string bytes) {
 std::string join(std::initializer_list<std::string> parts) {
   std::string all;
   for (const std::string& part : parts) {
-    if (&part != parts.begin()) all += "\n" + std::string(kCut) + "\n";
+    if (&part != parts.begin()) all += kCut;
     all += part;
   }
   return all;

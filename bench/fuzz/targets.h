@@ -23,9 +23,9 @@ struct Target {
 void read_vtu(Input);
 void read_medit(Input);
 void read_gmsh(Input);
-// Several files, parted by lines of kCut alone: NAME.node, .ele, .face, .edge; NAME.pvtu and its
+// Several files, parted by kCut: NAME.node, .ele, .face, .edge; NAME.pvtu and its
 // pieces "0.vtu", "1.vtu", ...
-inline constexpr std::string_view kCut = "%%%%";
+inline constexpr std::string_view kCut = "\n%%%%\n";
 void read_tetgen(Input);
 void read_pvtu(Input);
 
