@@ -236,6 +236,9 @@ std::vector<std::string> command_seeds() {
       "compare\na.vtu\nb.vtu\n--max-error\n1%\n--max-rms\n1%\n--surface\n0.1%\n--array\nf\n--"
       "report\n-",
       "check\nin.vtu\n--strict\n--memory\n1G\n--scratch\n/tmp\n--report\n-",
+      "check\nin.vtu\n--fix\nout.vtu",
+      "apply\nrun.map\nin.vtu\n-o\nout.vtu\n--array\nf",
+      "simplify\nin.vtu\n-o\nout.vtu\n--map\nrun.map\n--original-ids\n--roi\nbox:0,0,0,1,1,1",
       "info\nin.vtu\n--verbose",
       "convert\nin.vtu\nout.msh\n--encoding\nascii",
       "--version",
