@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -284,7 +285,7 @@ TEST_P(JobFaults, TheInputIsCutOffUnderUs) {
     bool well = false;
     {
       FaultyFileSystem system;
-      std::int64_t call = 0;
+      std::atomic<std::int64_t> call = 0;
       system.before([&](FaultyFileSystem::Call) {
         if (call++ != n) return;
         EXPECT_EQ(::truncate(request_.input.c_str(), static_cast<off_t>(mesh.size() / 2)), 0);
