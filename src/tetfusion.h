@@ -245,6 +245,8 @@ struct Options {
   // >= 1. Infinity is off. Default: off; with kTetFuse 0.025 and 5.
   std::vector<double> scalar_tolerance, stretch_factor;
   double aspect_ratio = std::numeric_limits<double>::infinity();  // >= 1
+  // No tetrahedron grows beyond this volume, > 0.
+  double max_volume = std::numeric_limits<double>::infinity();
   // With kTetFuse: no tetrahedron that touches the boundary is fused, as in the paper's text.
   bool boundary_tets_stay = false;
 

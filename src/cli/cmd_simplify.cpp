@@ -28,6 +28,7 @@ struct Arguments {
   std::string reduction, tets, max_error, max_rms, min_quality, lods, chunk_tets, memory, report;
   std::string scalar_tolerance, stretch_factor;
   std::string aspect_ratio = "off";
+  std::string max_volume = "off";
   std::vector<std::string> regions;
   bool strict = false;
 };
@@ -132,6 +133,9 @@ void parse_arguments(Arguments* a) {
   const auto aspect = parse_schedule("--aspect-ratio", a->aspect_ratio, false);
   if (aspect.size() != 1) refuse("--aspect-ratio takes one value");
   b.aspect_ratio = aspect[0];
+  const auto volume = parse_schedule("--max-volume", a->max_volume, false);
+  if (volume.size() != 1) refuse("--max-volume takes one value");
+  b.max_volume = volume[0];
   if (!a->regions.empty()) {
     const bool none = a->regions.size() == 1 && a->regions[0] == "none";
     b.regions = none ? std::vector<std::string>{} : a->regions;
@@ -334,6 +338,13 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       .add_option("--aspect-ratio", a->aspect_ratio,
                   "Longest over shortest edge of a tetrahedron may not exceed this, at least 1, "
                   "unless it was worse; or off")
+      ->capture_default_str()
+      ->group(kGroup);
+  command
+      .add_option(
+          "--max-volume", a->max_volume,
+          "No tetrahedron grows beyond this volume, in the mesh's own unit, nor one that is "
+          "larger at all; or off")
       ->capture_default_str()
       ->group(kGroup);
   command

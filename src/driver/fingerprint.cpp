@@ -76,6 +76,7 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   text += fmt::format("scalar tolerance: {}\n", join(b.scalar_tolerance));
   text += fmt::format("stretch factor: {}\n", join(b.stretch_factor));
   text += fmt::format("aspect ratio: {}\n", b.aspect_ratio);
+  text += fmt::format("maximum volume: {}\n", b.max_volume);
   text += fmt::format("arrays: {}\n", join(b.arrays));
   text += fmt::format("regions: {}\n", b.regions ? join(*b.regions) : "default");
   text += fmt::format("region of interest: {}\n", join(b.interest));

@@ -45,6 +45,9 @@ struct BehaviourOptions {
   std::vector<double> scalar_tolerance;
   std::vector<double> stretch_factor;
   double aspect_ratio = std::numeric_limits<double>::infinity();
+  // Of a tetrahedron, in the unit of the mesh, > 0: none that is larger grows, and none grows
+  // beyond.
+  double max_volume = std::numeric_limits<double>::infinity();
 
   // With kFuse: no new tetrahedron has a lower mean ratio, unless there was a worse one in the
   // cavity; in [0, 1).

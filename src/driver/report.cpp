@@ -63,6 +63,8 @@ std::string_view reason_in_words(Reject reason) {
       return "a tetrahedron would stretch by more than the stretch factor";
     case Reject::kAspect:
       return "a tetrahedron would exceed the aspect ratio";
+    case Reject::kVolume:
+      return "a tetrahedron would exceed the volume";
     case Reject::kInterface:
       return "a vertex of theirs lies between two chunks";
     case Reject::kQuota:

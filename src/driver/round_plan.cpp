@@ -64,6 +64,7 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   PassLimits& limits = plan.limits;
   limits.boundary_rule = options_.boundary_rule;
   limits.aspect_ratio = options_.aspect_ratio;
+  limits.max_volume = options_.max_volume;
   const bool fuse = options_.method == Method::kFuse;
   const double off = std::numeric_limits<double>::infinity();
   limits.scalar_tolerance =

@@ -107,7 +107,8 @@ FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker,
   }
   FuseLimits fuse = settings.fuse;
   fuse.quota = limits.quota;
-  fuse.paper = {limits.scalar_tolerance, limits.stretch_factor, limits.aspect_ratio};
+  fuse.paper = {limits.scalar_tolerance, limits.stretch_factor, limits.aspect_ratio,
+                limits.max_volume};
   if (fuse.sheets_move()) {
     fuse.facing = round_.facing.empty() ? nullptr : &round_.facing;
     fuse.facing_after = &round_.next_facing;

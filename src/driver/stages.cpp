@@ -86,6 +86,7 @@ void check_options(const SimplifyRequest& request) {
     refuse("--stretch-factor must be at least 1, or off");
   }
   if (!at_least_one(b.aspect_ratio)) refuse("--aspect-ratio must be at least 1");
+  if (!(b.max_volume > 0)) refuse("--max-volume must be greater than 0");
   if (!(b.min_quality >= 0 && b.min_quality < 1)) {
     refuse("--min-quality must be at least 0 and less than 1");
   }

@@ -31,11 +31,12 @@ enum class Reject : std::uint8_t {
   kSurface,    // the surface, or one between regions, would move too far, or be torn or pinched
   kDeviation,  // a steering field would deviate too far at a point of the original
   kIntegral,   // the integral of a field would change, or a value would leave its cavity's range
+  kVolume,     // an affected tetrahedron would become too large
 };
-inline constexpr std::size_t kRejectReasons = 13;
+inline constexpr std::size_t kRejectReasons = 14;
 inline constexpr std::array<std::string_view, kRejectReasons> kRejectNames{
-    "boundary", "locked", "scalar",  "flip",    "stretch",   "aspect",  "interface",
-    "quota",    "error",  "quality", "surface", "deviation", "integral"};
+    "boundary", "locked", "scalar",  "flip",    "stretch",   "aspect",   "interface",
+    "quota",    "error",  "quality", "surface", "deviation", "integral", "volume"};
 
 // What a pass, or all passes of a round, did.
 struct PassStatistics {
@@ -159,6 +160,17 @@ inline bool distorts(const std::array<Vec3<Real>, 4>& before,
                      const std::array<Vec3<Real>, 4>& after, double aspect_ratio) {
   const double ratio = edge_ratio_squared(after);
   return ratio > aspect_ratio * aspect_ratio && !(ratio <= edge_ratio_squared(before));
+}
+
+// Volume: does the tetrahedron exceed the limit and grow?
+template <class Real>
+inline bool outgrows(const std::array<Vec3<Real>, 4>& before,
+                     const std::array<Vec3<Real>, 4>& after, double max_volume) {
+  const auto volume = [](const std::array<Vec3<Real>, 4>& p) {
+    return std::abs(determinant(p[0], p[1], p[2], p[3]).value) / 6;
+  };
+  const double grown = volume(after);
+  return grown > max_volume && !(grown <= volume(before));
 }
 
 }  // namespace tetfusion

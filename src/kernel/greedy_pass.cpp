@@ -311,12 +311,13 @@ bool GreedyPass<Real>::swallows_locked(const Tet& prey) const {
   return false;
 }
 
-// Stretch and aspect ratio of the affected tetrahedra.
+// Stretch, aspect ratio and volume of the affected tetrahedra.
 template <class Real>
 bool GreedyPass<Real>::shape_allows(Reject* reason) const {
   const bool check_stretch = checks_stretch();
   const bool check_aspect = limits_->aspect_ratio < std::numeric_limits<double>::infinity();
-  if (!check_stretch && !check_aspect) return true;
+  const bool check_volume = limits_->max_volume < std::numeric_limits<double>::infinity();
+  if (!check_stretch && !check_aspect && !check_volume) return true;
   for (const std::uint32_t entry : affected()) {
     const auto now = corners(mesh_->positions, mesh_->tets[entry >> 2]);
     auto after = now;
@@ -327,6 +328,10 @@ bool GreedyPass<Real>::shape_allows(Reject* reason) const {
     }
     if (check_aspect && distorts(now, after, limits_->aspect_ratio)) {
       *reason = Reject::kAspect;
+      return false;
+    }
+    if (check_volume && outgrows(now, after, limits_->max_volume)) {
+      *reason = Reject::kVolume;
       return false;
     }
   }

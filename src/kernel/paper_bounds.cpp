@@ -20,8 +20,9 @@ void PaperBounds<Real>::begin(const PaperLimits& limits, std::span<const Steerin
   limits_ = limits;
   fields_ = fields;
   mesh_ = mesh;
-  any_ =
-      is_on(limits.scalar_tolerance) || is_on(limits.stretch_factor) || is_on(limits.aspect_ratio);
+  judges_shapes_ =
+      is_on(limits.stretch_factor) || is_on(limits.aspect_ratio) || is_on(limits.max_volume);
+  any_ = is_on(limits.scalar_tolerance) || judges_shapes_;
   if (!is_on(limits.stretch_factor)) return;
   start_positions_ = mesh->positions;
   start_tets_ = mesh->tets;
@@ -62,7 +63,7 @@ std::optional<Reject> PaperBounds<Real>::judge(const Joining<Real>& joining,
        (!joining.fixed && deviates_from(joining.partner, values)))) {
     return Reject::kScalar;
   }
-  if (!is_on(limits_.stretch_factor) && !is_on(limits_.aspect_ratio)) return std::nullopt;
+  if (!judges_shapes_) return std::nullopt;
   for (const std::uint32_t entry : joining.affected) {
     const auto now = corners(mesh_->positions, mesh_->tets[entry >> 2]);
     auto after = now;
@@ -72,6 +73,9 @@ std::optional<Reject> PaperBounds<Real>::judge(const Joining<Real>& joining,
     }
     if (is_on(limits_.aspect_ratio) && distorts(now, after, limits_.aspect_ratio)) {
       return Reject::kAspect;
+    }
+    if (is_on(limits_.max_volume) && outgrows(now, after, limits_.max_volume)) {
+      return Reject::kVolume;
     }
   }
   return std::nullopt;

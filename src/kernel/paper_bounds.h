@@ -16,6 +16,7 @@ struct PaperLimits {
   double scalar_tolerance = std::numeric_limits<double>::infinity();
   double stretch_factor = std::numeric_limits<double>::infinity();
   double aspect_ratio = std::numeric_limits<double>::infinity();
+  double max_volume = std::numeric_limits<double>::infinity();
 };
 
 // Keeps its memory from mesh to mesh. Not thread-safe.
@@ -29,8 +30,8 @@ class PaperBounds {
   bool any() const { return any_; }
 
   // What speaks against it, if the new vertex gets these steering values: they differ by more than
-  // the tolerance from those of a vertex that moves, or an affected tetrahedron would stretch or be
-  // distorted.
+  // the tolerance from those of a vertex that moves, or an affected tetrahedron would stretch, be
+  // distorted or outgrow the limit.
   std::optional<Reject> judge(const Joining<Real>& joining, std::span<const double> values) const;
 
  private:
@@ -43,6 +44,7 @@ class PaperBounds {
   std::span<const SteeringField> fields_;
   const WorkMesh<Real>* mesh_ = nullptr;
   bool any_ = false;
+  bool judges_shapes_ = false;
   Vector<Vec3<Real>> start_positions_;  // with a stretch factor
   Vector<Tet> start_tets_;
 };

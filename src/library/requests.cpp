@@ -74,6 +74,7 @@ SimplifyRequest to_request(const Options& o) {
   b.scalar_tolerance = o.scalar_tolerance;
   b.stretch_factor = o.stretch_factor;
   b.aspect_ratio = o.aspect_ratio;
+  b.max_volume = o.max_volume;
   if (o.min_quality) b.min_quality = *o.min_quality;
   b.max_rms = o.max_rms;
   b.max_error = o.max_error;

@@ -101,7 +101,7 @@ class Fuse(FolderTest):
         path = self.generate("--jitter", "0.5", tets="40k")
         _, free = self.fuse(path, "--max-rms", "1%")
         for option, value, reason in (("--aspect-ratio", "2.5", "aspect"), ("--stretch-factor", "1.5", "stretch"),
-                                      ("--scalar-tolerance", "0.5%", "scalar")):
+                                      ("--scalar-tolerance", "0.5%", "scalar"), ("--max-volume", "1e-4", "volume")):
             out, report = self.fuse(path, "--max-rms", "1%", option, value)
             report_of("check", out, "--strict")
             self.assertGreater(report["output"]["tets"], free["output"]["tets"])
@@ -110,6 +110,7 @@ class Fuse(FolderTest):
     def test_values_that_are_none(self):
         path = self.write(TinyVtu(3))
         for option, values in (("--min-quality", ("-0.1", "1", "2", "nan", "good", "")),
+                               ("--max-volume", ("0", "-1", "nan", "large", "")),
                                ("--boundary", ("0", "-1%", "100%", "nan", "flat", "")),
                                ("--max-error", ("0", "0%", "-1%", "nan", "little", "")),
                                ("--max-rms", ("0", "0%", "-1%", "nan", "little", ""))):

@@ -8,7 +8,7 @@ from harness import COMMANDS, finish, main, run
 EVERYWHERE = ["--help", "--threads", "--progress", "--quiet", "--verbose"]
 READING = ["--tetrahedralize", "--linearize"]
 OPTIONS = {
-    "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio",
+    "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio", "--max-volume", "--roi",
                            "--method", "--max-error", "--max-rms", "--min-quality", "--conserve", "--boundary-rule", "--boundary", "--array", "--regions", "--lods", "--encoding",
                            "--pieces", "--report", "--strict", "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run", "--verify",
                            "--original-ids", "--map"],

@@ -45,6 +45,36 @@ TEST(PaperBounds, NoTetrahedronExceedsTheAspectRatioUnlessOneDid) {
   testing::expect_whole(s.mesh);
 }
 
+TEST(PaperBounds, NoTetrahedronGrowsBeyondTheVolume) {
+  const auto volume = [](const WorkMesh<double>& mesh, const Tet& t) {
+    const auto p = corners(mesh, t);
+    return determinant(p[0], p[1], p[2], p[3]).value / 6;
+  };
+  const auto largest = [&](const WorkMesh<double>& mesh) {
+    double most = 0;
+    for (const Tet& t : mesh.tets) most = std::max(most, volume(mesh, t));
+    return most;
+  };
+  Steered s = steered(five_split_cube(9, 0.1, 3), smooth);
+  Steered free = s;
+  const double before = largest(s.mesh);
+  run(limits_of(), &free);
+  EXPECT_GT(largest(free.mesh), 2 * before);
+  FuseLimits limits = limits_of();
+  Steered small = s;
+  limits.paper.max_volume = 0.5 * before;
+  // Those that are larger may only shrink.
+  run(limits, &small);
+  EXPECT_LE(largest(small.mesh), before);
+  limits.paper.max_volume = 1.5 * before;
+  const FuseStatistics statistics = run(limits, &s);
+  EXPECT_GT(statistics.pass.fused, 10u);
+  EXPECT_GT(rejected(statistics, Reject::kVolume), 0u);
+  EXPECT_LE(largest(s.mesh), 1.5 * before);
+  EXPECT_GT(largest(s.mesh), before);
+  testing::expect_whole(s.mesh);
+}
+
 // A field that is the place itself: in one fusion nothing moves further than the tolerance.
 TEST(PaperBounds, ValuesStayNearThoseOfTheFused) {
   Steered s = steered(five_split_cube(9, 0.2, 5), linear);

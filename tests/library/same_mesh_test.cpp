@@ -157,6 +157,7 @@ TEST_F(SameMesh, EveryOptionReachesTheDriver) {
   options.boundary = BoundaryMode::kPlanar;
   options.min_quality = 0.1;
   options.aspect_ratio = 20;
+  options.max_volume = 1.5;
   BehaviourOptions same;
   same.max_error = 0.02;
   same.arrays = {"f", "cell:stress:0.03"};
@@ -164,6 +165,7 @@ TEST_F(SameMesh, EveryOptionReachesTheDriver) {
   same.boundary = Boundary::kPlanar;
   same.min_quality = 0.1;
   same.aspect_ratio = 20;
+  same.max_volume = 1.5;
   expect_same<std::int64_t>(file, same);
 
   options = {};

@@ -172,7 +172,8 @@ class SameMesh(FilterTest):
             self.beside_command(path, ["--reduction", "60%"], reduction=0.6)
             self.beside_command(path, ["--reduction", "60%", "--array", "velocity", "--array", "cell:heat", "--regions", "none"],
                                 reduction=0.6, arrays=["velocity", "cell:heat"], regions="none")
-            self.beside_command(path, ["--reduction", "40%", "--roi", "wave>0.1"], reduction=0.4, roi="wave>0.1")
+            self.beside_command(path, ["--reduction", "40%", "--roi", "wave>0.1", "--max-volume", "0.8"], reduction=0.4, roi="wave>0.1",
+                                max_volume=0.8)
             self.beside_command(path, ["--array", "wave:2%", "--boundary", "1%"], arrays={"wave": 0.02}, boundary=0.01)
 
     def test_blunt_fin(self):

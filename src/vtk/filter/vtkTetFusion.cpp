@@ -144,6 +144,7 @@ tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const 
   if (filter->ScalarTolerance != 0) o.scalar_tolerance = {filter->ScalarTolerance};
   if (filter->StretchFactor != 0) o.stretch_factor = {filter->StretchFactor};
   if (filter->AspectRatio != 0) o.aspect_ratio = filter->AspectRatio;
+  if (filter->MaximumVolume != 0) o.max_volume = filter->MaximumVolume;
   o.boundary_tets_stay = filter->BoundaryTetsStay;
   for (const Steering& s : steering) {
     o.arrays.push_back(
@@ -279,6 +280,7 @@ void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "ScalarTolerance: " << this->ScalarTolerance << "\n";
   os << indent << "StretchFactor: " << this->StretchFactor << "\n";
   os << indent << "AspectRatio: " << this->AspectRatio << "\n";
+  os << indent << "MaximumVolume: " << this->MaximumVolume << "\n";
   os << indent << "BoundaryTetsStay: " << this->BoundaryTetsStay << "\n";
   os << indent << "SteeringArrays:";
   for (const auto& s : this->Internal->steering) os << " " << s.name;

@@ -164,6 +164,14 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
+   * No tetrahedron grows beyond this volume, nor one that is larger at all. 0, the default: off.
+   */
+  vtkSetMacro(MaximumVolume, double);
+  vtkGetMacro(MaximumVolume, double);
+  ///@}
+
+  ///@{
+  /**
    * With Method TETFUSE: no tetrahedron that touches the boundary is fused. Default: no.
    */
   vtkSetMacro(BoundaryTetsStay, bool);
@@ -292,6 +300,7 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   double ScalarTolerance = 0;
   double StretchFactor = 0;
   double AspectRatio = 0;
+  double MaximumVolume = 0;
   bool BoundaryTetsStay = false;
   bool KeepRegions = true;
   bool Tetrahedralize = false;

@@ -30,7 +30,7 @@ class TetFusionError(RuntimeError):
 
 
 def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=False, method="fuse", boundary="exact",
-             min_quality=None, conserve=False, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None,
+             min_quality=None, conserve=False, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
              boundary_tets_stay=False, arrays=None, regions=None, roi=(), tetrahedralize=False, linearize=False, threads=0,
              memory=0, scratch=None, chunk_tets=200000, progress=None):
     """Return a grid with fewer tetrahedra than `grid`, which stays as it is; of a composite data set each block for itself.
@@ -44,7 +44,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     boundary: "exact", "planar", or how far it may move, as a share of the diagonal of the bounding box.
     min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
     conserve: the integrals of all floating-point arrays stay.
-    scalar_tolerance, stretch_factor, aspect_ratio: bounds for each fusion; math.inf is off.
+    scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
     boundary_tets_stay: with "tetfuse", no tetrahedron that touches the boundary is fused.
     arrays: what steers: a name, or a list of names, "cell:NAME" for an array of the cells, or a dict from names to the largest error
         of each (None: no other than max_error). Default: the active scalars, else the first floating-point array of the points.
@@ -61,7 +61,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     run.SetInputDataObject(getattr(grid, "VTKObject", grid))
     given = {"TargetReduction": reduction, "NumberOfTetsOutput": tets, "MaximumError": max_error, "MaximumRMS": max_rms,
              "MinimumQuality": min_quality, "ScalarTolerance": scalar_tolerance, "StretchFactor": stretch_factor,
-             "AspectRatio": aspect_ratio, "ScratchDirectory": scratch}
+             "AspectRatio": aspect_ratio, "MaximumVolume": max_volume,
+             "ScratchDirectory": scratch}
     for name, value in given.items():
         if value is not None:
             getattr(run, "Set" + name)(value)
