@@ -26,12 +26,12 @@ double epsilon(ValueType type) {
 }
 
 double change_of(const Integral& original, const Integral& simplified) {
-  double squared = 0, signed_change = 0;
+  double length = 0, signed_change = 0;
   for (std::size_t c = 0; c < original.components.size(); ++c) {
     signed_change = simplified.components[c].value() - original.components[c].value();
-    squared += signed_change * signed_change;
+    length = std::hypot(length, signed_change);  // whose square may be too large
   }
-  return original.components.size() == 1 ? signed_change : std::sqrt(squared);
+  return original.components.size() == 1 ? signed_change : length;
 }
 
 // What arrays of points and of cells have in common.

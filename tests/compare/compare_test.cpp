@@ -146,6 +146,23 @@ TEST(Compare, VectorsAreMeasuredByTheirLength) {
   EXPECT_THAT(v.component_ranges, ElementsAre(3, 4, 0));
 }
 
+// The squares of integrals over 1e240 are no numbers any more.
+TEST(Compare, VectorsOverAHugeMesh) {
+  const auto change = [](double scale) {
+    MeshFile original = mesh_with(testing::five_split_cube(1), linear);
+    move_points(&original, [&](const Point& p) {
+      return Point{scale * p.x, scale * p.y, scale * p.z};
+    });
+    original.point_arrays = {
+        make_array<double>("v", 8, 3, [](auto i, auto k) { return 1.0 + i + k; })};
+    MeshFile simplified = original;
+    simplified.point_arrays[0].as<double>()[9] = 0;
+    return array_of(compare_files(original, simplified), "v").integral_change;
+  };
+  EXPECT_GT(change(1), 0.01);
+  EXPECT_NEAR(change(1e80), change(1), 1e-12);
+}
+
 // The box [0, 2] x [0, 1] x [0, 1], and the part of it where x < 1.5.
 TEST(Compare, WhatIsCutOff) {
   const auto x = [](const Point& p) { return p.x; };
