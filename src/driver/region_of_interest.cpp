@@ -1,7 +1,6 @@
 #include "driver/region_of_interest.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 #include <optional>
@@ -9,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
+#include "driver/steering.h"
 #include "io/mesh_passes.h"
 
 namespace tetfusion {
@@ -27,12 +27,6 @@ std::vector<double> parse_numbers(const std::string& text, std::string_view list
     numbers.push_back(*number);
   }
   return numbers;
-}
-
-std::string point_arrays(const MeshDescription& mesh) {
-  std::vector<std::string> names;
-  for (const ArrayInfo& array : mesh.point_data.arrays) names.push_back(array.name);
-  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
 bool contains(const Box& box, const Vec3<double>& p) {
@@ -83,7 +77,7 @@ auto RegionOfInterest::parse(const std::string& text, const MeshDescription& mes
   const std::size_t index = mesh.point_data.find(name);
   if (index == AttributeSet::npos) {
     refuse(text, fmt::format("{} has no point array \"{}\"; it has {}", mesh.path, name,
-                             point_arrays(mesh)));
+                             names_of(mesh.point_data)));
   }
   return Threshold{index, mesh.point_data.arrays[index], *value, text[sign] == '>'};
 }

@@ -12,13 +12,13 @@
 
 namespace tetfusion {
 
-namespace {
-
 std::string names_of(const AttributeSet& set) {
   std::string names;
   for (const ArrayInfo& a : set.arrays) names += (names.empty() ? "" : ", ") + a.name;
   return names.empty() ? "none" : names;
 }
+
+namespace {
 
 std::optional<SteeringChoice> find_choice(const MeshDescription& mesh, const std::string& name) {
   constexpr std::string_view kCellPrefix = "cell:";

@@ -19,6 +19,9 @@ struct SteeringChoice {
   std::string name;                 // as in the file; "cell:NAME" for a cell array
 };
 
+// For messages: "pressure, velocity", or "none".
+std::string names_of(const AttributeSet& set);
+
 // Resolves the user's names ("NAME", "NAME:0.5%", "cell:NAME"); with none, VTK's active scalars,
 // else the first floating-point point array, else nothing. Throws Error(kUsage) naming the arrays
 // there are.
