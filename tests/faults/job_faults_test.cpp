@@ -200,7 +200,6 @@ class JobFaults : public ::testing::TestWithParam<int> {
   std::string new_;
   std::int64_t calls_ = 0;
   Trials trials_;
-  bool go_on_after_ = false;
 };
 
 TEST_P(JobFaults, ACallFails) {
@@ -301,19 +300,20 @@ TEST_P(JobFaults, TheInputIsCutOffUnderUs) {
 // Of the mesh's memory: small allocations are left alone.
 TEST_P(JobFaults, MemoryIsRefused) {
   constexpr std::size_t kSmallest = 2048;
+  bool well = false;
   const auto allocations = [&](std::int64_t refused) {
     const testing::RefusedMemory memory(kSmallest, refused);
-    go_on_after_ = run();
+    well = run();
     return memory.allocations();
   };
   reset();
   const std::int64_t all = allocations(testing::RefusedMemory::kNone);
-  EXPECT_TRUE(go_on_after_);
+  EXPECT_TRUE(well);
   const std::int64_t step = std::max<std::int64_t>(1, GetParam() * all / (4 * calls_));
   for (std::int64_t n = 0; n < all; n += step) {
     reset();
     allocations(n);
-    go_on(go_on_after_);
+    go_on(well);
     if (HasFailure()) FAIL() << "at allocation " << n;
   }
 }
