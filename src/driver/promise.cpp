@@ -45,6 +45,13 @@ void promise_errors(const BehaviourOptions& behaviour, const RunChoices& choices
   if (behaviour.max_rms) promise->beyond.push_back("the mean error of fusions");
 }
 
+void promise_criteria(const BehaviourOptions& behaviour, Promise* promise) {
+  if (behaviour.max_volume < std::numeric_limits<double>::infinity()) {
+    promise->beyond.push_back("the volume of tetrahedra");
+  }
+  if (!behaviour.interest.empty()) promise->beyond.push_back("that the region of interest stays");
+}
+
 void add_dropped(const AttributeSet& all, const std::vector<std::size_t>& carried,
                  const std::string& prefix, Promise* promise) {
   for (std::size_t i = 0; i < all.arrays.size(); ++i) {
@@ -76,6 +83,7 @@ Promise promise_of(const BehaviourOptions& behaviour, const RunChoices& choices,
   promise.integrals = behaviour.conserve;
   promise_surfaces(behaviour, choices, &promise);
   promise_errors(behaviour, choices, &promise);
+  promise_criteria(behaviour, &promise);
   const CarriedArrays carried(choices.mesh);
   add_dropped(choices.mesh.point_data, carried.point_indices, "", &promise);
   add_dropped(choices.mesh.cell_data, carried.cell_indices, "cell:", &promise);

@@ -65,6 +65,12 @@ class RegionOfInterest(FolderTest):
             files.append((self.folder / name).read_bytes())
         self.assertEqual(*files)
 
+    def test_verify_says_that_it_does_not_look_at_it(self):
+        path = self.generate(tets="5k")
+        _, report = self.simplify(path, "--reduction", "50%", "--roi", "sphere=0,0,0,0.2", "--max-volume", "0.1", "--verify")
+        for what in ("that the region of interest stays", "the volume of tetrahedra"):
+            self.assertIn(what, report["verified"][0]["not_verified"])
+
     def test_what_makes_no_sense_is_refused(self):
         path = self.generate(tets="1k")
         for text, why in (("box=0,1,0,1", "six bounds"), ("box=1,0,0,1,0,1", "lower one of each pair first"), ("box=a,1,0,1,0,1", '"a" is no number'),
