@@ -6,13 +6,14 @@
 namespace tetfusion::fuzz {
 
 std::span<const Target> targets() {
-  static constexpr std::array<Target, 7> kTargets{
+  static constexpr std::array<Target, 8> kTargets{
       {{"vtu", read_vtu, vtu_seeds},
        {"pvtu", read_pvtu, pvtu_seeds},
        {"medit", read_medit, medit_seeds},
        {"gmsh", read_gmsh, gmsh_seeds},
        {"tetgen", read_tetgen, tetgen_seeds},
        {"chunk_store", read_chunk_store, chunk_store_seeds},
+       {"map", read_map, map_seeds},
        {"command_line", run_command, command_seeds}}};
   return kTargets;
 }

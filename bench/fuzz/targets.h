@@ -33,6 +33,9 @@ void read_pvtu(Input);
 // as it is, and again with its checksums put right.
 void read_chunk_store(Input);
 
+// A map, and what follows it; again with its checksums put right.
+void read_map(Input);
+
 // Arguments, one a line. The command runs as it does for users, but that no file can be opened.
 void run_command(Input);
 
@@ -47,6 +50,7 @@ std::vector<std::string> medit_seeds();
 std::vector<std::string> gmsh_seeds();
 std::vector<std::string> tetgen_seeds();
 std::vector<std::string> chunk_store_seeds();
+std::vector<std::string> map_seeds();
 std::vector<std::string> command_seeds();
 
 }  // namespace tetfusion::fuzz
