@@ -19,8 +19,10 @@ constexpr int kPassesPerRound = 8;
 
 // A mesh in one piece is worked on until nothing fuses. Where it is cut, some fusions are always
 // left on interfaces, a third of them after each round: when a round has removed less than this
-// share of the tetrahedra, the run ends ...
+// share of the tetrahedra, the run ends. On the way to a goal little may be what was missing; a
+// round of tetfuse without one costs as much as another, whatever it removes ...
 constexpr double kSaturatedShare = 1e-4;
+constexpr double kSaturatedWithoutGoal = 2e-3;
 // ... if chunks have at least so many tetrahedra. Smaller ones have so much interface that they are
 // doubled first.
 constexpr std::uint64_t kSmallChunk = 100'000;
@@ -127,10 +129,14 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
   if (options_.method == Method::kFuse && !plan.settings.look) {
     state->threshold = {plan.settings.fuse.threshold, was_rejected(round, Reject::kQuota)};
   }
-  state->end = options_.method == Method::kFuse ? judge_fuse(round, state) : judge(round, state);
+  const double saturated =
+      plan.limits.quota == PassLimits{}.quota ? kSaturatedWithoutGoal : kSaturatedShare;
+  state->end =
+      options_.method == Method::kFuse ? judge_fuse(round, state) : judge(round, saturated, state);
 }
 
-StageEnd RoundPlanner::judge(const RoundStatistics& round, RoundsState* state) const {
+StageEnd RoundPlanner::judge(const RoundStatistics& round, double saturated,
+                             RoundsState* state) const {
   StageEnd end = StageEnd::kSaturated;
   if (round.pass.fused == 0 && was_rejected(round, Reject::kQuota)) {
     if (state->spread != 0) {
@@ -143,7 +149,7 @@ StageEnd RoundPlanner::judge(const RoundStatistics& round, RoundsState* state) c
     const auto removed = before - static_cast<double>(round.pass.tets_after);
     const bool next_to_nothing =
         was_rejected(round, Reject::kInterface)
-            ? removed <= kSaturatedShare * before && !was_rejected(round, Reject::kQuota)
+            ? removed <= saturated * before && !was_rejected(round, Reject::kQuota)
             : round.pass.fused == 0;
     if (!next_to_nothing || state->lods.size() < schedule()) return StageEnd::kOpen;
   }

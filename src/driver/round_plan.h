@@ -62,7 +62,7 @@ class RoundPlanner {
  private:
   void plan_fuse(const Box& box, std::uint64_t quota, bool has_goal, const RoundsState& state,
                  RoundSettings* settings) const;
-  StageEnd judge(const RoundStatistics& round, RoundsState* state) const;
+  StageEnd judge(const RoundStatistics& round, double saturated, RoundsState* state) const;
   StageEnd judge_fuse(const RoundStatistics& round, RoundsState* state) const;
   std::size_t schedule() const;
 
