@@ -23,26 +23,6 @@ Long determinant(const LongPoint& u, const LongPoint& v, const LongPoint& w) {
 }
 Long length(const LongPoint& u) { return std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]); }
 
-struct Corners {
-  Point a, b, c, d;
-  Corners(const std::vector<Point>& points, const Tet& t)
-      : a(points[static_cast<std::size_t>(t[0])]),
-        b(points[static_cast<std::size_t>(t[1])]),
-        c(points[static_cast<std::size_t>(t[2])]),
-        d(points[static_cast<std::size_t>(t[3])]) {}
-  Long volume() const { return std::abs(determinant(minus(b, a), minus(c, a), minus(d, a))) / 6; }
-};
-
-// Of the volume of a cell when it is computed in double precision, at most: as the program does.
-Long error_of_volume(const Corners& t) {
-  Long product = 1;
-  for (const Point& p : {t.b, t.c, t.d}) {
-    const LongPoint u = minus(p, t.a);
-    product *= std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
-  }
-  return 43 * 0x1p-53L * product / 6;
-}
-
 std::vector<Point> scaled(const std::vector<Point>& points, double unit) {
   std::vector<Point> result = points;
   for (Point& p : result) {
@@ -59,6 +39,27 @@ void add(std::vector<std::string>* faults, const Parts&... parts) {
 }
 
 }  // namespace
+
+struct Measure::Corners {
+  Point a, b, c, d;
+  Corners(const std::vector<Point>& points, const Tet& t)
+      : a(points[static_cast<std::size_t>(t[0])]),
+        b(points[static_cast<std::size_t>(t[1])]),
+        c(points[static_cast<std::size_t>(t[2])]),
+        d(points[static_cast<std::size_t>(t[3])]) {}
+  Long volume() const { return std::abs(determinant(minus(b, a), minus(c, a), minus(d, a))) / 6; }
+  Long error_of_volume() const;
+};
+
+// When it is computed in double precision, at most: as the program does.
+Long Measure::Corners::error_of_volume() const {
+  Long product = 1;
+  for (const Point& p : {b, c, d}) {
+    const LongPoint u = minus(p, a);
+    product *= std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
+  }
+  return 43 * 0x1p-53L * product / 6;
+}
 
 Measure::Measure(const Case& c, const Mesh& result)
     : o_(c.options), before_(c.mesh), after_(result) {
@@ -156,8 +157,8 @@ std::vector<std::string> Measure::judge() const {
 
 Long Measure::volume_error() const {
   Long error = 0;
-  for (const Tet& t : before_.tets) error += error_of_volume(Corners(points_before_, t));
-  for (const Tet& t : after_.tets) error += error_of_volume(Corners(points_after_, t));
+  for (const Tet& t : before_.tets) error += Corners(points_before_, t).error_of_volume();
+  for (const Tet& t : after_.tets) error += Corners(points_after_, t).error_of_volume();
   return error;
 }
 
@@ -199,7 +200,7 @@ void Measure::judge_errors(std::vector<std::string>* faults) const {
   const Array& array = before_.point_arrays[0];
   const Array& other = *find(after_.point_arrays, array.name);
   const auto [range, largest] = range_of(array);
-  if (!(range > 0)) return;
+  if (!(range > 0) || any_in_another_cell()) return;
   const double eps = array.type == "Float32" ? 0x1p-23 : 0x1p-52;
   double worst = 0, worst_outside = 0;
   for (const std::size_t v : used_) {
@@ -234,25 +235,47 @@ double Measure::difference(std::size_t v, const Array& before, const Array& afte
   return std::isfinite(squares) ? std::sqrt(squares) : 0;  // what is not finite spreads
 }
 
-// The least error over all cells that hold the point.
+// Where a point lies in a cell, by the weights of its corners; nothing if it is outside by more
+// than what rounding may do.
+std::optional<std::array<Long, 4>> Measure::weights_in(const Corners& c, const Point& p) {
+  const LongPoint u = minus(c.b, c.a), w = minus(c.c, c.a), x = minus(c.d, c.a), q = minus(p, c.a);
+  const Long size = std::max({length(u), length(w), length(x)});
+  if (length(q) > 1.001L * size) return {};
+  const Long det = determinant(u, w, x);
+  if (det == 0) return {};
+  std::array<Long, 4> weights{0, determinant(q, w, x) / det, determinant(u, q, x) / det,
+                              determinant(u, w, q) / det};
+  weights[0] = 1 - weights[1] - weights[2] - weights[3];
+  const Long slack = 1e-12L + 1e-15L * size * size * size / std::abs(det);
+  if (*std::min_element(weights.begin(), weights.end()) < -slack) return {};
+  return weights;
+}
+
+// Does a point of the input lie inside a cell that it is no corner of?
+bool Measure::any_in_another_cell() const {
+  return std::any_of(before_.tets.begin(), before_.tets.end(), [&](const Tet& t) {
+    const Corners corners(points_before_, t);
+    return std::any_of(used_.begin(), used_.end(), [&](std::size_t v) {
+      if (std::find(t.begin(), t.end(), static_cast<std::int64_t>(v)) != t.end()) return false;
+      const auto weights = weights_in(corners, points_before_[v]);
+      return weights && *std::min_element(weights->begin(), weights->end()) > 1e-6L;
+    });
+  });
+}
+
+// The least error over all points that lie there and all cells that hold the point.
 double Measure::error_at(std::size_t v, const Array& before, const Array& after,
                          bool* inside) const {
   const Point& p = points_before_[v];
   double best = std::numeric_limits<double>::infinity();
+  const std::array<Long, 1> whole{1};
+  for (std::size_t i = 0; i < points_after_.size(); ++i) {
+    if (points_after_[i] != p) continue;
+    best = std::min(best, difference(v, before, after, std::array{i}, whole));
+  }
   for (const Tet& t : after_.tets) {
-    const Corners c(points_after_, t);
-    const LongPoint u = minus(c.b, c.a), w = minus(c.c, c.a), x = minus(c.d, c.a),
-                    q = minus(p, c.a);
-    const Long size = std::max({length(u), length(w), length(x)});
-    if (length(q) > 1.001L * size) continue;
-    const Long det = determinant(u, w, x);
-    if (det == 0) continue;
-    std::array<Long, 4> weights{0, determinant(q, w, x) / det, determinant(u, q, x) / det,
-                                determinant(u, w, q) / det};
-    weights[0] = 1 - weights[1] - weights[2] - weights[3];
-    const Long slack = 1e-12L + 1e-15L * size * size * size / std::abs(det);
-    if (*std::min_element(weights.begin(), weights.end()) < -slack) continue;
-    best = std::min(best, difference(v, before, after, t, weights));
+    const auto weights = weights_in(Corners(points_after_, t), p);
+    if (weights) best = std::min(best, difference(v, before, after, t, *weights));
   }
   *inside = std::isfinite(best);
   return *inside ? best : error_outside(v, before, after);

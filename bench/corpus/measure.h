@@ -1,6 +1,8 @@
 // Signs, distances, errors and integrals of the input and the result of a case.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -35,6 +37,9 @@ class Measure {
   };
   Range range_of(const Array& array) const;
   void judge_errors(std::vector<std::string>* faults) const;
+  struct Corners;
+  static std::optional<std::array<long double, 4>> weights_in(const Corners& c, const Point& p);
+  bool any_in_another_cell() const;
   double error_at(std::size_t v, const Array& before, const Array& after, bool* inside) const;
   double error_outside(std::size_t v, const Array& before, const Array& after) const;
   template <class Ids, class Weights>
