@@ -13,6 +13,7 @@
 #include "cli/console.h"
 #include "cli/findings.h"
 #include "compare/compare.h"
+#include "compare/needs.h"
 #include "io/mesh_source.h"
 
 namespace tetfusion {
@@ -27,6 +28,7 @@ struct Arguments {
   std::vector<std::string> arrays;
   OpenOptions open;
   int threads = 0;
+  std::uint64_t memory = 0;  // 0: half of what there is
   ConsoleOptions console;
 };
 
@@ -263,7 +265,9 @@ Comparison compare(const Arguments& a, const Bounds& bounds) {
   const auto original = open_mesh(a.original, a.open);
   const auto simplified = open_mesh(a.simplified, a.open);
   require_arrays(bounds, original->description(), simplified->description());
-  const Comparison comparison = compare_meshes(original.get(), simplified.get(), context);
+  const std::uint64_t memory = a.memory != 0 ? a.memory : memory_limit() / 2;
+  const std::uint64_t sides = plan_comparison(original.get(), simplified.get(), memory);
+  const Comparison comparison = compare_meshes(original.get(), simplified.get(), context, sides);
   console.detail_resources();
   return comparison;
 }
@@ -340,6 +344,10 @@ void add_compare_command(CLI::App& app) {
   add_cell_options(*command, &a->open.tetrahedralize, &a->open.linearize);
   add_report_option(*command, &a->report);
   add_bound_options(*command, a.get());
+  add_memory_option(*command, &a->memory,
+                    "Memory to take at most, as in 2G, 512M or 1.5G; the simplified mesh must fit. "
+                    "With less the original is read more often, with the same results. Default: "
+                    "half of what the machine or its control group allows");
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console);
   command->callback([a] { run(*a); });

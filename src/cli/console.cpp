@@ -89,14 +89,19 @@ std::uint64_t parse_memory(const std::string& text) {
   return *bytes;
 }
 
-void add_memory_options(CLI::App& command, std::uint64_t* memory, std::string* scratch) {
+void add_memory_option(CLI::App& command, std::uint64_t* memory, const char* help) {
   command
       .add_option_function<std::string>(
-          "--memory", [memory](const std::string& text) { *memory = parse_memory(text); },
-          "Memory to take at most, as in 2G, 512M or 1.5G; a mesh that does not fit is looked at "
-          "in chunks, with the same findings. Default: half of what the machine or its control "
-          "group allows")
+          "--memory", [memory](const std::string& text) { *memory = parse_memory(text); }, help)
       ->group(kPerformanceGroup);
+}
+
+void add_memory_options(CLI::App& command, std::uint64_t* memory, std::string* scratch) {
+  add_memory_option(
+      command, memory,
+      "Memory to take at most, as in 2G, 512M or 1.5G; a mesh that does not fit is looked at "
+      "in chunks, with the same findings. Default: half of what the machine or its control "
+      "group allows");
   command
       .add_option("--scratch", *scratch,
                   "Folder in which a folder is made for chunks that do not fit into memory, and "

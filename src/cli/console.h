@@ -35,6 +35,8 @@ void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize);
 void add_thread_option(CLI::App& command, int* threads);
 // Bytes, of "2G" or "512M". Throws Error(kUsage).
 std::uint64_t parse_memory(const std::string& text);
+// Adds --memory.
+void add_memory_option(CLI::App& command, std::uint64_t* memory, const char* help);
 // Adds --memory and --scratch, for commands that only look.
 void add_memory_options(CLI::App& command, std::uint64_t* memory, std::string* scratch);
 // Adds --encoding.

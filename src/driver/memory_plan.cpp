@@ -80,8 +80,8 @@ void include_verification(const MeshDescription& mesh, std::uint64_t tets,
   // Two triangles a point of the surface, as that of a cube; of both meshes.
   const double triangles = 4 * interface_vertices(static_cast<double>(mesh.cells));
   const std::uint64_t bytes = kProcess + point_bytes * static_cast<std::uint64_t>(points);
-  const VerificationNeeds beside = estimate_verification(
-      mesh, tets, static_cast<std::uint64_t>(points), static_cast<std::uint64_t>(triangles));
+  const ComparisonNeeds beside = estimate_comparison(mesh, tets, static_cast<std::uint64_t>(points),
+                                                     static_cast<std::uint64_t>(triangles));
   needs->out_of_core = std::max(needs->out_of_core, bytes + beside.least());
   needs->in_core =
       std::max(needs->in_core,

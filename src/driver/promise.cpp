@@ -102,8 +102,8 @@ void require_boundary(const std::string& input, const InputFacts& facts) {
 Verification verify_output(const WrittenOutput& output, const Promise& promise,
                            MeshSource* original, const RunContext& context, MemoryBudget* budget) {
   trim_memory();
-  const VerificationNeeds needs = estimate_verification(original->description(), promise.tets,
-                                                        promise.points, promise.boundary_triangles);
+  const ComparisonNeeds needs = estimate_comparison(original->description(), promise.tets,
+                                                    promise.points, promise.boundary_triangles);
   const std::uint64_t sides = needs.sides_within(budget->free());
   const auto reserved = budget->reserve(needs.fixed + sides, "the verification of the result");
   result_seam().written(output.path);

@@ -472,9 +472,9 @@ void Job::make_map(const std::string& path, const Vector<std::int64_t>& original
                    const MeshSummary& written, OutputFile* file) {
   clock_.begin("map");
   trim_memory();
-  VerificationNeeds needs =
-      estimate_verification(source_->description(), written.tets, written.points,
-                            report_.input.boundary_triangles + written.boundary_triangles);
+  ComparisonNeeds needs =
+      estimate_comparison(source_->description(), written.tets, written.points,
+                          report_.input.boundary_triangles + written.boundary_triangles);
   needs.fixed += kMapPointBytes * written.points;
   const std::uint64_t sides = needs.sides_within(budget_->free());
   const auto reserved = budget_->reserve(needs.fixed + sides, "the map of the points");

@@ -9,6 +9,7 @@
 
 #include "base/run_context.h"
 #include "base/vector.h"
+#include "compare/needs.h"  // for those who plan a verification
 #include "io/mesh_source.h"
 
 namespace tetfusion {
@@ -64,22 +65,5 @@ struct Verification {
 // is broken. The original must have a boundary.
 Verification verify_result(MeshSource* original, const std::string& result, const Promise& promise,
                            std::uint64_t sides, const RunContext& context);
-
-// Bytes of memory, beside what the process has anyway: what is needed in any case, and for sides.
-struct VerificationNeeds {
-  std::uint64_t fixed = 0, least_sides = 0, most_sides = 0;
-
-  std::uint64_t least() const { return fixed + least_sides; }
-  std::uint64_t most() const { return fixed + most_sides; }
-  // The sides that so many bytes leave room for.
-  std::uint64_t sides_within(std::uint64_t bytes) const {
-    return std::clamp(bytes > fixed ? bytes - fixed : 0, least_sides, most_sides);
-  }
-};
-
-// For a result of so many tetrahedra and points; `original` is what it was made of,
-// `boundary_triangles` its boundary and interfaces.
-VerificationNeeds estimate_verification(const MeshDescription& original, std::uint64_t tets,
-                                        std::uint64_t points, std::uint64_t boundary_triangles);
 
 }  // namespace tetfusion

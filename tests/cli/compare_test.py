@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """What compare says about two meshes. Usage: compare_test.py TETFUSION"""
 import json
+import re
 
-from harness import BAD, INVALID, IO, USAGE, FolderTest, finish, main, report_of, run
+from harness import BAD, INVALID, IO, MEMORY, USAGE, FolderTest, finish, main, report_of, run, sanitized
 from sample_meshes import mesh_of_all_sorts, rebuilt, set_value
 from tiny_vtu import TinyVtu
 
@@ -105,6 +106,19 @@ class Compare(FolderTest):
         self.assertTrue(all(0 < a["max"] < 1 for a in first["arrays"]))
         for threads in (2, 3, 4):
             self.assertEqual(without_times(report_of("compare", original, simplified, "--threads", threads)), first)
+
+    def test_within_a_budget(self):
+        path = self.generate("--jitter", "0.3", tets="300k")
+        small = self.folder / "small.vtu"
+        run("simplify", path, "-o", small, "--reduction", "50%")
+        result = finish("compare", path, small, "--memory", "1M")
+        self.assertEqual((result.returncode, result.stdout), (MEMORY, b""))
+        needed = re.search(r"give --memory (\d+)M or more", result.stderr.decode())
+        self.assertIsNotNone(needed, result.stderr)
+        within = report_of("compare", path, small, "--memory", needed.group(1) + "M")
+        if not sanitized():
+            self.assertLess(within["peak_rss_bytes"], int(needed.group(1)) << 20)
+        self.assertEqual(without_times(within), without_times(report_of("compare", path, small)))
 
     def test_the_order_of_the_file_hardly_matters(self):
         straight = self.generate("--jitter", "0.2", name="a.vtu")

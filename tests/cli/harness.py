@@ -27,6 +27,11 @@ def command():
     return _command
 
 
+def sanitized():
+    """Is the command built with AddressSanitizer, which takes memory of its own?"""
+    return b"__asan_init" in pathlib.Path(command()).read_bytes()
+
+
 def run(*arguments, code=0, **keywords):
     """Runs the command and returns what it wrote to standard output; its standard error must say why where it fails."""
     result = finish(*arguments, **keywords)
