@@ -13,6 +13,12 @@ std::string boundary_name(const BehaviourOptions& b) {
   return b.boundary == Boundary::kPlanar ? "planar" : "exact";
 }
 
+void say_what_steers(const std::vector<std::string>& arrays, const RunContext& context) {
+  for (const std::string& name : arrays) {
+    context.say(fmt::format("array {} steers (--array chooses others)", name));
+  }
+}
+
 void say_what_is_odd(const InputFacts& facts, const std::vector<std::string>& regions,
                      const RunContext& context) {
   const auto say = [&](std::uint64_t count, std::string_view what) {

@@ -13,6 +13,9 @@ namespace tetfusion {
 // What may become of the boundary, as it was asked for: "exact", "planar", or a share.
 std::string boundary_name(const BehaviourOptions& behaviour);
 
+// For arrays that nobody has named.
+void say_what_steers(const std::vector<std::string>& arrays, const RunContext& context);
+
 // What was turned, dropped, or left as it is; and the cell arrays whose interfaces are kept.
 void say_what_is_odd(const InputFacts& facts, const std::vector<std::string>& regions,
                      const RunContext& context);

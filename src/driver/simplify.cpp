@@ -317,7 +317,10 @@ Steering Job::read_steering() {
   if (!stream_) stream_ = open_stream(source_.get());
   context_.check();
   Steering steering(steering_choices_, source_->description(), *stream_, context_);
-  if (!steering.fields().empty()) return steering;
+  if (!steering.fields().empty()) {
+    if (request_.behaviour.arrays.empty()) say_what_steers(steering.names(), context_);
+    return steering;
+  }
   const BehaviourOptions& b = request_.behaviour;
   if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {
     throw Error(ErrorCode::kUsage,

@@ -90,6 +90,13 @@ class Report(FolderTest):
             self.assertRegex(text.splitlines()[-1], r"^[\d.]+ s, [\d.]+ s of processor time, [\d.]+ MiB at the peak$")
         self.assertRegex(finish("simplify", path, "-o", out, "-v").stderr.decode(), "macroLoD 1: ")
 
+    def test_which_array_steers_is_said_where_nobody_chose_it(self):
+        path, out = self.generate(), self.folder / "out.vtu"
+        notice = b"array temperature steers (--array chooses others)"
+        self.assertIn(notice, finish("simplify", path, "-o", out).stderr)
+        self.assertNotIn(b"steers", finish("simplify", path, "-o", out, "--array", "temperature").stderr)
+        self.assertEqual(b"", finish("simplify", path, "-o", out, "--quiet").stderr)
+
 
 if __name__ == "__main__":
     main()
