@@ -258,6 +258,9 @@ struct Options {
   // Where the mesh stays as it is, as in "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS",
   // "pressure>0.5".
   std::vector<std::string> roi;
+  // With kFuse: an array of the points, of finite values >= 0; errors count so many times as much
+  // there. Empty: all count alike.
+  std::string weight;
 
   bool tetrahedralize = false;  // split hexahedra, voxels, wedges and pyramids
   bool linearize = false;       // take ten-node tetrahedra as straight ones

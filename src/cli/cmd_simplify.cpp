@@ -150,9 +150,9 @@ void parse_arguments(Arguments* a) {
 // An option that the method has no use for would be forgotten without a word.
 void refuse_foreign_options(const CLI::App& command, Method method) {
   const bool fuse = method == Method::kFuse;
-  const auto names =
-      fuse ? std::vector<std::string>{"--boundary-rule"}
-           : std::vector<std::string>{"--min-quality", "--max-error", "--max-rms", "--conserve"};
+  const auto names = fuse ? std::vector<std::string>{"--boundary-rule"}
+                          : std::vector<std::string>{"--min-quality", "--max-error", "--max-rms",
+                                                     "--conserve", "--weight"};
   for (const std::string& name : names) {
     if (command.get_option(name)->count() == 0) continue;
     refuse(fmt::format("{} belongs to --method {}: give that as well, or leave the option out",
@@ -386,6 +386,13 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
           "vector its length). May be given again. A tetrahedron stays if all of its points "
           "are in one of them")
       ->allow_extra_args(false)
+      ->group(kGroup);
+  command
+      .add_option("--weight", a->request.behaviour.weight,
+                  "With --method fuse: a point array of numbers >= 0 that says how much errors "
+                  "count: where it is 2 one is as bad as one twice as large where it is 1, so that "
+                  "the mesh stays finer there; --max-rms is divided by it")
+      ->check(not_empty)
       ->group(kGroup);
 }
 

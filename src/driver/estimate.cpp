@@ -59,6 +59,7 @@ class Trial {
   ImportedMesh<Real> input_;
   std::vector<SteeringField> fields_;
   std::vector<std::uint32_t> regions_;  // columns whose interfaces move
+  std::uint32_t weights_ = kNoColumn;
   RoundsState state_;
   RunEstimate out_;
   double free_ = 0;    // vertices of the sample that may go
@@ -76,6 +77,7 @@ RunEstimate Trial<Real>::run() {
   out_.boundary_share = boundary_.boundary_share();
   look_at_marks();
   limit_errors();
+  weights_ = weight_column(behaviour_.weight, request_.description, carried);
   if (surfaces_move(behaviour_)) regions_ = region_columns(carried, request_.regions);
 
   const auto layout = run_layout<Real>(behaviour_, carried, request_.steering.width());
@@ -156,6 +158,7 @@ void Trial<Real>::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* 
     context_.report("trying", 0.6);
     RoundPlan plan = planner_.plan(input_.box, mesh().tets, goal, state_);
     plan.settings.fuse.regions = regions_;
+    plan.settings.fuse.weights = weights_;
     const RoundStatistics round =
         rounds->run(plan.settings, plan.limits, fields_, context_, &mesh());
     planner_.note(plan, round, &state_);

@@ -80,6 +80,7 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   text += fmt::format("arrays: {}\n", join(b.arrays));
   text += fmt::format("regions: {}\n", b.regions ? join(*b.regions) : "default");
   text += fmt::format("region of interest: {}\n", join(b.interest));
+  text += fmt::format("weight: {}\n", b.weight);
   text += fmt::format("lods: {}\n", join(b.lods));
   text += fmt::format("chunk tets: {}\n", b.chunk_tets);
   text += fmt::format("original ids: {}\n", b.original_ids);

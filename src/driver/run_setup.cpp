@@ -1,7 +1,12 @@
 #include "driver/run_setup.h"
 
-#include <algorithm>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
+
+#include "base/error.h"
+#include "io/mesh_passes.h"
 #include "kernel/vertex_quadrics.h"
 
 namespace tetfusion {
@@ -28,6 +33,44 @@ std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
     columns.push_back(static_cast<std::uint32_t>(at - carried.cell_indices.begin()));
   }
   return columns;
+}
+
+std::uint32_t weight_column(const std::string& name, const MeshDescription& mesh,
+                            const CarriedArrays& carried) {
+  if (name.empty()) return kNoColumn;
+  const std::size_t index = carried.point_data.find(name);
+  if (index == AttributeSet::npos || carried.point_data.arrays[index].components != 1) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{}: --weight {}: there is no point array of one component with that "
+                            "name; the point arrays are: {}",
+                            mesh.path, name, names_of(mesh.point_data)));
+  }
+  return static_cast<std::uint32_t>(index);
+}
+
+void check_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
+                   const RunContext& context) {
+  constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+  const std::size_t index = mesh.point_data.find(name);
+  const ArrayInfo& info = mesh.point_data.arrays[index];
+  Vector<std::byte> rows;
+  for (std::uint64_t first = 0; first < stream.points(); first += kWindow) {
+    context.check();
+    const std::uint64_t count = std::min(kWindow, stream.points() - first);
+    rows.resize(count * size_of(info.type));
+    stream.read_rows(Association::kPoint, index, first, count, rows);
+    const Vector<double> values = to_doubles(info, rows);
+    const auto wrong = std::find_if(values.begin(), values.end(), [](double value) {
+      return !(value >= 0 && value <= std::numeric_limits<float>::max());
+    });
+    if (wrong == values.end()) continue;
+    throw Error(
+        ErrorCode::kBadInput,
+        fmt::format("{}: --weight {}: point {} has the value {}; weights are finite numbers "
+                    "of 0 or more",
+                    mesh.path, name, first + static_cast<std::uint64_t>(wrong - values.begin()),
+                    *wrong));
+  }
 }
 
 template <class Real>

@@ -3,12 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
+#include "base/run_context.h"
 #include "driver/carried_arrays.h"
 #include "driver/import.h"
 #include "driver/options.h"
 #include "driver/steering.h"
+#include "io/mesh_stream.h"
 
 namespace tetfusion {
 
@@ -17,6 +20,15 @@ bool surfaces_move(const BehaviourOptions& behaviour);
 // Columns of chunks: those of cell arrays of the description.
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
                                           const std::vector<std::size_t>& regions);
+
+// The point column that says how much errors count, or kNoColumn. Throws Error(kUsage) where the
+// mesh has no such array of one component.
+std::uint32_t weight_column(const std::string& name, const MeshDescription& mesh,
+                            const CarriedArrays& carried);
+
+// Throws Error(kBadInput) where such an array has a value that is negative or not finite.
+void check_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
+                   const RunContext& context);
 
 // An empty mesh with the rows that the rounds need.
 template <class Real>

@@ -85,6 +85,7 @@ class Job {
   RegionOfInterest interest_;
   std::vector<std::size_t> regions_;
   std::vector<std::uint32_t> region_columns_;  // the same, of the columns of chunks
+  std::uint32_t weight_column_ = kNoColumn;
   MemoryNeeds needs_;
   std::unique_ptr<MemoryBudget> budget_;
   bool on_disk_ = false;
@@ -195,6 +196,8 @@ void Job::open_input() {
   stream_ = source_->stream();
   steering_choices_ = choose_steering(source_->description(), request_.behaviour.arrays);
   regions_ = choose_regions(source_->description(), request_.behaviour.regions);
+  weight_column_ = weight_column(request_.behaviour.weight, source_->description(),
+                                 CarriedArrays(source_->description()));
   interest_ = RegionOfInterest(request_.behaviour.interest, source_->description());
   context_.check();
 }
@@ -316,6 +319,8 @@ void Job::run_with() {
 Steering Job::read_steering() {
   if (!stream_) stream_ = open_stream(source_.get());
   context_.check();
+  const std::string& weight = request_.behaviour.weight;
+  if (!weight.empty()) check_weights(weight, source_->description(), *stream_, context_);
   Steering steering(steering_choices_, source_->description(), *stream_, context_);
   if (!steering.fields().empty()) {
     if (request_.behaviour.arrays.empty()) say_what_steers(steering.names(), context_);
@@ -337,6 +342,7 @@ RoundPlan Job::plan_round(const Box& box, std::uint64_t tets,
                           const RoundsState& state) const {
   RoundPlan plan = planner_.plan(box, tets, goal, state);
   if (surfaces_move()) plan.settings.fuse.regions = region_columns_;
+  plan.settings.fuse.weights = weight_column_;
   return plan;
 }
 

@@ -102,6 +102,7 @@ void check_options(const SimplifyRequest& request) {
   if (b.conserve && (b.method != Method::kFuse || b.boundary == Boundary::kWithin)) {
     refuse("--conserve needs --method fuse and a boundary that stays, exact or planar");
   }
+  if (!b.weight.empty() && b.method != Method::kFuse) refuse("--weight belongs to --method fuse");
   if (b.max_error && !(*b.max_error > 0)) {
     refuse("--max-error must be greater than 0 (a share of the range)");
   }

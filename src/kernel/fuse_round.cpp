@@ -20,6 +20,8 @@ constexpr std::uint8_t kLists = 1;
 
 // Failures are asked again once in so many bins: an octave.
 constexpr std::size_t kAskAgain = 8;
+// Nothing counts less: a cost of 0 is one that nobody knows.
+constexpr float kLeastWeight = 1e-6F;
 // A round is over when all have been asked, and less than this share of the tetrahedra went.
 constexpr double kIdleShare = 0.02;
 
@@ -55,6 +57,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   integrals_.begin(limits.keep_integrals, fields, mesh);
   errors_.begin(fields, {limits.max_error, limits.error_now, limits.unit, limits.max_deviation},
                 mesh, &balls_);
+  begin_weights();
   values_.resize(width_);
   least_.resize(width_);
   most_.resize(width_);
@@ -82,6 +85,26 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   removed_ = 0;
   fused_ = 0;
   interpolations_.clear();
+}
+
+template <class Real>
+void FuseRound<Real>::begin_weights() {
+  weights_.clear();
+  if (limits_->weights == kNoColumn) return;
+  const Column& column = mesh_->point_columns[limits_->weights];
+  visit_type(column.type, [&](auto zero) {
+    using T = decltype(zero);
+    const std::span<const T> rows(reinterpret_cast<const T*>(column.rows.data()),
+                                  mesh_->vertex_count());
+    for (const T value : rows) weights_.push_back(static_cast<float>(value));
+  });
+}
+
+template <class Real>
+float FuseRound<Real>::weight_of(VertexId v, VertexId partner) const {
+  if (weights_.empty()) return 1;
+  const float weight = std::max({weights_[v], weights_[partner], kLeastWeight});
+  return weight * weight;
 }
 
 template <class Real>
@@ -299,7 +322,8 @@ void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
     (kind_[u] == kind_[v] ? movable_ : fixed_ones_).push_back(u);
   }
   Candidates best{};
-  const auto add = [&](float cost, VertexId partner) {
+  const auto add = [&](float unweighted, VertexId partner) {
+    const float cost = unweighted * weight_of(v, partner);
     if (!(cost > above)) return;
     Candidate c{cost, partner};
     for (Candidate& b : best) {
@@ -351,7 +375,7 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const float weight = merged.sum[kQuadricW];
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
-               static_cast<float>(limits_->threshold) * weight);
+               threshold_for(v, partner) * weight);
   return push(v, partner, most) || (reject_ == Reject::kDeviation && slide(v, partner, most));
 }
 
@@ -401,6 +425,7 @@ void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   if (errors_.bounds()) errors_.apply();
   if (integrals_.stay()) integrals_.apply(kept, interpolation_.nearest);
   if (!fixed_) mesh_->marks[kept] |= kMoved;
+  if (!fixed_ && !weights_.empty()) weights_[kept] = std::max(weights_[v], weights_[partner]);
   merge_quadrics(v, kept);
   move_tets(kept, kept == v ? partner : v);
   removed_ += cavity_.deleted().size();

@@ -55,6 +55,9 @@ struct FuseLimits {
   double deviation_before = 0;
   double sheet_weight = 0;             // as in EdgeCosts::begin()
   std::vector<std::uint32_t> regions;  // cell columns: sheets lie where their values differ
+  // A point column of one finite value >= 0 a vertex: errors count so many times as much there, and
+  // fusions cost its square. kNoColumn: all count alike.
+  std::uint32_t weights = kNoColumn;
   // Ways the boundary looks at the beginning of the round: no part of it rises where another part
   // that faces it may be in reach. Null: there is none.
   const FacingGrid* facing = nullptr;
@@ -126,6 +129,12 @@ class FuseRound {
   template <class Skip>
   void choose(VertexId v, Skip skip, float above);
   void find_partners(VertexId v);
+  void begin_weights();
+  // What a fusion of these costs, as a multiple of what it does.
+  float weight_of(VertexId v, VertexId partner) const;
+  float threshold_for(VertexId v, VertexId partner) const {
+    return static_cast<float>(limits_->threshold) / weight_of(v, partner);
+  }
   float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * mesh_->quadric_width - 1]; }
 
   // One fusion.
@@ -165,6 +174,7 @@ class FuseRound {
   SheetFan fan_;
   EdgeCosts<Real> edge_costs_;
   Vector<Kind> kind_;
+  Vector<float> weights_;  // of errors; none if all count alike
   Vector<Candidates> candidates_;
   Vector<std::uint8_t> reason_;  // why the last fusion of a vertex failed
 

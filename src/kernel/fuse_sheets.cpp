@@ -74,7 +74,7 @@ bool FuseRound<Real>::plan_on_sheet(VertexId v, VertexId partner) {
   position_ = sheet_fusion_.flattened(edge_costs_.place(v, merged.best));
   if (allows(v, partner)) return true;
   const float most = std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F),
-                              static_cast<float>(limits_->threshold));
+                              threshold_for(v, partner));
   for (const float t : kElsewhere) {
     const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
     if (!(value_at(merged.reduced, u) <= most)) continue;

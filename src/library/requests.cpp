@@ -84,6 +84,7 @@ SimplifyRequest to_request(const Options& o) {
   for (const SteeringArray& array : o.arrays) b.arrays.push_back(to_text(array));
   b.regions = o.regions;
   b.interest = o.roi;
+  b.weight = o.weight;
   b.chunk_tets = o.chunk_tets;
   b.tetrahedralize = o.tetrahedralize;
   b.linearize = o.linearize;

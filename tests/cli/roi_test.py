@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""simplify --roi, from file to file. Usage: roi_test.py TETFUSION"""
+"""simplify --roi and --weight, from file to file. Usage: roi_test.py TETFUSION"""
 import numpy as np
-from harness import USAGE, FolderTest, finish, main, report_of
+from harness import BAD, USAGE, FolderTest, finish, main, report_of, run
 from independent_check import Vtu
+from tiny_vtu import TinyVtu
 
 
 def cells_inside(mesh, inside):
@@ -79,6 +80,68 @@ class RegionOfInterest(FolderTest):
             result = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "50%", "--roi", text)
             self.assertEqual(result.returncode, USAGE, text)
             self.assertIn(why, result.stderr.decode(), text)
+            self.assertFalse((self.folder / "out.vtu").exists())
+
+
+class Weight(FolderTest):
+    OPTIONS = ("--array", "temperature", "--regions", "none", "--quiet")
+
+    def with_weights(self, weights):
+        mesh = TinyVtu(8)
+        mesh.arrays.insert(1, ["PointData", "heavy", "Float64", 1, weights])
+        return mesh
+
+    def points(self, path, *options):
+        """How many there are where the weight is less than a half, and elsewhere."""
+        out = self.folder / "out.vtu"
+        run("simplify", path, "-o", out, *self.OPTIONS, *options)
+        report_of("check", out, "--strict")
+        front = Vtu(out).arrays["point"]["front"][-1].ravel()
+        return int((front < 0.5).sum()), int((front >= 0.5).sum())
+
+    def test_the_mesh_stays_finer_where_errors_count_more(self):
+        path = self.generate("--jitter", "0.5", "--time", "8", tets="100k")
+        for options in (("--reduction", "60%"), ("--reduction", "60%", "--boundary", "0.5%")):
+            light, heavy = self.points(path, *options, "--weight", "front")
+            light_before, heavy_before = self.points(path, *options)
+            self.assertLess(light, 0.5 * light_before, options)
+            self.assertGreater(heavy, 1.5 * heavy_before, options)
+
+    def test_a_bound_holds_where_the_weight_is_one(self):
+        path = self.generate("--jitter", "0.5", "--time", "8", tets="100k")
+        light, heavy = self.points(path, "--max-rms", "0.1%", "--weight", "front")
+        light_before, heavy_before = self.points(path, "--max-rms", "0.1%")
+        self.assertLess(light, 0.5 * light_before)
+        self.assertAlmostEqual(heavy / heavy_before, 1, delta=0.1)
+
+    def test_where_all_count_alike_nothing_changes(self):
+        path = self.write(self.with_weights([1.0] * 9 ** 3))
+        files = []
+        for more in ((), ("--weight", "heavy")):
+            run("simplify", path, "-o", self.folder / "out.vtu", *self.OPTIONS, "--reduction", "50%", "--chunk-tets", "500", *more)
+            files.append((self.folder / "out.vtu").read_bytes())
+        self.assertEqual(*files)
+
+    def test_the_bytes_do_not_depend_on_the_memory(self):
+        path = self.generate("--jitter", "0.5", tets="40k")
+        files = []
+        for name, more in (("a.vtu", ("--threads", "1")), ("b.vtu", ("--threads", "2", "--scratch", self.folder / "s", "--memory", "96M"))):
+            report = report_of("simplify", path, "-o", self.folder / name, *self.OPTIONS, "--reduction", "70%", "--weight", "front",
+                               "--chunk-tets", "5k", *more)
+            self.assertEqual(report["scratch_bytes"] > 0, name == "b.vtu")
+            files.append((self.folder / name).read_bytes())
+        self.assertEqual(*files)
+
+    def test_what_makes_no_sense_is_refused(self):
+        path = self.write(self.with_weights([1.0] * 7 + [-1.0] + [1.0] * (9 ** 3 - 8)))
+        for options, code, why in ((("--weight", "nothing"), USAGE, "--weight nothing: there is no point array of one component"),
+                                   (("--weight", "id"), USAGE, "the point arrays are: temperature, heavy"),
+                                   (("--weight", ""), USAGE, "--weight"),
+                                   (("--weight", "heavy", "--method", "tetfuse"), USAGE, "--weight belongs to --method fuse"),
+                                   (("--weight", "heavy"), BAD, "--weight heavy: point 7 has the value -1")):
+            result = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "50%", *options)
+            self.assertEqual(result.returncode, code, options)
+            self.assertIn(why, result.stderr.decode())
             self.assertFalse((self.folder / "out.vtu").exists())
 
 

@@ -158,6 +158,7 @@ TEST_F(SameMesh, EveryOptionReachesTheDriver) {
   options.min_quality = 0.1;
   options.aspect_ratio = 20;
   options.max_volume = 1.5;
+  options.weight = "ids";
   BehaviourOptions same;
   same.max_error = 0.02;
   same.arrays = {"f", "cell:stress:0.03"};
@@ -166,6 +167,7 @@ TEST_F(SameMesh, EveryOptionReachesTheDriver) {
   same.min_quality = 0.1;
   same.aspect_ratio = 20;
   same.max_volume = 1.5;
+  same.weight = "ids";
   expect_same<std::int64_t>(file, same);
 
   options = {};
