@@ -78,14 +78,14 @@ def rounded(row):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_mesh_options(parser, "2.5M")
-    parser.set_defaults(kind="kuhn", options="--regions none --scalar-tolerance off")
+    parser.set_defaults(kind="kuhn", options="--method tetfuse --regions none --scalar-tolerance off")
     parser.add_argument("--chunk-tets", default="10k", help="of the run with many chunks")
     parser.add_argument("--goals", default="none,50%", help="reductions; none is until nothing fuses")
     args = parser.parse_args()
     mesh = prepare(args)
     rows, differences = [], []
     for goal in args.goals.split(","):
-        one, many = (measure(args, mesh, goal, chunk_tets) for chunk_tets in ("1G", args.chunk_tets))
+        one, many = (measure(args, mesh, goal, chunk_tets) for chunk_tets in ("100M", args.chunk_tets))
         for tets_a_box in TETS_A_BOX:
             side = max(4, round((one[0]["output"]["tets"] / tets_a_box) ** (1 / 3)))
             pair = [figures(goal, *measured, side) for measured in (one, many)]
