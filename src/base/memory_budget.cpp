@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
+#include "base/reservation_seam.h"
 
 namespace tetfusion {
 
@@ -29,7 +30,8 @@ void MemoryBudget::Reservation::resize(std::uint64_t bytes, std::string_view wha
     const std::uint64_t more = bytes - bytes_;
     const std::lock_guard lock(budget_->mutex_);
     const std::uint64_t used = budget_->used_locked();
-    if (more > budget_->total_ - used) budget_->refuse(bytes, used - bytes_, what);
+    if (more > budget_->total_ - used || reservation_seam().refuses())
+      budget_->refuse(bytes, used - bytes_, what);
     budget_->add_locked(more, passing_);
   } else {
     const std::lock_guard lock(budget_->mutex_);
@@ -53,7 +55,9 @@ void MemoryBudget::Reservation::release() noexcept {
 
 MemoryBudget::Reservation MemoryBudget::reserve(std::uint64_t bytes, std::string_view what) {
   const std::lock_guard lock(mutex_);
-  if (bytes > total_ - used_locked()) refuse(bytes, used_locked(), what);
+  if (bytes > total_ - used_locked() || reservation_seam().refuses()) {
+    refuse(bytes, used_locked(), what);
+  }
   add_locked(bytes, false);
   changed_.notify_all();  // what stays may have become too much for somebody who waits
   return Reservation(this, bytes, false);
@@ -61,6 +65,7 @@ MemoryBudget::Reservation MemoryBudget::reserve(std::uint64_t bytes, std::string
 
 MemoryBudget::Reservation MemoryBudget::wait_for(std::uint64_t bytes, std::string_view what) {
   std::unique_lock lock(mutex_);
+  if (reservation_seam().refuses()) refuse(bytes, staying_, what);
   const std::uint64_t ticket = next_ticket_++;
   queue_.push_back(ticket);
   const auto leave = [&] {

@@ -20,6 +20,7 @@
 #include <thread>
 
 #include "base/error.h"
+#include "base/reservation_seam.h"
 #include "base/resources.h"
 #include "driver/simplify.h"
 #include "faults/refused_memory.h"
@@ -316,6 +317,40 @@ TEST_P(JobFaults, MemoryIsRefused) {
     go_on(well);
     if (HasFailure()) FAIL() << "at allocation " << n;
   }
+}
+
+// Of the budget's reservations.
+TEST_P(JobFaults, AReservationIsRefused) {
+  class Refusal : public ReservationSeam {
+   public:
+    explicit Refusal(std::int64_t n) : n_(n), before_(replace_reservation_seam(this)) {}
+    ~Refusal() override { replace_reservation_seam(before_); }
+    Refusal(const Refusal&) = delete;
+    Refusal& operator=(const Refusal&) = delete;
+    bool refuses() override { return asked_++ == n_; }
+    bool has_refused() const { return asked_ > n_; }
+
+   private:
+    const std::int64_t n_;
+    ReservationSeam* before_;
+    std::atomic<std::int64_t> asked_ = 0;
+  };
+  for (std::int64_t n = 0;; ++n) {
+    reset();
+    bool well = false, refused = false;
+    int code = 0;
+    {
+      const Refusal refusal(n);
+      well = run(nullptr, &code);
+      refused = refusal.has_refused();
+    }
+    EXPECT_EQ(well, !refused);
+    EXPECT_EQ(code, refused ? 5 : 0);
+    go_on(well);
+    if (HasFailure()) FAIL() << "at reservation " << n;
+    if (!refused) break;
+  }
+  EXPECT_GT(trials_.points, 50);
 }
 
 INSTANTIATE_TEST_SUITE_P(Some, JobFaults, ::testing::Values(97),
