@@ -86,29 +86,30 @@ double Locator::rounding_in(const PointBox& box) const {
   return rounding_ * (largest + largest_part(box.extent()));
 }
 
-// The tetrahedron of which the point is least far outside, no farther than rounding explains.
+// What is nearest in the tetrahedra round it, no farther than rounding explains. It lies on one of
+// the faces that the point is beyond: in a sliver, whose height may be no more than that rounding,
+// weights that are merely cut off at 0 would be those of another place.
 bool Locator::find_close(const Point& p, Place* place) const {
-  double best = -std::numeric_limits<double>::infinity();
+  double best = std::numeric_limits<double>::infinity();
   tree_.find(p, tolerance(p, largest_extent_), [&](TetId t) {
     if (mesh_.flat[t] != 0) return false;
     const Corners corners = mesh_.corners(t);
     PointBox box;
     for (const Point& c : corners) box.add(c);
-    double least = std::numeric_limits<double>::infinity();
-    std::array<double, 4> shares;
+    const double most = tolerance(p, largest_part(box.extent()));
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      const auto& f = kFaceCorners[corner];
-      const double area =
-          length(cross(corners[f[1]] - corners[f[0]], corners[f[2]] - corners[f[0]]));
-      shares[corner] = volume_at(corners, corner, p).value;
-      least = std::min(least, shares[corner] / area);
+      if (volume_at(corners, corner, p).value >= 0) continue;
+      const auto& face = kFaceCorners[corner];
+      const NearestOnTriangle nearest =
+          nearest_on_triangle(p, {corners[face[0]], corners[face[1]], corners[face[2]]});
+      if (nearest.squared > most * most || nearest.squared >= best) continue;
+      best = nearest.squared;
+      *place = {t, {}, false, 0};
+      for (std::size_t i = 0; i < 3; ++i) place->weights[face[i]] = nearest.weights[i];
     }
-    if (least < -tolerance(p, largest_part(box.extent())) || least <= best) return false;
-    best = least;
-    *place = {t, weights_of(shares), false, 0};
     return false;
   });
-  return best > -std::numeric_limits<double>::infinity();
+  return best < std::numeric_limits<double>::infinity();
 }
 
 Place Locator::find_on_boundary(const Point& p, LocatorHint* hint) const {

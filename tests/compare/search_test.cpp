@@ -209,6 +209,25 @@ TEST(Locator, AFlatCellHoldsNothing) {
   EXPECT_FALSE(locator.locate({3, 3, 0}, &hint).outside);  // on its surface
 }
 
+// Of a sliver as high as rounding is large: what is nearest, not where weights would be without
+// those below 0.
+TEST(Locator, BesideASliver) {
+  Geometry mesh;
+  const double height = 0x1p-22;
+  mesh.points = Vector<Vec3<double>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, height}};
+  mesh.tets = {{0, 1, 2, 3}};
+  const SimplifiedMesh loaded = load(mesh);
+  const Locator locator(&loaded, ValueType::kFloat32);
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    const Point on_base{0.05 + 0.4 * uniform(5, 2 * i), 0.05 + 0.4 * uniform(5, 2 * i + 1), 0};
+    LocatorHint hint;
+    const Point below = on_base - Point{0, 0, height * uniform(6, i)};
+    const Place place = locator.locate(below, &hint);
+    EXPECT_FALSE(place.outside);
+    EXPECT_LT(length(at(loaded, place) - on_base), 1e-12);
+  }
+}
+
 TEST(Locator, AllPointsInOnePlace) {
   const SimplifiedMesh mesh = load(testing::make_mesh(
       {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-0.0, 0, 0}, {0, 1, -1}, {1, 0, -1}},
