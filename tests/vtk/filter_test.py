@@ -174,6 +174,7 @@ class SameMesh(FilterTest):
                                 reduction=0.6, arrays=["velocity", "cell:heat"], regions="none")
             self.beside_command(path, ["--reduction", "40%", "--roi", "wave>0.1", "--max-volume", "0.8"], reduction=0.4, roi="wave>0.1",
                                 max_volume=0.8)
+            self.beside_command(path, ["--reduction", "60%", "--weight", "number"], reduction=0.6, weight="number")
             self.beside_command(path, ["--array", "wave:2%", "--boundary", "1%"], arrays={"wave": 0.02}, boundary=0.01)
 
     def test_blunt_fin(self):

@@ -153,6 +153,7 @@ tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const 
   if (!filter->KeepRegions) o.regions.emplace();
   if (filter->KeepRegions && !regions.empty()) o.regions = regions;
   o.roi = roi;
+  if (filter->WeightArrayName != nullptr) o.weight = filter->WeightArrayName;
   o.tetrahedralize = filter->Tetrahedralize;
   o.linearize = filter->Linearize;
   o.threads = filter->NumberOfThreads;
@@ -167,7 +168,10 @@ vtkTetFusion::vtkTetFusion() : Internal(std::make_unique<Internals>()) {
   this->AddObserver(vtkCommand::EndEvent, this, &vtkTetFusion::EndUpdate);
 }
 
-vtkTetFusion::~vtkTetFusion() { this->SetScratchDirectory(nullptr); }
+vtkTetFusion::~vtkTetFusion() {
+  this->SetWeightArrayName(nullptr);
+  this->SetScratchDirectory(nullptr);
+}
 
 void vtkTetFusion::AddSteeringArray(int association, const char* name, double tolerance) {
   if (association != vtkDataObject::FIELD_ASSOCIATION_POINTS &&
@@ -293,6 +297,9 @@ void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Linearize: " << this->Linearize << "\n";
   os << indent << "NumberOfThreads: " << this->NumberOfThreads << "\n";
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent
+     << "WeightArrayName: " << (this->WeightArrayName != nullptr ? this->WeightArrayName : "(none)")
+     << "\n";
   os << indent << "ScratchDirectory: "
      << (this->ScratchDirectory != nullptr ? this->ScratchDirectory : "(none)") << "\n";
   os << indent << "ChunkTets: " << this->ChunkTets << "\n";

@@ -217,6 +217,15 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
+   * A point array of finite numbers of 0 or more, with the method fuse: errors count so many times
+   * as much there, so that the mesh stays finer. None, the default: all count alike.
+   */
+  vtkSetStringMacro(WeightArrayName);
+  vtkGetStringMacro(WeightArrayName);
+  ///@}
+
+  ///@{
+  /**
    * Split hexahedra, voxels, wedges and pyramids into tetrahedra? Else such cells are an error, the
    * default.
    */
@@ -307,6 +316,7 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   bool Linearize = false;
   int NumberOfThreads = 0;
   vtkTypeInt64 MemoryLimit = 0;
+  char* WeightArrayName = nullptr;
   char* ScratchDirectory = nullptr;
   vtkIdType ChunkTets = 200000;
 
