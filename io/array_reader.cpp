@@ -33,6 +33,10 @@ std::uint64_t max_values(const Payload& payload, const BinaryLayout& layout, Val
 
 ArrayReader::ArrayReader(ArraySource source)
     : source_(std::move(source)), value_bytes_(size_of(source_.type)) {
+  if (source_.computed) {
+    open_computed();
+    return;
+  }
   const Payload& payload = source_.payload;
   if (payload.begin > payload.end || payload.end > source_.file->size()) {
     fail("the array lies outside of the file");
@@ -69,14 +73,20 @@ void ArrayReader::expect_bytes(std::uint64_t bytes) {
 
 void ArrayReader::open_plain(const ByteStream& stream) {
   const std::size_t header_bytes = source_.layout.header_bytes;
-  Vector<std::byte> scratch;
-  const std::byte* header = stream.view(0, header_bytes, &scratch);
-  if (header == nullptr) fail("the file ends in its header, or it is not base64");
-  const std::uint64_t bytes = load_unsigned(header, header_bytes, source_.layout.swap);
-  expect_bytes(bytes);
-  data_ = stream.after(header_bytes, stream.padded_within(header_bytes));
+  std::uint64_t bytes = 0;
+  if (header_bytes == 0) {
+    bytes = values() * value_bytes_;
+    data_ = stream;
+  } else {
+    Vector<std::byte> scratch;
+    const std::byte* header = stream.view(0, header_bytes, &scratch);
+    if (header == nullptr) fail("the file ends in its header, or it is not base64");
+    bytes = load_unsigned(header, header_bytes, source_.layout.swap);
+    expect_bytes(bytes);
+    data_ = stream.after(header_bytes, stream.padded_within(header_bytes));
+  }
   if (bytes > data_.max_bytes()) {
-    fail("its header says " + std::to_string(bytes) + " bytes, but only " +
+    fail("it is said to have " + std::to_string(bytes) + " bytes, but only " +
          std::to_string(data_.max_bytes()) + " are left: the file is cut off or damaged");
   }
   chunks_ = block_count(bytes, kChunkBytes);
@@ -168,6 +178,12 @@ void ArrayReader::open_ascii() {
   source_.values = words;
 }
 
+void ArrayReader::open_computed() {
+  first_word_ = source_.computed->chunk_begins();
+  chunks_ = first_word_.size() - 1;
+  source_.values = first_word_.back();
+}
+
 // ---- Reading ----
 
 std::uint64_t ArrayReader::chunk_bytes() const {
@@ -178,7 +194,7 @@ std::uint64_t ArrayReader::chunk_bytes() const {
 }
 
 std::size_t ArrayReader::chunk_of(std::uint64_t value) const {
-  if (source_.payload.coding == Coding::kAscii) {
+  if (!first_word_.empty()) {
     // The last one that begins there: those without words have none of its values.
     const auto next = std::upper_bound(first_word_.begin(), first_word_.end(), value);
     return static_cast<std::size_t>(next - first_word_.begin()) - 1;
@@ -189,13 +205,14 @@ std::size_t ArrayReader::chunk_of(std::uint64_t value) const {
 
 Chunk ArrayReader::chunk(std::size_t index, std::uint64_t first, std::uint64_t last,
                          DecodeScratch* scratch) const {
-  const bool ascii = source_.payload.coding == Coding::kAscii;
-  if (!ascii && source_.layout.compressor == Compressor::kNone) {
+  if (first_word_.empty() && source_.layout.compressor == Compressor::kNone) {
     const std::uint64_t begin = index * (kChunkBytes / value_bytes_);
     const std::uint64_t end = begin + kChunkBytes / value_bytes_;
     return plain_chunk(std::max(begin, first), std::min(end, last), scratch);
   }
-  Chunk all = ascii ? ascii_chunk(index, scratch) : compressed_chunk(index, scratch);
+  Chunk all = source_.computed      ? computed_chunk(index, scratch)
+              : first_word_.empty() ? compressed_chunk(index, scratch)
+                                    : ascii_chunk(index, scratch);
   const std::uint64_t begin = std::max(all.first, first);
   all.data += (begin - all.first) * value_bytes_;
   all.count = std::max(begin, std::min(all.first + all.count, last)) - begin;
@@ -258,8 +275,15 @@ Chunk ArrayReader::ascii_chunk(std::size_t index, DecodeScratch* scratch) const 
   return {first_word_[index], count, scratch->values.data()};
 }
 
+Chunk ArrayReader::computed_chunk(std::size_t index, DecodeScratch* scratch) const {
+  const std::uint64_t count = first_word_[index + 1] - first_word_[index];
+  scratch->values.resize(count * value_bytes_);
+  source_.computed->compute(index, scratch->values.data());
+  return {first_word_[index], count, scratch->values.data()};
+}
+
 void ArrayReader::release_chunks(std::size_t begin, std::size_t end, bool around) const {
-  if (values() * value_bytes_ < kSmallArray) return;
+  if (source_.computed || values() * value_bytes_ < kSmallArray) return;
   const auto [offset, count] = place_of_chunks(begin, end);
   if (around) {
     source_.file->dont_need_around(offset, count);
@@ -296,7 +320,8 @@ void ArrayReader::fail(const std::string& what) const {
 }
 
 std::string ArrayReader::where(std::uint64_t value) const {
-  if (source_.payload.coding != Coding::kRaw || source_.layout.compressor != Compressor::kNone) {
+  if (source_.computed || source_.payload.coding != Coding::kRaw ||
+      source_.layout.compressor != Compressor::kNone) {
     return "";
   }
   const std::uint64_t at =

@@ -1,14 +1,16 @@
-// One array of a VTK XML file, read in chunks that are independent of one another.
+// One array of a VTK file, read in chunks that are independent of one another.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
 #include "base/error.h"
 #include "base/vector.h"
 #include "io/byte_stream.h"
+#include "io/computed_array.h"
 #include "io/decode.h"
 #include "io/mapped_file.h"
 #include "mesh/blocks.h"
@@ -19,8 +21,10 @@ namespace tetfusion {
 // What all binary arrays of a file have in common.
 struct BinaryLayout {
   Compressor compressor = Compressor::kNone;
-  std::size_t header_bytes = 4;  // of one number of an array's header: 4 or 8
-  bool swap = false;             // the file's byte order is not this machine's
+  // Of one number of an array's header: 4 or 8. 0: no array has a header, or is compressed, and the
+  // number of values is known.
+  std::size_t header_bytes = 4;
+  bool swap = false;  // the file's byte order is not this machine's
 };
 
 struct ArraySource {
@@ -30,7 +34,8 @@ struct ArraySource {
   Payload payload;
   BinaryLayout layout;
   ValueType type = ValueType::kFloat32;
-  std::uint64_t values = kUnknown;  // what the rest of the file says
+  std::uint64_t values = kUnknown;                          // what the rest of the file says
+  std::shared_ptr<const ComputedArray> computed = nullptr;  // instead of a payload
 };
 
 // The most values that a payload of this length can hold.
@@ -86,6 +91,7 @@ class ArrayReader {
   void open_compressed(const ByteStream& stream);
   void read_block_table(const std::byte* sizes, std::uint64_t full_blocks, std::uint64_t partial);
   void open_ascii();
+  void open_computed();
   std::span<const std::byte> bytes(std::uint64_t begin, std::uint64_t end) const {
     return source_.file->bytes().subspan(begin, end - begin);
   }
@@ -98,6 +104,7 @@ class ArrayReader {
   Chunk plain_chunk(std::uint64_t first, std::uint64_t last, DecodeScratch* scratch) const;
   Chunk compressed_chunk(std::size_t index, DecodeScratch* scratch) const;
   Chunk ascii_chunk(std::size_t index, DecodeScratch* scratch) const;
+  Chunk computed_chunk(std::size_t index, DecodeScratch* scratch) const;
   // Takes their pages out of the process, and what lies `around` them.
   void release_chunks(std::size_t begin, std::size_t end, bool around) const;
   ByteStream::FileRange place_of_chunks(std::size_t begin, std::size_t end) const;
@@ -112,7 +119,7 @@ class ArrayReader {
   std::size_t blocks_per_chunk_ = 1;
 
   Vector<std::uint64_t> text_begin_;  // of each chunk of text, in the file; one entry more
-  Vector<std::uint64_t> first_word_;  // of each chunk; one entry more
+  Vector<std::uint64_t> first_word_;  // of each chunk, of computed ones too; one entry more
 };
 
 template <class F>

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "io/gmsh_writer.h"
+#include "io/legacy_writer.h"
 #include "io/medit_head.h"
 #include "io/medit_writer.h"
 #include "io/mesh_passes.h"
@@ -27,7 +28,8 @@ struct Suffix {
   MeshFormat format;
 };
 
-constexpr std::array<Suffix, 6> kSuffixes = {{{".vtu", MeshFormat::kVtu},
+constexpr std::array<Suffix, 7> kSuffixes = {{{".vtu", MeshFormat::kVtu},
+                                              {".vtk", MeshFormat::kLegacyVtk},
                                               {".mesh", MeshFormat::kMedit},
                                               {".meshb", MeshFormat::kMeditBinary},
                                               {".msh", MeshFormat::kGmsh},
@@ -38,6 +40,7 @@ bool has_encoding(MeshFormat format, Encoding encoding) {
   switch (format) {
     case MeshFormat::kVtu:
       return true;
+    case MeshFormat::kLegacyVtk:
     case MeshFormat::kMedit:
     case MeshFormat::kGmsh:
     case MeshFormat::kTetgen:
@@ -85,20 +88,21 @@ MeshFormat output_format(const std::string& path) {
   for (const Suffix& known : kSuffixes) {
     if (suffix == known.end) return known.format;
   }
-  throw Error(ErrorCode::kUsage,
-              fmt::format("cannot write {}: the end of its name says no format that is written; "
-                          "there are .vtu (VTK; simplify also writes .pvtu), .mesh and .meshb "
-                          "(Medit), .msh (Gmsh), .node and .ele (TetGen), and - for a .vtu to "
-                          "standard output",
-                          path));
+  throw Error(
+      ErrorCode::kUsage,
+      fmt::format("cannot write {}: the end of its name says no format that is written; "
+                  "there are .vtu and .vtk (VTK; simplify also writes .pvtu), .mesh and "
+                  ".meshb (Medit), .msh (Gmsh), .node and .ele (TetGen), and - for a .vtu to "
+                  "standard output",
+                  path));
 }
 
 void check_mesh_output(const std::string& path, Encoding encoding) {
   if (!has_encoding(output_format(path), encoding)) {
     throw Error(
         ErrorCode::kUsage,
-        fmt::format("cannot write {} in this --encoding: of .msh files there is ascii besides, "
-                    "the others belong to .vtu files",
+        fmt::format("cannot write {} in this --encoding: of .vtk and .msh files there is ascii "
+                    "besides, the others belong to .vtu files",
                     path));
   }
   if (output_format(path) != MeshFormat::kTetgen) return check_output_path(path);
@@ -111,8 +115,11 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
   MeshPasses mesh(source, stream.get());
   if (format == MeshFormat::kTetgen) return write_tetgen(&mesh, path, options.progress);
   OutputFile file(path);
-  if (format == MeshFormat::kGmsh) {
-    write_gmsh(&mesh, &file, options.encoding != Encoding::kAscii, options.progress);
+  const bool binary = options.encoding != Encoding::kAscii;
+  if (format == MeshFormat::kLegacyVtk) {
+    write_legacy_vtk(&mesh, &file, binary, options.progress);
+  } else if (format == MeshFormat::kGmsh) {
+    write_gmsh(&mesh, &file, binary, options.progress);
   } else {
     write_medit(&mesh, &file, format == MeshFormat::kMeditBinary, options.progress);
   }
@@ -121,7 +128,7 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
 
 std::string left_out_of(const std::string& path, const MeshDescription& mesh) {
   const MeshFormat format = output_format(path);
-  if (format == MeshFormat::kVtu) return {};
+  if (format == MeshFormat::kVtu || format == MeshFormat::kLegacyVtk) return {};
   const std::vector<std::string> names =
       format == MeshFormat::kGmsh ? arrays_left_out_of_gmsh(mesh) : arrays_left_out(format, mesh);
   if (names.empty()) return {};

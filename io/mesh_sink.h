@@ -20,7 +20,7 @@ struct WriteOptions {
 };
 
 // By the end of the name. "-" and devices take .vtu.
-enum class MeshFormat { kVtu, kMedit, kMeditBinary, kGmsh, kTetgen };
+enum class MeshFormat { kVtu, kLegacyVtk, kMedit, kMeditBinary, kGmsh, kTetgen };
 
 // Throws Error(kUsage) for a name that is none of a format that can be written.
 MeshFormat output_format(const std::string& path);

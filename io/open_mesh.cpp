@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "io/gmsh_head.h"
 #include "io/gmsh_reader.h"
+#include "io/legacy_head.h"
 #include "io/mapped_file.h"
 #include "io/medit_head.h"
 #include "io/medit_reader.h"
@@ -45,6 +46,7 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   if (type == "UnstructuredGrid" || (type.empty() && is_called(path, {".vtu"}))) {
     return open_vtu(std::move(file), options);
   }
+  if (is_legacy_grid(text)) return open_legacy_vtk(std::move(file), options);
   if (looks_like_medit(text) || is_called(path, {".mesh", ".meshb"})) {
     return open_medit(std::move(file), options);
   }
@@ -57,8 +59,8 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   if (standard_input) {
     throw Error(
         ErrorCode::kBadInput,
-        "standard input is neither a .vtu file nor a mesh of Medit or Gmsh, the formats that "
-        "are read from there");
+        "standard input is neither a .vtu file, a legacy .vtk file of an unstructured grid nor a "
+        "mesh of Medit or Gmsh, the formats that are read from there");
   }
   if (type == "PUnstructuredGrid") {
     if (auto source = open_pvtu(file, options)) return source;

@@ -73,7 +73,8 @@ std::vector<std::filesystem::path> plugin_folders() {
   throw Error(
       ErrorCode::kBadInput,
       file +
-          ". Only .vtu, .pvtu, Medit, Gmsh and TetGen files are read without VTK, and the VTK "
+          ". Only .vtu, .pvtu, .vtk of unstructured grids, Medit, Gmsh and TetGen files are read "
+          "without VTK, and the VTK "
           "reader plugin (" +
           kVtkPluginFile + ") is not installed (looked in " + looked +
           "). Build TetFusion with VTK 9.1 or newer (Debian: apt install libvtk9-dev; cmake "

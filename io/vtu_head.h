@@ -3,8 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
-#include <span>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -18,6 +17,7 @@ struct VtuArray {
   bool counted = true;  // false: only the values themselves tell how many there are
   Payload payload;
   bool present = false;  // false for what a piece without points or cells may lack
+  std::shared_ptr<const ComputedArray> computed = nullptr;  // instead of a payload
 };
 
 struct VtuPiece {

@@ -1,4 +1,5 @@
-// An open .vtu file: its bytes and what its head says about them.
+// An open .vtu file, or a legacy .vtk of an unstructured grid: its bytes and what its head says
+// about them.
 #pragma once
 
 #include <cstddef>
@@ -35,8 +36,8 @@ struct VtuInput {
   // A reader for one of the head's arrays; `label` names it in messages. Throws Error(kBadInput).
   ArrayReader open(const VtuArray& array, std::string label) const {
     const std::uint64_t values = array.counted ? array.info.values() : ArraySource::kUnknown;
-    return ArrayReader(
-        {&file, std::move(label), array.payload, head.layout, array.info.type, values});
+    return ArrayReader({&file, std::move(label), array.payload, head.layout, array.info.type,
+                        values, array.computed});
   }
 };
 

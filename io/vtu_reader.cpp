@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "io/cell_kinds.h"
+#include "io/legacy_head.h"
 #include "io/merge_pieces.h"
 #include "io/pieces_stream.h"
 #include "io/reading_memory.h"
@@ -24,10 +25,10 @@ namespace {
 
 class VtuSource final : public MeshSource {
  public:
-  VtuSource(MappedFile file, const OpenOptions& options)
+  VtuSource(MappedFile file, const OpenOptions& options, VtuHead (*parse)(const MappedFile&))
       : input_{std::move(file), {}}, options_(options) {
-    input_.guarded([this] {
-      input_.head = parse_vtu_head(input_.file);
+    input_.guarded([&] {
+      input_.head = parse(input_.file);
       describe();
     });
   }
@@ -232,7 +233,11 @@ class VtuSource final : public MeshSource {
 }  // namespace
 
 std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options) {
-  return std::make_unique<VtuSource>(std::move(file), options);
+  return std::make_unique<VtuSource>(std::move(file), options, parse_vtu_head);
+}
+
+std::unique_ptr<MeshSource> open_legacy_vtk(MappedFile file, const OpenOptions& options) {
+  return std::make_unique<VtuSource>(std::move(file), options, parse_legacy_head);
 }
 
 }  // namespace tetfusion

@@ -25,4 +25,7 @@ namespace tetfusion {
 // in any order and again; each keeps nothing.
 std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options = {});
 
+// The same for a legacy .vtk file of an unstructured grid (legacy_head.h).
+std::unique_ptr<MeshSource> open_legacy_vtk(MappedFile file, const OpenOptions& options = {});
+
 }  // namespace tetfusion

@@ -120,9 +120,10 @@ void add_apply_command(CLI::App& app) {
   command->add_option("IN", a->input, "A mesh with the arrays, or - for standard input")
       ->required();
   command
-      ->add_option("-o,--output", a->output,
-                   "The simplified mesh with these arrays: .vtu, .mesh or .meshb (Medit), .msh "
-                   "(Gmsh), .node or .ele (TetGen), or - for a .vtu to standard output")
+      ->add_option(
+          "-o,--output", a->output,
+          "The simplified mesh with these arrays: .vtu, .vtk, .mesh or .meshb (Medit), .msh "
+          "(Gmsh), .node or .ele (TetGen), or - for a .vtu to standard output")
       ->required()
       ->group(kOutputGroup);
   command

@@ -43,9 +43,10 @@ void add_convert_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("convert", "Convert a mesh between formats and encodings");
   add_input_options(*command, &a->input, &a->open);
   command
-      ->add_option("OUT", a->output,
-                   "The file to write: .vtu, .mesh or .meshb (Medit), .msh (Gmsh), .node or .ele "
-                   "(TetGen), or - for a .vtu to standard output")
+      ->add_option(
+          "OUT", a->output,
+          "The file to write: .vtu, .vtk, .mesh or .meshb (Medit), .msh (Gmsh), .node or .ele "
+          "(TetGen), or - for a .vtu to standard output")
       ->required();
   add_encoding_option(*command, &a->write.encoding);
   add_thread_option(*command, &a->threads);

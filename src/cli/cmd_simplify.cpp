@@ -439,14 +439,16 @@ void add_simplify_command(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("simplify", "Simplify a mesh");
   command
-      ->add_option("IN", a->request.input,
-                   "The mesh: a .vtu, .pvtu, Medit, Gmsh or TetGen file, or - for standard input")
+      ->add_option(
+          "IN", a->request.input,
+          "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, or - for standard input")
       ->required();
   command
-      ->add_option("-o,--output", a->request.output,
-                   "The result: a .vtu file, a .pvtu file with several pieces, .mesh or .meshb "
-                   "(Medit), .msh (Gmsh), .node or .ele (TetGen), or - for standard "
-                   "output")
+      ->add_option(
+          "-o,--output", a->request.output,
+          "The result: a .vtu file, a .pvtu file with several pieces, .vtk, .mesh or .meshb "
+          "(Medit), .msh (Gmsh), .node or .ele (TetGen), or - for standard "
+          "output")
       ->required()
       ->group(kOutputGroup);
   command

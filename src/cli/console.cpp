@@ -120,7 +120,7 @@ void add_encoding_option(CLI::App& command, Encoding* encoding) {
       .add_option(
           "--encoding", *encoding,
           "Encoding of the .vtu written: raw, zlib, lz4 (appended), inline (base64), ascii; "
-          "of a .msh raw or ascii")
+          "of a .vtk or .msh raw (binary) or ascii")
       ->transform(CLI::CheckedTransformer(kNames, CLI::ignore_case).description(""))
       ->default_str("raw")
       ->group(kOutputGroup);
