@@ -264,8 +264,7 @@ class LegacyParser {
       }
     }
     fail_at(begin,
-            "expected a section, as POINTS, CELLS or POINT_DATA, found " +
-                quoted(trimmed(text_.substr(begin, 64))) +
+            "expected a section, as POINTS, CELLS or POINT_DATA, found " + quoted(joined(words)) +
                 (binary_ ? ": the section before it has another length than its counts say" : ""));
   }
 

@@ -57,6 +57,7 @@ void write_or_remove(const std::string& name, const std::string* bytes) {
 }  // namespace
 
 void read_vtu(Input input) { read_file(input, "input.vtu", open_vtu); }
+void read_legacy(Input input) { read_file(input, "input.vtk", open_legacy_vtk); }
 void read_medit(Input input) { read_file(input, "input.mesh", open_medit); }
 void read_gmsh(Input input) { read_file(input, "input.msh", open_gmsh); }
 

@@ -192,6 +192,33 @@ std::vector<std::string> pvtu_seeds() {
   return seeds;
 }
 
+// Those of version 5.1 are ours; the lists of earlier ones are made by hand.
+std::vector<std::string> legacy_seeds() {
+  std::vector<std::string> seeds =
+      converted({{"a.vtk", Encoding::kRaw}, {"b.vtk", Encoding::kAscii}});
+  const std::string cells = "CELLS 3 13\n4 0 1 2 3\n3 1 2 3\n4 1 2 3 4\nCELL_TYPES 3\n10 5 10\n";
+  const std::string text =
+      "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD f 1\nw 1 1 string\n"
+      "a%20b\nPOINTS 5 int\n0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\n";
+  seeds.push_back(
+      text + cells +
+      "POINT_DATA 5\nCOLOR_SCALARS c 1\n0 .5 1 0 1\nSCALARS s float\nLOOKUP_TABLE t\n"
+      "1 2 3 4 5\nLOOKUP_TABLE t 1\n0 0 0 1\nTEXTURE_COORDINATES u 2 double\n1 2 3 4 5 6 7 8 "
+      "9 0\nCELL_DATA 3\nFIELD f 1\nvtkGhostType 1 3 unsigned_char\n0 0 1\n");
+  std::string binary =
+      "# vtk DataFile Version 4.2\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 unsigned_char\n";
+  const auto put = [&](std::initializer_list<char> bytes) { binary.append(bytes); };
+  put({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1});
+  binary += "\nCELLS 1 5\n";
+  for (const char i : {4, 0, 1, 2, 3}) put({0, 0, 0, i});
+  binary += "\nCELL_TYPES 1\n";
+  put({0, 0, 0, 10});
+  binary += "\nPOINT_DATA 4\nSCALARS b bit 1\nLOOKUP_TABLE default\nA\nFIELD f 1\nn 1 4 string\n";
+  put({'\xC1', 'a', '\xC0', '\xC0', '\xC1', 'b', '\n'});
+  seeds.push_back(binary);
+  return seeds;
+}
+
 std::vector<std::string> medit_seeds() {
   return converted({{"a.mesh", Encoding::kRaw}, {"a.meshb", Encoding::kRaw}});
 }

@@ -21,6 +21,7 @@ struct Target {
 // Readers: bytes are a file. The length's last two bits say how it is read (bit 0: tetrahedralize,
 // bit 1: linearize), so that a seed is a file as any other.
 void read_vtu(Input);
+void read_legacy(Input);
 void read_medit(Input);
 void read_gmsh(Input);
 // Several files, parted by kCut: NAME.node, .ele, .face, .edge; NAME.pvtu and its
@@ -46,6 +47,7 @@ const Target* find_target(std::string_view name);
 std::vector<std::string> vtk_seeds();  // as VTK's own writer has them
 std::vector<std::string> vtu_seeds();  // those, and what else may be in a file
 std::vector<std::string> pvtu_seeds();
+std::vector<std::string> legacy_seeds();
 std::vector<std::string> medit_seeds();
 std::vector<std::string> gmsh_seeds();
 std::vector<std::string> tetgen_seeds();
