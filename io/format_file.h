@@ -18,6 +18,13 @@ struct FormatFile {
     return {reinterpret_cast<const char*>(file.bytes().data()), file.size()};
   }
 
+  // Takes the pages of a part of text() out of memory.
+  void release(const char* begin, const char* end) const {
+    file.dont_need_around(static_cast<std::uint64_t>(begin - text().data()),
+                          static_cast<std::uint64_t>(end - begin));
+  }
+  void release(std::string_view part) const { release(part.data(), part.data() + part.size()); }
+
   // "data.mesh: what". The others name a place before it: a line, counted from 1, or a byte.
   [[noreturn]] void fail(ErrorCode code, const std::string& what) const;
   [[noreturn]] void fail(const std::string& what) const { fail(ErrorCode::kBadInput, what); }

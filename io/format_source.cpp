@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <variant>
 
 #include "base/error.h"
 #include "io/cell_kinds.h"
+#include "io/format_stream.h"
 #include "io/merge_pieces.h"
 #include "io/vtu_cell_arrays.h"
 #include "io/vtu_cells.h"
@@ -31,8 +32,12 @@ class FormatSource final : public MeshSource {
 
   Geometry read_geometry() override {
     Geometry mesh;
-    mesh.points = reader_->read_points();
-    VtuCells cells = take_list(reader_->read_cells());
+    if (description().point_type == ValueType::kFloat32) {
+      mesh.points = read_points<float>();
+    } else {
+      mesh.points = read_points<double>();
+    }
+    VtuCells cells = take_list(reader_->read_cells(0, description().cells));
     Vector<std::uint8_t> used;
     used.assign(point_count(mesh.points), 0);
     mark(cells, &used);
@@ -46,17 +51,31 @@ class FormatSource final : public MeshSource {
   }
 
   DataArray read_array(Association association, std::size_t index) override {
-    return reader_->read_array(association, index);
+    if (association == Association::kField) return reader_->read_field(index);
+    const bool of_points = association == Association::kPoint;
+    DataArray array;
+    array.info = (of_points ? description().point_data : description().cell_data).arrays.at(index);
+    array.bytes.resize(array.info.values() * size_of(array.info.type));
+    reader_->read_rows(association, index, 0, array.info.tuples, array.bytes.data());
+    return array;
   }
 
+  std::unique_ptr<MeshStream> stream() override { return open_format_stream(*reader_); }
+
   std::uint64_t memory_to_read() override {
-    return tetfusion::memory_to_read(description(), reader_->cell_types()) +
-           reader_->memory_beside();
+    return tetfusion::memory_to_read(description(), reader_->cell_types()) + reader_->bytes();
   }
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
     throw Error(ErrorCode::kBadInput, description().path + ": " + what);
+  }
+
+  template <class Real>
+  Points read_points() const {
+    Vector<Vec3<Real>> points(description().points);
+    reader_->read_points(0, points.size(), reinterpret_cast<std::byte*>(points.data()));
+    return points;
   }
 
   VtuCells take_list(ListedCells list) const {
@@ -98,16 +117,13 @@ class FormatSource final : public MeshSource {
   }
 
   void check_finite(const Points& points, const Vector<std::uint8_t>& used) const {
-    constexpr std::string_view kAxes = "xyz";
     std::visit(
         [&](const auto& xyz) {
           for (std::size_t v = 0; v < used.size(); ++v) {
             const double p[3] = {xyz[v].x, xyz[v].y, xyz[v].z};
             for (std::size_t axis = 0; axis < 3; ++axis) {
               if (used[v] == 0 || std::isfinite(p[axis])) continue;
-              throw InvalidMesh(description().path + ": point " + std::to_string(v) + " has the " +
-                                kAxes[axis] + " coordinate " + std::to_string(p[axis]) +
-                                ", which is not finite");
+              fail_not_finite(description(), v, axis, p[axis]);
             }
           }
         },
@@ -119,6 +135,10 @@ class FormatSource final : public MeshSource {
 };
 
 }  // namespace
+
+DataArray FormatReader::read_field(std::size_t) const {
+  throw std::out_of_range("the format has no field data");
+}
 
 std::unique_ptr<MeshSource> make_source(std::unique_ptr<FormatReader> reader,
                                         const OpenOptions& options) {

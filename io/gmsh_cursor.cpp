@@ -83,6 +83,11 @@ void GmshCursor::skip(std::uint64_t bytes) {
   at_ += bytes;
 }
 
+void GmshCursor::skip_numbers(std::uint64_t count, std::uint64_t binary_bytes) {
+  if (binary_) return skip(count * binary_bytes);
+  for (std::uint64_t i = 0; i < count; ++i) word();
+}
+
 void GmshCursor::rest_is_blank() const {
   const char* const found = std::find_if_not(at_, end_, is_blank);
   if (found != end_) {

@@ -48,7 +48,7 @@ class HeadParser {
     const std::string end = std::string("$End").append(name);
     const std::string_view after = text->substr(line);
     // In a binary file its end may stand among the numbers, too.
-    const std::size_t body = after.find(end, binary_bytes(name, after));
+    const std::size_t body = find(after, end, binary_bytes(name, after));
     if (body == after.npos) {
       file_.fail_in_line(text->data(),
                          std::string("$").append(name).append(": there is no ") + end);
@@ -56,6 +56,18 @@ class HeadParser {
     parse_section(name, after.substr(0, body));
     *text = after.substr(body + end.size());
     return true;
+  }
+
+  // As text.find(), but that the pages of the file do not stay in memory.
+  std::size_t find(std::string_view text, std::string_view what, std::size_t from) const {
+    constexpr std::size_t kStep = std::size_t{4} << 20;
+    for (; from < text.size(); from += kStep) {
+      const std::string_view part = text.substr(from, kStep + what.size());
+      const std::size_t found = part.find(what);
+      if (found != part.npos) return from + found;
+      file_.release(part);
+    }
+    return text.npos;
   }
 
   // How long the binary part of a section is at least, its text included.

@@ -50,6 +50,7 @@ class GmshCursor {
   std::uint64_t rows(std::uint64_t claimed, std::uint64_t binary_bytes,
                      std::uint64_t numbers) const;
   void skip(std::uint64_t bytes);
+  void skip_numbers(std::uint64_t count, std::uint64_t binary_bytes);
   void rest_is_blank() const;
   const char* at() const { return at_; }
   bool binary() const { return binary_; }

@@ -1,16 +1,18 @@
 #include "io/gmsh_reader.h"
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "io/format_file.h"
 #include "io/format_source.h"
 #include "io/gmsh_head.h"
 #include "io/gmsh_mesh.h"
+#include "io/gmsh_rows.h"
 #include "io/guarded_reading.h"
 #include "mesh/split_cells.h"
 
@@ -29,54 +31,47 @@ class GmshReader final : public FormatReader {
 
   const MeshDescription& description() const override { return description_; }
 
-  // What they are is not known before they are read.
-  CellTypeCounts cell_types() const override {
-    CellTypeCounts counts{};
-    counts[kVtkTetra] = description_.cells;
-    return counts;
-  }
-  // Numbers and tags of elements, numbers of nodes, and what they are looked up in.
-  std::uint64_t memory_beside() const override {
-    return 56 * description_.points + 64 * description_.cells;
+  CellTypeCounts cell_types() const override { return mesh().cell_types(); }
+  std::uint64_t bytes() const override { return mesh().bytes(); }
+
+  bool has_rows_in_order() const override {
+    const auto in_order = [](const auto& of) {
+      return std::all_of(of.begin(), of.end(),
+                         [](const GmshRows& rows) { return rows.in_order(); });
+    };
+    return in_order(rows_of(Association::kPoint)) && in_order(rows_of(Association::kCell));
   }
 
-  Points read_points() const override {
-    Points points;
-    read_guarded(file_.file, [&] {
-      GmshNodes nodes = read_gmsh_nodes(file_, head_);
-      points = std::move(nodes.points);
-      keep(std::move(nodes.places));
-    });
-    return points;
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) const override {
+    read_guarded(file_.file,
+                 [&] { mesh().read_points(first, count, reinterpret_cast<Vec3<double>*>(out)); });
   }
 
-  ListedCells read_cells() const override {
+  ListedCells read_cells(std::uint64_t first, std::uint64_t count) const override {
     ListedCells cells;
-    read_guarded(file_.file, [&] {
-      GmshElements elements = read_gmsh_elements(file_, head_, *node_places());
-      cells = std::move(elements.cells);
-      keep(std::move(elements));
-    });
+    read_guarded(file_.file, [&] { cells = mesh().read_cells(first, count); });
     return cells;
   }
 
-  DataArray read_array(Association association, std::size_t index) const override {
-    DataArray array;
-    if (association == Association::kField) return name_array(index);
+  void read_rows(Association association, std::size_t index, std::uint64_t first,
+                 std::uint64_t count, std::byte* out) const override {
     const bool of_points = association == Association::kPoint;
-    array.info = (of_points ? description_.point_data : description_.cell_data).arrays.at(index);
-    array.bytes.resize(array.info.values() * size_of(array.info.type));
     read_guarded(file_.file, [&] {
-      if (of_points) {
-        fill(head_.node_data[index], *node_places(), &array);
-      } else if (index < kFirstData) {
-        const auto kept = element_tags();
-        const Vector<std::int32_t>& tags = index == kPhysical ? kept->physical : kept->geometrical;
-        std::copy(tags.begin(), tags.end(), array.as<std::int32_t>().begin());
+      if (!of_points && index < kFirstData) {
+        mesh().read_tags(index == kPhysical, first, count, reinterpret_cast<std::int32_t*>(out));
       } else {
-        fill(head_.element_data[index - kFirstData], element_tags()->places, &array);
+        rows_of(association)[of_points ? index : index - kFirstData].read(
+            first, count, reinterpret_cast<double*>(out));
       }
     });
+  }
+
+  DataArray read_field(std::size_t index) const override {
+    DataArray array;
+    array.info = description_.field_data.arrays.at(index);
+    array.bytes.resize(2 * sizeof(std::int32_t));
+    array.as<std::int32_t>()[0] = head_.names[index].tag;
+    array.as<std::int32_t>()[1] = head_.names[index].dimension;
     return array;
   }
 
@@ -126,76 +121,37 @@ class GmshReader final : public FormatReader {
                            tuples});
   }
 
-  DataArray name_array(std::size_t index) const {
-    DataArray array;
-    array.info = description_.field_data.arrays.at(index);
-    array.bytes.resize(2 * sizeof(std::int32_t));
-    array.as<std::int32_t>()[0] = head_.names[index].tag;
-    array.as<std::int32_t>()[1] = head_.names[index].dimension;
-    return array;
-  }
-
-  // What arrays need of nodes and elements is kept, so that these are not gone through again for
-  // each of them.
-  struct ElementTags {
-    Vector<std::int32_t> physical, geometrical;
-    NumberMap places;  // by the elements' numbers, if there are values for them
-  };
-
-  std::shared_ptr<const NumberMap> keep(NumberMap places) const {
+  // Made when it is first asked for: that goes through the whole file.
+  const GmshMesh& mesh() const {
     const std::lock_guard<std::mutex> lock(mutex_);
-    node_places_ = std::make_shared<const NumberMap>(std::move(places));
-    return node_places_;
+    if (!mesh_) {
+      read_guarded(file_.file, [&] { mesh_ = std::make_unique<const GmshMesh>(file_, head_); });
+    }
+    return *mesh_;
   }
-  std::shared_ptr<const ElementTags> keep(GmshElements elements) const {
-    ElementTags tags{std::move(elements.physical), std::move(elements.geometrical), {}};
-    if (!head_.element_data.empty()) tags.places = NumberMap(elements.numbers);
+  const std::vector<GmshRows>& rows_of(Association association) const {
+    const GmshMesh& all = mesh();
+    const bool of_points = association == Association::kPoint;
     const std::lock_guard<std::mutex> lock(mutex_);
-    element_tags_ = std::make_shared<const ElementTags>(std::move(tags));
-    return element_tags_;
-  }
-  std::shared_ptr<const NumberMap> node_places() const {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (node_places_) return node_places_;
+    std::optional<std::vector<GmshRows>>& rows = of_points ? point_rows_ : cell_rows_;
+    if (!rows) {
+      std::vector<GmshRows> made;
+      read_guarded(file_.file, [&] {
+        for (const GmshData& data : of_points ? head_.node_data : head_.element_data) {
+          made.emplace_back(file_, head_, data, of_points ? all.nodes() : all.elements());
+        }
+      });
+      rows = std::move(made);
     }
-    return keep(read_gmsh_nodes(file_, head_).places);
-  }
-  std::shared_ptr<const ElementTags> element_tags() const {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (element_tags_) return element_tags_;
-    }
-    return keep(read_gmsh_elements(file_, head_, *node_places()));
-  }
-
-  void fill(const GmshData& data, const NumberMap& places, DataArray* array) const {
-    const auto values = array->as<double>();
-    std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
-    GmshCursor in(file_, data.text, head_.binary, head_.swapped);
-    for (std::uint64_t row = 0; row < data.rows; ++row) {
-      in.skip_blanks_of_text();
-      const char* const at = in.at();
-      const std::int64_t number = in.integer();
-      const std::uint64_t place =
-          number < 0 ? NumberMap::kNone : places.find(static_cast<std::uint64_t>(number));
-      if (place == NumberMap::kNone) {
-        in.fail_at(at, "\"" + data.name + "\" has a value for " + std::to_string(number) +
-                           ", which is not there");
-      }
-      for (std::uint64_t k = 0; k < data.components; ++k) {
-        values[place * data.components + k] = in.real();
-      }
-    }
-    in.rest_is_blank();
+    return *rows;
   }
 
   FormatFile file_;
   GmshHead head_;
   MeshDescription description_;
   mutable std::mutex mutex_;
-  mutable std::shared_ptr<const NumberMap> node_places_;
-  mutable std::shared_ptr<const ElementTags> element_tags_;
+  mutable std::unique_ptr<const GmshMesh> mesh_;
+  mutable std::optional<std::vector<GmshRows>> point_rows_, cell_rows_;
 };
 
 }  // namespace

@@ -123,7 +123,7 @@ class HeadParser {
 
   void parse_text() {
     const std::string_view text = file_.text();
-    const std::vector<std::string_view> words = find_words(text, kMeditComment);
+    const std::vector<std::string_view> words = find_words(file_.file, text, kMeditComment);
     for (std::size_t w = 0; w < words.size(); ++w) {
       if (words[w] == "End") return;
       const char* const begin = words[w].data() + words[w].size();

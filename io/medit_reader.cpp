@@ -1,6 +1,9 @@
 #include "io/medit_reader.h"
 
-#include <array>
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -33,49 +36,45 @@ class MeditReader final : public FormatReader {
     return counts;
   }
 
-  Points read_points() const override {
-    Points points;
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) const override {
     read_guarded(file_.file, [&] {
       if (head_.float_coordinates()) {
-        points = read_vertices<float>();
+        read_vertices(first, count, reinterpret_cast<Vec3<float>*>(out));
       } else {
-        points = read_vertices<double>();
+        read_vertices(first, count, reinterpret_cast<Vec3<double>*>(out));
       }
     });
-    return points;
   }
 
-  ListedCells read_cells() const override {
+  ListedCells read_cells(std::uint64_t first, std::uint64_t count) const override {
     ListedCells cells;
     read_guarded(file_.file, [&] {
       std::uint64_t ids = 0;
-      for (const MeditSection& section : head_.cells) ids += section.rows * corners(section);
+      for_each_part(first, count, [&](std::size_t s, std::uint64_t, std::uint64_t rows) {
+        ids += rows * corners(head_.cells[s]);
+      });
       cells.ids.resize(ids);
-      cells.types.reserve(description_.cells);
+      cells.types.reserve(count);
       VertexId* out = cells.ids.data();
-      for (const MeditSection& section : head_.cells) {
-        cells.types.insert(cells.types.end(), section.rows, section.keyword->type);
-        read_corners(section, out);
-        out += section.rows * corners(section);
-      }
+      for_each_part(first, count, [&](std::size_t s, std::uint64_t row, std::uint64_t rows) {
+        const MeditSection& section = head_.cells[s];
+        cells.types.insert(cells.types.end(), rows, section.keyword->type);
+        read_corners(section, row, rows, out);
+        out += rows * corners(section);
+      });
     });
     return cells;
   }
 
-  DataArray read_array(Association association, std::size_t index) const override {
-    DataArray array;
-    array.info =
-        (association == Association::kPoint ? description_.point_data : description_.cell_data)
-            .arrays.at(index);
-    array.bytes.resize(array.info.values() * size_of(array.info.type));
+  void read_rows(Association association, std::size_t, std::uint64_t first, std::uint64_t count,
+                 std::byte* out) const override {
     read_guarded(file_.file, [&] {
       if (head_.long_integers()) {
-        read_references(association, array.as<std::int64_t>().data());
+        read_references(association, first, count, reinterpret_cast<std::int64_t*>(out));
       } else {
-        read_references(association, array.as<std::int32_t>().data());
+        read_references(association, first, count, reinterpret_cast<std::int32_t*>(out));
       }
     });
-    return array;
   }
 
  private:
@@ -109,32 +108,58 @@ class MeditReader final : public FormatReader {
     }
   }
 
-  // Calls f(row, column, token) for the numbers of a section in a text, which must be all there.
+  // Calls f(section, its first row, how many) for the sections that cells of a range are in.
   template <class F>
-  void for_each_token(const MeditSection& section, F f) const {
+  void for_each_part(std::uint64_t first, std::uint64_t count, F f) const {
+    std::uint64_t begin = 0;
+    for (std::size_t s = 0; s < head_.cells.size(); ++s) {
+      const std::uint64_t end = begin + head_.cells[s].rows;
+      const std::uint64_t from = std::max(first, begin);
+      const std::uint64_t to = std::min(first + count, end);
+      if (from < to) f(s, from - begin, to - from);
+      begin = end;
+    }
+  }
+
+  // The numbers of a section in a text, which must be all there; counted when they are first asked
+  // for.
+  const TextTokens& tokens_of(const MeditSection& section) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::unique_ptr<const TextTokens>& tokens = tokens_[section.text.data()];
+    if (tokens) return *tokens;
     const auto columns = static_cast<std::uint64_t>(MeditHead::cell_columns(*section.keyword));
-    const TextTokens tokens(section.text, kMeditComment);
+    auto counted = std::make_unique<const TextTokens>(file_.file, section.text, kMeditComment);
     const std::uint64_t expected = section.rows * columns;
-    if (tokens.size() != expected) {
-      const std::string_view surplus = tokens[expected];
+    if (counted->size() != expected) {
+      const std::string_view surplus = (*counted)[expected];
       file_.fail_in_line(
           surplus.empty() ? section.text.data() + section.text.size() : surplus.data(),
           std::string(section.keyword->name) + ": expected " + std::to_string(section.rows) +
               " rows of " + std::to_string(columns) + " numbers, found " +
-              std::to_string(tokens.size()) + " numbers");
+              std::to_string(counted->size()) + " numbers");
     }
-    tokens.for_each(columns, f);
+    tokens = std::move(counted);
+    return *tokens;
   }
 
-  // Calls f(row, bytes) for the rows of a binary section.
+  // Calls f(row, column, token) for the numbers of some rows.
   template <class F>
-  void for_each_row(const MeditSection& section, F f) const {
+  void for_each_token(const MeditSection& section, std::uint64_t first, std::uint64_t rows,
+                      F f) const {
+    const auto columns = static_cast<std::uint64_t>(MeditHead::cell_columns(*section.keyword));
+    tokens_of(section).for_each(columns, first, rows, f);
+  }
+
+  // Calls f(row, bytes) for rows of a binary section.
+  template <class F>
+  void for_each_row(const MeditSection& section, std::uint64_t first, std::uint64_t rows,
+                    F f) const {
     const std::size_t bytes = head_.row_bytes(*section.keyword);
     const auto* const from = reinterpret_cast<const std::byte*>(section.text.data());
-    for_each_block(section.rows, kRowsPerBlock,
-                   [&](std::size_t, std::size_t begin, std::size_t end) {
-                     for (std::size_t row = begin; row < end; ++row) f(row, from + row * bytes);
-                   });
+    for_each_block(rows, kRowsPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t row = first + begin; row < first + end; ++row) f(row, from + row * bytes);
+      file_.release(section.text.substr((first + begin) * bytes, (end - begin) * bytes));
+    });
   }
 
   std::int64_t load_integer(const std::byte* from) const {
@@ -143,23 +168,21 @@ class MeditReader final : public FormatReader {
   }
 
   template <class Real>
-  Points read_vertices() const {
-    Vector<Vec3<Real>> points(head_.vertices.rows);
+  void read_vertices(std::uint64_t first, std::uint64_t count, Vec3<Real>* points) const {
     if (head_.binary) {
-      for_each_row(head_.vertices, [&](std::size_t row, const std::byte* from) {
-        points[row] = {load<Real>(from, head_.swapped),
-                       load<Real>(from + sizeof(Real), head_.swapped),
-                       load<Real>(from + 2 * sizeof(Real), head_.swapped)};
+      for_each_row(head_.vertices, first, count, [&](std::size_t row, const std::byte* from) {
+        points[row - first] = {load<Real>(from, head_.swapped),
+                               load<Real>(from + sizeof(Real), head_.swapped),
+                               load<Real>(from + 2 * sizeof(Real), head_.swapped)};
       });
     } else {
-      for_each_token(head_.vertices,
+      for_each_token(head_.vertices, first, count,
                      [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
                        if (column == 3) return;
-                       Vec3<Real>& p = points[row];
+                       Vec3<Real>& p = points[row - first];
                        (column == 0 ? p.x : column == 1 ? p.y : p.z) = file_.number<Real>(token);
                      });
     }
-    return points;
   }
 
   std::string wrong_point(const MeditSection& section, std::uint64_t row, std::int64_t id) const {
@@ -171,69 +194,77 @@ class MeditReader final : public FormatReader {
     return id >= 1 && static_cast<std::uint64_t>(id) <= description_.points;
   }
 
-  void read_corners(const MeditSection& section, VertexId* out) const {
+  void read_corners(const MeditSection& section, std::uint64_t first, std::uint64_t rows,
+                    VertexId* out) const {
     const std::size_t width = corners(section);
     if (head_.binary) {
-      for_each_row(section, [&](std::size_t row, const std::byte* from) {
+      for_each_row(section, first, rows, [&](std::size_t row, const std::byte* from) {
         for (std::size_t k = 0; k < width; ++k) {
           const std::byte* const place = from + k * head_.integer_bytes();
           const std::int64_t id = load_integer(place);
           if (!is_point(id)) file_.invalid_at_byte(place, wrong_point(section, row, id));
-          out[row * width + k] = static_cast<VertexId>(id - 1);
+          out[(row - first) * width + k] = static_cast<VertexId>(id - 1);
         }
       });
     } else {
-      for_each_token(section, [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
-        if (column == width) return;
-        const auto id = file_.number<std::int64_t>(token);
-        if (!is_point(id)) file_.invalid_in_line(token.data(), wrong_point(section, row, id));
-        out[row * width + column] = static_cast<VertexId>(id - 1);
-      });
+      for_each_token(section, first, rows,
+                     [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
+                       if (column == width) return;
+                       const auto id = file_.number<std::int64_t>(token);
+                       if (!is_point(id)) {
+                         file_.invalid_in_line(token.data(), wrong_point(section, row, id));
+                       }
+                       out[(row - first) * width + column] = static_cast<VertexId>(id - 1);
+                     });
     }
-    turn_wedges(section, out);
+    if (section.keyword->type == kVtkWedge) turn_wedges(rows, out);
   }
 
   // Medit sees the first triangle of a prism from inside, VTK from outside.
-  static void turn_wedges(const MeditSection& section, VertexId* ids) {
-    if (section.keyword->type != kVtkWedge) return;
-    for (std::uint64_t row = 0; row < section.rows; ++row, ids += 6) {
+  static void turn_wedges(std::uint64_t rows, VertexId* ids) {
+    for (std::uint64_t row = 0; row < rows; ++row, ids += 6) {
       std::swap(ids[1], ids[2]);
       std::swap(ids[4], ids[5]);
     }
   }
 
   template <class Int>
-  void read_references(Association association, Int* out) const {
-    if (association == Association::kPoint) return read_column(head_.vertices, out);
-    for (const MeditSection& section : head_.cells) {
-      if (has_references(section)) {
-        read_column(section, out);
+  void read_references(Association association, std::uint64_t first, std::uint64_t count,
+                       Int* out) const {
+    if (association == Association::kPoint) return read_column(head_.vertices, first, count, out);
+    for_each_part(first, count, [&](std::size_t s, std::uint64_t row, std::uint64_t rows) {
+      if (has_references(head_.cells[s])) {
+        read_column(head_.cells[s], row, rows, out);
       } else {
-        std::fill_n(out, section.rows, Int{0});
+        std::fill_n(out, rows, Int{0});
       }
-      out += section.rows;
-    }
+      out += rows;
+    });
   }
 
   // The last one.
   template <class Int>
-  void read_column(const MeditSection& section, Int* out) const {
+  void read_column(const MeditSection& section, std::uint64_t first, std::uint64_t rows,
+                   Int* out) const {
     if (head_.binary) {
       const std::size_t place = head_.row_bytes(*section.keyword) - sizeof(Int);
-      for_each_row(section, [&](std::size_t row, const std::byte* from) {
-        out[row] = load<Int>(from + place, head_.swapped);
+      for_each_row(section, first, rows, [&](std::size_t row, const std::byte* from) {
+        out[row - first] = load<Int>(from + place, head_.swapped);
       });
     } else {
       const auto last = static_cast<std::uint64_t>(MeditHead::cell_columns(*section.keyword)) - 1;
-      for_each_token(section, [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
-        if (column == last) out[row] = file_.number<Int>(token);
-      });
+      for_each_token(section, first, rows,
+                     [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
+                       if (column == last) out[row - first] = file_.number<Int>(token);
+                     });
     }
   }
 
   FormatFile file_;
   MeditHead head_;
   MeshDescription description_;
+  mutable std::mutex mutex_;
+  mutable std::map<const char*, std::unique_ptr<const TextTokens>> tokens_;  // by the section
 };
 
 }  // namespace

@@ -19,6 +19,13 @@ NumberMap::NumberMap(const Vector<std::uint64_t>& numbers) : count_(numbers.size
   }
 }
 
+NumberMap NumberMap::ascending(std::uint64_t first, std::uint64_t count) {
+  NumberMap map;
+  map.first_ = first;
+  map.count_ = count;
+  return map;
+}
+
 std::uint64_t NumberMap::find(std::uint64_t number) const {
   if (sorted_.empty())
     return number >= first_ && number - first_ < count_ ? number - first_ : kNone;

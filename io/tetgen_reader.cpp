@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -28,6 +29,7 @@ struct Table {
   std::string_view body;
   std::uint64_t rows = 0;
   std::uint64_t columns = 0;
+  std::shared_ptr<const TextTokens> tokens = nullptr;  // after find_numbers()
 
   // The head's number of that place; 0 where it ends before.
   std::uint64_t at(std::size_t i) const { return i < head.size() ? head[i] : 0; }
@@ -49,7 +51,7 @@ void parse_head(Table* table) {
 }
 
 Table open_table(MappedFile mapped) {
-  Table table{{std::move(mapped)}, {}, {}, 0, 0};
+  Table table{{std::move(mapped)}, {}, {}, 0, 0, nullptr};
   read_guarded(table.file.file, [&] { parse_head(&table); });
   return table;
 }
@@ -63,19 +65,24 @@ void check_rows(const Table& table) {
                               " bytes that follow");
 }
 
-// Calls f(row, column, token) for all numbers, after looking that they are all there.
+// To be called when the table lies where it stays, and its columns are known.
+void find_numbers(Table* table) {
+  read_guarded(table->file.file, [&] {
+    table->tokens = std::make_shared<const TextTokens>(table->file.file, table->body, kComment);
+  });
+  const std::uint64_t expected = table->rows * table->columns;
+  if (table->tokens->size() == expected) return;
+  const std::string_view surplus = (*table->tokens)[expected];
+  table->file.fail_in_line(
+      surplus.empty() ? table->body.data() + table->body.size() : surplus.data(),
+      "expected " + std::to_string(table->rows) + " rows of " + std::to_string(table->columns) +
+          " numbers, found " + std::to_string(table->tokens->size()) + " numbers");
+}
+
+// Calls f(row, column, token) for the numbers of some rows.
 template <class F>
-void for_each_number(const Table& table, F f) {
-  const TextTokens tokens(table.body, kComment);
-  const std::uint64_t expected = table.rows * table.columns;
-  if (tokens.size() != expected) {
-    const std::string_view surplus = tokens[expected];
-    table.file.fail_in_line(
-        surplus.empty() ? table.body.data() + table.body.size() : surplus.data(),
-        "expected " + std::to_string(table.rows) + " rows of " + std::to_string(table.columns) +
-            " numbers, found " + std::to_string(tokens.size()) + " numbers");
-  }
-  tokens.for_each(table.columns, f);
+void for_each_number(const Table& table, std::uint64_t first, std::uint64_t rows, F f) {
+  read_guarded(table.file.file, [&] { table.tokens->for_each(table.columns, first, rows, f); });
 }
 
 bool is_small_integer(std::string_view token) {
@@ -100,6 +107,9 @@ class TetgenReader final : public FormatReader {
     check_heads();
     open_sides(path, ".face", kVtkTriangle);
     open_sides(path, ".edge", kVtkLine);
+    find_numbers(&nodes_);
+    find_numbers(&tets_);
+    for (Sides& sides : sides_) find_numbers(&sides.table);
     describe(path);
   }
 
@@ -112,69 +122,76 @@ class TetgenReader final : public FormatReader {
     return counts;
   }
 
-  Points read_points() const override {
-    Vector<Vec3<double>> points(nodes_.rows);
-    guarded(nodes_.file.file, [&] {
-      for_each_number(nodes_, [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
-        if (column == 0) {
-          check_number(row, token);
-        } else if (column <= 3) {
-          Vec3<double>& p = points[row];
-          (column == 1 ? p.x : column == 2 ? p.y : p.z) = nodes_.file.number<double>(token);
-        }
-      });
-    });
-    return points;
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) const override {
+    auto* const points = reinterpret_cast<Vec3<double>*>(out);
+    for_each_number(
+        nodes_, first, count, [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
+          if (column == 0) {
+            check_number(row, token);
+          } else if (column <= 3) {
+            Vec3<double>& p = points[row - first];
+            (column == 1 ? p.x : column == 2 ? p.y : p.z) = nodes_.file.number<double>(token);
+          }
+        });
   }
 
-  ListedCells read_cells() const override {
+  ListedCells read_cells(std::uint64_t first, std::uint64_t count) const override {
     ListedCells cells;
-    const std::uint64_t width = tets_.at(1);
-    std::uint64_t ids = tets_.rows * width;
-    for (const Sides& sides : sides_) ids += sides.table.rows * corners(sides.type);
+    std::uint64_t ids = 0;
+    for_each_part(first, count, [&](const Part& part) { ids += part.rows * part.width; });
     cells.ids.resize(ids);
     VertexId* out = cells.ids.data();
-    cells.types.insert(cells.types.end(), tets_.rows, tet_type());
-    read_corners(tets_, width, out);
-    out += tets_.rows * width;
-    for (const Sides& sides : sides_) {
-      cells.types.insert(cells.types.end(), sides.table.rows, sides.type);
-      read_corners(sides.table, corners(sides.type), out);
-      out += sides.table.rows * corners(sides.type);
-    }
+    for_each_part(first, count, [&](const Part& part) {
+      cells.types.insert(cells.types.end(), part.rows, part.type);
+      read_corners(part, out);
+      out += part.rows * part.width;
+    });
     return cells;
   }
 
-  DataArray read_array(Association association, std::size_t index) const override {
-    DataArray array;
+  void read_rows(Association association, std::size_t index, std::uint64_t first,
+                 std::uint64_t count, std::byte* out) const override {
     if (association == Association::kPoint) {
-      array.info = description_.point_data.arrays.at(index);
-      array.bytes.resize(array.info.tuples * size_of(array.info.type));
-      read_column(nodes_, 4 + index, array.info.type, array.bytes);
-      return array;
+      return read_column(nodes_, 4 + index, description_.point_data.arrays[index].type, first,
+                         count, out);
     }
-    array.info = description_.cell_data.arrays.at(index);
-    const std::size_t size = size_of(array.info.type);
-    array.bytes.resize(array.info.tuples * size, std::byte{0});
-    const std::span<std::byte> bytes(array.bytes);
-    if (index < tets_.at(2)) {
-      read_column(tets_, 1 + tets_.at(1) + index, array.info.type, bytes);
-    }
-    std::uint64_t first = tets_.rows;
-    for (const Sides& sides : sides_) {
-      if (index == 0 && sides.marker) {
-        read_column(sides.table, *sides.marker, array.info.type, bytes.subspan(first * size));
+    const ValueType type = description_.cell_data.arrays[index].type;
+    for_each_part(first, count, [&](const Part& part) {
+      const std::uint64_t bytes = part.rows * size_of(type);
+      std::fill_n(out, bytes, std::byte{0});
+      if (part.sides == nullptr) {
+        if (index < tets_.at(2)) {
+          read_column(tets_, 1 + tets_.at(1) + index, type, part.first, part.rows, out);
+        }
+      } else if (index == 0 && part.sides->marker) {
+        read_column(part.table, *part.sides->marker, type, part.first, part.rows, out);
       }
-      first += sides.table.rows;
-    }
-    return array;
+      out += bytes;
+    });
   }
 
  private:
+  // Cells of a range that one table has.
+  struct Part {
+    const Table& table;
+    const Sides* sides;  // nothing for tetrahedra
+    std::uint8_t type;
+    std::uint64_t width;  // corners
+    std::uint64_t first, rows;
+  };
   template <class F>
-  static void guarded(const MappedFile& file, F f) {
-    read_guarded(file, f);
+  void for_each_part(std::uint64_t first, std::uint64_t count, F f) const {
+    std::uint64_t begin = 0;
+    const auto add = [&](const Table& table, const Sides* sides, std::uint8_t type) {
+      const std::uint64_t from = std::max(first, begin);
+      const std::uint64_t to = std::min(first + count, begin + table.rows);
+      if (from < to) f(Part{table, sides, type, corners(type), from - begin, to - from});
+      begin += table.rows;
+    };
+    add(tets_, nullptr, tet_type());
+    for (const Sides& sides : sides_) add(sides.table, &sides, sides.type);
   }
+
   static std::uint64_t corners(std::uint8_t type) {
     return static_cast<std::uint64_t>(vtk_cell_size(type));
   }
@@ -202,7 +219,7 @@ class TetgenReader final : public FormatReader {
       nodes_.file.fail(ErrorCode::kMemory,
                        std::to_string(nodes_.rows) + " points are more than can be held in memory");
     }
-    guarded(nodes_.file.file, [&] {
+    read_guarded(nodes_.file.file, [&] {
       base_ = nodes_.file.number<std::uint64_t>(TokenCursor(nodes_.body, kComment).next());
     });
   }
@@ -221,8 +238,8 @@ class TetgenReader final : public FormatReader {
     const std::uint64_t middle = !is_quadratic() ? 0 : type == kVtkTriangle ? 3 : 1;
     const std::uint64_t least = 1 + corners(type) + middle + (table.at(1) != 0 ? 1 : 0);
     if (table.at(1) != 0) sides.marker = least - 1;
-    guarded(table.file.file, [&] {
-      const std::uint64_t numbers = TextTokens(table.body, kComment).size();
+    read_guarded(table.file.file, [&] {
+      const std::uint64_t numbers = TextTokens(table.file.file, table.body, kComment).size();
       table.columns = std::max(numbers / table.rows, least);
     });
     check_rows(table);
@@ -263,11 +280,10 @@ class TetgenReader final : public FormatReader {
 
   bool is_whole(std::uint64_t column) const {
     std::atomic<bool> whole = true;
-    guarded(tets_.file.file, [&] {
-      for_each_number(tets_, [&](std::uint64_t, std::uint64_t c, std::string_view token) {
-        if (c == column && !is_small_integer(token)) whole = false;
-      });
-    });
+    for_each_number(tets_, 0, tets_.rows,
+                    [&](std::uint64_t, std::uint64_t c, std::string_view token) {
+                      if (c == column && !is_small_integer(token)) whole = false;
+                    });
     return whole;
   }
 
@@ -278,37 +294,38 @@ class TetgenReader final : public FormatReader {
                                                std::to_string(base_ + row) + " is expected");
   }
 
-  void read_corners(const Table& table, std::uint64_t width, VertexId* out) const {
-    guarded(table.file.file, [&] {
-      for_each_number(table, [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
-        if (column == 0 || column > width) return;
-        const auto number = table.file.number<std::int64_t>(token);
-        const std::uint64_t place = static_cast<std::uint64_t>(number) - base_;
-        if (number < 0 || place >= nodes_.rows) {
-          table.file.invalid_in_line(token.data(), "uses point " + std::to_string(number) +
-                                                       ", but there are points " +
-                                                       std::to_string(base_) + " to " +
-                                                       std::to_string(base_ + nodes_.rows - 1));
-        }
-        out[row * width + column - 1] = static_cast<VertexId>(place);
-      });
-    });
+  void read_corners(const Part& part, VertexId* out) const {
+    const FormatFile& file = part.table.file;
+    for_each_number(part.table, part.first, part.rows,
+                    [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
+                      if (column == 0 || column > part.width) return;
+                      const auto number = file.number<std::int64_t>(token);
+                      const std::uint64_t place = static_cast<std::uint64_t>(number) - base_;
+                      if (number < 0 || place >= nodes_.rows) {
+                        file.invalid_in_line(token.data(),
+                                             "uses point " + std::to_string(number) +
+                                                 ", but there are points " + std::to_string(base_) +
+                                                 " to " + std::to_string(base_ + nodes_.rows - 1));
+                      }
+                      out[(row - part.first) * part.width + column - 1] =
+                          static_cast<VertexId>(place);
+                    });
   }
 
-  void read_column(const Table& table, std::uint64_t wanted, ValueType type,
-                   std::span<std::byte> out) const {
-    guarded(table.file.file, [&] {
-      for_each_number(table, [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
-        if (column != wanted) return;
-        if (type == ValueType::kFloat64) {
-          const auto value = table.file.number<double>(token);
-          std::memcpy(out.data() + row * sizeof value, &value, sizeof value);
-        } else {
-          const auto value = table.file.number<std::int32_t>(token);
-          std::memcpy(out.data() + row * sizeof value, &value, sizeof value);
-        }
-      });
-    });
+  static void read_column(const Table& table, std::uint64_t wanted, ValueType type,
+                          std::uint64_t first, std::uint64_t rows, std::byte* out) {
+    for_each_number(table, first, rows,
+                    [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
+                      if (column != wanted) return;
+                      const auto put = [&](auto value) {
+                        std::memcpy(out + (row - first) * sizeof value, &value, sizeof value);
+                      };
+                      if (type == ValueType::kFloat64) {
+                        put(table.file.number<double>(token));
+                      } else {
+                        put(table.file.number<std::int32_t>(token));
+                      }
+                    });
   }
 
   Table nodes_, tets_;

@@ -20,6 +20,11 @@ bool is_not_finite(std::string_view token) {
   });
 }
 
+void release_text(const MappedFile& file, std::string_view text) {
+  const auto* const begin = reinterpret_cast<const std::byte*>(text.data());
+  file.dont_need_around(static_cast<std::uint64_t>(begin - file.bytes().data()), text.size());
+}
+
 std::uint64_t count_tokens(std::string_view text, char comment) {
   TokenCursor cursor(text, comment);
   std::uint64_t count = 0;
@@ -40,24 +45,32 @@ std::vector<std::string_view> cut_at_lines(std::string_view text) {
   return blocks;
 }
 
-TextTokens::TextTokens(std::string_view text, char comment)
-    : blocks_(cut_at_lines(text)), first_(blocks_.size() + 1), comment_(comment) {
+TextTokens::TextTokens(const MappedFile& file, std::string_view text, char comment)
+    : file_(&file), blocks_(cut_at_lines(text)), first_(blocks_.size() + 1), comment_(comment) {
   for_each_block(blocks_.size(), 1, [&](std::size_t b, std::size_t, std::size_t) {
     first_[b + 1] = count_tokens(blocks_[b], comment_);
+    release(blocks_[b]);
   });
   for (std::size_t b = 0; b < blocks_.size(); ++b) first_[b + 1] += first_[b];
 }
 
+std::size_t TextTokens::block_of(std::uint64_t token) const {
+  const auto after = std::upper_bound(first_.begin(), first_.end(), token);
+  return static_cast<std::size_t>(after - first_.begin()) - 1;
+}
+
+void TextTokens::release(std::string_view block) const { release_text(*file_, block); }
+
 std::string_view TextTokens::operator[](std::uint64_t index) const {
   if (index >= size()) return {};
-  const auto after = std::upper_bound(first_.begin(), first_.end(), index);
-  const auto b = static_cast<std::size_t>(after - first_.begin()) - 1;
+  const std::size_t b = block_of(index);
   TokenCursor cursor(blocks_[b], comment_);
   for (std::uint64_t i = first_[b]; i < index; ++i) cursor.next();
   return cursor.next();
 }
 
-std::vector<std::string_view> find_words(std::string_view text, char comment) {
+std::vector<std::string_view> find_words(const MappedFile& file, std::string_view text,
+                                         char comment) {
   const std::vector<std::string_view> blocks = cut_at_lines(text);
   std::vector<std::vector<std::string_view>> found(blocks.size());
   for_each_block(blocks.size(), 1, [&](std::size_t b, std::size_t, std::size_t) {
@@ -65,6 +78,7 @@ std::vector<std::string_view> find_words(std::string_view text, char comment) {
     for (std::string_view token = cursor.next(); !token.empty(); token = cursor.next()) {
       if (is_letter(token[0]) && !is_not_finite(token)) found[b].push_back(token);
     }
+    release_text(file, blocks[b]);
   });
   std::vector<std::string_view> words;
   for (const auto& of_block : found) words.insert(words.end(), of_block.begin(), of_block.end());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "io/mapped_file.h"
 #include "mesh/blocks.h"
 
 namespace tetfusion {
@@ -44,26 +45,39 @@ class TokenCursor {
   char comment_;
 };
 
+// A text that lies in a file, whose pages do not stay in memory. Keeps 24 bytes for each MiB. Safe
+// to use from several threads.
 class TextTokens {
  public:
-  TextTokens(std::string_view text, char comment);
+  TextTokens(const MappedFile& file, std::string_view text, char comment);
 
   std::uint64_t size() const { return first_.back(); }
 
-  // Calls f(row, column, token) for all tokens, `columns` to a row: blocks of them from several
-  // threads, within a block in order. Throws the lowest block's exception.
+  // Calls f(row, column, token) for the tokens of some rows, `columns` to a row: blocks of them
+  // from several threads, within a block in order. Throws the lowest block's exception. The rows
+  // are there.
   template <class F>
-  void for_each(std::uint64_t columns, F f) const {
-    for_each_block(blocks_.size(), 1, [&](std::size_t b, std::size_t, std::size_t) {
-      std::uint64_t row = first_[b] / columns;
-      std::uint64_t column = first_[b] % columns;
-      TokenCursor cursor(blocks_[b], comment_);
-      for (std::string_view token = cursor.next(); !token.empty(); token = cursor.next()) {
+  void for_each(std::uint64_t columns, std::uint64_t first_row, std::uint64_t rows, F f) const {
+    if (rows == 0) return;
+    const std::uint64_t first = first_row * columns;
+    const std::uint64_t last = first + rows * columns;
+    const std::size_t begin = block_of(first);
+    const std::size_t end = block_of(last - 1) + 1;
+    for_each_block(end - begin, 1, [&](std::size_t i, std::size_t, std::size_t) {
+      const std::string_view block = blocks_[begin + i];
+      std::uint64_t number = first_[begin + i];
+      TokenCursor cursor(block, comment_);
+      std::string_view token = cursor.next();
+      for (; number < first; ++number) token = cursor.next();
+      std::uint64_t row = number / columns;
+      std::uint64_t column = number % columns;
+      for (; number < last && !token.empty(); token = cursor.next(), ++number) {
         f(row, column, token);
         if (++column < columns) continue;
         column = 0;
         ++row;
       }
+      release(block);
     });
   }
 
@@ -71,6 +85,11 @@ class TextTokens {
   std::string_view operator[](std::uint64_t index) const;
 
  private:
+  // The last one that begins there: those without tokens have none of it.
+  std::size_t block_of(std::uint64_t token) const;
+  void release(std::string_view block) const;
+
+  const MappedFile* file_;
   std::vector<std::string_view> blocks_;
   std::vector<std::uint64_t> first_;  // number of each block's first token, and of all
   char comment_;
@@ -79,7 +98,9 @@ class TextTokens {
 // The text in pieces of about 1 MiB that end with a line.
 std::vector<std::string_view> cut_at_lines(std::string_view text);
 
-// All tokens that begin with a letter, but for nan and inf, in order.
-std::vector<std::string_view> find_words(std::string_view text, char comment);
+// All tokens that begin with a letter, but for nan and inf, in order. The pages of the text do not
+// stay in memory.
+std::vector<std::string_view> find_words(const MappedFile& file, std::string_view text,
+                                         char comment);
 
 }  // namespace tetfusion

@@ -10,9 +10,9 @@
 
 #include "base/error.h"
 #include "io/cell_kinds.h"
+#include "io/cell_windows.h"
 #include "io/vtu_cell_arrays.h"
 #include "io/vtu_points.h"
-#include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {
@@ -22,7 +22,6 @@ namespace {
 constexpr std::uint64_t kMaxChunkBytes = std::uint64_t{16} << 20;
 // Of cells or points that are looked at when the stream is opened.
 constexpr std::uint64_t kScanned = std::uint64_t{1} << 20;
-constexpr std::size_t kCellsPerBlock = 65536;
 
 // What the types and ghost flags of all cells say.
 struct CellSurvey {
@@ -177,17 +176,6 @@ class VtuStream final : public MeshStream {
 
   // ---- cells ----
 
-  // Its memory stays, for the next window.
-  static void clear(CellWindow* window) {
-    window->tets.clear();
-    window->tet_rows.clear();
-    window->lower.types.clear();
-    window->lower.offsets.clear();
-    window->lower.connectivity.clear();
-    window->lower_rows.clear();
-    window->ghost_cells = 0;
-  }
-
   void read_tets(std::uint64_t first, std::uint64_t count, CellWindow* out) const {
     out->tets.resize(count);
     arrays_.read_ids(
@@ -227,71 +215,8 @@ class VtuStream final : public MeshStream {
           return first + static_cast<std::uint64_t>(next - (ends.begin() + 1));
         },
         nullptr, ids.data());
-    sort_out({first, types, ends, ids}, out);
-  }
-
-  // A window of cells of all kinds, as the file has it.
-  struct MixedCells {
-    std::uint64_t first = 0;
-    const Vector<std::uint8_t>& types;  // kGhost for what is dropped
-    const Vector<std::uint64_t>& ends;  // one entry more; in the connectivity of the file
-    const Vector<VertexId>& ids;
-  };
-
-  // Where a block's cells go.
-  struct Places {
-    std::uint64_t tets = 0;
-    std::uint64_t lower = 0;
-    std::uint64_t lower_ids = 0;
-  };
-
-  static void sort_out(const MixedCells& cells, CellWindow* out) {
-    const std::size_t count = cells.types.size();
-    std::vector<Places> places(block_count(count, kCellsPerBlock) + 1);
-    for_each_block(count, kCellsPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        if (cells.types[i] == VtuCellArrays::kGhost) continue;
-        const bool tet = cells.types[i] == kVtkTetra;
-        places[b + 1].tets += tet ? 1 : 0;
-        places[b + 1].lower += tet ? 0 : 1;
-        places[b + 1].lower_ids += tet ? 0 : cells.ends[i + 1] - cells.ends[i];
-      }
-    });
-    for (std::size_t b = 1; b < places.size(); ++b) {
-      places[b].tets += places[b - 1].tets;
-      places[b].lower += places[b - 1].lower;
-      places[b].lower_ids += places[b - 1].lower_ids;
-    }
-    const Places& all = places.back();
-    out->tets.resize(all.tets);
-    if (all.tets < count) out->tet_rows.resize(all.tets);
-    out->lower_rows.resize(all.lower);
-    out->lower.types.resize(all.lower);
-    out->lower.connectivity.resize(all.lower_ids);
-    if (all.lower > 0) out->lower.offsets.assign(all.lower + 1, 0);
-    for_each_block(count, kCellsPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-      put_block(cells, begin, end, places[b], out);
-    });
-  }
-
-  static void put_block(const MixedCells& cells, std::size_t begin, std::size_t end, Places at,
-                        CellWindow* out) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint8_t type = cells.types[i];
-      if (type == VtuCellArrays::kGhost) continue;
-      const std::uint64_t vertices = cells.ends[i + 1] - cells.ends[i];
-      const VertexId* const v = cells.ids.data() + (cells.ends[i] - cells.ends[0]);
-      if (type == kVtkTetra) {
-        if (!out->tet_rows.empty()) out->tet_rows[at.tets] = cells.first + i;
-        out->tets[at.tets++] = {v[0], v[1], v[2], v[3]};
-        continue;
-      }
-      std::copy_n(v, vertices, out->lower.connectivity.data() + at.lower_ids);
-      at.lower_ids += vertices;
-      out->lower.types[at.lower] = type;
-      out->lower_rows[at.lower++] = cells.first + i;
-      out->lower.offsets[at.lower] = at.lower_ids;
-    }
+    static_assert(MixedCells::kLeftOut == VtuCellArrays::kGhost);
+    sort_cells({first, types, ends, ids}, out);
   }
 
   // Throws InvalidMesh for the lowest point of a cell that is not finite.

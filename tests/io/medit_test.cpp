@@ -57,7 +57,7 @@ End
 )";
 
 TEST_F(Medit, ReadsText) {
-  const auto source = open("a.mesh", kText);
+  const auto source = open_and_compare("a.mesh", kText);
   const MeshDescription& d = source->description();
   EXPECT_EQ(d.format, "Medit mesh, text, version 2; left out: Corners");
   EXPECT_EQ(d.points, 6u);
@@ -81,7 +81,7 @@ TEST_F(Medit, TheVersionOfATextSaysTheTypes) {
   EXPECT_EQ(open("a.mesh", text)->description().point_type, ValueType::kFloat32);
   text.replace(text.find("Formatted 1"), 11, "Formatted 4");
   text.replace(text.find("-20"), 3, "-99999999999");
-  const auto source = open("a.mesh", text);
+  const auto source = open_and_compare("a.mesh", text);
   EXPECT_EQ(source->description().point_type, ValueType::kFloat64);
   EXPECT_THAT(values<std::int64_t>(read_cell_array(source.get(), "medit:ref")),
               ElementsAre(7, 0, 10, -99999999999, 30));
@@ -91,7 +91,8 @@ TEST_F(Medit, NumbersOfOtherKinds) {
   std::string text = kText;
   text.replace(text.find("1 0 0.1 2"), 9, "+1.0D+00 0 0.1d0 +2");
   text.replace(text.find("0 0 1e0 4"), 9, "1e-999\t0 1.e+0\r4");
-  EXPECT_EQ(dump(open("a.mesh", text).get()), dump(open("b.mesh", kText).get()));
+  EXPECT_EQ(dump(open_and_compare("a.mesh", text).get()),
+            dump(open_and_compare("b.mesh", kText).get()));
 }
 
 // The mesh of kText without what is passed over.
@@ -142,9 +143,9 @@ TEST_F(Medit, ReadsBinary) {
   for (int version = 1; version <= 4; ++version) {
     std::string text = kText;
     text.replace(text.find("Formatted 2"), 11, "Formatted " + std::to_string(version));
-    const std::string expected = dump(open("a.mesh", text).get());
+    const std::string expected = dump(open_and_compare("a.mesh", text).get());
     for (const bool swapped : {false, true}) {
-      const auto source = open("a.meshb", binary(version, swapped));
+      const auto source = open_and_compare("a.meshb", binary(version, swapped));
       EXPECT_EQ(dump(source.get()), expected) << version << swapped;
       EXPECT_EQ(source->description().format,
                 "Medit mesh, binary, version " + std::to_string(version) + "; left out: Corners");
@@ -153,8 +154,10 @@ TEST_F(Medit, ReadsBinary) {
 }
 
 TEST_F(Medit, TheContentDecides) {
-  EXPECT_EQ(dump(open("a.msh", kText).get()), dump(open("b.mesh", kText).get()));
-  EXPECT_EQ(dump(open("a", binary(2, true)).get()), dump(open("b.mesh", kText).get()));
+  EXPECT_EQ(dump(open_and_compare("a.msh", kText).get()),
+            dump(open_and_compare("b.mesh", kText).get()));
+  EXPECT_EQ(dump(open_and_compare("a", binary(2, true)).get()),
+            dump(open_and_compare("b.mesh", kText).get()));
 }
 
 TEST_F(Medit, OtherCellsNeedAnOption) {
@@ -163,10 +166,10 @@ TEST_F(Medit, OtherCellsNeedAnOption) {
       "1 0 1 0\n1 1 1 0\n0 1 1 0\n";
   const std::string hexahedron = head + "Hexahedra 1\n1 2 3 4 5 6 7 8 3\nEnd";
   expect_error("a.mesh", hexahedron, "cell 0 is a hexahedron (VTK cell type 12): use --tetra");
-  EXPECT_EQ(open("a.mesh", hexahedron, {true, false})->read_geometry().tets.size(), 6u);
+  EXPECT_EQ(open_and_compare("a.mesh", hexahedron, {true, false})->read_geometry().tets.size(), 6u);
   // Both halves of the cube: their tetrahedra are wound like those of VTK.
   const std::string prisms = head + "Prisms 2\n1 2 4 5 6 8 1\n2 3 4 6 7 8 2\nEnd";
-  const auto source = open("a.mesh", prisms, {true, false});
+  const auto source = open_and_compare("a.mesh", prisms, {true, false});
   const Geometry mesh = source->read_geometry();
   EXPECT_EQ(mesh.tets.size(), 6u);
   double volume = 0;
@@ -246,19 +249,20 @@ TEST_F(Medit, SurvivesDamage) {
 }
 
 TEST_F(Medit, WritesText) {
-  const auto source = open("a.mesh", kText);
+  const auto source = open_and_compare("a.mesh", kText);
   convert(source.get(), "b.mesh");
   EXPECT_EQ(bytes_of(dir_.file("b.mesh")), R"(MeshVersionFormatted 2
 
 Dimension 3
 
 Vertices
-5
+6
 0 0 0 1
 1 0 0.1 2
 0 1 0 3
 0 0 1 4
 1 1 -1 5
+9 9 9 9
 
 Tetrahedra
 2
@@ -283,7 +287,7 @@ End
 
 TEST_F(Medit, WritesWhatItReads) {
   for (int version = 1; version <= 4; ++version) {
-    const auto source = open("a.meshb", binary(version, true));
+    const auto source = open_and_compare("a.meshb", binary(version, true));
     for (const char* name : {"b.mesh", "b.meshb"}) {
       convert(source.get(), name);
       const auto back = open_mesh(dir_.file(name));

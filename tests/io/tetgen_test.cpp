@@ -147,12 +147,13 @@ TEST_F(Tetgen, Writes) {
   const auto source = open_named("a.node");
   convert(source.get(), "b.ele");
   EXPECT_EQ(bytes_of(dir_.file("b.node")), R"(# attributes: tetgen:attr1, tetgen:attr2
-5 3 2 1
+6 3 2 1
 1 0 0 0 1.5 -1 1
 2 1 0 0.1 2.5 -2 0
 3 0 1 0 3.5 -3 1
 4 0 0 1 4.5 -4 1
 5 1 1 -1 5.5 -5 -2
+6 9 9 9 0 0 0
 )");
   EXPECT_EQ(bytes_of(dir_.file("b.ele")), "2 4 1\n1 1 2 3 4 10\n2 5 2 4 3 20\n");
   EXPECT_EQ(bytes_of(dir_.file("b.face")), kFaces);

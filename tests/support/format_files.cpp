@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "io/mesh_sink.h"
+#include "support/stream_check.h"
 
 namespace tetfusion::testing {
 
@@ -74,10 +75,18 @@ std::unique_ptr<MeshSource> FormatTest::open(const std::string& name, const std:
   return open_mesh(dir_.file(name), options);
 }
 
+std::unique_ptr<MeshSource> FormatTest::open_and_compare(const std::string& name,
+                                                         const std::string& bytes,
+                                                         const OpenOptions& options) {
+  write(name, bytes);
+  expect_windows_like_whole(dir_.file(name), options, false);
+  return open_mesh(dir_.file(name), options);
+}
+
 void FormatTest::expect_error(const std::string& name, const std::string& bytes,
                               const std::string& words, int code, const OpenOptions& options) {
   try {
-    dump(open(name, bytes, options).get());
+    dump(open_and_compare(name, bytes, options).get());
     ADD_FAILURE() << "no error, expected: " << words;
   } catch (const Error& e) {
     const std::string message = e.what();

@@ -57,6 +57,9 @@ class FormatTest : public ::testing::Test {
   // Writes the files, by their names, and opens the first one named.
   std::unique_ptr<MeshSource> open(const std::string& name, const std::string& bytes,
                                    const OpenOptions& options = {});
+  // The same after a look whether it is the same mesh, or none, whole and in windows.
+  std::unique_ptr<MeshSource> open_and_compare(const std::string& name, const std::string& bytes,
+                                               const OpenOptions& options = {});
   void write(const std::string& name, const std::string& bytes);
   // Reads it all; the error must have that code, name the file and hold `words`.
   void expect_error(const std::string& name, const std::string& bytes, const std::string& words,

@@ -1,0 +1,28 @@
+// The cells of a window, as a file lists them, sorted into tetrahedra and cells of lower dimension.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/vector.h"
+#include "io/mesh_stream.h"
+#include "mesh/geometry.h"
+
+namespace tetfusion {
+
+// Tetrahedra, triangles, lines, vertices; and what is left out.
+struct MixedCells {
+  static constexpr std::uint8_t kLeftOut = 255;
+  std::uint64_t first = 0;              // row of the first one
+  std::span<const std::uint8_t> types;  // VTK's
+  std::span<const std::uint64_t> ends;  // one entry more: where the ids of each begin and end
+  std::span<const VertexId> ids;        // those from ends[0] on
+};
+
+// Empties it; its memory stays, for the next window.
+void clear(CellWindow* window);
+
+// Fills an empty window, but for its ghost_cells.
+void sort_cells(const MixedCells& cells, CellWindow* out);
+
+}  // namespace tetfusion

@@ -1,0 +1,128 @@
+#include "io/format_stream.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "base/error.h"
+#include "io/cell_windows.h"
+#include "mesh/split_cells.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::uint64_t kScanned = std::uint64_t{1} << 18;  // points, when the stream is opened
+
+void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) {
+  if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
+}
+
+class FormatStream final : public MeshStream {
+ public:
+  explicit FormatStream(const FormatReader& reader) : reader_(reader) {
+    for (std::uint64_t first = 0; first < points(); first += kScanned) {
+      const std::uint64_t count = std::min(kScanned, points() - first);
+      if (reader_.description().point_type == ValueType::kFloat32) {
+        scan<float>(first, count);
+      } else {
+        scan<double>(first, count);
+      }
+    }
+  }
+
+  std::uint64_t points() const override { return reader_.description().points; }
+  std::uint64_t cells() const override { return reader_.description().cells; }
+  std::uint64_t ghost_cells() const override { return 0; }
+  std::uint64_t merged_points() const override { return 0; }
+  std::uint64_t dropped_points() const override { return 0; }
+  bool streams_from_disk() const override { return true; }
+  std::uint64_t bytes() const override { return reader_.bytes() + 8 * bad_points_.size(); }
+
+  void read_points(std::uint64_t first, std::uint64_t count,
+                   std::span<std::byte> out) const override {
+    check_window(first, count, points());
+    reader_.read_points(first, count, out.data());
+  }
+
+  void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const override {
+    check_window(first, count, cells());
+    clear(out);
+    if (count == 0) return;
+    const ListedCells list = reader_.read_cells(first, count);
+    Vector<std::uint64_t> ends(count + 1);
+    ends[0] = 0;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      ends[i + 1] = ends[i] + static_cast<std::uint64_t>(vtk_cell_size(list.types[i]));
+    }
+    sort_cells({first, list.types, ends, list.ids}, out);
+    if (!bad_points_.empty()) check_finite(list.ids);
+  }
+
+  void read_rows(Association association, std::size_t index, std::uint64_t first,
+                 std::uint64_t count, std::span<std::byte> out) const override {
+    check_window(first, count, association == Association::kPoint ? points() : cells());
+    reader_.read_rows(association, index, first, count, out.data());
+  }
+
+ private:
+  template <class Real>
+  void scan(std::uint64_t first, std::uint64_t count) {
+    Vector<Vec3<Real>> window(count);
+    reader_.read_points(first, count, reinterpret_cast<std::byte*>(window.data()));
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const Vec3<Real>& p = window[i];
+      if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
+      if (bad_points_.empty()) bad_points_.assign((points() + 63) / 64, 0);
+      bad_points_[(first + i) / 64] |= std::uint64_t{1} << ((first + i) % 64);
+    }
+  }
+
+  // Names the lowest point.
+  void check_finite(const Vector<VertexId>& ids) const {
+    VertexId lowest = kNoVertex;
+    for (const VertexId v : ids) {
+      if ((bad_points_[v / 64] >> (v % 64) & 1) != 0) lowest = std::min(lowest, v);
+    }
+    if (lowest == kNoVertex) return;
+    Vec3<double> p{};
+    if (reader_.description().point_type == ValueType::kFloat32) {
+      Vec3<float> narrow{};
+      reader_.read_points(lowest, 1, reinterpret_cast<std::byte*>(&narrow));
+      p = {narrow.x, narrow.y, narrow.z};
+    } else {
+      reader_.read_points(lowest, 1, reinterpret_cast<std::byte*>(&p));
+    }
+    const double axes[3] = {p.x, p.y, p.z};
+    std::size_t axis = 0;
+    while (axis < 2 && std::isfinite(axes[axis])) ++axis;
+    fail_not_finite(reader_.description(), lowest, axis, axes[axis]);
+  }
+
+  const FormatReader& reader_;
+  Vector<std::uint64_t> bad_points_;  // a bit each; empty when all are finite
+};
+
+bool can_stream(const FormatReader& reader) {
+  const CellTypeCounts types = reader.cell_types();
+  const std::uint64_t taken =
+      types[kVtkTetra] + types[kVtkTriangle] + types[kVtkLine] + types[kVtkVertex];
+  return types[kVtkTetra] > 0 && taken == reader.description().cells && reader.has_rows_in_order();
+}
+
+}  // namespace
+
+std::unique_ptr<MeshStream> open_format_stream(const FormatReader& reader) {
+  if (!can_stream(reader)) return nullptr;
+  return std::make_unique<FormatStream>(reader);
+}
+
+void fail_not_finite(const MeshDescription& mesh, std::uint64_t point, std::size_t axis,
+                     double value) {
+  constexpr const char* kAxes[] = {"x", "y", "z"};
+  throw InvalidMesh(mesh.path + ": point " + std::to_string(point) + " has the " + kAxes[axis] +
+                    " coordinate " + std::to_string(value) + ", which is not finite");
+}
+
+}  // namespace tetfusion
