@@ -152,10 +152,10 @@ class TetgenReader final : public FormatReader {
   void read_rows(Association association, std::size_t index, std::uint64_t first,
                  std::uint64_t count, std::byte* out) const override {
     if (association == Association::kPoint) {
-      return read_column(nodes_, 4 + index, description_.point_data.arrays[index].type, first,
+      return read_column(nodes_, 4 + index, description_.point_data.arrays.at(index).type, first,
                          count, out);
     }
-    const ValueType type = description_.cell_data.arrays[index].type;
+    const ValueType type = description_.cell_data.arrays.at(index).type;
     for_each_part(first, count, [&](const Part& part) {
       const std::uint64_t bytes = part.rows * size_of(type);
       std::fill_n(out, bytes, std::byte{0});

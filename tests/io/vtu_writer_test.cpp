@@ -330,7 +330,7 @@ TEST(VtuWriter, RefusesWhatWasNotDeclared) {
 
 TEST(MeshSink, RefusesOtherFormats) {
   const TempDir dir;
-  for (const char* name : {"a.vtk", "a", "vtu", "a.vtu.gz"}) {
+  for (const char* name : {"a.vts", "a", "vtu", "a.vtu.gz"}) {
     try {
       check_mesh_output(dir.file(name));
       ADD_FAILURE() << name;
