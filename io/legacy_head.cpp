@@ -638,7 +638,9 @@ bool is_legacy_grid(std::string_view text) {
   }
   TokenCursor words(text, kComment);
   words.next();
-  return in_capitals(words.next()) != "DATASET" || in_capitals(words.next()) == "UNSTRUCTURED_GRID";
+  if (in_capitals(words.next()) != "DATASET") return true;
+  // Or what is left of it, where the file is cut off.
+  return std::string_view("UNSTRUCTURED_GRID").starts_with(in_capitals(words.next()));
 }
 
 VtuHead parse_legacy_head(const MappedFile& file) { return LegacyParser(file).run(); }

@@ -15,7 +15,7 @@ try:
 except ImportError:
     meshio = None
 
-SUFFIXES = (".mesh", ".meshb", ".msh", ".node")
+SUFFIXES = (".mesh", ".meshb", ".msh", ".node", ".vtk")
 
 CUBE = """8 3 0 1
 1 0 0 0 1
@@ -135,7 +135,7 @@ class Formats(FolderTest):
         for name in ("out.stl", "out", "out.meshbb"):
             result = finish("convert", original, self.folder / name)
             self.assertEqual(result.returncode, USAGE)
-            for known in (b".vtu", b".mesh", b".meshb", b".msh", b".node"):
+            for known in (b".vtu", b".vtk", b".mesh", b".meshb", b".msh", b".node"):
                 self.assertIn(known, result.stderr)
             run("simplify", original, "-o", self.folder / name, code=USAGE)
         run("convert", original, self.folder / "out.mesh", "--encoding", "zlib", code=USAGE)
@@ -162,7 +162,7 @@ class Formats(FolderTest):
     @unittest.skipUnless(meshio, "meshio is not installed")
     def test_meshio_reads_our_files(self):
         original = self.mesh()
-        for suffix in SUFFIXES:
+        for suffix in (".mesh", ".meshb", ".msh", ".node"):
             for options in ([], ["--encoding", "ascii"]):
                 if suffix == ".meshb" and options:
                     continue
