@@ -122,9 +122,9 @@ void text_encode(ValueType type, std::span<const std::byte> values, TextPosition
 
 namespace {
 
-// Of libdeflate's 1 to 12. On real and generated meshes levels 4 to 6 save nothing over 3 and take
-// up to twice as long; level 1 takes half as long and leaves 2 to 5 % more.
-constexpr int kZlibLevel = 3;
+// Of libdeflate's 1 to 12. On real and generated meshes level 1 takes half the time of 3 and leaves
+// 1 to 5 % more, about as much as VTK's writer does (bench/writing.py); 4 to 6 save nothing over 3.
+constexpr int kZlibLevel = 1;
 
 struct FreeDeflate {
   void operator()(libdeflate_compressor* c) const { libdeflate_free_compressor(c); }

@@ -264,7 +264,7 @@ class GmshWriter {
   }
 
   void put_values(const ArrayInfo& info, std::uint64_t first, std::span<const std::byte> rows) {
-    const Vector<double> values = to_doubles(info, rows);
+    const Vector<double> values = to_doubles(info.type, rows);
     const std::size_t width = info.components;
     const std::size_t count = values.size() / width;
     if (binary_) {

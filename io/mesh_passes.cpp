@@ -22,34 +22,25 @@ void append_lower(const LowerCells& from, LowerCells* to) {
                           from.connectivity.end());
 }
 
-template <class To>
-Vector<To> convert(const ArrayInfo& info, std::span<const std::byte> values) {
-  Vector<To> out(values.size() / size_of(info.type));
+}  // namespace
+
+Vector<std::int64_t> to_integers(const ArrayInfo& info, std::span<const std::byte> values) {
+  Vector<std::int64_t> out(values.size() / size_of(info.type));
   visit_type(info.type, [&](auto zero) {
     using From = decltype(zero);
     for (std::size_t i = 0; i < out.size(); ++i) {
       From value;
       std::memcpy(&value, values.data() + i * sizeof(From), sizeof(From));
-      if constexpr (std::is_same_v<From, std::uint64_t> && std::is_integral_v<To>) {
-        if (value > static_cast<std::uint64_t>(std::numeric_limits<To>::max())) {
+      if constexpr (std::is_same_v<From, std::uint64_t>) {
+        if (value > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
           throw Error(ErrorCode::kBadInput, "array \"" + info.name + "\": " +
                                                 std::to_string(value) + " is too large to write");
         }
       }
-      out[i] = static_cast<To>(value);
+      out[i] = static_cast<std::int64_t>(value);
     }
   });
   return out;
-}
-
-}  // namespace
-
-Vector<std::int64_t> to_integers(const ArrayInfo& info, std::span<const std::byte> values) {
-  return convert<std::int64_t>(info, values);
-}
-
-Vector<double> to_doubles(const ArrayInfo& info, std::span<const std::byte> values) {
-  return convert<double>(info, values);
 }
 
 MeshPasses::MeshPasses(MeshSource* source, const MeshStream* stream)

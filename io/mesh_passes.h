@@ -16,9 +16,8 @@
 
 namespace tetfusion {
 
-// Values of any type as these. Throws Error(kBadInput) for a value above all of Int64.
+// Values of any type as integers. Throws Error(kBadInput) for a value above all of Int64.
 Vector<std::int64_t> to_integers(const ArrayInfo& info, std::span<const std::byte> values);
-Vector<double> to_doubles(const ArrayInfo& info, std::span<const std::byte> values);
 
 class MeshPasses {
  public:

@@ -72,11 +72,11 @@ class MeshStream {
   virtual std::uint64_t bytes() const { return 0; }
 };
 
-// A stream over a source, which must outlive it. Sources that can give windows do (.vtu and .pvtu
-// whose cells need no splitting or linearizing); of others the whole mesh is read here, after
-// `reserve`, where there is one, has been called with source->memory_to_read(): it may throw.
-// Throws what read_geometry() throws, what can only be seen in a window at the latest when it is
-// read.
+// A stream over a source, which must outlive it. Sources that can give windows do (files whose
+// cells need no splitting or linearizing, and that are not VTK's to read); of others the whole mesh
+// is read here, after `reserve`, where there is one, has been called with source->memory_to_read():
+// it may throw. Throws what read_geometry() throws, what can only be seen in a window at the latest
+// when it is read.
 std::unique_ptr<MeshStream> open_stream(
     MeshSource* source, const std::function<void(std::uint64_t bytes)>& reserve = {});
 

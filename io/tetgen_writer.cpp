@@ -96,7 +96,7 @@ class TetgenWriter {
                        const std::vector<Vector<std::byte>>& rows, OutputFile* file) {
     std::vector<Vector<double>> values;
     for (std::size_t a = 0; a < attributes_.size(); ++a) {
-      values.push_back(to_doubles(point_info(attributes_[a]), rows[a]));
+      values.push_back(to_doubles(point_info(attributes_[a]).type, rows[a]));
     }
     Vector<std::int64_t> markers;
     if (point_array_ != kNone) markers = to_integers(point_info(point_array_), rows.back());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -20,6 +21,10 @@ class TextRow {
   template <class T>
   TextRow& add(T value) {
     static_assert(std::is_arithmetic_v<T> && sizeof(T) > 1);
+    // The sign of a NaN is not a number's; "-nan" would stop some readers.
+    if constexpr (std::is_floating_point_v<T>) {
+      if (std::isnan(value)) value = std::abs(value);
+    }
     char digits[32];
     const std::to_chars_result result = std::to_chars(digits, digits + sizeof digits, value);
     if (!text_.empty() && text_.back() != '\n') text_ += ' ';

@@ -9,7 +9,6 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "driver/steering.h"
-#include "io/mesh_passes.h"
 
 namespace tetfusion {
 
@@ -108,7 +107,7 @@ void RegionOfInterest::lock(const MeshStream& stream, std::uint64_t first,
       const std::size_t width = threshold.array.components;
       Vector<std::byte> rows(positions.size() * width * size_of(threshold.array.type));
       stream.read_rows(Association::kPoint, threshold.index, first, positions.size(), rows);
-      const Vector<double> values = to_doubles(threshold.array, rows);
+      const Vector<double> values = to_doubles(threshold.array.type, rows);
       lock_where([&](std::size_t i) {
         const double value =
             width == 1 ? values[i] : std::sqrt(squared_length(&values[i * width], width));

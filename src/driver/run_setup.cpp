@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "base/error.h"
-#include "io/mesh_passes.h"
 #include "kernel/vertex_quadrics.h"
 
 namespace tetfusion {
@@ -59,7 +58,7 @@ void check_weights(const std::string& name, const MeshDescription& mesh, const M
     const std::uint64_t count = std::min(kWindow, stream.points() - first);
     rows.resize(count * size_of(info.type));
     stream.read_rows(Association::kPoint, index, first, count, rows);
-    const Vector<double> values = to_doubles(info, rows);
+    const Vector<double> values = to_doubles(info.type, rows);
     const auto wrong = std::find_if(values.begin(), values.end(), [](double value) {
       return !(value >= 0 && value <= std::numeric_limits<float>::max());
     });

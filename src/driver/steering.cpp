@@ -60,20 +60,11 @@ SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
 
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
 
-void to_doubles(ValueType type, std::span<const std::byte> rows, Vector<double>* values) {
-  visit_type(type, [&](auto zero) {
-    using T = decltype(zero);
-    const std::span<const T> from(reinterpret_cast<const T*>(rows.data()), rows.size() / sizeof(T));
-    values->assign(from.begin(), from.end());
-  });
-}
-
 Vector<Vec3<double>> read_positions(const MeshDescription& mesh, const MeshStream& stream) {
-  Vector<double> values;
   const std::uint64_t points = stream.points();
   Vector<std::byte> rows(points * 3 * size_of(mesh.point_type));
   stream.read_points(0, points, rows);
-  to_doubles(mesh.point_type, rows, &values);
+  const Vector<double> values = to_doubles(mesh.point_type, rows);
   Vector<Vec3<double>> positions(points);
   for (std::size_t p = 0; p < points; ++p) {
     positions[p] = {values[3 * p], values[3 * p + 1], values[3 * p + 2]};
@@ -87,7 +78,7 @@ Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
   const ArrayInfo& info = mesh.cell_data.arrays[index];
   const std::size_t components = info.components;
   const Vector<Vec3<double>> positions = read_positions(mesh, stream);
-  Vector<double> sums, weights, values;
+  Vector<double> sums, weights;
   sums.assign(positions.size() * components, 0.0);
   weights.assign(positions.size(), 0.0);
   Vector<std::byte> rows;
@@ -97,7 +88,7 @@ Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
     stream.read_cells(first, count, &window);
     rows.resize(count * components * size_of(info.type));
     stream.read_rows(Association::kCell, index, first, count, rows);
-    to_doubles(info.type, rows, &values);
+    const Vector<double> values = to_doubles(info.type, rows);
     for (std::size_t t = 0; t < window.tets.size(); ++t) {
       const Tet& tet = window.tets[t];
       const double volume = std::abs(determinant(positions, tet).value);
@@ -148,7 +139,7 @@ void Steering::read_array(const Array& array, std::uint64_t first, std::uint64_t
   }
   Vector<std::byte> rows(count * components * size_of(array.type));
   stream_->read_rows(Association::kPoint, array.index, first, count, rows);
-  to_doubles(array.type, rows, values);
+  *values = to_doubles(array.type, rows);
 }
 
 // The field's range in its new unit, which it sets; 0 when all values are the same.

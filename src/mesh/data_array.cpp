@@ -1,6 +1,7 @@
 #include "mesh/data_array.h"
 
 #include <array>
+#include <cstring>
 
 namespace tetfusion {
 
@@ -35,6 +36,19 @@ bool parse_vtk_type(std::string_view name, ValueType* type) {
     }
   }
   return false;
+}
+
+Vector<double> to_doubles(ValueType type, std::span<const std::byte> values) {
+  Vector<double> out(values.size() / size_of(type));
+  visit_type(type, [&](auto zero) {
+    using T = decltype(zero);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      T value;
+      std::memcpy(&value, values.data() + i * sizeof(T), sizeof(T));
+      out[i] = static_cast<double>(value);
+    }
+  });
+  return out;
 }
 
 std::size_t AttributeSet::find(std::string_view name) const {

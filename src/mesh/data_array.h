@@ -108,6 +108,9 @@ decltype(auto) visit_type(ValueType type, F&& f) {
 
 enum class Association : std::uint8_t { kPoint, kCell, kField };
 
+// Values of a type as doubles.
+Vector<double> to_doubles(ValueType type, std::span<const std::byte> values);
+
 // What is known of an array without reading its values.
 struct ArrayInfo {
   std::string name;

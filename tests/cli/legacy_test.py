@@ -192,7 +192,7 @@ class Legacy(FolderTest):
         for bytes_, words in ((whole[: len(whole) // 4], b"byte "), (whole[:60], b"expected DATASET"),
                               (whole.replace(b"POINTS ", b"POINTS 1"), b"byte "),
                               (whole.replace(b"BINARY", b"TEXT"), b"line 3"),
-                              ("\n".join(lines[:50]).encode(), b"line 50"),
+                              ("\n".join(lines[:50]).encode(), b"cut off or damaged"),
                               ("\n".join(lines).replace("CELL_TYPES ", "CELL_TYPES 1").encode(), b"CELL_TYPES"),
                               (b"# vtk DataFile Version 3.0\n", b"line 3")):
             path.write_bytes(bytes_)
