@@ -29,7 +29,7 @@ class FormatReader {
   virtual CellTypeCounts cell_types() const = 0;
   // What it keeps, where that grows with the mesh.
   virtual std::uint64_t bytes() const { return 0; }
-  // False: read_rows() takes the memory of the whole array.
+  // False: read_rows() goes through all rows, whatever the range.
   virtual bool has_rows_in_order() const { return true; }
 
   // Throw Error(kBadInput), naming the place; read_cells() InvalidMesh for a point that is not
