@@ -202,7 +202,12 @@ void MapFile::check_numbers() const {
     }
     if (!right) fail(fmt::format("cell {} of the map is no tetrahedron of its points", t));
   }
+  constexpr std::size_t kRun = std::size_t{1} << 18;
+  const auto forget_run = [&](const auto& section, std::size_t i) {
+    if (i % kRun == 0 && i > 0) forget(section.subspan(i - kRun, kRun));
+  };
   for (std::size_t i = 0; i < places_.size(); ++i) {
+    forget_run(places_, i);
     const MapPlace& place = places_[i];
     const bool right = (place.cell == kNoCell || place.cell < counts_.tets) &&
                        std::all_of(place.weights.begin(), place.weights.end(), is_weight);
@@ -212,6 +217,7 @@ void MapFile::check_numbers() const {
     return std::pair(a.original, a.point) < std::pair(b.original, b.point);
   };
   for (std::size_t i = 0; i < shares_.size(); ++i) {
+    forget_run(shares_, i);
     const MapShare& share = shares_[i];
     const bool right = share.original < counts_.original_points && share.point < counts_.points &&
                        is_weight(share.weight) && (i == 0 || before(shares_[i - 1], share));

@@ -82,6 +82,12 @@ class MapFile {
   }
   std::span<const MapPlace> places() const { return places_; }
   std::span<const MapShare> shares() const { return shares_; }
+  // Takes places or shares that were read out of this process's memory; they can be read again.
+  template <class T>
+  void forget(std::span<const T> read) const {
+    const auto* begin = reinterpret_cast<const std::byte*>(read.data());
+    file_.dont_need(static_cast<std::uint64_t>(begin - file_.bytes().data()), read.size_bytes());
+  }
   // Throws Error(kIo) where the file was shortened since it was opened. To be called after reading.
   void check() const { file_.check(); }
 

@@ -15,6 +15,7 @@
 #include "cli/console.h"
 #include "driver/simplify.h"
 #include "io/output_file.h"
+#include "series/series.h"
 
 namespace tetfusion {
 
@@ -23,6 +24,8 @@ namespace {
 // The options as they are typed.
 struct Arguments {
   SimplifyRequest request;
+  std::vector<std::string> inputs;
+  std::string series;  // empty: as the names say
   ConsoleOptions console;
   std::string boundary = "exact";
   std::string reduction, tets, max_error, max_rms, min_quality, lods, chunk_tets, memory, report;
@@ -223,13 +226,68 @@ void print_plan(const RunPlan& plan) {
   print_estimate(plan);
 }
 
+void summarize(const SeriesReport& r, const std::string& output, Console* console) {
+  struct Worst {
+    double rms = 0, max = 0;
+    std::string rms_in, max_in;
+  };
+  std::map<std::string, Worst> arrays;
+  for (const StepReport& step : r.steps) {
+    for (const StepArray& a : step.arrays) {
+      console->detail(
+          fmt::format("step {}: {} off by {:.3g} % in the mean of squares, {:.3g} % at "
+                      "most (point {})",
+                      step.label, a.name, 100 * a.rms, 100 * a.max, a.max_at));
+      Worst& worst = arrays[a.name];
+      if (worst.rms_in.empty() || a.rms > worst.rms) worst.rms = a.rms, worst.rms_in = step.label;
+      if (worst.max_in.empty() || a.max > worst.max) worst.max = a.max, worst.max_in = step.label;
+    }
+  }
+  if (!r.shared) {
+    for (const SimplifyReport& run : r.runs) summarize(run, console);
+    return;
+  }
+  summarize(r.runs[0], console);
+  for (const auto& [name, worst] : arrays) {
+    console->say(
+        fmt::format("{}: off by {:.3g} % of its range in a step at most (step {}), by up "
+                    "to {:.3g} % in the mean of squares (step {})",
+                    name, 100 * worst.max, worst.max_in, 100 * worst.rms, worst.rms_in));
+  }
+  console->say(fmt::format("{} steps -> {}, on one mesh; in {:.2f} s", r.steps.size(), output,
+                           r.total_seconds));
+}
+
+void refuse_unreached_goal(const SimplifyReport& report) {
+  if (report.has_goal && report.stop_reason != StopReason::kGoal) throw ExitStatus{6};
+}
+
+void run_series(Arguments* a) {
+  SeriesRequest request{a->request, a->inputs, a->series != "each"};
+  SeriesReport report;
+  {
+    Console console(a->console);
+    report = simplify_series(request, console.context());
+    summarize(report, a->request.output, &console);
+  }
+  if (!a->report.empty()) write_text(a->report, to_json(report));
+  if (!a->strict) return;
+  for (const SimplifyReport& one : report.runs) refuse_unreached_goal(one);
+}
+
 void run(Arguments* a) {
+  a->request.input = a->inputs[0];
   parse_arguments(a);
   if (!a->report.empty()) {
-    refuse_same_file("--report", a->report, {a->request.input, a->request.output, a->request.map});
+    std::vector<std::string> others = a->inputs;
+    others.insert(others.end(), {a->request.output, a->request.map});
+    refuse_same_file("--report", a->report, others);
     check_output_path(a->report);
   }
-  refuse_same_file("--map", a->request.map, {a->request.input, a->request.output});
+  std::vector<std::string> others = a->inputs;
+  others.push_back(a->request.output);
+  refuse_same_file("--map", a->request.map, others);
+  if (!a->series.empty() || is_series(a->inputs, a->request.output)) return run_series(a);
   if (a->request.performance.dry_run) {
     RunPlan plan;
     {
@@ -247,7 +305,7 @@ void run(Arguments* a) {
     summarize(report, &console);
   }
   if (!a->report.empty()) write_text(a->report, to_json(report));
-  if (a->strict && report.has_goal && report.stop_reason != StopReason::kGoal) throw ExitStatus{6};
+  if (a->strict) refuse_unreached_goal(report);
 }
 
 void add_goal_options(CLI::App& command, Arguments* a) {
@@ -440,16 +498,28 @@ void add_simplify_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("simplify", "Simplify a mesh");
   command
       ->add_option(
-          "IN", a->request.input,
-          "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, or - for standard input")
+          "IN", a->inputs,
+          "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, or - for standard input; "
+          "or the steps of a series over time: several files, or a .pvd that names them")
       ->required();
   command
       ->add_option(
           "-o,--output", a->request.output,
           "The result: a .vtu file, a .pvtu file with several pieces, .vtk, .mesh or .meshb "
           "(Medit), .msh (Gmsh), .node or .ele (TetGen), or - for standard "
-          "output")
+          "output. Of a series its name holds {step}, which is replaced by what differs "
+          "between the names of the inputs, as 017 of step_017.vtu (counted from 0 where "
+          "that tells nothing), or is that of a .pvd, OUT.pvd of OUT_{step}.vtu")
       ->required()
+      ->group(kOutputGroup);
+  command
+      ->add_option("--series", a->series,
+                   "Of several steps: shared, one mesh for all, on which the fields of each step "
+                   "are within --max-error, if that is given (default); each, every step by "
+                   "itself. Not with a series: --lods, --dry-run, --pieces and standard input and "
+                   "output; each: --map; shared: --resume, --verify, --conserve, arrays of cells "
+                   "that steer, and --roi by the values of an array")
+      ->check(CLI::IsMember({"shared", "each"}).description("{shared,each}"))
       ->group(kOutputGroup);
   command
       ->add_option("--pieces", a->request.pieces,

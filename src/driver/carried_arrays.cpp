@@ -4,11 +4,11 @@
 
 namespace tetfusion {
 
-namespace {
-
 bool is_ghost_mark(const std::string& name) {
   return name == "vtkGhostType" || name == "vtkGhostLevels";
 }
+
+namespace {
 
 AttributeSet without_ghost_marks(const AttributeSet& set, std::vector<std::size_t>* indices) {
   AttributeSet kept;

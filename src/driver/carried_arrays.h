@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "io/mesh_source.h"
 
 namespace tetfusion {
+
+bool is_ghost_mark(const std::string& name);
 
 // All but ghost marks, as ghosts were not read.
 struct CarriedArrays {

@@ -112,9 +112,10 @@ struct PerformanceOptions {
   // The folder for what does not fit into memory. Empty: the output's name and ".tetfusion".
   std::string scratch;
 
-  bool on_disk = false;  // keep the mesh in the scratch folder even where it fits into memory
-  bool resume = false;   // go on from what an interrupted run left in the scratch folder
-  bool dry_run = false;  // for whoever calls plan_run() instead of simplify()
+  bool on_disk = false;   // keep the mesh in the scratch folder even where it fits into memory
+  bool resume = false;    // go on from what an interrupted run left in the scratch folder
+  bool dry_run = false;   // for whoever calls plan_run() instead of simplify()
+  bool keep_work = true;  // what an interrupted run leaves in the scratch folder, to go on from
 };
 
 struct SimplifyRequest {

@@ -169,7 +169,7 @@ SimplifyReport Job::run() {
 
 // A run that has come far enough to go on from says how; of any other nothing is left.
 void Job::fail_with_hint(const Error& error) {
-  if (!committed_ || sink_ != nullptr) {
+  if (!committed_ || sink_ != nullptr || !request_.performance.keep_work) {
     if (scratch_) {
       try {
         scratch_->remove();
@@ -543,6 +543,11 @@ void Job::end_round(const RoundPlan& plan, const RoundStatistics& round, RunStat
 
 SimplifyReport simplify(const SimplifyRequest& request, const RunContext& context) {
   return Job(request, context).run();
+}
+
+SimplifyReport simplify(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
+                        const RunContext& context) {
+  return Job(request, context, std::move(source)).run();
 }
 
 SimplifyReport simplify(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,

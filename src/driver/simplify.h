@@ -21,6 +21,10 @@ namespace tetfusion {
 // kInterrupted. On a throw no output has been touched, but for levels that were already whole.
 SimplifyReport simplify(const SimplifyRequest& request, const RunContext& context = {});
 
+// The same with a mesh that is opened already; the request's input is a word for messages.
+SimplifyReport simplify(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
+                        const RunContext& context = {});
+
 // The same from and to memory: the mesh goes to `sink` when all is done. Of the request input and
 // output are words for messages, and levels, pieces and resuming do not exist; with performance's
 // scratch empty nothing goes to the disk, and what does not fit is Error(kMemory).

@@ -11,6 +11,7 @@
 #include "base/numbers.h"
 #include "compare/fields.h"
 #include "compare/measure.h"
+#include "follow/fit_values.h"
 #include "io/mesh_stream.h"
 #include "mesh/blocks.h"
 
@@ -31,12 +32,13 @@ class Mover {
         info_(arrays.arrays[index]),
         width_(info_.components) {}
 
-  MovedArray run(const RunContext& context) {
+  MovedArray run(const RunContext& context, const ArrayFit* wanted) {
     moved_.array.info = info_;
     moved_.array.info.tuples = map_.counts().points;
     moved_.array.bytes.resize(map_.counts().points * stride());
     std::fill(moved_.array.bytes.begin(), moved_.array.bytes.end(), std::byte{0});
     visit_type(info_.type, [&](auto value) { move<decltype(value)>(context); });
+    if (is_float(info_.type) && wanted != nullptr) fit(context, wanted->bound);
     if (is_float(info_.type)) measure(context);
     return std::move(moved_);
   }
@@ -74,6 +76,7 @@ class Mover {
       most.assign(map_.counts().points, 0);
     }
     auto next = map_.shares().begin();
+    auto begin = next;
     for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& rows) {
       const T* values = reinterpret_cast<const T*>(rows.data());
       const std::uint64_t end = first + rows.size() / stride();
@@ -90,6 +93,27 @@ class Mover {
           most[next->point] = next->weight;
           std::copy_n(from, width_, to);
         }
+      }
+      map_.forget(std::span(begin, next));
+      begin = next;
+    });
+  }
+
+  void fit(const RunContext& context, double bound) {
+    Vector<double> values, rows;
+    spread_values(info_, moved_.array.bytes, target(map_.counts().points, &values));
+    const Vector<std::uint8_t> fitted =
+        fit_values(map_, width_, bound, &values, [&](const TakeRows& take) {
+          for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& bytes) {
+            spread_values(info_, bytes, target(bytes.size() / stride(), &rows));
+            take(first, rows);
+          });
+        });
+    visit_type(info_.type, [&](auto zero) {
+      using T = decltype(zero);
+      const std::span<T> out = moved_.array.as<T>();
+      for (std::size_t i = 0; i < out.size(); ++i) {
+        if (fitted[i / width_] != 0) out[i] = static_cast<T>(values[i]);
       }
     });
   }
@@ -109,6 +133,7 @@ class Mover {
           measure_point(field, first + i, rows.data() + i * width_, values, &parts[b]);
         }
       });
+      map_.forget(map_.places().subspan(first, count));
       for (const Sums& part : parts) {
         all.errors.add(part.errors);
         all.values.add(part.values);
@@ -192,8 +217,8 @@ std::vector<std::size_t> choose(const MeshDescription& mesh,
 }  // namespace
 
 std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
-                                  const std::vector<std::string>& names,
-                                  const RunContext& context) {
+                                  const std::vector<std::string>& names, const RunContext& context,
+                                  const std::vector<ArrayFit>& fits) {
   const MeshDescription& mesh = source->description();
   const std::vector<std::size_t> chosen = choose(mesh, names);
   const auto stream = open_stream(source);
@@ -208,7 +233,11 @@ std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
   for (const std::size_t i : chosen) {
     context.report("moving", static_cast<double>(arrays.size()) /
                                  static_cast<double>(std::max<std::size_t>(chosen.size(), 1)));
-    arrays.push_back(Mover(map, *stream, mesh.point_data, i).run(context));
+    const auto fit = std::find_if(fits.begin(), fits.end(), [&](const ArrayFit& f) {
+      return f.name == mesh.point_data.arrays[i].name;
+    });
+    arrays.push_back(
+        Mover(map, *stream, mesh.point_data, i).run(context, fit == fits.end() ? nullptr : &*fit));
   }
   map.check();
   return arrays;

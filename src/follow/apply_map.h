@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,13 +26,22 @@ struct MovedArray {
   std::uint64_t undefined = 0;  // points where only the simplified mesh's value is not finite
 };
 
+// A floating-point array whose values at new points are fitted (fit_values.h), so that none of the
+// original's points is off by more than `bound`, if that can be; a share as MovedArray's max.
+struct ArrayFit {
+  std::string name;
+  double bound = std::numeric_limits<double>::infinity();
+};
+
 // The point arrays of `source` of those names, all but ghost marks if there are none, as `map` has
 // it: a point that stayed keeps its value to the bit; any other one's is interpolated, or, of
-// integers, that of the original's point with the largest weight. In memory are these arrays alone.
+// integers, that of the original's point with the largest weight; but for those that are fitted.
+// In memory are these arrays alone.
 // The same for any number of threads. Throws Error(kBadInput) where the mesh has not as many points
 // as the map, Error(kUsage) for a name that is none of its arrays; what reading throws.
 std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
-                                  const std::vector<std::string>& names, const RunContext& context);
+                                  const std::vector<std::string>& names, const RunContext& context,
+                                  const std::vector<ArrayFit>& fits = {});
 
 // The simplified mesh with these arrays, and the markers of `source`. Refers to all of them.
 std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,

@@ -1,0 +1,141 @@
+#include "series/combined_fields.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "compare/measure.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+
+// Calls f(first, count) for the windows of [0, points).
+template <class F>
+void for_each_window(std::uint64_t points, const RunContext& context, F f) {
+  for (std::uint64_t first = 0; first < points; first += kWindow) {
+    context.check();
+    f(first, std::min(kWindow, points - first));
+  }
+}
+
+// 1 or -1 by the number of the step, as a coin would have it: with signs that alternate, sums of
+// steps that are alike would be nothing. (The finalizer of MurmurHash3.)
+double sign_of(std::uint64_t step) {
+  std::uint64_t x = step + 1;
+  x = (x ^ x >> 33) * 0xff51afd7ed558ccdULL;
+  x = (x ^ x >> 33) * 0xc4ceb9fe1a85ec53ULL;
+  return (x ^ x >> 33) % 2 == 0 ? 1 : -1;
+}
+
+Vector<double> read_rows(const MeshStream& stream, std::size_t index, const ArrayInfo& info,
+                         std::uint64_t first, std::uint64_t count) {
+  Vector<std::byte> rows(count * info.components * size_of(info.type));
+  stream.read_rows(Association::kPoint, index, first, count, rows);
+  Vector<double> values(count * info.components);
+  spread_values(info, rows, {info.components, 0, count, {}, values.data()});
+  return values;
+}
+
+}  // namespace
+
+CombinedFields::CombinedFields(const std::string& folder, const std::vector<SteeringChoice>& arrays,
+                               const MeshDescription& first, const PointSet* used,
+                               std::size_t steps)
+    : arrays_(arrays), used_(used), sums_(std::min(steps, kCombinations)) {
+  std::uint64_t bytes = 0;
+  for (const SteeringChoice& array : arrays_) {
+    const std::uint32_t components = first.point_data.arrays[array.index].components;
+    for (std::size_t k = 0; k < sums_; ++k) {
+      infos_.push_back({fmt::format("{} (sum {} of {})", array.name, k + 1, sums_),
+                        ValueType::kFloat64,
+                        components,
+                        {},
+                        used->points()});
+      starts_.push_back(bytes);
+      bytes += used->points() * components * sizeof(double);
+    }
+  }
+  ranges_.resize(infos_.size());
+  if (bytes > 0) file_.emplace(folder, bytes);
+}
+
+CombinedFields::Source CombinedFields::find(const SteeringChoice& array, std::uint32_t components,
+                                            const MeshDescription& mesh) const {
+  Source source{mesh.point_data.find(array.name), {}};
+  if (source.index == AttributeSet::npos) {
+    throw Error(ErrorCode::kBadInput,
+                fmt::format("{}: this step has no point array \"{}\", which steers: its arrays are "
+                            "{}",
+                            mesh.path, array.name, names_of(mesh.point_data)));
+  }
+  source.info = mesh.point_data.arrays[source.index];
+  if (source.info.components != components) {
+    throw Error(ErrorCode::kBadInput,
+                fmt::format("{}: the array \"{}\", which steers, has {} components in this step, "
+                            "not {}",
+                            mesh.path, array.name, source.info.components, components));
+  }
+  return source;
+}
+
+// The diagonal of the box of the components, at points that are used.
+double CombinedFields::measure(const Source& source, const MeshStream& stream,
+                               const RunContext& context) const {
+  const std::size_t width = source.info.components;
+  FieldValues all{std::vector<Range>(width), 0};
+  for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
+    const Vector<double> rows = read_rows(stream, source.index, source.info, first, count);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const double* row = rows.data() + i * width;
+      if (used_->has(first + i) && all_finite(row, width)) all.add(row);
+    }
+  });
+  return all.diagonal();
+}
+
+void CombinedFields::add(std::size_t step, const MeshDescription& mesh, const MeshStream& stream,
+                         const RunContext& context) {
+  for (std::size_t a = 0; a < arrays_.size(); ++a) {
+    const std::size_t field = a * sums_ + step % sums_;
+    const Source source = find(arrays_[a], infos_[field].components, mesh);
+    const double range = measure(source, stream, context);
+    if (!(range > 0)) continue;
+    const double factor = sign_of(step) / range;
+    Vector<double> sums;
+    for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
+      const Vector<double> rows = read_rows(stream, source.index, source.info, first, count);
+      sums.resize(rows.size());
+      file_->read(offset(field, first), std::as_writable_bytes(std::span(sums)));
+      for (std::size_t i = 0; i < rows.size(); ++i) sums[i] += factor * rows[i];
+      file_->write(offset(field, first), std::as_bytes(std::span(sums)));
+    });
+  }
+}
+
+void CombinedFields::finish(const RunContext& context) {
+  Vector<double> rows;
+  for (std::size_t f = 0; f < infos_.size(); ++f) {
+    const std::size_t width = infos_[f].components;
+    FieldValues all{std::vector<Range>(width), 0};
+    for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
+      rows.resize(count * width);
+      file_->read(offset(f, first), std::as_writable_bytes(std::span(rows)));
+      for (std::uint64_t i = 0; i < count; ++i) {
+        if (all_finite(rows.data() + i * width, width)) all.add(rows.data() + i * width);
+      }
+    });
+    ranges_[f] = all.diagonal();
+  }
+}
+
+void CombinedFields::read(std::size_t field, std::uint64_t first, std::uint64_t count,
+                          std::span<std::byte> out) const {
+  file_->read(offset(field, first), out.first(count * infos_[field].components * sizeof(double)));
+}
+
+}  // namespace tetfusion

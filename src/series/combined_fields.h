@@ -1,0 +1,65 @@
+// What all steps of a series have to say about where a mesh may become coarse, in a few fields.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/run_context.h"
+#include "compare/original_mesh.h"
+#include "driver/steering.h"
+#include "io/mesh_stream.h"
+#include "io/row_file.h"
+
+namespace tetfusion {
+
+// Of each array that steers there are kCombinations fields (README.md tells why so), or as many as
+// steps if these are fewer: sums of the steps' values, each as a share of its range in that step,
+// with signs; a step is in one sum, and those that follow each other in different ones. They lie on
+// the disk, and memory does not grow with the mesh but for windows, nor with the number of steps.
+class CombinedFields {
+ public:
+  static constexpr std::size_t kCombinations = 8;
+
+  // The arrays are point arrays of `first`; for so many steps of a mesh with so many points, of
+  // which `used` have a say in ranges. `used` must outlive this.
+  CombinedFields(const std::string& folder, const std::vector<SteeringChoice>& arrays,
+                 const MeshDescription& first, const PointSet* used, std::size_t steps);
+
+  // Each step once, in any order. Throws Error(kBadInput) where it has not the arrays, with as many
+  // components.
+  void add(std::size_t step, const MeshDescription& mesh, const MeshStream& stream,
+           const RunContext& context);
+  // After all steps.
+  void finish(const RunContext& context);
+
+  // Float64; a field that is the same everywhere is among them.
+  const std::vector<ArrayInfo>& fields() const { return infos_; }
+  std::size_t array_of(std::size_t field) const { return field / sums_; }
+  double range(std::size_t field) const { return ranges_[field]; }  // in steps' ranges
+  void read(std::size_t field, std::uint64_t first, std::uint64_t count,
+            std::span<std::byte> out) const;
+
+ private:
+  struct Source {
+    std::size_t index = 0;
+    ArrayInfo info;
+  };
+  Source find(const SteeringChoice& array, std::uint32_t components,
+              const MeshDescription& mesh) const;
+  double measure(const Source& source, const MeshStream& stream, const RunContext& context) const;
+  std::uint64_t offset(std::size_t field, std::uint64_t row) const {
+    return starts_[field] + row * infos_[field].components * sizeof(double);
+  }
+
+  const std::vector<SteeringChoice> arrays_;
+  const PointSet* used_;
+  const std::size_t sums_;  // of each array
+  std::vector<ArrayInfo> infos_;
+  std::vector<std::uint64_t> starts_;
+  std::vector<double> ranges_;
+  std::optional<RowFile> file_;
+};
+
+}  // namespace tetfusion

@@ -1,0 +1,100 @@
+#include "series/other_arrays.h"
+
+#include <utility>
+
+namespace tetfusion {
+
+namespace {
+
+class DressedStream final : public MeshStream {
+ public:
+  DressedStream(std::unique_ptr<MeshStream> mesh, const OtherArrays& arrays, std::uint64_t bytes)
+      : mesh_(std::move(mesh)), arrays_(arrays), bytes_(bytes) {}
+
+  std::uint64_t points() const override { return mesh_->points(); }
+  std::uint64_t cells() const override { return mesh_->cells(); }
+  std::uint64_t ghost_cells() const override { return mesh_->ghost_cells(); }
+  std::uint64_t merged_points() const override { return mesh_->merged_points(); }
+  std::uint64_t dropped_points() const override { return mesh_->dropped_points(); }
+  void read_points(std::uint64_t first, std::uint64_t count,
+                   std::span<std::byte> out) const override {
+    mesh_->read_points(first, count, out);
+  }
+  void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const override {
+    mesh_->read_cells(first, count, out);
+  }
+  void read_rows(Association association, std::size_t index, std::uint64_t first,
+                 std::uint64_t count, std::span<std::byte> out) const override {
+    const bool of_points = association == Association::kPoint;
+    const ArrayFrom& from = (of_points ? arrays_.points : arrays_.cells).at(index);
+    if (count == 0) return;
+    from.fill(*mesh_, first, out.first(count * from.info.components * size_of(from.info.type)));
+  }
+  void read_locks(std::uint64_t first, std::uint64_t count, std::uint8_t* locked) const override {
+    mesh_->read_locks(first, count, locked);
+  }
+  bool streams_from_disk() const override { return mesh_->streams_from_disk(); }
+  std::uint64_t bytes() const override { return mesh_->bytes() + bytes_; }
+
+ private:
+  std::unique_ptr<MeshStream> mesh_;
+  const OtherArrays& arrays_;
+  const std::uint64_t bytes_;
+};
+
+class DressedMesh final : public MeshSource {
+ public:
+  DressedMesh(std::unique_ptr<MeshSource> mesh, OtherArrays arrays)
+      : mesh_(std::move(mesh)), arrays_(std::move(arrays)), description_(mesh_->description()) {
+    if (!arrays_.path.empty()) description_.path = arrays_.path;
+    description_.point_data = describe(arrays_.points, arrays_.point_markers);
+    description_.cell_data = describe(arrays_.cells, arrays_.cell_markers);
+    description_.field_data = {};
+    for (const DataArray& array : arrays_.field_data) {
+      description_.field_data.arrays.push_back(array.info);
+    }
+  }
+
+  const MeshDescription& description() const override { return description_; }
+  Geometry read_geometry() override { return mesh_->read_geometry(); }
+
+  DataArray read_array(Association association, std::size_t index) override {
+    if (association == Association::kField) return arrays_.field_data.at(index);
+    const bool of_points = association == Association::kPoint;
+    const auto open = stream();
+    DataArray array;
+    array.info = (of_points ? arrays_.points : arrays_.cells).at(index).info;
+    array.info.tuples = of_points ? open->points() : open->cells();
+    array.bytes.resize(array.info.values() * size_of(array.info.type));
+    open->read_rows(association, index, 0, array.info.tuples, array.bytes);
+    return array;
+  }
+
+  // Also where the mesh must be read whole: here, before anybody looks at its size.
+  std::unique_ptr<MeshStream> stream() override {
+    std::uint64_t bytes = 0;
+    auto open = open_stream(mesh_.get(), [&](std::uint64_t needed) { bytes = needed; });
+    return std::make_unique<DressedStream>(std::move(open), arrays_, bytes);
+  }
+
+ private:
+  static AttributeSet describe(const std::vector<ArrayFrom>& arrays,
+                               std::map<std::string, std::string> markers) {
+    AttributeSet set;
+    for (const ArrayFrom& array : arrays) set.arrays.push_back(array.info);
+    set.active = std::move(markers);
+    return set;
+  }
+
+  std::unique_ptr<MeshSource> mesh_;
+  OtherArrays arrays_;
+  MeshDescription description_;
+};
+
+}  // namespace
+
+std::unique_ptr<MeshSource> with_arrays(std::unique_ptr<MeshSource> mesh, OtherArrays arrays) {
+  return std::make_unique<DressedMesh>(std::move(mesh), std::move(arrays));
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,117 @@
+#include "series/series.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/resources.h"
+#include "base/version.h"
+#include "driver/simplify.h"
+#include "driver/stages.h"
+#include "io/mesh_source.h"
+#include "io/pvd_file.h"
+#include "series/series_plan.h"
+#include "series/shared_series.h"
+
+namespace tetfusion {
+
+namespace {
+
+// The time that the file itself says.
+std::optional<double> time_in(const std::string& path) {
+  const auto source = open_mesh(path);
+  const std::size_t index = source->description().field_data.find("TimeValue");
+  if (index == AttributeSet::npos) return {};
+  const DataArray array = source->read_array(Association::kField, index);
+  if (array.info.values() != 1 || !is_float(array.info.type)) return {};
+  return array.info.type == ValueType::kFloat32 ? array.as<float>()[0] : array.as<double>()[0];
+}
+
+RunContext part_of(const RunContext& context, std::size_t i, std::size_t all) {
+  RunContext part = context;
+  if (context.progress) {
+    part.progress = [&context, i, all](std::string_view phase, double share) {
+      context.progress(phase, (static_cast<double>(i) + share) / static_cast<double>(all));
+    };
+  }
+  if (i > 0) part.size = {};
+  return part;
+}
+
+SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
+                           const RunContext& context) {
+  SeriesReport report;
+  report.shared = false;
+  for (std::size_t i = 0; i < plan->steps.size(); ++i) {
+    Step& step = plan->steps[i];
+    SimplifyRequest job = request.job;
+    job.input = step.input;
+    job.output = step.output;
+    if (!job.performance.scratch.empty()) job.performance.scratch += "/" + step.label;
+    try {
+      if (!step.time && !plan->list.empty()) step.time = time_in(step.input);
+      report.runs.push_back(simplify(job, part_of(context, i, plan->steps.size())));
+    } catch (const Error& error) {
+      throw Error(error.code(), fmt::format("{}; {} of the {} steps are written", error.what(), i,
+                                            plan->steps.size()));
+    }
+    report.steps.push_back({step.label, step.input, step.output, step.time, {}});
+  }
+  return report;
+}
+
+void write_list(const SeriesPlan& plan) {
+  std::vector<PvdStep> steps;
+  for (const Step& step : plan.steps) {
+    steps.push_back({step.time.value_or(static_cast<double>(steps.size())), step.output});
+  }
+  write_pvd(plan.list, steps);
+}
+
+}  // namespace
+
+SeriesReport simplify_series(const SeriesRequest& request, const RunContext& context) {
+  const double start = wall_seconds();
+  SeriesPlan plan = plan_series(request);
+  SimplifyRequest first = request.job;
+  first.output = plan.steps[0].output;
+  check_options(first);
+  SeriesReport report = request.shared ? simplify_shared(request, &plan, context)
+                                       : simplify_each(request, &plan, context);
+  if (!plan.list.empty()) write_list(plan);
+  report.list = plan.list;
+  report.total_seconds = wall_seconds() - start;
+  context.report("done", 1);
+  return report;
+}
+
+std::string to_json(const SeriesReport& report) {
+  using Json = nlohmann::ordered_json;
+  Json json;
+  if (report.shared) json = Json::parse(to_json(report.runs[0]));
+  json["version"] = version();
+  json["series"] = report.shared ? "shared" : "each";
+  if (!report.list.empty()) json["list"] = report.list;
+  if (report.shared) json["tries"] = report.tries;
+  Json steps = Json::array();
+  for (std::size_t i = 0; i < report.steps.size(); ++i) {
+    const StepReport& step = report.steps[i];
+    Json entry{{"step", step.label}, {"input", step.input}, {"output", step.output}};
+    if (step.time) entry["time"] = *step.time;
+    if (!report.shared) entry["run"] = Json::parse(to_json(report.runs[i]));
+    for (const StepArray& array : step.arrays) {
+      entry["arrays"].push_back({{"name", array.name},
+                                 {"rms", array.rms},
+                                 {"max", array.max},
+                                 {"max_at_point", array.max_at}});
+    }
+    steps.push_back(std::move(entry));
+  }
+  json["steps"] = std::move(steps);
+  json["seconds"]["total"] = report.total_seconds;
+  // A file's name need not be UTF-8, JSON must.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace tetfusion

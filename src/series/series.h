@@ -1,0 +1,56 @@
+// Many steps of one simulation in one run.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/run_context.h"
+#include "driver/options.h"
+#include "driver/report.h"
+
+namespace tetfusion {
+
+struct SeriesRequest {
+  // What is asked for each step. Its input is not looked at; its output is that of the steps, and
+  // holds "{step}", or is the name of a .pvd file that is to name them.
+  SimplifyRequest job;
+  std::vector<std::string> inputs;  // files, or one .pvd file
+  // One simplification for all steps; else each is simplified by itself.
+  bool shared = true;
+};
+
+struct StepArray {
+  std::string name;
+  double rms = 0, max = 0;  // at the original's points, as shares of the range in that step
+  std::uint64_t max_at = 0;
+};
+
+struct StepReport {
+  std::string label, input, output;
+  std::optional<double> time;
+  std::vector<StepArray> arrays;  // those that steer, of a shared series
+};
+
+struct SeriesReport {
+  bool shared = true;
+  std::vector<StepReport> steps;
+  std::vector<SimplifyReport> runs;  // one, or one a step
+  int tries = 1;                     // simplifications until the bound held at each step
+  std::string list;                  // the .pvd file that was written; empty: none
+  double total_seconds = 0;
+};
+
+// Is that one, by its names?
+bool is_series(const std::vector<std::string>& inputs, const std::string& output);
+
+// Throws what simplify() throws; Error(kUsage) for what a series cannot be asked for, before any
+// work; Error(kBadInput) for a step that is missing, or, of a shared series, has another mesh than
+// the first or not the arrays that steer. Each output appears when it is whole, the .pvd file last;
+// a message about a failure says which steps are done.
+SeriesReport simplify_series(const SeriesRequest& request, const RunContext& context = {});
+
+std::string to_json(const SeriesReport& report);
+
+}  // namespace tetfusion

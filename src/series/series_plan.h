@@ -1,0 +1,36 @@
+// Which files are the steps of a series, and what becomes of each.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "series/series.h"
+
+namespace tetfusion {
+
+inline constexpr const char* kStepField = "{step}";
+
+struct Step {
+  std::string input;
+  std::string label;           // what stands for {step}
+  std::optional<double> time;  // as the .pvd file has it
+  std::string output;
+};
+
+struct SeriesPlan {
+  std::vector<Step> steps;  // at least one
+  std::string list;         // the .pvd file to write; empty: none
+};
+
+// The labels of files: what differs between their names, whole numbers at least; of a single one
+// the last number in its name. Where that does not tell them apart, or there is none, they are
+// counted from 0.
+std::vector<std::string> label_steps(const std::vector<std::string>& paths);
+
+// Steps come in the order of their times, of their labels where these are numbers, else as given.
+// Throws Error(kUsage) for options that a series cannot have, for an output that is an input or
+// another step's output; what opening a .pvd file throws.
+SeriesPlan plan_series(const SeriesRequest& request);
+
+}  // namespace tetfusion

@@ -1,0 +1,383 @@
+#include "series/shared_series.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "base/memory_budget.h"
+#include "base/numbers.h"
+#include "base/resources.h"
+#include "driver/carried_arrays.h"
+#include "driver/convert.h"
+#include "driver/error_limits.h"
+#include "driver/promise.h"
+#include "driver/scratch_place.h"
+#include "driver/simplify.h"
+#include "follow/apply_map.h"
+#include "io/map_file.h"
+#include "series/combined_fields.h"
+#include "series/other_arrays.h"
+#include "series/result_mesh.h"
+#include "series/step_mesh.h"
+#include "series/work_folder.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// How much of the bound the sums may use, as what is off by that much there may be off by more in a
+// step; and what becomes of that share where it turns out to have been too much (README.md).
+constexpr double kFirstShare = 0.95, kLess = 0.8, kMuchLess = 0.5;
+constexpr int kLessTries = 5, kMostTries = 12;
+// A bound that no step has come near to was held too strictly: sums of steps that are alike are
+// larger than these. What is to become of it, and how often that is worth another try.
+constexpr double kNear = 0.6, kAim = 0.85, kMostAtOnce = 8;
+constexpr int kMoreTries = 2;
+
+class SharedSeries {
+ public:
+  SharedSeries(const SeriesRequest& request, SeriesPlan* plan, const RunContext& context)
+      : request_(request), plan_(*plan), context_(context), folder_(scratch_folder(request.job)) {}
+
+  SeriesReport run() {
+    set_thread_count(request_.job.performance.threads);
+    look_at_steps();
+    simplify_within_bounds();
+    write_steps();
+    return std::move(report_);
+  }
+
+ private:
+  std::unique_ptr<MeshSource> open(const Step& step) const {
+    const BehaviourOptions& b = request_.job.behaviour;
+    return open_mesh(step.input, {b.tetrahedralize, b.linearize, folder_.path()});
+  }
+  RunContext part(double from, double to) const;
+  void look_at_steps();
+  double bound_of(std::size_t array) const;
+  void simplify_within_bounds();
+  SimplifyRequest job(double share) const;
+  std::unique_ptr<MeshSource> summed_mesh() const;
+  double fit_steps(const RunContext& context);
+  void write_steps();
+  void write_step(std::size_t i, const ResultMesh& result, const RunContext& context);
+  void reserve(std::uint64_t points, std::uint64_t cells) const;
+  std::uint64_t row_offset(std::size_t step) const { return step * step_bytes_; }
+
+  const SeriesRequest& request_;
+  SeriesPlan& plan_;
+  const RunContext& context_;
+  const WorkFolder folder_;
+  std::vector<SteeringChoice> arrays_;  // that steer, of the first step
+  std::optional<PointSet> used_;
+  std::unique_ptr<CombinedFields> sums_;
+  std::unique_ptr<MapFile> map_;
+  // The fitted values of the arrays that steer, step after step.
+  std::optional<RowFile> fitted_;
+  std::uint64_t step_bytes_ = 0;
+  SeriesReport report_;
+};
+
+// Of the whole run, for a part of it.
+RunContext SharedSeries::part(double from, double to) const {
+  RunContext context = context_;
+  if (context_.progress) {
+    context.progress = [this, from, to](std::string_view phase, double share) {
+      context_.progress(phase, from + (to - from) * share);
+    };
+  }
+  context.size = {};
+  return context;
+}
+
+// Each step once: that it has the first one's mesh, and what its arrays add to the sums.
+void SharedSeries::look_at_steps() {
+  MeshPrint print;
+  for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
+    context_.report("comparing steps", 0, 0.2, i, plan_.steps.size());
+    const auto source = open(plan_.steps[i]);
+    const MeshDescription& mesh = source->description();
+    const auto stream = open_stream(source.get());
+    if (i == 0) {
+      arrays_ = choose_steering(mesh, request_.job.behaviour.arrays);
+      used_.emplace(stream->points());
+      print = print_of(mesh, *stream, context_, &*used_);
+      context_.report_size(mesh.cells);
+      sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_,
+                                               plan_.steps.size());
+    } else {
+      const auto first = open(plan_.steps[0]);
+      require_same_mesh(print, first.get(), print_of(mesh, *stream, context_), mesh, *stream);
+    }
+    if (request_.job.behaviour.original_ids &&
+        mesh.point_data.find(kOriginalIds) != AttributeSet::npos) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("{}: the mesh has an array {} already: leave --original-ids out, or "
+                              "rename or remove the array",
+                              mesh.path, kOriginalIds));
+    }
+    sums_->add(i, mesh, *stream, context_);
+    report_.steps.push_back(
+        {plan_.steps[i].label, plan_.steps[i].input, plan_.steps[i].output, {}, {}});
+  }
+  sums_->finish(context_);
+}
+
+// At the points of each step, as a share of the array's range there.
+double SharedSeries::bound_of(std::size_t array) const {
+  const ErrorLimits limits = error_limits(request_.job.behaviour, limits_of(arrays_));
+  return arrays_[array].tolerance.value_or(limits.max_error);
+}
+
+// The first step's mesh, with the sums in place of its arrays; of the cells those that may tell
+// regions, and where each is in the files.
+std::unique_ptr<MeshSource> SharedSeries::summed_mesh() const {
+  auto source = open(plan_.steps[0]);
+  OtherArrays arrays;
+  for (std::size_t f = 0; f < sums_->fields().size(); ++f) {
+    arrays.points.push_back({sums_->fields()[f], [this, f](const MeshStream&, std::uint64_t first,
+                                                           std::span<std::byte> out) {
+                               const std::uint64_t row =
+                                   sums_->fields()[f].components * sizeof(double);
+                               sums_->read(f, first, out.size() / row, out);
+                             }});
+  }
+  const MeshDescription& mesh = source->description();
+  for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
+    const ArrayInfo& info = mesh.cell_data.arrays[i];
+    if (is_float(info.type)) continue;
+    const std::uint64_t row = info.components * size_of(info.type);
+    arrays.cells.push_back(
+        {info, [i, row](const MeshStream& stream, std::uint64_t first, std::span<std::byte> out) {
+           stream.read_rows(Association::kCell, i, first, out.size() / row, out);
+         }});
+  }
+  arrays.cells.push_back({cell_numbers_info(mesh),
+                          [](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {
+                            auto* number = reinterpret_cast<std::int64_t*>(out.data());
+                            for (std::size_t i = 0; i < out.size() / sizeof *number; ++i) {
+                              number[i] = static_cast<std::int64_t>(first + i);
+                            }
+                          }});
+  return with_arrays(std::move(source), std::move(arrays));
+}
+
+SimplifyRequest SharedSeries::job(double share) const {
+  SimplifyRequest job = request_.job;
+  job.input = plan_.steps[0].input;
+  job.output = folder_.mesh();
+  job.map = job.map.empty() ? folder_.map() : job.map;
+  job.encoding = Encoding::kRaw;
+  job.performance.scratch = folder_.chunks();
+  job.performance.keep_work = false;
+  BehaviourOptions& b = job.behaviour;
+  b.arrays.clear();
+  double largest = 1;
+  bool bounded = false;
+  for (std::size_t f = 0; f < sums_->fields().size(); ++f) {
+    if (!(sums_->range(f) > 0)) continue;
+    const double bound = bound_of(sums_->array_of(f));
+    std::string text = sums_->fields()[f].name;
+    if (bound < kInfinity) text += fmt::format(":{}", share * bound / sums_->range(f));
+    bounded |= bound < kInfinity;
+    b.arrays.push_back(std::move(text));
+    largest = std::max(largest, sums_->range(f));
+  }
+  if (bounded) b.max_error.reset();
+  // As a share of the sums' ranges.
+  if (b.max_rms) *b.max_rms /= largest;
+  return job;
+}
+
+void SharedSeries::simplify_within_bounds() {
+  double share = kFirstShare;
+  bool too_much = false;
+  int more_tries = 0;
+  report_.tries = 0;
+  for (;;) {
+    ++report_.tries;
+    RunContext context = part(0.2, 0.6);
+    if (report_.tries > 1) context.notice = {};
+    const SimplifyRequest job = this->job(share);
+    map_.reset();
+    report_.runs = {simplify(job, summed_mesh(), context)};
+    map_ = std::make_unique<MapFile>(MapFile::open(job.map));
+    const double used = fit_steps(part(0.6, 0.7));
+    const bool goal = report_.runs[0].has_goal && report_.runs[0].stop_reason == StopReason::kGoal;
+    if (used > 1) {
+      if (report_.tries >= kMostTries) {
+        throw Error(ErrorCode::kBroken,
+                    fmt::format("the bound on the error could not be kept at all steps: in one it "
+                                "is exceeded by {:.3g} %; nothing was written. Give a larger "
+                                "--max-error, or --series each",
+                                100 * (used - 1)));
+      }
+      too_much = true;
+      share *= report_.tries <= kLessTries ? kLess : kMuchLess;
+    } else if (used < kNear && !too_much && !goal && more_tries < kMoreTries && used > 0) {
+      ++more_tries;
+      share *= std::min(kAim / used, kMostAtOnce);
+    } else {
+      return;
+    }
+  }
+}
+
+// Fits the values of the arrays that steer to each step, puts them aside, and returns the largest
+// error, as a share of its bound; 0 where there is none.
+double SharedSeries::fit_steps(const RunContext& context) {
+  reserve(map_->counts().points, map_->counts().cells);
+  step_bytes_ = 0;
+  std::vector<std::string> names;
+  std::vector<ArrayFit> fits;
+  for (std::size_t a = 0; a < arrays_.size(); ++a) {
+    names.push_back(arrays_[a].name);
+    fits.push_back({arrays_[a].name, bound_of(a)});
+  }
+  double used = 0;
+  for (std::size_t i = 0; i < plan_.steps.size() && !names.empty(); ++i) {
+    context.report("fitting", static_cast<double>(i) / static_cast<double>(plan_.steps.size()));
+    RunContext quiet = context;
+    quiet.progress = {};
+    const auto source = open(plan_.steps[i]);
+    const std::vector<MovedArray> moved = apply_map(*map_, source.get(), names, quiet, fits);
+    if (i == 0) {
+      // Any later step may have values twice as wide.
+      for (const MovedArray& array : moved) {
+        step_bytes_ += array.array.info.values() * sizeof(double);
+      }
+      fitted_.emplace(folder_.path(), step_bytes_ * plan_.steps.size());
+    }
+    std::uint64_t at = row_offset(i);
+    report_.steps[i].arrays.clear();
+    for (std::size_t a = 0; a < moved.size(); ++a) {
+      fitted_->write(at, moved[a].array.bytes);
+      at += moved[a].array.info.values() * sizeof(double);
+      report_.steps[i].arrays.push_back({names[a], moved[a].rms, moved[a].max, moved[a].max_at});
+      if (fits[a].bound == kInfinity || !is_float(moved[a].array.info.type)) continue;
+      used = std::max(used, moved[a].max / fits[a].bound);
+    }
+  }
+  return used;
+}
+
+// What writing a step takes: the values of its arrays, and what else is there for each point and
+// cell of the result.
+void SharedSeries::reserve(std::uint64_t points, std::uint64_t cells) const {
+  const std::uint64_t total =
+      request_.job.performance.memory != 0 ? request_.job.performance.memory : memory_limit() / 2;
+  const auto source = open(plan_.steps[0]);
+  std::uint64_t point = 0, cell = 0, widest = 0;
+  for (const ArrayInfo& info : source->description().point_data.arrays) {
+    point += info.components * size_of(info.type);
+    widest = std::max<std::uint64_t>(widest, info.components);
+  }
+  for (const ArrayInfo& info : source->description().cell_data.arrays) {
+    cell += info.components * size_of(info.type);
+  }
+  // The map's mesh, and what fitting takes of the widest array; numbers of cells, twice.
+  const std::uint64_t of_point = point + 24 + widest * 3 * sizeof(double) + 16;
+  const std::uint64_t of_cell = cell + 41 + 16;
+  constexpr std::uint64_t kProcess = std::uint64_t{64} << 20;
+  MemoryBudget(total).reserve(kProcess + points * of_point + cells * of_cell,
+                              "the arrays of a step on the simplified mesh");
+}
+
+void SharedSeries::write_steps() {
+  const ResultMesh result(folder_.mesh(), *map_);
+  for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
+    const auto share = [&](std::size_t done) {
+      return 0.7 + 0.3 * static_cast<double>(done) / static_cast<double>(plan_.steps.size());
+    };
+    try {
+      write_step(i, result, part(share(i), share(i + 1)));
+    } catch (const Error& error) {
+      throw Error(
+          error.code(),
+          fmt::format("{}; {} of the {} steps are written{}", error.what(), i, plan_.steps.size(),
+                      i == 0 ? "" : fmt::format(", up to {}", plan_.steps[i - 1].output)));
+    }
+    report_.runs[0].outputs.resize(i);
+    report_.runs[0].outputs.push_back(plan_.steps[i].output);
+  }
+  report_.runs[0].output.path = request_.job.output;
+  report_.runs[0].steering.clear();
+  for (const SteeringChoice& array : arrays_) report_.runs[0].steering.push_back(array.name);
+}
+
+void SharedSeries::write_step(std::size_t i, const ResultMesh& result, const RunContext& context) {
+  const auto source = open(plan_.steps[i]);
+  const MeshDescription& mesh = source->description();
+  RunContext quiet = context;
+  quiet.progress = {};
+  const auto steers = [&](const std::string& name) {
+    return std::find_if(arrays_.begin(), arrays_.end(),
+                        [&](const SteeringChoice& choice) { return choice.name == name; });
+  };
+  std::vector<std::string> others;
+  for (const ArrayInfo& info : mesh.point_data.arrays) {
+    if (steers(info.name) == arrays_.end() && !is_ghost_mark(info.name))
+      others.push_back(info.name);
+  }
+  std::vector<MovedArray> moved;
+  if (!others.empty()) moved = apply_map(*map_, source.get(), others, quiet);
+  StepArrays arrays;
+  std::size_t next = 0;
+  for (const ArrayInfo& info : mesh.point_data.arrays) {
+    if (is_ghost_mark(info.name)) continue;
+    const auto choice = steers(info.name);
+    if (choice == arrays_.end()) {
+      arrays.points.push_back(std::move(moved[next++].array));
+      continue;
+    }
+    std::uint64_t at = row_offset(i);
+    for (auto before = arrays_.begin(); before != choice; ++before) {
+      const ArrayInfo& first = mesh.point_data.arrays[mesh.point_data.find(before->name)];
+      at += map_->counts().points * first.components * sizeof(double);
+    }
+    DataArray array;
+    array.info = info;
+    array.info.tuples = map_->counts().points;
+    array.bytes.resize(array.info.values() * size_of(info.type));
+    fitted_->read(at, array.bytes);
+    arrays.points.push_back(std::move(array));
+  }
+  arrays.cells = result.cell_arrays(source.get(), context);
+  for (std::size_t f = 0; f < mesh.field_data.arrays.size(); ++f) {
+    arrays.field_data.push_back(source->read_array(Association::kField, f));
+    const DataArray& array = arrays.field_data.back();
+    if (array.info.name != "TimeValue" || array.info.values() != 1) continue;
+    if (plan_.steps[i].time || !is_float(array.info.type)) continue;
+    plan_.steps[i].time =
+        array.info.type == ValueType::kFloat32 ? array.as<float>()[0] : array.as<double>()[0];
+  }
+  report_.steps[i].time = plan_.steps[i].time;
+  const auto out = result.with(std::move(arrays), mesh);
+  WriteOptions write;
+  write.encoding = request_.job.encoding;
+  write.progress = [&](double share) {
+    context.check();
+    context.report("writing", share);
+  };
+  convert_mesh(out.get(), plan_.steps[i].output, write);
+}
+
+}  // namespace
+
+SeriesReport simplify_shared(const SeriesRequest& request, SeriesPlan* plan,
+                             const RunContext& context) {
+  const double start = wall_seconds();
+  SeriesReport report = SharedSeries(request, plan, context).run();
+  report.runs[0].total_seconds = wall_seconds() - start;
+  report.runs[0].cpu_seconds = cpu_seconds();
+  report.runs[0].peak_rss_bytes = peak_rss_bytes();
+  return report;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,67 @@
+#include "series/work_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include "base/error.h"
+
+namespace tetfusion {
+
+namespace {
+
+bool is_ours(const std::string& name) { return name.starts_with("tetfusion-series."); }
+
+}  // namespace
+
+WorkFolder::WorkFolder(std::string path) : path_(std::move(path)) {
+  FileSystem& system = file_system();
+  const auto fail = [&](const char* what) {
+    throw Error(ErrorCode::kIo,
+                fmt::format("{}: {} the folder failed: {}", path_, what, std::strerror(errno)));
+  };
+  if (system.mkdir(path_.c_str(), 0700) != 0 && errno != EEXIST) fail("making");
+  folder_ = Descriptor(retry([&] {
+    return system.openat(AT_FDCWD, path_.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC,
+                         0);
+  }));
+  if (!folder_) fail("opening");
+  const auto refuse = [&](const std::string& what) {
+    folder_.close();  // nothing in it is ours to remove
+    throw Error(ErrorCode::kUsage, fmt::format("{}: {}", path_, what));
+  };
+  if (retry([&] { return system.flock(folder_.get(), LOCK_EX | LOCK_NB); }) != 0) {
+    refuse("another process uses this folder: wait for it, or give another --scratch");
+  }
+  std::vector<std::string> names;
+  if (system.list(folder_.get(), &names) != 0) fail("reading");
+  for (const std::string& name : names) {
+    if (is_ours(name)) continue;
+    refuse(
+        fmt::format("in this folder lies {}, which is not of a series: remove the folder, or "
+                    "give another --scratch",
+                    name));
+  }
+  remove_contents();
+}
+
+WorkFolder::~WorkFolder() {
+  if (!folder_) return;
+  remove_contents();
+  std::error_code ignored;
+  std::filesystem::remove(path_, ignored);
+}
+
+void WorkFolder::remove_contents() noexcept {
+  std::error_code ignored;
+  for (const std::string& name : {mesh(), map(), chunks()}) {
+    std::filesystem::remove_all(name, ignored);
+  }
+}
+
+}  // namespace tetfusion
