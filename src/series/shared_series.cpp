@@ -219,9 +219,17 @@ void SharedSeries::simplify_within_bounds() {
                                 100 * (used - 1)));
       }
       too_much = true;
+      context_.say(
+          fmt::format("a step is off by {:.3g} times the bound: once more, with a tighter one for "
+                      "the sums of steps",
+                      used));
       share *= report_.tries <= kLessTries ? kLess : kMuchLess;
     } else if (used < kNear && !too_much && !goal && more_tries < kMoreTries && used > 0) {
       ++more_tries;
+      context_.say(fmt::format(
+          "no step is off by more than {:.3g} times the bound: once more, with a looser "
+          "one for the sums of steps",
+          used));
       share *= std::min(kAim / used, kMostAtOnce);
     } else {
       return;

@@ -1,0 +1,339 @@
+#!/usr/bin/env python3
+"""simplify over the steps of a series. Usage: series_test.py TETFUSION"""
+import itertools
+import pathlib
+import re
+import resource
+import signal
+import subprocess
+import time
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+
+from follow_test import jittered, values, with_arrays
+from harness import BAD, INTERRUPTED, IO, USAGE, FolderTest, command, finish, main, report_of, run
+from independent_check import Vtu
+from sample_meshes import mesh_of_all_sorts
+from tiny_vtu import TinyVtu
+
+GOAL = ["--reduction", "60%", "--quiet"]
+
+
+def wave(mesh, time, dtype="Float32"):
+    """The mesh with a bump that moves along x, and a vector of which one component is linear."""
+    x, y, z = np.array(mesh.points).T
+    bump = np.exp(-0.5 * (x - time) ** 2 - 0.1 * y)
+    return with_arrays(mesh, bump=(dtype, bump), drift=(dtype, np.stack([bump, x + time * y, z], axis=1)))
+
+
+class SeriesTest(FolderTest):
+    def steps(self, count=5, name="step_{:03d}.vtu", make=wave):
+        return [self.write(make(jittered(10), 2.0 * i), name.format(7 * i)) for i in range(count)]
+
+    def simplify(self, steps, *options, out="out_{step}.vtu", code=0):
+        return report_of("simplify", *steps, "-o", self.folder / out, *options, "--quiet", code=code)
+
+    def outputs(self, pattern="out_*.vtu"):
+        return sorted(self.folder.glob(pattern))
+
+
+class Shared(SeriesTest):
+    def test_all_outputs_have_one_mesh(self):
+        steps = self.steps()
+        report = self.simplify(steps, *GOAL)
+        self.assertEqual([p.name for p in self.outputs()], [f"out_{7 * i:03d}.vtu" for i in range(5)])
+        self.assertEqual([s["step"] for s in report["steps"]], ["000", "007", "014", "021", "028"])
+        self.assertEqual((report["series"], report["tries"], report["outputs"]),
+                         ("shared", 1, [s["output"] for s in report["steps"]]))
+        first = Vtu(self.outputs()[0])
+        self.assertEqual(len(first.tets), report["output"]["tets"])
+        for path, step in zip(self.outputs(), steps):
+            mesh = Vtu(path)
+            np.testing.assert_array_equal(mesh.points, first.points)
+            np.testing.assert_array_equal(mesh.tets, first.tets)
+            run("check", path)
+            self.assertEqual(mesh.arrays["point"].keys(), Vtu(step).arrays["point"].keys())
+        self.assertEqual([p.name for p in self.folder.iterdir() if "tetfusion" in p.name], [])
+
+    def test_the_report_has_the_errors_of_each_step(self):
+        steps = self.steps()
+        report = self.simplify(steps, *GOAL, "--array", "bump", "--array", "drift")
+        for step, entry in zip(steps, report["steps"]):
+            compared = {a["name"]: a for a in report_of("compare", step, entry["output"])["arrays"]}
+            for array in entry["arrays"]:
+                self.assertAlmostEqual(array["rms"], compared[array["name"]]["rms"], delta=1e-9)
+                self.assertAlmostEqual(array["max"], compared[array["name"]]["max"], delta=1e-9)
+            self.assertEqual([a["name"] for a in entry["arrays"]], ["bump", "drift"])
+
+    def test_linear_fields_stay_linear(self):
+        mesh = jittered(8)
+        x, y, z = np.array(mesh.points).T
+        steps = [self.write(with_arrays(jittered(8), f=("Float64", 1 + i * x - y + 0.5 * i * z)), f"s{i}.vtu") for i in range(11)]
+        self.simplify(steps, *GOAL)
+        for i, path in enumerate(self.outputs()):
+            label = int(re.search(r"(\d+)", path.name)[1])
+            mesh = Vtu(path)
+            x, y, z = mesh.points.T.astype("f8")
+            np.testing.assert_allclose(values(mesh, "f"), 1 + label * x - y + 0.5 * label * z, atol=2e-5)
+
+    def test_points_that_stayed_keep_their_values(self):
+        steps = self.steps()
+        self.simplify(steps, *GOAL, "--original-ids")
+        for step, path in zip(steps, self.outputs()):
+            before, after = Vtu(step), Vtu(path)
+            ids = values(after, "OriginalPointIds")
+            stayed = ids >= 0
+            self.assertGreater(stayed.sum(), 100)
+            for name in ("bump", "drift"):
+                np.testing.assert_array_equal(values(after, name)[stayed], values(before, name)[ids[stayed]])
+
+    def test_the_bound_holds_at_each_step(self):
+        steps = self.steps(12)
+        for options in (["--max-error", "3%"], ["--max-error", "1%"], ["--max-error", "5%", "--reduction", "50%"],
+                        ["--array", "bump:2%"], ["--array", "drift:4%", "--boundary", "planar"], []):
+            with self.subTest(options):
+                report = self.simplify(steps, *options)
+                name = (options[1] if options[:1] == ["--array"] else "bump").split(":")[0]
+                bound = "1%" if not options else options[1].split(":")[-1]
+                self.assertGreater(report["reduction"], 0.03)
+                for step, entry in zip(steps, report["steps"]):
+                    run("compare", step, entry["output"], "--array", name, "--max-error", bound)
+
+    def test_a_bound_that_is_not_used_is_tried_again(self):
+        still = [self.write(wave(jittered(10), 3.0), f"still_{i}.vtu") for i in range(40)]
+        one = report_of("simplify", still[0], "-o", self.folder / "one.vtu", "--max-error", "2%", "--quiet")
+        report = self.simplify(still, "--max-error", "2%")
+        self.assertGreater(report["tries"], 1)
+        self.assertGreater(report["reduction"], one["reduction"] - 0.06)
+        for step, entry in zip(still, report["steps"]):
+            run("compare", step, entry["output"], "--array", "bump", "--max-error", "2%")
+
+    def test_arrays_of_cells_are_those_of_each_step(self):
+        def make(mesh, time):
+            made = wave(mesh, time)
+            made.arrays.insert(2, ["CellData", "when", "Float32", 1, [time] * len(mesh.tets)])
+            made.arrays.insert(2, ["CellData", "where", "Int32", 1, list(range(len(mesh.tets)))])
+            return made
+        steps = self.steps(3, make=make)
+        self.simplify(steps, *GOAL)
+        for step, path in zip(steps, self.outputs()):
+            before, after = Vtu(step), Vtu(path)
+            cells = {k: np.squeeze(v) for k, (_, v) in after.arrays["cell"].items()}
+            original = {k: np.squeeze(v) for k, (_, v) in before.arrays["cell"].items()}
+            self.assertEqual(cells.keys(), original.keys())
+            np.testing.assert_array_equal(cells["when"], original["when"][0])
+            self.assertEqual(len(np.unique(cells["where"])), len(after.tets))
+
+    def test_cells_of_lower_dimension_come_along(self):
+        steps = [self.write(mesh_of_all_sorts(), f"all{i}.vtu") for i in range(2)]
+        alone = self.folder / "alone.vtu"
+        run("simplify", steps[0], "-o", alone, "--reduction", "30%", "--quiet")
+        self.simplify(steps, "--reduction", "30%")
+        for path in self.outputs():
+            self.assertEqual([(t, len(ids)) for t, ids in Vtu(path).others], [(t, len(ids)) for t, ids in Vtu(alone).others])
+            self.assertEqual(Vtu(path).arrays["cell"].keys(), Vtu(alone).arrays["cell"].keys())
+
+    def test_steps_without_change_and_values_that_are_no_numbers(self):
+        mesh = jittered(8)
+        x = np.array(mesh.points)[:, 0]
+        odd = np.where(np.arange(len(x)) == 300, np.nan, np.sin(x))
+        steps = [self.write(with_arrays(jittered(8), f=("Float64", f)), f"s{i}.vtu")
+                 for i, f in enumerate((np.zeros(len(x)), np.sin(x), odd, 0 * x + 4))]
+        self.simplify(steps, "--max-error", "5%")
+        self.assertIn(np.isnan(values(Vtu(self.folder / "out_2.vtu"), "f")).sum(), (1, 2, 3))
+        self.assertTrue((values(Vtu(self.folder / "out_0.vtu"), "f") == 0).all())
+        np.testing.assert_allclose(values(Vtu(self.folder / "out_3.vtu"), "f"), 4, rtol=1e-14)
+
+    def test_same_bytes_for_any_threads_and_memory(self):
+        steps = [self.generate("--jitter", "0.5", "--time", str(t), tets="60k", name=f"s{t}.vtu") for t in range(3)]
+        options = ["--max-error", "3%", "--array", "front", "--chunk-tets", "8k"]
+        self.simplify(steps, *options, "--threads", "1")
+        first = [p.read_bytes() for p in self.outputs()]
+        for threads, memory in itertools.product("12", ("120M", "2G")):
+            self.simplify(steps, *options, "--threads", threads, "--memory", memory)
+            self.assertEqual([p.read_bytes() for p in self.outputs()], first)
+
+    def test_memory_does_not_grow_with_the_number_of_steps(self):
+        steps = [self.generate("--jitter", "0.5", "--time", str(t / 4), tets="200k", name=f"s{t:02d}.vtu") for t in range(20)]
+        options = [*GOAL, "--array", "front", "--chunk-tets", "10k", "--threads", "1", "--memory", "160M"]
+        peaks = [self.simplify(steps[:n], *options, out=f"{n}_{{step}}.vtu")["peak_rss_bytes"] for n in (8, 20)]
+        self.assertLess(peaks[1], peaks[0] + (6 << 20))
+        if b"__asan_init" not in pathlib.Path(command()).read_bytes():
+            self.assertLess(max(peaks), 160 << 20)
+
+    def test_a_map_takes_other_results_along(self):
+        steps = self.steps(2)
+        self.simplify(steps, *GOAL, "--map", self.folder / "out.map")
+        run("apply", self.folder / "out.map", steps[1], "-o", self.folder / "moved.vtu", "--quiet")
+        np.testing.assert_array_equal(Vtu(self.folder / "moved.vtu").points, Vtu(self.outputs()[0]).points)
+
+    def test_other_formats(self):
+        steps = self.steps(2)
+        self.simplify(steps, *GOAL, out="o_{step}.msh")
+        self.simplify(self.outputs("o_*.msh"), "--reduction", "20%", out="again_{step}.vtu")
+        self.assertEqual(len(self.outputs("again_*.vtu")), 2)
+
+
+class Names(SeriesTest):
+    def test_a_list_of_steps(self):
+        (self.folder / "in").mkdir()
+        (self.folder / "results").mkdir()
+        steps = self.steps(3, name="in/step{}.vtu")
+        rows = "".join(f'<DataSet timestep="{t}" part="0" file="{p.relative_to(self.folder)}"/>'
+                       for t, p in zip((0.5, 3, 1e-3), steps))
+        (self.folder / "run.pvd").write_text(f'<VTKFile type="Collection"><Collection>{rows}</Collection></VTKFile>')
+        report = self.simplify([self.folder / "run.pvd"], *GOAL, out="results/out.pvd")
+        listed = [(float(d.get("timestep")), d.get("file")) for d in ElementTree.parse(self.folder / "results/out.pvd").iter("DataSet")]
+        self.assertEqual(listed, [(1e-3, "out_14.vtu"), (0.5, "out_0.vtu"), (3.0, "out_7.vtu")])
+        self.assertEqual([s["time"] for s in report["steps"]], [1e-3, 0.5, 3.0])
+        self.assertTrue(all((self.folder / "results" / f).exists() for _, f in listed))
+        self.simplify([self.folder / "results/out.pvd"], "--reduction", "10%", out="b_{step}.vtu")
+        self.assertEqual([p.name for p in self.outputs("b_*")], ["b_0.vtu", "b_14.vtu", "b_7.vtu"])
+
+    def test_times_are_those_of_the_files(self):
+        steps = [self.generate("--time", str(t), tets="3k", name=f"s{i}.vtu") for i, t in enumerate((0.5, 1.25))]
+        for mode in ("shared", "each"):
+            self.simplify(steps, *GOAL, "--series", mode, out=f"{mode}.pvd")
+            times = [float(d.get("timestep")) for d in ElementTree.parse(self.folder / f"{mode}.pvd").iter("DataSet")]
+            self.assertEqual(times, [0.5, 1.25])
+            self.assertEqual(len(self.outputs(f"{mode}_*.vtu")), 2)
+
+    def test_what_stands_for_the_step(self):
+        for names, labels in (({"a_9.vtu", "a_10.vtu"}, {"9", "10"}), ({"f010.vtu", "f011.vtu"}, {"010", "011"}),
+                              ({"before.vtu", "after.vtu"}, {"before", "after"}), ({"x/m.vtu", "y/m.vtu"}, {"0", "1"}),
+                              ({"t12.vtu"}, {"12"}), ({"t.vtu"}, {"0"}), ({"aa.vtu", "a.vtu"}, {"0", "1"})):
+            with self.subTest(names):
+                for name in names:
+                    (self.folder / name).parent.mkdir(exist_ok=True)
+                    self.write(wave(jittered(4), 1.0), name)
+                report = self.simplify([self.folder / n for n in names], "--reduction", "10%", out="o{step}.vtu")
+                self.assertEqual({s["step"] for s in report["steps"]}, labels)
+
+    def test_steps_come_in_the_order_of_their_numbers(self):
+        steps = self.steps(3, name="s{}.vtu")
+        report = self.simplify(steps[::-1], *GOAL)
+        self.assertEqual([s["step"] for s in report["steps"]], ["0", "7", "14"])
+
+
+class Each(SeriesTest):
+    def test_every_step_by_itself(self):
+        steps = self.steps(3)
+        report = self.simplify(steps, "--max-error", "3%", "--series", "each", "--verify")
+        self.assertEqual(report["series"], "each")
+        for step, entry, path in zip(steps, report["steps"], self.outputs()):
+            alone = self.folder / "alone.vtu"
+            run("simplify", step, "-o", alone, "--max-error", "3%", "--quiet")
+            self.assertEqual(path.read_bytes(), alone.read_bytes())
+            self.assertEqual(entry["run"]["output"]["tets"], len(Vtu(path).tets))
+
+    def test_meshes_may_differ(self):
+        steps = [self.write(wave(jittered(4 + i), 1.0), f"s{i}.vtu") for i in range(2)]
+        self.simplify(steps, *GOAL, "--series", "each")
+        self.assertEqual(len(self.outputs()), 2)
+
+
+class Refused(SeriesTest):
+    def refuse(self, steps, *options, code=USAGE, out="out_{step}.vtu"):
+        before = self.files()
+        said = finish("simplify", *steps, "-o", self.folder / out, "--reduction", "20%", *options)
+        self.assertEqual(said.returncode, code, said.stderr)
+        self.assertEqual(self.files(), before)
+        return said.stderr.decode()
+
+    def test_options_that_are_for_one_mesh(self):
+        steps = self.steps(2)
+        for options in (["--lods", "10%,20%"], ["--dry-run"], ["--pieces", "2"]):
+            for mode in ("shared", "each"):
+                self.assertIn("series", self.refuse(steps, "--series", mode, *options))
+        for options in (["--resume"], ["--verify"], ["--conserve"], ["--array", "cell:id"], ["--roi", "bump>0.5"]):
+            self.assertIn("--series each", self.refuse(steps, *options))
+        self.refuse(steps, "--series", "each", "--map", self.folder / "o.map")
+        self.refuse(steps, "--series", "both")
+
+    def test_names(self):
+        steps = self.steps(2)
+        self.assertIn("{step}", self.refuse(steps, out="out.vtu"))
+        self.assertIn("is an input", self.refuse(steps, out="step_{step}.vtu"))
+        self.refuse(steps, out="out_{step}.pvtu")
+        self.refuse([*steps, "-"])
+        self.refuse(steps, out="out_{step}.xyz")
+        self.refuse(steps, "--report", steps[1])
+        self.refuse(steps, out="none/out_{step}.vtu", code=IO)
+        (self.folder / "a.pvd").write_text("<VTKFile><Collection/></VTKFile>")
+        self.refuse([self.folder / "a.pvd"], code=BAD)
+        self.refuse([self.folder / "a.pvd", steps[0]])
+        for rows in ('<DataSet timestep="x" file="step_000.vtu"/>', '<DataSet timestep="1"/>',
+                     '<DataSet timestep="1" file="step_000.vtu"/><DataSet timestep="1" file="step_007.vtu"/>'):
+            (self.folder / "a.pvd").write_text(f"<VTKFile><Collection>{rows}</Collection></VTKFile>")
+            self.refuse([self.folder / "a.pvd"], code=BAD)
+
+    def test_a_step_that_does_not_go_with_the_others(self):
+        first = self.write(wave(jittered(6), 1.0), "s0.vtu")
+        other, moved, turned = (wave(jittered(6), 2.0) for _ in range(3))
+        other.remove("bump")
+        moved.array("Points")[4][3 * 200 + 1] += 0.01
+        corners = turned.array("connectivity")[4]
+        corners[40:43] = corners[41], corners[42], corners[40]
+        for step, words in ((other, ["bump", "drift"]), (moved, ["point 200 lies at", "--series each"]),
+                            (turned, ["cell 10 has the points", "--series each"]),
+                            (wave(jittered(5), 2.0), ["points, not", "--series each"])):
+            said = self.refuse([first, self.write(step, "s1.vtu")], code=BAD)
+            for word in [*words, "s1.vtu"]:
+                self.assertIn(word, said)
+        said = self.refuse([first, self.folder / "s2.vtu"], code=IO)
+        self.assertIn("s2.vtu", said)
+
+    def test_a_folder_that_is_not_ours(self):
+        steps = self.steps(2)
+        (self.folder / "work").mkdir()
+        self.write(b"mine", "work/notes")
+        self.refuse(steps, "--scratch", self.folder / "work")
+        self.assertEqual((self.folder / "work/notes").read_bytes(), b"mine")
+
+    def test_what_a_killed_process_left_is_in_nobodys_way(self):
+        steps = self.steps(2)
+        work = self.folder / "out_{step}.vtu.tetfusion"
+        (work / "tetfusion-series.chunks").mkdir(parents=True)
+        (work / "tetfusion-series.chunks/manifest").write_bytes(b"x")
+        self.simplify(steps, *GOAL)
+        self.assertFalse(work.exists())
+
+    def test_a_full_disk(self):
+        steps = self.steps(3)
+        self.simplify(steps, *GOAL)
+        size = self.outputs()[0].stat().st_size
+        old = self.outputs()[2].read_bytes()
+        # The limit is for each file: outputs grow with their step's own array.
+        mesh = jittered(10)
+        big = wave(mesh, 4.0)
+        big = with_arrays(big, bump=("Float32", big.array("bump")[4]),
+                          more=("Float64", np.zeros((len(mesh.points), 60))))
+        self.write(big, steps[2].name)
+        self.outputs()[0].unlink()
+        result = subprocess.run([command(), "simplify", *map(str, steps), "-o", str(self.folder / "out_{step}.vtu"), *GOAL],
+                                capture_output=True, preexec_fn=lambda: (
+                                    signal.signal(signal.SIGXFSZ, signal.SIG_IGN),
+                                    resource.setrlimit(resource.RLIMIT_FSIZE, (3 * size, 3 * size))))
+        self.assertEqual(result.returncode, IO, result.stderr)
+        self.assertIn(b"2 of the 3 steps are written", result.stderr)
+        self.assertEqual(len(self.outputs()), 3)
+        self.assertEqual(self.outputs()[2].read_bytes(), old)
+        self.assertEqual([n for n in self.files() if "tetfusion" in n], [])
+
+    def test_an_interruption_leaves_nothing(self):
+        steps = [self.generate("--jitter", "0.5", "--time", str(t), tets="200k", name=f"s{t}.vtu") for t in range(4)]
+        before = self.files()
+        process = subprocess.Popen([command(), "simplify", *map(str, steps), "-o", str(self.folder / "out_{step}.vtu"), "--array",
+                                    "front", "--memory", "200M", "--chunk-tets", "10k", *GOAL], stderr=subprocess.PIPE)
+        while process.poll() is None and not list(self.folder.glob("*.tetfusion/*")):
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        said = process.communicate()[1]
+        self.assertEqual(process.returncode, INTERRUPTED, said)
+        self.assertNotIn(b"--resume", said)
+        self.assertEqual(self.files(), before)
+
+
+if __name__ == "__main__":
+    main()
