@@ -47,9 +47,13 @@ class SharedSeries {
 
   SeriesReport run() {
     set_thread_count(request_.job.performance.threads);
+    clock_.begin("steps");
     look_at_steps();
     simplify_within_bounds();
+    clock_.begin("write steps");
     write_steps();
+    clock_.end();
+    report_.runs[0].seconds = clock_.seconds();
     return std::move(report_);
   }
 
@@ -81,6 +85,7 @@ class SharedSeries {
   // The fitted values of the arrays that steer, step after step.
   std::optional<RowFile> fitted_;
   std::uint64_t step_bytes_ = 0;
+  PhaseClock clock_;
   SeriesReport report_;
 };
 
@@ -206,7 +211,9 @@ void SharedSeries::simplify_within_bounds() {
     if (report_.tries > 1) context.notice = {};
     const SimplifyRequest job = this->job(share);
     map_.reset();
+    clock_.begin("simplify");
     report_.runs = {simplify(job, summed_mesh(), context)};
+    clock_.begin("fit");
     map_ = std::make_unique<MapFile>(MapFile::open(job.map));
     const double used = fit_steps(part(0.6, 0.7));
     const bool goal = report_.runs[0].has_goal && report_.runs[0].stop_reason == StopReason::kGoal;

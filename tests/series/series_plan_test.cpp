@@ -1,0 +1,80 @@
+#include "series/series_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "io/pvd_file.h"
+#include "support/temp_dir.h"
+
+namespace tetfusion {
+namespace {
+
+using ::testing::ElementsAre;
+using testing::TempDir;
+
+TEST(StepLabels, AreWhatDiffersBetweenNames) {
+  EXPECT_THAT(label_steps({"a_1.vtu", "a_2.vtu"}), ElementsAre("1", "2"));
+  EXPECT_THAT(label_steps({"x/cold.vtu", "x/warm.vtu"}), ElementsAre("cold", "warm"));
+  EXPECT_THAT(label_steps({"a.x.1.vtu", "a.y.2.vtu"}), ElementsAre("x.1", "y.2"));
+}
+
+TEST(StepLabels, HaveWholeNumbers) {
+  EXPECT_THAT(label_steps({"s010.vtu", "s011.vtu"}), ElementsAre("010", "011"));
+  EXPECT_THAT(label_steps({"s10.vtu", "s20.vtu"}), ElementsAre("10", "20"));
+  EXPECT_THAT(label_steps({"s1.vtu", "s11.vtu", "s111.vtu"}), ElementsAre("1", "11", "111"));
+  EXPECT_THAT(label_steps({"t3_s1.vtu", "t3_s2.vtu"}), ElementsAre("1", "2"));
+  EXPECT_THAT(label_steps({"run7.vtu"}), ElementsAre("7"));
+}
+
+TEST(StepLabels, CountWhereNamesTellNothing) {
+  EXPECT_THAT(label_steps({"1/m.vtu", "2/m.vtu"}), ElementsAre("0", "1"));
+  EXPECT_THAT(label_steps({"m.vtu", "m.vtu"}), ElementsAre("0", "1"));
+  EXPECT_THAT(label_steps({"aa.vtu", "a.vtu"}), ElementsAre("0", "1"));
+  EXPECT_THAT(label_steps({"mesh.vtu"}), ElementsAre("0"));
+}
+
+TEST(StepNames, SayWhetherItIsASeries) {
+  EXPECT_FALSE(is_series({"a.vtu"}, "b.vtu"));
+  EXPECT_TRUE(is_series({"a.vtu", "b.vtu"}, "c.vtu"));
+  EXPECT_TRUE(is_series({"a.vtu"}, "{step}.vtu"));
+  EXPECT_TRUE(is_series({"a.PVD"}, "b.vtu"));
+  EXPECT_TRUE(is_series({"a.vtu"}, "b.pvd"));
+}
+
+TEST(PvdFile, ComesBackAsItWasWritten) {
+  const TempDir dir;
+  const std::string path = dir.file("run.pvd");
+  write_pvd(path, {{0.1, dir.file("a&b.vtu")}, {-2, dir.file("x/c.vtu")}});
+  const std::vector<PvdStep> steps = read_pvd(path);
+  ASSERT_EQ(steps.size(), 2u);
+  EXPECT_EQ(steps[0].time, -2);
+  EXPECT_EQ(steps[0].path, dir.file("x/c.vtu"));
+  EXPECT_EQ(steps[1].time, 0.1);
+  EXPECT_EQ(steps[1].path, dir.file("a&b.vtu"));
+}
+
+TEST(PvdFile, BadOnesAreBadInput) {
+  const TempDir dir;
+  const std::string path = dir.file("run.pvd");
+  for (const std::string text :
+       {"<VTKFile>", "<a/>", "<VTKFile><Collection/></VTKFile>",
+        "<VTKFile><Collection><DataSet file='a'/></Collection></VTKFile>",
+        "<VTKFile><Collection><DataSet timestep='1e999' file='a'/></Collection></VTKFile>",
+        "<VTKFile><Collection><DataSet timestep='1'/></Collection></VTKFile>"}) {
+    std::ofstream(path) << text;
+    try {
+      read_pvd(path);
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kBadInput) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tetfusion

@@ -1,0 +1,180 @@
+// A shared series from files to files: what fitting does, and faults at any of its file calls.
+#include "series/series.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "driver/simplify.h"
+#include "follow/apply_map.h"
+#include "follow/fit_values.h"
+#include "io/map_file.h"
+#include "support/faulty_file_system.h"
+#include "support/mesh_file.h"
+#include "support/meshes.h"
+#include "support/temp_dir.h"
+
+namespace tetfusion {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::bytes_of;
+using testing::FaultyFileSystem;
+using testing::five_split_cube;
+using ::testing::HasSubstr;
+using testing::MeshFile;
+using testing::point_array;
+using testing::TempDir;
+using P = Vec3<double>;
+
+MeshFile box_with_wave(std::uint32_t n, double time) {
+  MeshFile file;
+  file.geometry = five_split_cube(n, 0.15, 4);
+  file.point_arrays.push_back(point_array<double>(
+      file, "wave", [&](const P& p) { return std::exp(-0.3 * std::pow(p.x - time, 2)) + p.z; }));
+  file.point_arrays.push_back(
+      point_array<double>(file, "plane", [&](const P& p) { return p.x - time * p.y; }));
+  return file;
+}
+
+class Series : public ::testing::Test {
+ protected:
+  Series() {
+    for (int i = 0; i < 3; ++i) {
+      request.inputs.push_back(folder.file("step" + std::to_string(i) + ".vtu"));
+      box_with_wave(6, 2.0 * i).write(request.inputs.back());
+    }
+    request.job.output = folder.file("out.pvd");
+    request.job.behaviour.reduction = 0.4;
+    request.job.performance.threads = 1;
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> all;
+    for (const auto& entry : fs::directory_iterator(folder.path())) {
+      all.push_back(entry.path().filename().string());
+    }
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+  TempDir folder = TempDir::in_memory();
+  SeriesRequest request;
+};
+
+TEST_F(Series, FitComesNearerThanInterpolation) {
+  request.job.map = folder.file("points.map");
+  const SeriesReport report = simplify_series(request);
+  const MapFile map = MapFile::open(request.job.map);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto step = open_mesh(request.inputs[i]);
+    const auto between = apply_map(map, step.get(), {"wave"}, {});
+    const auto fitted = apply_map(map, step.get(), {"wave"}, {}, {{"wave"}});
+    EXPECT_LT(fitted[0].rms, between[0].rms);
+    EXPECT_EQ(fitted[0].rms, report.steps[i].arrays[0].rms);
+    const auto bounded = apply_map(map, step.get(), {"wave"}, {}, {{"wave", 0.9 * fitted[0].max}});
+    EXPECT_LE(bounded[0].max, 0.9 * fitted[0].max);
+  }
+}
+
+TEST_F(Series, AFittedLinearFieldStaysLinear) {
+  request.job.map = folder.file("points.map");
+  simplify_series(request);
+  const MapFile map = MapFile::open(request.job.map);
+  const auto step = open_mesh(request.inputs[2]);
+  const auto between = apply_map(map, step.get(), {"plane"}, {});
+  const auto fitted = apply_map(map, step.get(), {"plane"}, {}, {{"plane", 1e-3}});
+  for (std::size_t p = 0; p < map.counts().points; ++p) {
+    EXPECT_NEAR(fitted[0].array.as<double>()[p], between[0].array.as<double>()[p], 1e-13);
+  }
+}
+
+// A point between corners that all stayed has an error that no value can help.
+TEST_F(Series, ABoundThatCannotBeKeptIsSeen) {
+  request.job.map = folder.file("points.map");
+  simplify_series(request);
+  const MapFile map = MapFile::open(request.job.map);
+  const auto step = open_mesh(request.inputs[0]);
+  const auto moved = apply_map(map, step.get(), {"wave"}, {}, {{"wave", 1e-9}});
+  EXPECT_GT(moved[0].max, 1e-9);
+}
+
+TEST_F(Series, EveryFaultLeavesWholeFilesAlone) {
+  simplify_series(request);
+  const std::vector<std::string> whole = names();
+  std::vector<std::string> bytes;
+  for (const std::string& name : whole) bytes.push_back(bytes_of(folder.file(name)));
+  const auto remove_outputs = [&] {
+    for (const std::string& name : names()) {
+      if (name.starts_with("out")) fs::remove_all(folder.path() / name);
+    }
+  };
+  std::int64_t calls = 0;
+  {
+    remove_outputs();
+    FaultyFileSystem system;
+    simplify_series(request);
+    calls = system.calls();
+  }
+  int failed = 0;
+  const std::int64_t stride = calls / 150 + 1;
+  for (std::int64_t n = 0; n < calls; n += stride) {
+    remove_outputs();
+    bool threw = false;
+    {
+      FaultyFileSystem system;
+      system.fail(n, n % 2 == 0 ? EIO : ENOSPC);
+      try {
+        simplify_series(request);
+      } catch (const Error& error) {
+        threw = true;
+        EXPECT_NE(error.code(), ErrorCode::kBroken) << error.what();
+      }
+    }
+    failed += threw ? 1 : 0;
+    const std::vector<std::string> left = names();
+    for (const std::string& name : left) {
+      const auto at = std::find(whole.begin(), whole.end(), name);
+      ASSERT_NE(at, whole.end()) << name << " is left after call " << n;
+      EXPECT_EQ(bytes_of(folder.file(name)), bytes[static_cast<std::size_t>(at - whole.begin())])
+          << name << " after call " << n;
+    }
+    if (!threw) {
+      EXPECT_EQ(left, whole) << n;
+    }
+  }
+  EXPECT_GT(failed, 50);
+}
+
+TEST_F(Series, AFullDiskSaysWhichStepsAreDone) {
+  simplify_series(request);
+  fs::remove(folder.file("out_2.vtu"));
+  fs::create_directory(folder.file("out_2.vtu"));  // in the way of the last step
+  EXPECT_THROW(simplify_series(request), Error);
+  fs::remove(folder.file("out_2.vtu"));
+  std::uintmax_t size = 0;
+  for (int i = 0; i < 2; ++i)
+    size = fs::file_size(folder.file("out_" + std::to_string(i) + ".vtu"));
+  bool seen = false;
+  for (std::int64_t room = 0; room < 60 && !seen; ++room) {
+    FaultyFileSystem system;
+    system.fill_up_after(room * static_cast<std::int64_t>(size) / 2);
+    try {
+      simplify_series(request);
+      break;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kIo);
+      const std::string what = error.what();
+      seen = what.find("2 of the 3 steps are written, up to") != std::string::npos;
+    }
+  }
+  EXPECT_TRUE(seen);
+}
+
+}  // namespace
+}  // namespace tetfusion
