@@ -14,7 +14,10 @@
 #include "driver/carried_arrays.h"
 #include "driver/convert.h"
 #include "driver/error_limits.h"
+#include "driver/notices.h"
 #include "driver/promise.h"
+#include "driver/regions.h"
+#include "driver/run_setup.h"
 #include "driver/scratch_place.h"
 #include "driver/simplify.h"
 #include "follow/apply_map.h"
@@ -111,6 +114,12 @@ void SharedSeries::look_at_steps() {
     const auto stream = open_stream(source.get());
     if (i == 0) {
       arrays_ = choose_steering(mesh, request_.job.behaviour.arrays);
+      // Names that are none are refused here, where the mesh has its own arrays.
+      static_cast<void>(choose_regions(mesh, request_.job.behaviour.regions));
+      static_cast<void>(weight_column(request_.job.behaviour.weight, mesh, CarriedArrays(mesh)));
+      if (request_.job.behaviour.arrays.empty() && !arrays_.empty()) {
+        say_what_steers({arrays_[0].name}, context_);
+      }
       used_.emplace(stream->points());
       print = print_of(mesh, *stream, context_, &*used_);
       context_.report_size(mesh.cells);
@@ -140,8 +149,19 @@ double SharedSeries::bound_of(std::size_t array) const {
   return arrays_[array].tolerance.value_or(limits.max_error);
 }
 
-// The first step's mesh, with the sums in place of its arrays; of the cells those that may tell
-// regions, and where each is in the files.
+// An array of the mesh itself.
+ArrayFrom own_array(const MeshDescription& mesh, Association association, std::size_t index) {
+  const bool of_points = association == Association::kPoint;
+  const ArrayInfo& info = (of_points ? mesh.point_data : mesh.cell_data).arrays[index];
+  const std::uint64_t row = info.components * size_of(info.type);
+  return {info, [association, index, row](const MeshStream& stream, std::uint64_t first,
+                                          std::span<std::byte> out) {
+            stream.read_rows(association, index, first, out.size() / row, out);
+          }};
+}
+
+// The first step's mesh, with the sums in place of its arrays, and the weights if there are any; of
+// the cells those that may tell regions, and where each is in the files.
 std::unique_ptr<MeshSource> SharedSeries::summed_mesh() const {
   auto source = open(plan_.steps[0]);
   OtherArrays arrays;
@@ -154,14 +174,13 @@ std::unique_ptr<MeshSource> SharedSeries::summed_mesh() const {
                              }});
   }
   const MeshDescription& mesh = source->description();
+  const std::size_t weight = mesh.point_data.find(request_.job.behaviour.weight);
+  if (weight != AttributeSet::npos) {
+    arrays.points.push_back(own_array(mesh, Association::kPoint, weight));
+  }
   for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
-    const ArrayInfo& info = mesh.cell_data.arrays[i];
-    if (is_float(info.type)) continue;
-    const std::uint64_t row = info.components * size_of(info.type);
-    arrays.cells.push_back(
-        {info, [i, row](const MeshStream& stream, std::uint64_t first, std::span<std::byte> out) {
-           stream.read_rows(Association::kCell, i, first, out.size() / row, out);
-         }});
+    if (is_float(mesh.cell_data.arrays[i].type)) continue;
+    arrays.cells.push_back(own_array(mesh, Association::kCell, i));
   }
   arrays.cells.push_back({cell_numbers_info(mesh),
                           [](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {

@@ -168,6 +168,19 @@ class Shared(SeriesTest):
         run("apply", self.folder / "out.map", steps[1], "-o", self.folder / "moved.vtu", "--quiet")
         np.testing.assert_array_equal(Vtu(self.folder / "moved.vtu").points, Vtu(self.outputs()[0]).points)
 
+    def test_weights_are_those_of_the_first_step(self):
+        def make(mesh, time):
+            right = np.array(mesh.points)[:, 0] > 5
+            return with_arrays(mesh, bump=("Float32", np.sin(np.array(mesh.points)).sum(axis=1) + time),
+                               weight=("Float32", np.where(right, 50.0, 1.0) if time == 0 else 0 * right))
+        steps = self.steps(2, make=make)
+        plain, weighted = (self.simplify(steps, *GOAL, "--array", "bump", *more, out=f"{len(more)}_{{step}}.vtu")
+                           for more in ([], ["--weight", "weight"]))
+        right = [(Vtu(r["outputs"][1]).points[:, 0] > 5).sum() for r in (plain, weighted)]
+        self.assertGreater(right[1], 1.1 * right[0])
+        said = finish("simplify", *steps, "-o", self.folder / "x_{step}.vtu", *GOAL, "--weight", "none")
+        self.assertEqual(said.returncode, USAGE)
+
     def test_other_formats(self):
         steps = self.steps(2)
         self.simplify(steps, *GOAL, out="o_{step}.msh")
