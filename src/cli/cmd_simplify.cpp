@@ -13,6 +13,7 @@
 #include "base/numbers.h"
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/summaries.h"
 #include "driver/simplify.h"
 #include "io/output_file.h"
 #include "series/series.h"
@@ -163,38 +164,6 @@ void refuse_foreign_options(const CLI::App& command, Method method) {
   }
 }
 
-void summarize(const SimplifyReport& r, Console* console) {
-  for (std::size_t i = 0; i < r.lods.size(); ++i) {
-    const PassStatistics& p = r.lods[i].pass;
-    std::string rejected;
-    for (std::size_t k = 0; k < kRejectReasons; ++k) {
-      if (p.rejected[k] > 0) rejected += fmt::format(", {} {}", kRejectNames[k], p.rejected[k]);
-    }
-    console->detail(fmt::format("macroLoD {}: {} tetrahedra, {} fused; rejected{}", i + 1,
-                                format_count(p.tets_after), p.fused,
-                                rejected.empty() ? " none" : rejected.substr(1)));
-  }
-  const double change = r.input.volume != 0 ? r.output.volume / r.input.volume - 1 : 0;
-  console->say(fmt::format("{}: {} tetrahedra -> {}: {} ({:.2f} % less) in {:.2f} s", r.input.path,
-                           format_count(r.input.tets), r.output.path, format_count(r.output.tets),
-                           100 * r.reduction(), r.total_seconds));
-  console->say(fmt::format("boundary triangles {} -> {}; volume {:.6g}, changed by {:.1e}",
-                           format_count(r.input.boundary_triangles),
-                           format_count(r.output.boundary_triangles), r.input.volume, change));
-  if (r.boundary != "exact" && !r.lods.empty()) {
-    console->say(fmt::format("the surface has moved by at most {:.2g} % of the diagonal",
-                             100 * r.lods.back().deviation));
-  }
-  for (const Verification& v : r.verified) {
-    console->say(fmt::format("{}: verified, {} checks hold", v.path, v.checks.size()));
-    for (const std::string& what : v.not_verified) {
-      console->detail(fmt::format("{}: not verified: {}", v.path, what));
-    }
-  }
-  console->say(r.stop_sentence());
-  console->detail_resources();
-}
-
 void print_estimate(const RunPlan& plan) {
   const RunEstimate& e = plan.estimate;
   fmt::print("boundary   about {:.3g} % of the points\n", 100 * e.boundary_share);
@@ -224,38 +193,6 @@ void print_plan(const RunPlan& plan) {
                  ? fmt::format("about {} in {}", format_bytes(plan.needs.scratch), plan.scratch)
                  : "none");
   print_estimate(plan);
-}
-
-void summarize(const SeriesReport& r, const std::string& output, Console* console) {
-  struct Worst {
-    double rms = 0, max = 0;
-    std::string rms_in, max_in;
-  };
-  std::map<std::string, Worst> arrays;
-  for (const StepReport& step : r.steps) {
-    for (const StepArray& a : step.arrays) {
-      console->detail(
-          fmt::format("step {}: {} off by {:.3g} % in the mean of squares, {:.3g} % at "
-                      "most (point {})",
-                      step.label, a.name, 100 * a.rms, 100 * a.max, a.max_at));
-      Worst& worst = arrays[a.name];
-      if (worst.rms_in.empty() || a.rms > worst.rms) worst.rms = a.rms, worst.rms_in = step.label;
-      if (worst.max_in.empty() || a.max > worst.max) worst.max = a.max, worst.max_in = step.label;
-    }
-  }
-  if (!r.shared) {
-    for (const SimplifyReport& run : r.runs) summarize(run, console);
-    return;
-  }
-  summarize(r.runs[0], console);
-  for (const auto& [name, worst] : arrays) {
-    console->say(
-        fmt::format("{}: off by {:.3g} % of its range in a step at most (step {}), by up "
-                    "to {:.3g} % in the mean of squares (step {})",
-                    name, 100 * worst.max, worst.max_in, 100 * worst.rms, worst.rms_in));
-  }
-  console->say(fmt::format("{} steps -> {}, on one mesh; in {:.2f} s", r.steps.size(), output,
-                           r.total_seconds));
 }
 
 void refuse_unreached_goal(const SimplifyReport& report) {

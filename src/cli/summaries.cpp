@@ -1,0 +1,76 @@
+#include "cli/summaries.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "base/numbers.h"
+
+namespace tetfusion {
+
+void summarize(const SimplifyReport& r, Console* console) {
+  for (std::size_t i = 0; i < r.lods.size(); ++i) {
+    const PassStatistics& p = r.lods[i].pass;
+    std::string rejected;
+    for (std::size_t k = 0; k < kRejectReasons; ++k) {
+      if (p.rejected[k] > 0) rejected += fmt::format(", {} {}", kRejectNames[k], p.rejected[k]);
+    }
+    console->detail(fmt::format("macroLoD {}: {} tetrahedra, {} fused; rejected{}", i + 1,
+                                format_count(p.tets_after), p.fused,
+                                rejected.empty() ? " none" : rejected.substr(1)));
+  }
+  const double change = r.input.volume != 0 ? r.output.volume / r.input.volume - 1 : 0;
+  console->say(fmt::format("{}: {} tetrahedra -> {}: {} ({:.2f} % less) in {:.2f} s", r.input.path,
+                           format_count(r.input.tets), r.output.path, format_count(r.output.tets),
+                           100 * r.reduction(), r.total_seconds));
+  console->say(fmt::format("boundary triangles {} -> {}; volume {:.6g}, changed by {:.1e}",
+                           format_count(r.input.boundary_triangles),
+                           format_count(r.output.boundary_triangles), r.input.volume, change));
+  if (r.boundary != "exact" && !r.lods.empty()) {
+    console->say(fmt::format("the surface has moved by at most {:.2g} % of the diagonal",
+                             100 * r.lods.back().deviation));
+  }
+  for (const Verification& v : r.verified) {
+    console->say(fmt::format("{}: verified, {} checks hold", v.path, v.checks.size()));
+    for (const std::string& what : v.not_verified) {
+      console->detail(fmt::format("{}: not verified: {}", v.path, what));
+    }
+  }
+  console->say(r.stop_sentence());
+  console->detail_resources();
+}
+
+void summarize(const SeriesReport& r, const std::string& output, Console* console) {
+  struct Worst {
+    std::pair<double, std::string> rms, max;  // and in which step
+  };
+  std::map<std::string, Worst> arrays;
+  for (const StepReport& step : r.steps) {
+    for (const StepArray& a : step.arrays) {
+      console->detail(
+          fmt::format("step {}: {} off by {:.3g} % in the mean of squares, {:.3g} % at "
+                      "most (point {})",
+                      step.label, a.name, 100 * a.rms, 100 * a.max, a.max_at));
+      Worst& worst = arrays[a.name];
+      worst.rms = std::max(worst.rms, {a.rms, step.label});
+      worst.max = std::max(worst.max, {a.max, step.label});
+    }
+  }
+  if (!r.shared) {
+    for (const SimplifyReport& run : r.runs) summarize(run, console);
+    return;
+  }
+  summarize(r.runs[0], console);
+  for (const auto& [name, worst] : arrays) {
+    console->say(fmt::format(
+        "{}: off by {:.3g} % of its range in a step at most (step {}), by up "
+        "to {:.3g} % in the mean of squares (step {})",
+        name, 100 * worst.max.first, worst.max.second, 100 * worst.rms.first, worst.rms.second));
+  }
+  console->say(fmt::format("{} steps -> {}, on one mesh; in {:.2f} s", r.steps.size(), output,
+                           r.total_seconds));
+}
+
+}  // namespace tetfusion
