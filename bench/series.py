@@ -20,7 +20,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("command", metavar="TETFUSION", type=pathlib.Path)
     parser.add_argument("work", metavar="WORK_FOLDER", type=pathlib.Path)
-    parser.add_argument("--tets", default="10M")
+    parser.add_argument("--tets", default="10M", help="of each step; default 10M, 1M for a quick run")
     parser.add_argument("--steps", type=int, default=30)
     parser.add_argument("--memory", default="1G")
     parser.add_argument("--bound", default="5%", help="--max-error of both; default 5%%")
@@ -60,7 +60,7 @@ def main():
     peak = max(all_steps.peak, all_steps.report["peak_rss_bytes"])
     print_table([{
         "tetrahedra": all_steps.report["input"]["tets"], "steps": args.steps, "less %": round(100 * all_steps.report["reduction"], 2),
-        "tries": all_steps.report["tries"], "VmHWM MiB": round(peak / MIB, 1), "one step s": round(one.seconds, 1),
+        "tries": all_steps.report["tries"], "VmHWM MiB": round(peak / MIB, 1), "one step s": round(one.seconds, 1), "one step cpu s": round(one.cpu, 1),
         "one step less %": round(100 * one.report["reduction"], 2), "reading and writing s": round(copying, 1),
         "series s": round(all_steps.seconds, 1), "cpu s": round(all_steps.cpu, 1),
         "x": round(all_steps.seconds / (one.seconds + copying), 2),

@@ -48,7 +48,8 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
     SimplifyRequest job = request.job;
     job.input = step.input;
     job.output = step.output;
-    if (!job.performance.scratch.empty()) job.performance.scratch += "/" + step.label;
+    // A folder for each: with --resume the steps before one that was interrupted begin anew.
+    if (!job.performance.scratch.empty()) job.performance.scratch += "-" + step.label;
     try {
       if (!step.time && !plan->list.empty()) step.time = time_in(step.input);
       report.runs.push_back(simplify(job, part_of(context, i, plan->steps.size())));

@@ -240,6 +240,24 @@ class Each(SeriesTest):
             self.assertEqual(path.read_bytes(), alone.read_bytes())
             self.assertEqual(entry["run"]["output"]["tets"], len(Vtu(path).tets))
 
+    def test_an_interrupted_step_is_gone_on_with(self):
+        steps = [self.generate("--jitter", "0.5", "--time", str(t), tets="200k", name=f"s{t}.vtu") for t in range(2)]
+        options = ["--series", "each", "--array", "front", "--reduction", "70%", "--chunk-tets", "10k", "--threads", "1",
+                   "--memory", "73M", "--scratch", self.folder / "work", "--quiet"]
+        run("simplify", *steps, "-o", self.folder / "whole_{step}.vtu", *options)
+        arguments = ["simplify", *map(str, steps), "-o", str(self.folder / "out_{step}.vtu"), *map(str, options)]
+        process = subprocess.Popen([command(), *arguments], stderr=subprocess.PIPE)
+        while process.poll() is None and not list(self.folder.glob("work-1/round-*.state")):
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        said = process.communicate()[1].decode()
+        self.assertEqual(process.returncode, INTERRUPTED, said)
+        self.assertIn("--resume", said)
+        self.assertIn("1 of the 2 steps are written", said)
+        run(*arguments, "--resume")
+        self.assertEqual([p.read_bytes() for p in self.outputs()], [p.read_bytes() for p in self.outputs("whole_*.vtu")])
+        self.assertFalse([n for n in self.files() if n.startswith("work")])
+
     def test_meshes_may_differ(self):
         steps = [self.write(wave(jittered(4 + i), 1.0), f"s{i}.vtu") for i in range(2)]
         self.simplify(steps, *GOAL, "--series", "each")
