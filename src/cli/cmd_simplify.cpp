@@ -224,6 +224,8 @@ void run(Arguments* a) {
   std::vector<std::string> others = a->inputs;
   others.push_back(a->request.output);
   refuse_same_file("--map", a->request.map, others);
+  others.insert(others.end(), {a->request.map, a->report});
+  refuse_same_file("--progressive", a->request.progressive, others);
   if (!a->series.empty() || is_series(a->inputs, a->request.output)) return run_series(a);
   if (a->request.performance.dry_run) {
     RunPlan plan;
@@ -480,6 +482,12 @@ void add_simplify_command(CLI::App& app) {
                    "Write to this file where each of the input's points went, for 'tetfusion "
                    "apply' to bring other time steps or results onto OUT; with --lods its name "
                    "holds {lod}")
+      ->check(not_empty)
+      ->group(kOutputGroup);
+  command
+      ->add_option("--progressive", a->request.progressive,
+                   "Write to this file how 'tetfusion refine' goes back from OUT to IN, as far as "
+                   "wanted; the mesh has to fit into memory")
       ->check(not_empty)
       ->group(kOutputGroup);
   add_goal_options(*command, a.get());

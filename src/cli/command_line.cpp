@@ -22,6 +22,7 @@ int parse_and_run(int argc, const char* const* argv) {
   app.get_formatter()->column_width(34);
   app.footer("'tetfusion COMMAND --help' explains a command.");
   add_simplify_command(app);
+  add_refine_command(app);
   add_info_command(app);
   add_check_command(app);
   add_compare_command(app);

@@ -11,6 +11,7 @@ struct ExitStatus {
 };
 
 void add_simplify_command(CLI::App& app);
+void add_refine_command(CLI::App& app);
 void add_info_command(CLI::App& app);
 void add_check_command(CLI::App& app);
 void add_compare_command(CLI::App& app);

@@ -29,6 +29,8 @@ struct ExportSettings {
   MeshSink* sink = nullptr;
   // The result has the array kOriginalIds (options.h), after the input's.
   bool original_ids = false;
+  // The mesh has ImportSettings::keeps_numbers; they are not written.
+  bool has_numbers = false;
   // What that array would hold, of all points of the result; may be null. It is filled before
   // inspect() is called.
   Vector<std::int64_t>* point_ids = nullptr;

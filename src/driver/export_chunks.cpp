@@ -105,6 +105,7 @@ void ExportChunks<Real>::for_each(double share, const Emit& emit) {
   for (int i = 0; i < job_.settings.threads; ++i) {
     workers.push_back(std::make_unique<Chunk>(job_.layout));
     if (job_.settings.original_ids) workers.back()->mesh.point_columns.pop_back();
+    if (job_.settings.has_numbers) workers.back()->mesh.cell_columns.push_back(number_column());
   }
   InterfaceInspection between;
   InOrder<ChunkFindings> join([&](ChunkFindings findings) { between.add(&findings); });
@@ -123,6 +124,7 @@ void ExportChunks<Real>::for_each(double share, const Emit& emit) {
       if (ahead < mesh.chunks) mesh.pieces->will_read(static_cast<std::uint32_t>(ahead));
       Rounds<Real>::gather(mesh, chunk.number, &chunk.gather, &chunk.mesh);
     }
+    if (job_.settings.has_numbers) chunk.mesh.cell_columns.pop_back();
     name_vertices(&chunk);
     note_original_ids(chunk);
     if (job_.settings.original_ids) {
@@ -138,6 +140,7 @@ void ExportChunks<Real>::for_each(double share, const Emit& emit) {
     join.put(
         c, chunk.inspector.inspect({&points, chunk.mesh.point_ids, sharing, {}}, &chunk.mesh.tets));
     chunk.mesh.positions = std::move(std::get<Vector<Vec3<Real>>>(points));
+    if (job_.settings.has_numbers) chunk.mesh.cell_columns.push_back(number_column());
     job_.report(share * static_cast<double>(++done) / static_cast<double>(mesh.chunks));
   });
   const InterfaceVerdict verdict = between.finish();

@@ -56,6 +56,7 @@ ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& ca
   WorkMesh<Real> layout = layout_of<Real>(carried, steering.width());
   layout.quadric_width = settings.quadric_width;
   layout.has_deviations = settings.has_deviations;
+  if (settings.keeps_numbers) layout.cell_columns.push_back(number_column());
   ScatteredMesh<Real> from =
       scatter_mesh(stream, carried, steering, settings, layout, context, clock, budget, scratch);
   clock->begin("assemble");

@@ -23,11 +23,14 @@ namespace tetfusion {
 // An empty mesh that says what a row of this run's meshes holds.
 template <class Real>
 WorkMesh<Real> layout_of(const CarriedArrays& carried, std::uint32_t steering_width);
+// The column of ImportSettings::keeps_numbers.
+inline Column number_column() { return {value_type_of<TetId>(), 1, {}}; }
 
 struct ImportSettings : ScatterSettings {
   std::vector<std::size_t> regions;  // of CarriedArrays::cell_data: interfaces that stay
   std::uint32_t quadric_width = 0;   // WorkMesh::quadric_width of pieces
   bool has_deviations = false;       // WorkMesh::has_deviations of pieces
+  bool keeps_numbers = false;        // the last cell column is each cell's number in the stream
 };
 
 // The first round may be done with each chunk as it is put together, so that it need not be written

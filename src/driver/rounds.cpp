@@ -52,12 +52,12 @@ void lock(const Vector<VertexId>& ids, WorkMesh<Real>* mesh) {
 template <class Real>
 PassStatistics run_greedy_passes(int passes, PassLimits limits,
                                  std::span<const SteeringField> fields, GreedyPass<Real>* pass,
-                                 WorkMesh<Real>* mesh) {
+                                 WorkMesh<Real>* mesh, FusionLog* log) {
   PassStatistics all;
   all.tets_before = mesh->tets.size();
   limits.number = kFirstPassNumber;
   for (int i = 0; i < passes; ++i, ++limits.number) {
-    const PassStatistics one = pass->run(limits, fields, mesh);
+    const PassStatistics one = pass->run(limits, fields, mesh, log);
     all.fused += one.fused;
     all.labelled = one.labelled;
     all.rejected = one.rejected;
@@ -96,13 +96,14 @@ void Rounds<Real>::gather(const MacroLod<Real>& mesh, std::uint32_t chunk,
 
 // Passes over one chunk, or the whole mesh; limits.quota is its own.
 template <class Real>
-FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker,
-                                        WorkMesh<Real>* mesh) {
+FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
+                                        FusionLog* log) {
   Worker& tools = *workers_[worker];
   const RoundSettings& settings = round_.settings;
   if (settings.method == Method::kTetFuse) {
     FuseStatistics statistics;
-    statistics.pass = run_greedy_passes(settings.passes, limits, round_.fields, &tools.pass, mesh);
+    statistics.pass =
+        run_greedy_passes(settings.passes, limits, round_.fields, &tools.pass, mesh, log);
     return statistics;
   }
   FuseLimits fuse = settings.fuse;
@@ -116,7 +117,7 @@ FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker,
   }
   if (settings.look) begin_quadrics(round_.fields, fuse.unit, mesh);
   return settings.look ? tools.fuse.look(fuse, round_.fields, mesh)
-                       : tools.fuse.run(fuse, round_.fields, mesh);
+                       : tools.fuse.run(fuse, round_.fields, mesh, log);
 }
 
 // By the chunks that will have the vertices.
@@ -172,21 +173,23 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
   }
   if (limits.boundary_rule == BoundaryRule::kTets) mark_near_boundary(&whole);
   RoundStatistics statistics;
+  FusionLog log;
   if (settings.method == Method::kTetFuse) {
-    statistics.pass = workers_[0]->pass.run(limits, fields, &whole);
+    statistics.pass = workers_[0]->pass.run(limits, fields, &whole, wanted(&log));
   } else {
     round_ = {};
     round_.settings = settings;
     round_.fields = fields;
     round_.facing = std::move(mesh->facing);
     begin_facing();
-    const FuseStatistics all = run_passes(limits, 0, &whole);
+    const FuseStatistics all = run_passes(limits, 0, &whole, wanted(&log));
     mesh->facing = std::move(round_.next_facing);
     statistics.pass = all.pass;
     statistics.costs = all.costs;
     statistics.deviation = all.deviation;
   }
   mesh->tets = whole.tets.size();
+  if (logs_ != nullptr) logs_->emplace_back().push_back(std::move(log));
   return statistics;
 }
 
@@ -250,7 +253,7 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
                        round_.shares.back());
   ChunkResult& result = round_.results[chunk];
   Worker& tools = *workers_[worker];
-  const FuseStatistics statistics = run_passes(own, worker, mesh);
+  const FuseStatistics statistics = run_passes(own, worker, mesh, wanted(&result.log));
   result.pass = statistics.pass;
   result.costs = statistics.costs;
   result.deviation = statistics.deviation;
@@ -281,6 +284,10 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
   RoundStatistics statistics;
   statistics.chunks = round_.results.size();
   Vector<InterfaceReport> reports;
+  if (logs_ != nullptr) {
+    std::vector<FusionLog>& logs = logs_->emplace_back();
+    for (ChunkResult& result : round_.results) logs.push_back(std::move(result.log));
+  }
   for (ChunkResult& result : round_.results) {
     add(result.pass, &statistics.pass);
     for (std::size_t b = 0; b < kCostBins; ++b) statistics.costs[b] += result.costs[b];

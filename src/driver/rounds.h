@@ -29,6 +29,8 @@ struct RoundStatistics {
   std::uint64_t chunks = 1;
 };
 
+using RoundLogs = std::vector<std::vector<FusionLog>>;
+
 struct RoundSettings {
   Method method = Method::kTetFuse;
   // With kFuse, whose quota is the pass limits'. In the first round nothing fuses: each vertex gets
@@ -71,6 +73,10 @@ class Rounds {
   void work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh);
   RoundStatistics end(MacroLod<Real>* mesh, const InterfaceTable& marks = {});
 
+  // From here on every fusion is noted there, which outlives this: one vector a round, in it one
+  // log a chunk.
+  void keep_logs(RoundLogs* logs) { logs_ = logs; }
+
   // Gathers a chunk, for whoever wants to look at it.
   static void gather(const MacroLod<Real>& mesh, std::uint32_t chunk, ChunkGather<Real>* gather,
                      WorkMesh<Real>* out);
@@ -88,6 +94,7 @@ class Rounds {
     PassStatistics pass;
     CostHistogram costs{};
     float deviation = 0;
+    FusionLog log;
     Vector<InterfaceReport> interface;
     Vector<Vec3<Real>> samples;
     std::uint64_t removed_points = 0;
@@ -110,7 +117,9 @@ class Rounds {
                             std::span<const SteeringField> fields, MacroLod<Real>* mesh);
   void begin_facing();
   void make_whole(MacroLod<Real>* mesh);
-  FuseStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh);
+  FuseStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
+                            FusionLog* log);
+  FusionLog* wanted(FusionLog* log) const { return logs_ != nullptr ? log : nullptr; }
   void count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter);
   std::vector<std::uint64_t> shares_of(const RoundSettings& settings,
                                        const MacroLod<Real>& mesh) const;
@@ -120,6 +129,7 @@ class Rounds {
   Scratch* scratch_;
   std::vector<std::unique_ptr<Worker>> workers_;
   Round round_;
+  RoundLogs* logs_ = nullptr;
   std::mutex costs_mutex_;
 };
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <span>
 
 #include "driver/windows.h"
@@ -19,6 +20,13 @@ namespace {
 
 // What reading a window and sorting it takes.
 constexpr std::uint64_t kWindowMemory = std::uint64_t{48} << 20;
+
+// Where the layout has a column more than the input has arrays, it is for these.
+void number_cells(std::uint64_t first, std::uint64_t count, Column* column) {
+  column->resize(count);
+  auto* numbers = reinterpret_cast<TetId*>(column->rows.data());
+  std::iota(numbers, numbers + count, static_cast<TetId>(first));
+}
 
 template <class Real>
 class Scatterer {
@@ -199,6 +207,7 @@ void Scatterer<Real>::scatter_window(std::size_t window, std::uint64_t first, st
   std::vector<Column>& columns = scratch->columns;
   if (columns.empty()) columns = layout_.cell_columns;
   read_columns(stream_, Association::kCell, carried_.cell_indices, first, count, &columns);
+  if (columns.size() > carried_.cell_indices.size()) number_cells(first, count, &columns.back());
   ghosts_[window] = cells.ghost_cells;
   tet_count_ += cells.tets.size();
   take_lower(window, first, cells, columns);

@@ -16,6 +16,7 @@
 #include "driver/fingerprint.h"
 #include "driver/memory_plan.h"
 #include "driver/notices.h"
+#include "driver/progressive.h"
 #include "driver/promise.h"
 #include "driver/region_of_interest.h"
 #include "driver/regions.h"
@@ -46,6 +47,7 @@ class Job {
   void open_input();
   MeshDescription description_of_output() const;
   void plan_memory();
+  void require_memory_for_logs(std::uint64_t total) const;
   void open_scratch();
   Steering read_steering();
   template <class Real>
@@ -65,10 +67,14 @@ class Job {
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
   bool looks_at_result() const { return request_.verify || !request_.map.empty(); }
+  bool keeps_logs() const { return !request_.progressive.empty(); }
   bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                        const RoundsState& state) const;
   double progress_at(std::uint64_t tets, std::size_t rounds) const;
+  template <class Real>
+  void write_progressive(const CarriedArrays& carried, const WorkMesh<Real>& layout,
+                         RunState<Real>* state, OutputFile* file);
   void make_map(const std::string& path, const Vector<std::int64_t>& original_ids,
                 const MeshSummary& written, OutputFile* file);
   void verify(const std::string& output, const std::string& path, const InputFacts& facts,
@@ -93,6 +99,7 @@ class Job {
   std::unique_ptr<Scratch> scratch_;
   std::optional<Checkpoint> checkpoint_;
   std::vector<Stage> stages_;
+  RoundLogs logs_;  // with request_.progressive
   PhaseClock clock_;
   SimplifyReport report_;
 };
@@ -134,6 +141,7 @@ void Job::begin() {
       check_export(s.path, request_.encoding);
       if (!s.map.empty()) check_output_path(s.map);
     }
+    if (keeps_logs()) check_output_path(request_.progressive);
   }
   open_input();
   if (sink_ == nullptr) tell_left_out(request_.output, description_of_output(), context_);
@@ -238,6 +246,10 @@ void Job::plan_memory() {
   if (const auto goal = plan_stages(request_, mesh.cells).front().tets; looks_at_result() && goal) {
     include_verification(mesh, *goal, request_.map.empty() ? 0 : kMapPointBytes, &needs_);
   }
+  if (keeps_logs()) {
+    needs_.in_core += mesh.cells * log_bytes_per_tet(mesh);
+    require_memory_for_logs(total);
+  }
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
     throw Error(
@@ -249,6 +261,21 @@ void Job::plan_memory() {
                     format_bytes(total), (needs_.out_of_core >> 20) + 1));
   }
   budget_ = std::make_unique<MemoryBudget>(total);
+}
+
+void Job::require_memory_for_logs(std::uint64_t total) const {
+  if (request_.performance.on_disk) {
+    throw Error(ErrorCode::kUsage,
+                "--progressive needs the mesh in memory: it cannot be kept on disk yet");
+  }
+  if (needs_.in_core <= total) return;
+  throw Error(
+      ErrorCode::kMemory,
+      fmt::format("{}: with --progressive the mesh and its fusions are kept in memory, which "
+                  "needs about {}, but it may use {}: give --memory {}M or more, or leave "
+                  "out --progressive",
+                  request_.input, format_bytes(needs_.in_core), format_bytes(total),
+                  (needs_.in_core >> 20) + 1));
 }
 
 void Job::open_scratch() {
@@ -287,7 +314,10 @@ void Job::run_with() {
   std::unique_ptr<Rounds<Real>> rounds;
   const auto begin = [&](std::uint32_t steering_width) {
     auto layout = run_layout<Real>(request_.behaviour, carried, steering_width);
-    rounds = std::make_unique<Rounds<Real>>(layout, thread_count(), budget_.get(), scratch_.get());
+    auto rows = layout;
+    if (keeps_logs()) rows.cell_columns.push_back(number_column());
+    rounds = std::make_unique<Rounds<Real>>(rows, thread_count(), budget_.get(), scratch_.get());
+    if (keeps_logs()) rounds->keep_logs(&logs_);
     return layout;
   };
   if (checkpoint_) {
@@ -358,6 +388,7 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
   ImportSettings settings =
       import_settings(request_.behaviour, carried, regions_, state->steering_width);
   settings.interest = &interest_;
+  settings.keeps_numbers = keeps_logs();
   RoundPlan plan;
   FirstRound<Real> first;
   // Under the rule of boundary tetrahedra chunks must know each other's boundary before they begin.
@@ -451,6 +482,12 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     out.pieces = request_.pieces;
     out.sink = sink_;
     out.original_ids = request_.behaviour.original_ids;
+    out.has_numbers = keeps_logs();
+    std::optional<OutputFile> progressive;
+    if (keeps_logs()) {
+      progressive.emplace(request_.progressive, OutputFile::Access::kPatch);
+      write_progressive(carried, layout, state, &*progressive);
+    }
     Vector<std::int64_t> ids;
     std::optional<OutputFile> map;
     if (!stages_[i].map.empty()) {
@@ -467,6 +504,7 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     report_.output = export_mesh(state->input.mesh, layout, state->input.lower, carried,
                                  source_.get(), out, context_, budget_.get(), scratch_.get());
     if (map) map->commit();
+    if (progressive) progressive->commit();
     state->outputs.push_back(stages_[i].path);
     state->end = StageEnd::kOpen;
     state->spread = 1;
@@ -475,6 +513,34 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     report_.stop_reason = reached ? StopReason::kGoal : StopReason::kSaturated;
     if (last) return;
   }
+}
+
+// Takes the numbers of cells of lower dimension out, too.
+template <class Real>
+void Job::write_progressive(const CarriedArrays& carried, const WorkMesh<Real>& layout,
+                            RunState<Real>* state, OutputFile* file) {
+  const InputFacts& facts = state->input.facts;
+  if (facts.ghost_cells > 0) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{}: {} cells are ghosts, which a progressive file cannot bring back: "
+                            "leave out --progressive, or convert the mesh first",
+                            request_.input, format_count(facts.ghost_cells)));
+  }
+  if (facts.rewound > 0) {
+    context_.say(
+        fmt::format("{} cells were wound the other way than VTK winds them: 'tetfusion "
+                    "refine' brings them back rewound",
+                    format_count(facts.rewound)));
+  }
+  clock_.begin("progressive");
+  auto rows = layout;
+  rows.cell_columns.push_back(number_column());
+  LowerPart<Real>& lower = state->input.lower;
+  tetfusion::write_progressive(state->input.mesh, rows, lower, carried, logs_, source_.get(),
+                               context_, file);
+  lower.columns.pop_back();
+  logs_ = {};
+  clock_.begin("write");
 }
 
 void Job::make_map(const std::string& path, const Vector<std::int64_t>& original_ids,

@@ -49,6 +49,23 @@ std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tet
 
 namespace {
 
+void check_progressive(const SimplifyRequest& request) {
+  if (request.progressive.empty()) return;
+  const BehaviourOptions& b = request.behaviour;
+  if (request.progressive == "-") {
+    refuse("--progressive is written to a file, not to standard output: give a name");
+  }
+  const auto refuse_with = [](bool given, const char* option, const char* reason) {
+    if (!given) return;
+    refuse(fmt::format("--progressive and {} do not go together yet: {}", option, reason));
+  };
+  refuse_with(b.conserve, "--conserve", "the values of cells change with it");
+  refuse_with(!b.lods.empty(), "--lods", "the file holds all levels, for 'tetfusion refine'");
+  refuse_with(b.tetrahedralize, "--tetrahedralize", "convert the mesh first");
+  refuse_with(b.linearize, "--linearize", "convert the mesh first");
+  refuse_with(request.performance.resume, "--resume", "start the run anew");
+}
+
 void check_map(const SimplifyRequest& request) {
   if (request.map.empty()) return;
   if (request.map == "-") refuse("--map is written to a file, not to standard output: give a name");
@@ -140,6 +157,7 @@ void check_options(const SimplifyRequest& request) {
     refuse("the name after -o holds {lod}, but there is no --lods");
   }
   check_map(request);
+  check_progressive(request);
 }
 
 }  // namespace tetfusion

@@ -18,11 +18,11 @@
 
 namespace tetfusion {
 
-// Reads `count` rows of each of some arrays.
+// Reads `count` rows of each of some arrays to the first columns.
 inline void read_columns(const MeshStream& stream, Association association,
                          const std::vector<std::size_t>& indices, std::uint64_t first,
                          std::uint64_t count, std::vector<Column>* columns) {
-  for (std::size_t c = 0; c < columns->size(); ++c) {
+  for (std::size_t c = 0; c < indices.size(); ++c) {
     (*columns)[c].resize(count);
     stream.read_rows(association, indices[c], first, count, (*columns)[c].rows);
   }

@@ -109,8 +109,9 @@ float FuseRound<Real>::weight_of(VertexId v, VertexId partner) const {
 
 template <class Real>
 FuseStatistics FuseRound<Real>::run(const FuseLimits& limits, std::span<const SteeringField> fields,
-                                    WorkMesh<Real>* mesh) {
+                                    WorkMesh<Real>* mesh, FusionLog* log) {
   begin(limits, fields, mesh);
+  notes_.begin(mesh, log);
   work();
   FuseStatistics statistics;
   finish(&statistics);
@@ -422,17 +423,47 @@ bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
 template <class Real>
 void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   ++now_;
+  const VertexId gone = kept == v ? partner : v;
+  if (notes_.are_wanted()) note(kept, gone);
   if (errors_.bounds()) errors_.apply();
   if (integrals_.stay()) integrals_.apply(kept, interpolation_.nearest);
   if (!fixed_) mesh_->marks[kept] |= kMoved;
   if (!fixed_ && !weights_.empty()) weights_[kept] = std::max(weights_[v], weights_[partner]);
   merge_quadrics(v, kept);
-  move_tets(kept, kept == v ? partner : v);
+  move_tets(kept, gone);
   removed_ += cavity_.deleted().size();
   ++fused_;
   changed_[v] = now_;
   changed_[partner] = now_;
   cavity_.note_fused(kept);
+  if (!notes_.are_wanted()) return;
+  carry_rows(kept);
+  notes_.after();
+}
+
+template <class Real>
+void FuseRound<Real>::note(VertexId kept, VertexId gone) {
+  const auto add = [&](std::uint32_t entry, bool was_gone) {
+    notes_.star().push_back({entry >> 2, static_cast<std::uint8_t>(entry & 3u), was_gone});
+  };
+  for (const std::uint32_t entry : cavity_.affected()) {
+    add(entry, mesh_->tets[entry >> 2][entry & 3u] == gone);
+  }
+  if (fixed_) {
+    for (const std::uint32_t entry : ball(kept)) {
+      const Tet& tet = mesh_->tets[entry >> 2];
+      if (std::find(tet.begin(), tet.end(), gone) == tet.end()) add(entry, false);
+    }
+  }
+  notes_.before(kept, {&gone, 1}, cavity_.deleted());
+}
+
+// What compact() does for all at once: whoever notes rows wants them as they are now.
+template <class Real>
+void FuseRound<Real>::carry_rows(VertexId kept) {
+  for (Column& column : mesh_->point_columns) interpolate_point_column(interpolations_, &column);
+  interpolations_.clear();
+  if (may_move(kept)) write_steering_columns(fields_, {&kept, 1}, mesh_);
 }
 
 // One that stays where it is keeps its values, too.

@@ -15,6 +15,7 @@
 #include "kernel/edge_costs.h"
 #include "kernel/field_integrals.h"
 #include "kernel/fuse_cavity.h"
+#include "kernel/fusion_notes.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
 #include "kernel/paper_bounds.h"
@@ -81,10 +82,12 @@ class FuseRound {
   // Fuses what the limits allow, in the order of the costs to within a twelfth, then compacts the
   // mesh: ids are stale afterwards, their order is kept. Carried columns follow; those that steer
   // get the values that the quadrics say are best. A pure function of the mesh and the limits.
+  // `log` may be null; each fusion is appended to it.
   //
-  // Preconditions: as for GreedyPass::run(), and the mesh has quadrics.
+  // Preconditions: as for GreedyPass::run(), and the mesh has quadrics. With a log integrals are
+  // not kept.
   FuseStatistics run(const FuseLimits& limits, std::span<const SteeringField> fields,
-                     WorkMesh<Real>* mesh);
+                     WorkMesh<Real>* mesh, FusionLog* log = nullptr);
 
   // Finds out the costs alone.
   FuseStatistics look(const FuseLimits& limits, std::span<const SteeringField> fields,
@@ -150,6 +153,8 @@ class FuseRound {
   void merge_quadrics(VertexId v, VertexId kept);
   void choose_values(VertexId v, VertexId partner);
   void move_tets(VertexId kept, VertexId gone);
+  void note(VertexId kept, VertexId gone);
+  void carry_rows(VertexId kept);
 
   // The same on sheets (fuse_sheets.cpp).
   void begin_sheets();
@@ -211,6 +216,7 @@ class FuseRound {
   PointErrors<Real> errors_;
 
   Vector<Interpolation> interpolations_;
+  FusionNotes<Real> notes_;
 };
 
 extern template class FuseRound<float>;

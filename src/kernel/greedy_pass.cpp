@@ -83,11 +83,13 @@ std::uint64_t allowance(const PassLimits& limits, std::uint64_t t, std::uint64_t
 
 template <class Real>
 PassStatistics GreedyPass<Real>::run(const PassLimits& limits,
-                                     std::span<const SteeringField> fields, WorkMesh<Real>* mesh) {
+                                     std::span<const SteeringField> fields, WorkMesh<Real>* mesh,
+                                     FusionLog* log) {
   limits_ = &limits;
   fields_ = fields;
   mesh_ = mesh;
   begin();
+  notes_.begin(mesh, log);
 
   PassStatistics statistics;
   const auto tets = static_cast<TetId>(mesh->tets.size());
@@ -115,7 +117,9 @@ PassStatistics GreedyPass<Real>::run(const PassLimits& limits,
     }
     ++statistics.rejected[static_cast<std::size_t>(reason)];
   }
-  for (Column& column : mesh->point_columns) carry_point_column(fusions_, &column);
+  if (!notes_.are_wanted()) {
+    for (Column& column : mesh->point_columns) carry_point_column(fusions_, &column);
+  }
   compact();
   statistics.tets_after = mesh->tets.size();
   return statistics;
@@ -361,6 +365,7 @@ template <class Real>
 void GreedyPass<Real>::apply(const Tet& prey) {
   const VertexId kept = std::min({prey[0], prey[1], prey[2], prey[3]});
   note_fusion(prey, kept);
+  if (notes_.are_wanted()) note(fusions_.back());
   for (const std::uint32_t entry : affected()) {
     Tet& tet = mesh_->tets[entry >> 2];
     tet[entry & 3u] = kept;
@@ -380,6 +385,23 @@ void GreedyPass<Real>::apply(const Tet& prey) {
   mesh_->positions[kept] = position_;
   mesh_->marks[kept] |= kMoved;
   std::copy(mean_.begin(), mean_.end(), mesh_->steering.begin() + kept * mean_.size());
+  if (!notes_.are_wanted()) return;
+  // Whoever notes rows wants them as they are now.
+  const std::span<const Fusion> last(&fusions_.back(), 1);
+  for (Column& column : mesh_->point_columns) carry_point_column(last, &column);
+  notes_.after();
+}
+
+template <class Real>
+void GreedyPass<Real>::note(const Fusion& fusion) {
+  const auto& prey = fusion.vertices;
+  for (const std::uint32_t entry : affected()) {
+    const VertexId v = mesh_->tets[entry >> 2][entry & 3u];
+    const auto whose = std::find(prey.begin(), prey.end(), v) - prey.begin();
+    notes_.star().push_back(
+        {entry >> 2, static_cast<std::uint8_t>(entry & 3u), static_cast<std::uint8_t>(whose)});
+  }
+  notes_.before(prey[0], std::span(prey).subspan(1), deleted_);
 }
 
 template <class Real>

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernel/criteria.h"
+#include "kernel/fusion_notes.h"
 #include "kernel/fusions.h"
 #include "mesh/vertex_tets.h"
 #include "mesh/work_mesh.h"
@@ -42,14 +43,15 @@ class GreedyPass {
   // Takes the tetrahedra in order and fuses those that the limits allow, then compacts the mesh:
   // ids are stale afterwards, their order is kept. Carried columns follow. A pure function of the
   // mesh and the limits; what the mesh remembers of earlier passes (`changed`, `flipped`) saves
-  // time and does not change the mesh that comes out.
+  // time and does not change the mesh that comes out. `log` may be null; each fusion is appended to
+  // it.
   //
   // Preconditions: every vertex whose ball is not a topological ball of positively wound
   // tetrahedra, all of them in this mesh, is marked kOnBoundary, kLocked or kOnInterface (the
   // argument for the validity test needs it, see README.md); every steering value of an unmarked
   // vertex is finite.
   PassStatistics run(const PassLimits& limits, std::span<const SteeringField> fields,
-                     WorkMesh<Real>* mesh);
+                     WorkMesh<Real>* mesh, FusionLog* log = nullptr);
 
   // What the last pass did, by the ids from before it.
   std::span<const Fusion> fusions() const { return fusions_; }
@@ -74,6 +76,7 @@ class GreedyPass {
                          const std::array<Vec3<Real>, 4>& after) const;
   void apply(const Tet& prey);
   void note_fusion(const Tet& prey, VertexId kept);
+  void note(const Fusion& fusion);
   void compact();
 
   const PassLimits* limits_ = nullptr;
@@ -81,6 +84,7 @@ class GreedyPass {
   WorkMesh<Real>* mesh_ = nullptr;
 
   Vector<Fusion> fusions_;
+  FusionNotes<Real> notes_;
   bool prepared_ = false;
   VertexTets balls_;  // of the start of the pass; stays right all through it, as fused vertices are
                       // not touched again

@@ -1,0 +1,548 @@
+#include "io/progressive_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+#include "base/error.h"
+#include "base/resources.h"
+#include "base/serialize.h"
+#include "base/tasks.h"
+#include "io/checksum.h"
+#include "io/decode.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::array<char, 8> kMagic{'T', 'F', 'P', 'R', 'O', 'G', 'R', 'S'};
+constexpr std::uint32_t kByteOrder = 0x01020304;
+constexpr std::uint32_t kVersion = 1;
+
+enum Kind : std::uint32_t { kDescription, kPoints, kTets, kLower, kSpare, kFusions };
+
+// Rows a section, and records a block: some hundred kilobytes.
+constexpr std::size_t kRowsPerSection = std::size_t{1} << 16;
+constexpr std::size_t kRecordsPerBlock = std::size_t{1} << 13;
+
+struct Header {
+  std::array<char, 8> magic = kMagic;
+  std::uint32_t byte_order = kByteOrder;
+  std::uint32_t version = kVersion;
+  std::uint64_t file_bytes = 0;
+  std::uint64_t table = 0;
+  std::uint64_t sections = 0;
+  std::uint64_t table_sum = 0;
+  ProgressiveCounts counts;
+  std::uint32_t point_row = 0;
+  std::uint32_t cell_row = 0;
+  std::uint64_t sum = 0;
+};
+static_assert(sizeof(Header) == 112 && std::has_unique_object_representations_v<Header>);
+
+using TableRow = std::array<std::uint64_t, 6>;
+
+std::uint64_t header_sum(const Header& header) {
+  return checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, sum)));
+}
+
+std::size_t row_bytes_of(const AttributeSet& set) {
+  std::size_t bytes = 0;
+  for (const ArrayInfo& info : set.arrays) bytes += info.components * size_of(info.type);
+  return bytes;
+}
+
+void put_text(const std::string& text, ByteWriter* out) { out->put_all(text); }
+
+void put_info(const ArrayInfo& info, ByteWriter* out) {
+  put_text(info.name, out);
+  out->put(static_cast<std::uint64_t>(info.type));
+  out->put(std::uint64_t{info.components});
+  out->put(info.tuples);
+  out->put(std::uint64_t{info.component_names.size()});
+  for (const std::string& name : info.component_names) put_text(name, out);
+}
+
+void put_set(const AttributeSet& set, ByteWriter* out) {
+  out->put(std::uint64_t{set.arrays.size()});
+  for (ArrayInfo info : set.arrays) {
+    info.tuples = 0;
+    put_info(info, out);
+  }
+  out->put(std::uint64_t{set.active.size()});
+  for (const auto& [marker, name] : set.active) {
+    put_text(marker, out);
+    put_text(name, out);
+  }
+}
+
+std::uint64_t get_number(ByteReader* in) {
+  std::uint64_t value = 0;
+  in->get(&value);
+  return value;
+}
+
+// `fail` throws.
+template <class Fail>
+ArrayInfo get_info(bool of_field, ByteReader* in, const Fail& fail) {
+  ArrayInfo info;
+  in->get_all(&info.name);
+  const std::uint64_t type = get_number(in);
+  const auto last = static_cast<std::uint64_t>(of_field ? ValueType::kString : ValueType::kFloat64);
+  if (type > last) fail("names a type that there is not");
+  info.type = static_cast<ValueType>(type);
+  const std::uint64_t components = get_number(in);
+  if (components == 0 || components > (std::uint64_t{1} << 24)) {
+    fail("has an array with a wrong number of components");
+  }
+  info.components = static_cast<std::uint32_t>(components);
+  info.tuples = get_number(in);
+  const std::uint64_t names = get_number(in);
+  if (names != 0 && names != components) fail("has an array with a wrong number of components");
+  for (std::uint64_t i = 0; i < names; ++i) in->get_all(&info.component_names.emplace_back());
+  return info;
+}
+
+template <class Fail>
+AttributeSet get_set(ByteReader* in, const Fail& fail) {
+  AttributeSet set;
+  const std::uint64_t arrays = get_number(in);
+  for (std::uint64_t i = 0; i < arrays; ++i) set.arrays.push_back(get_info(false, in, fail));
+  const std::uint64_t active = get_number(in);
+  for (std::uint64_t i = 0; i < active; ++i) {
+    std::string marker, name;
+    in->get_all(&marker);
+    in->get_all(&name);
+    set.active[marker] = name;
+  }
+  return set;
+}
+
+template <class T>
+std::span<const T> part_of(const Vector<T>& all, std::size_t begin, std::size_t count) {
+  return std::span(all).subspan(begin, count);
+}
+
+}  // namespace
+
+std::size_t ProgressiveDescription::point_row_bytes() const {
+  return 3 * size_of(point_type) + row_bytes_of(point_data);
+}
+
+std::size_t ProgressiveDescription::cell_row_bytes() const { return row_bytes_of(cell_data); }
+
+ProgressiveWriter::ProgressiveWriter(OutputFile* file, const ProgressiveDescription& description)
+    : file_(file),
+      point_row_(description.point_row_bytes()),
+      cell_row_(description.cell_row_bytes()) {
+  const Header none;
+  file_->append(&none, sizeof none);
+  ByteWriter text;
+  text.put(static_cast<std::uint64_t>(description.point_type));
+  put_set(description.point_data, &text);
+  put_set(description.cell_data, &text);
+  text.put(std::uint64_t{description.field_data.size()});
+  for (const DataArray& array : description.field_data) {
+    put_info(array.info, &text);
+    text.put_all(array.bytes);
+  }
+  ColumnPacker columns;
+  columns.put(text.take(), 1);
+  add(std::move(columns), kDescription, 0);
+}
+
+void ProgressiveWriter::put_rows(const PointRows& points, std::uint32_t kind) {
+  counts_.points += points.numbers.size();
+  for (std::size_t i = 0; i < points.numbers.size(); i += kRowsPerSection) {
+    const std::size_t count = std::min(kRowsPerSection, points.numbers.size() - i);
+    ColumnPacker columns;
+    columns.put_all(part_of(points.numbers, i, count));
+    columns.put(part_of(points.rows, i * point_row_, count * point_row_), point_row_);
+    add(std::move(columns), kind, count);
+  }
+}
+
+void ProgressiveWriter::put_points(const PointRows& points) {
+  counts_.base_points = points.numbers.size();
+  put_rows(points, kPoints);
+}
+
+void ProgressiveWriter::put_spare(const PointRows& points) { put_rows(points, kSpare); }
+
+void ProgressiveWriter::put_tets(const TetRows& tets) {
+  counts_.base_tets = tets.numbers.size();
+  counts_.tets += tets.numbers.size();
+  counts_.cells += tets.numbers.size();
+  for (std::size_t i = 0; i < tets.numbers.size(); i += kRowsPerSection) {
+    const std::size_t count = std::min(kRowsPerSection, tets.numbers.size() - i);
+    ColumnPacker columns;
+    columns.put_all(part_of(tets.numbers, i, count));
+    columns.put_all(part_of(tets.corners, i, count));
+    columns.put(part_of(tets.rows, i * cell_row_, count * cell_row_), cell_row_);
+    add(std::move(columns), kTets, count);
+  }
+}
+
+void ProgressiveWriter::put_lower(const LowerRows& lower) {
+  const std::uint64_t count = lower.cells.size();
+  if (count == 0) return;
+  counts_.cells += count;
+  ColumnPacker columns;
+  columns.put_all(lower.numbers);
+  columns.put_all(lower.cells.types);
+  columns.put_all(lower.cells.offsets);
+  columns.put_all(lower.cells.connectivity);
+  columns.put(lower.rows, cell_row_);
+  add(std::move(columns), kLower, count);
+}
+
+void ProgressiveWriter::put(const FusionRecord& record) {
+  block_.append(record);
+  counts_.points += record.points.size();
+  counts_.cells += record.tets.size();
+  counts_.tets += record.tets.size();
+  ++counts_.fusions;
+  if (block_.size() == kRecordsPerBlock) end_block();
+}
+
+void ProgressiveWriter::end_block() {
+  if (block_.size() == 0) return;
+  Vector<VertexId> kept, points, elsewhere;
+  Vector<std::array<std::uint32_t, 4>> heads;
+  Vector<std::byte> rows, tet_rows;
+  Vector<std::uint8_t> star;
+  Vector<TetId> tets;
+  Vector<std::array<CornerCode, 4>> corners;
+  const auto join = [](const auto& part, auto* all) {
+    all->insert(all->end(), part.begin(), part.end());
+  };
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < block_.size(); ++i) {
+    const FusionRecord r = block_[i];
+    kept.push_back(r.kept);
+    const std::uint32_t changed = r.row_changed(point_row_) ? 1 : 0;
+    const auto count = [](const auto& part) { return static_cast<std::uint32_t>(part.size()); };
+    heads.push_back({r.gone | changed << 8, count(r.points), count(r.star), count(r.tets)});
+    for (const VertexId v : r.points) points.push_back(v - r.kept);
+    join(r.rows, &rows);
+    const std::uint32_t width = r.gone > 1 ? 2 : 1;
+    for (const std::uint8_t whose : r.star) {
+      for (std::uint32_t b = 0; b < width; ++b, ++bits) {
+        if (bits % 8 == 0) star.push_back(0);
+        star.back() = static_cast<std::uint8_t>(star.back() | (whose >> b & 1) << bits % 8);
+      }
+    }
+    TetId before = 0;
+    for (const TetId t : r.tets) tets.push_back(t - std::exchange(before, t));
+    join(r.corners, &corners);
+    join(r.elsewhere, &elsewhere);
+    join(r.tet_rows, &tet_rows);
+  }
+  ColumnPacker columns;
+  columns.put_all(kept);
+  columns.put_all(heads);
+  columns.put_all(points);
+  columns.put(rows, point_row_);
+  columns.put_all(star);
+  columns.put_all(tets);
+  columns.put_all(corners);
+  columns.put_all(elsewhere);
+  columns.put(tet_rows, cell_row_);
+  add(std::move(columns), kFusions, block_.size());
+  block_ = {};
+}
+
+void ProgressiveWriter::add(ColumnPacker columns, std::uint32_t kind, std::uint64_t rows) {
+  waiting_.push_back({std::move(columns), kind, rows});
+  if (waiting_.size() >= 2 * static_cast<std::size_t>(thread_count())) write_waiting();
+}
+
+// Packed side by side.
+void ProgressiveWriter::write_waiting() {
+  std::vector<Vector<std::byte>> packed(waiting_.size());
+  run_tasks(waiting_.size(), thread_count(),
+            [&](std::size_t i, std::size_t) { packed[i] = waiting_[i].columns.pack(); });
+  for (std::size_t i = 0; i < packed.size(); ++i) {
+    const Waiting& w = waiting_[i];
+    table_.push_back({file_->size(), packed[i].size(), w.columns.raw_bytes(), checksum(packed[i]),
+                      w.kind, w.rows});
+    file_->append(packed[i].data(), packed[i].size());
+  }
+  waiting_.clear();
+}
+
+void ProgressiveWriter::finish() {
+  end_block();
+  write_waiting();
+  const std::span<const std::byte> table = std::as_bytes(std::span(table_));
+  Header header;
+  header.table = file_->size();
+  header.sections = table_.size();
+  header.table_sum = checksum(table);
+  header.counts = counts_;
+  header.point_row = static_cast<std::uint32_t>(point_row_);
+  header.cell_row = static_cast<std::uint32_t>(cell_row_);
+  file_->append(table.data(), table.size());
+  header.file_bytes = file_->size();
+  header.sum = header_sum(header);
+  file_->overwrite(0, &header, sizeof header);
+}
+
+FusionRecord FusionBlock::next() {
+  const std::size_t i = at_.record++;
+  const auto take = [](const auto& all, std::size_t* at, std::size_t count) {
+    return part_of(all, std::exchange(*at, *at + count), count);
+  };
+  const auto& [head, points, star, tets] = heads_[i];
+  FusionRecord r;
+  r.kept = kept_[i];
+  r.gone = head & 0xFF;
+  r.points = take(points_, &at_.point, points);
+  r.rows = take(rows_, &at_.row, (points + (head >> 8)) * point_row_);
+  r.star = take(star_, &at_.star, star);
+  r.tet_rows = part_of(tet_rows_, at_.tet * cell_row_, tets * cell_row_);
+  r.corners = part_of(corners_, at_.tet, tets);
+  r.tets = take(tets_, &at_.tet, tets);
+  std::size_t elsewhere = 0;
+  for (const auto& codes : r.corners) {
+    elsewhere += static_cast<std::size_t>(std::count(codes.begin(), codes.end(), kNoCode));
+  }
+  r.elsewhere = take(elsewhere_, &at_.elsewhere, elsewhere);
+  return r;
+}
+
+ProgressiveFile::ProgressiveFile(MappedFile file) : file_(std::move(file)) {}
+
+ProgressiveFile ProgressiveFile::open(const std::string& path) {
+  ProgressiveFile file(MappedFile::open(path));
+  file.read_head();
+  file.read_description();
+  file.check();
+  return file;
+}
+
+void ProgressiveFile::fail(const std::string& what) const {
+  file_.check();
+  throw Error(ErrorCode::kBadInput, fmt::format("{}: {}: write it again with 'tetfusion simplify "
+                                                "--progressive'",
+                                                path(), what));
+}
+
+void ProgressiveFile::read_head() {
+  Header header;
+  const std::span<const std::byte> bytes = file_.bytes();
+  if (bytes.size() < sizeof header || std::memcmp(bytes.data(), kMagic.data(), 8) != 0) {
+    fail("this is no progressive file");
+  }
+  std::memcpy(&header, bytes.data(), sizeof header);
+  if (header.byte_order != kByteOrder) fail("the file is of a machine with another byte order");
+  if (header.version != kVersion) {
+    fail(fmt::format("the file is of version {}, and this program reads {}", header.version,
+                     kVersion));
+  }
+  if (header.sum != header_sum(header)) fail("the head of the file is damaged");
+  if (header.file_bytes != file_.size()) {
+    fail(fmt::format("the file has {} bytes, where {} were written", file_.size(),
+                     header.file_bytes));
+  }
+  counts_ = header.counts;
+  read_table(header.table, header.sections, header.table_sum);
+}
+
+// Sections follow one another without gaps.
+void ProgressiveFile::read_table(std::uint64_t offset, std::uint64_t sections, std::uint64_t sum) {
+  const std::uint64_t size = file_.size();
+  if (offset > size || (size - offset) / sizeof(TableRow) != sections ||
+      (size - offset) % sizeof(TableRow) != 0) {
+    fail("the table of the file does not end where the file does");
+  }
+  const std::span<const std::byte> table = file_.bytes().subspan(offset);
+  if (checksum(table) != sum) fail("the table of the file is damaged");
+  std::uint64_t end = sizeof(Header);
+  std::uint64_t raw = 0;
+  for (std::uint64_t i = 0; i < sections; ++i) {
+    TableRow row;
+    std::memcpy(row.data(), table.data() + i * sizeof row, sizeof row);
+    const Section section{row[0], row[1], row[2], row[3], row[4], row[5]};
+    if (section.offset != end || section.bytes > offset - end || section.kind >= kKinds) {
+      fail(fmt::format("section {} of the file is not where it should be", i));
+    }
+    if (section.raw_bytes > max_decompressed_bytes(Compressor::kZlib, section.bytes)) {
+      fail(fmt::format("section {} of the file is shorter than what it says to hold", i));
+    }
+    end += section.bytes;
+    raw += section.raw_bytes;
+    parts_[section.kind].push_back(section);
+  }
+  if (end != offset || parts_[kDescription].size() != 1) {
+    fail("the table of the file does not name all of it");
+  }
+  // Each has its number in a section.
+  const std::uint64_t most = raw / sizeof(VertexId);
+  const bool fits = counts_.points <= std::min(most, kMaxPoints) &&
+                    counts_.cells <= std::min(most, kMaxPoints) && counts_.tets <= counts_.cells &&
+                    counts_.tets <= kMaxTets && counts_.base_tets <= counts_.tets &&
+                    counts_.base_points <= counts_.points && counts_.fusions <= most;
+  if (!fits) fail("the file is shorter than what it says to hold");
+}
+
+std::span<const std::byte> ProgressiveFile::bytes_of(const Section& section) const {
+  const std::span<const std::byte> bytes = file_.bytes().subspan(section.offset, section.bytes);
+  if (checksum(bytes) != section.checksum) {
+    fail(fmt::format("the section from byte {} on is damaged: it does not agree with its checksum",
+                     section.offset));
+  }
+  return bytes;
+}
+
+ColumnReader ProgressiveFile::columns_of(const Section& section) const {
+  return {bytes_of(section), section.raw_bytes, [this, at = section.offset](const std::string& w) {
+            fail(fmt::format("the section from byte {} on {}", at, w));
+          }};
+}
+
+void ProgressiveFile::read_description() {
+  const Section& section = parts_[kDescription].front();
+  ColumnReader columns = columns_of(section);
+  Vector<std::byte> text;
+  columns.take(1, &text);
+  columns.end();
+  const auto bad = [this](const char* what) { fail(fmt::format("the file {}", what)); };
+  ByteReader in(text);
+  try {
+    const std::uint64_t type = get_number(&in);
+    description_.point_type = static_cast<ValueType>(std::min<std::uint64_t>(type, 255));
+    if (!is_float(description_.point_type)) bad("has coordinates of a wrong type");
+    description_.point_data = get_set(&in, bad);
+    description_.cell_data = get_set(&in, bad);
+    const std::uint64_t fields = get_number(&in);
+    for (std::uint64_t i = 0; i < fields; ++i) {
+      DataArray& array = description_.field_data.emplace_back();
+      array.info = get_info(true, &in, bad);
+      in.get_all(&array.bytes);
+      const std::uint64_t values = array.bytes.size() / size_of(array.info.type);
+      const bool is_text = array.info.type == ValueType::kString;
+      const std::uint64_t held = is_text
+                                     ? static_cast<std::uint64_t>(std::count(
+                                           array.bytes.begin(), array.bytes.end(), std::byte{0}))
+                                     : values;
+      const bool ends = !is_text || array.bytes.empty() || array.bytes.back() == std::byte{0};
+      if (held % array.info.components != 0 || held / array.info.components != array.info.tuples ||
+          array.bytes.size() % size_of(array.info.type) != 0 || !ends) {
+        bad("has an array of field data of the wrong length");
+      }
+    }
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kIo) throw;
+    bad("does not say what it holds");
+  }
+}
+
+PointRows ProgressiveFile::read_points(const Section& section) const {
+  ColumnReader columns = columns_of(section);
+  PointRows points;
+  columns.take_all(&points.numbers);
+  columns.take(description_.point_row_bytes(), &points.rows);
+  columns.end();
+  if (points.rows.size() / description_.point_row_bytes() != points.numbers.size()) {
+    fail("points have not as many rows as numbers");
+  }
+  return points;
+}
+
+TetRows ProgressiveFile::tets(std::size_t part) const {
+  ColumnReader columns = columns_of(parts_[kTets][part]);
+  TetRows tets;
+  columns.take_all(&tets.numbers);
+  columns.take_all(&tets.corners);
+  columns.take(description_.cell_row_bytes(), &tets.rows);
+  columns.end();
+  const std::size_t count = tets.numbers.size();
+  if (tets.corners.size() != count || tets.rows.size() != count * description_.cell_row_bytes()) {
+    fail("tetrahedra have not as many rows as numbers");
+  }
+  return tets;
+}
+
+LowerRows ProgressiveFile::lower(std::size_t part) const {
+  ColumnReader columns = columns_of(parts_[kLower][part]);
+  LowerRows lower;
+  columns.take_all(&lower.numbers);
+  columns.take_all(&lower.cells.types);
+  columns.take_all(&lower.cells.offsets);
+  columns.take_all(&lower.cells.connectivity);
+  columns.take(description_.cell_row_bytes(), &lower.rows);
+  columns.end();
+  const std::size_t count = lower.numbers.size();
+  const Vector<std::uint64_t>& ends = lower.cells.offsets;
+  if (lower.cells.types.size() != count ||
+      lower.rows.size() != count * description_.cell_row_bytes() || ends.size() != count + 1 ||
+      ends.front() != 0 || ends.back() != lower.cells.connectivity.size() ||
+      !std::is_sorted(ends.begin(), ends.end())) {
+    fail("cells of lower dimension have not as many rows as numbers");
+  }
+  return lower;
+}
+
+FusionBlock ProgressiveFile::block(std::size_t part) const {
+  ColumnReader columns = columns_of(parts_[kFusions][part]);
+  FusionBlock block;
+  block.point_row_ = description_.point_row_bytes();
+  block.cell_row_ = description_.cell_row_bytes();
+  Vector<std::uint8_t> packed;
+  columns.take_all(&block.kept_);
+  columns.take_all(&block.heads_);
+  columns.take_all(&block.points_);
+  columns.take(block.point_row_, &block.rows_);
+  columns.take_all(&packed);
+  columns.take_all(&block.tets_);
+  columns.take_all(&block.corners_);
+  columns.take_all(&block.elsewhere_);
+  columns.take(block.cell_row_, &block.tet_rows_);
+  columns.end();
+  const auto require = [this](bool holds) {
+    if (!holds) fail("a block of fusions has not as many rows as it says to hold");
+  };
+  require(block.heads_.size() == block.kept_.size());
+  std::uint64_t rows = 0, points = 0, star = 0, tets = 0, bits = 0;
+  for (const auto& head : block.heads_) {
+    const std::uint32_t gone = head[0] & 0xFF;
+    require(head[0] >> 8 <= 1 && gone >= 1 && gone <= kMaxGone && gone <= head[1]);
+    rows += std::uint64_t{head[1]} + (head[0] >> 8);
+    points += head[1];
+    star += head[2];
+    bits += std::uint64_t{head[2]} * (gone > 1 ? 2 : 1);
+    tets += head[3];
+  }
+  require(block.rows_.size() / block.point_row_ == rows && block.points_.size() == points &&
+          (bits + 7) / 8 == packed.size() && block.tets_.size() == tets &&
+          block.corners_.size() == tets && block.tet_rows_.size() == tets * block.cell_row_);
+  std::uint64_t elsewhere = 0;
+  for (const auto& codes : block.corners_) {
+    elsewhere += static_cast<std::uint64_t>(std::count(codes.begin(), codes.end(), kNoCode));
+  }
+  require(block.elsewhere_.size() == elsewhere);
+  block.star_.reserve(star);
+  std::size_t point = 0, tet = 0, bit = 0;
+  for (std::size_t i = 0; i < block.size(); ++i) {
+    const auto& [head, own_points, own_star, own_tets] = block.heads_[i];
+    for (std::uint32_t k = 0; k < own_points; ++k) block.points_[point++] += block.kept_[i];
+    TetId before = 0;
+    for (std::uint32_t k = 0; k < own_tets; ++k) before = block.tets_[tet++] += before;
+    const std::uint32_t width = (head & 0xFF) > 1 ? 2 : 1;
+    for (std::uint32_t k = 0; k < own_star; ++k) {
+      std::uint32_t whose = 0;
+      for (std::uint32_t b = 0; b < width; ++b, ++bit) {
+        whose |= (packed[bit / 8] >> bit % 8 & 1U) << b;
+      }
+      require(whose <= (head & 0xFF));
+      block.star_.push_back(static_cast<std::uint8_t>(whose));
+    }
+  }
+  return block;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,164 @@
+// A progressive file (FORMAT.md): a simplified mesh, and the fusions that led to it, in the order
+// in which they are to be undone, so that any level between it and the original can be had.
+//
+// Points and cells go by their numbers in the original; a row holds one point's position and
+// values, or one cell's values.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/vector.h"
+#include "io/mapped_file.h"
+#include "io/output_file.h"
+#include "io/packed_columns.h"
+#include "mesh/data_array.h"
+#include "mesh/fusion_log.h"
+#include "mesh/geometry.h"
+
+namespace tetfusion {
+
+// What is in the file, in all.
+struct ProgressiveCounts {
+  std::uint64_t points = 0;       // of the original; each is in the file once
+  std::uint64_t cells = 0;        // those of lower dimension, too
+  std::uint64_t tets = 0;         // of the original
+  std::uint64_t base_points = 0;  // of the simplified mesh
+  std::uint64_t base_tets = 0;
+  std::uint64_t fusions = 0;
+};
+
+struct ProgressiveDescription {
+  ValueType point_type = ValueType::kFloat32;  // or kFloat64
+  AttributeSet point_data, cell_data;          // tuples do not count
+  std::vector<DataArray> field_data;
+
+  std::size_t point_row_bytes() const;
+  std::size_t cell_row_bytes() const;
+};
+
+struct PointRows {
+  Vector<VertexId> numbers;  // ascending
+  Vector<std::byte> rows;
+};
+
+struct TetRows {
+  Vector<TetId> numbers;  // ascending
+  Vector<Tet> corners;    // numbers of points
+  Vector<std::byte> rows;
+};
+
+struct LowerRows {
+  Vector<TetId> numbers;  // ascending
+  LowerCells cells;
+  Vector<std::byte> rows;
+};
+
+// Writes front to back; the same bytes for any number of threads. The caller commits the file,
+// which must allow Access::kPatch.
+class ProgressiveWriter {
+ public:
+  ProgressiveWriter(OutputFile* file, const ProgressiveDescription& description);
+
+  // Of the simplified mesh. In this order, each once.
+  void put_points(const PointRows& points);
+  void put_tets(const TetRows& tets);
+  void put_lower(const LowerRows& lower);
+  // The points of the original that no cell uses.
+  void put_spare(const PointRows& points);
+  // In the order in which they are undone, the last one first.
+  void put(const FusionRecord& record);
+  void finish();
+
+ private:
+  void put_rows(const PointRows& points, std::uint32_t kind);
+  void end_block();
+  void add(ColumnPacker columns, std::uint32_t kind, std::uint64_t rows);
+  void write_waiting();
+
+  OutputFile* file_;
+  std::size_t point_row_ = 0, cell_row_ = 0;
+  ProgressiveCounts counts_;
+  std::vector<std::array<std::uint64_t, 6>> table_;
+  struct Waiting {
+    ColumnPacker columns;
+    std::uint32_t kind = 0;
+    std::uint64_t rows = 0;
+  };
+  std::vector<Waiting> waiting_;
+  FusionLog block_;
+};
+
+// Records of one block, one after another.
+class FusionBlock {
+ public:
+  std::size_t size() const { return kept_.size(); }
+  // The next record, of size() in all. Good until this object goes.
+  FusionRecord next();
+
+ private:
+  friend class ProgressiveFile;
+  Vector<VertexId> kept_, points_, elsewhere_;
+  Vector<std::array<std::uint32_t, 4>> heads_;  // gone and flags, points, star, tetrahedra
+  Vector<std::byte> rows_, tet_rows_;
+  Vector<std::uint8_t> star_;
+  Vector<TetId> tets_;
+  Vector<std::array<CornerCode, 4>> corners_;
+  std::size_t point_row_ = 0, cell_row_ = 0;
+  struct {
+    std::size_t record = 0, point = 0, row = 0, star = 0, tet = 0, elsewhere = 0;
+  } at_;
+};
+
+// Opened and found to have its length; what is read of it agrees with its checksums. That numbers
+// are in range whoever takes them has to see.
+class ProgressiveFile {
+ public:
+  // Throws Error(kIo) where it cannot be read, Error(kBadInput) where it is no such file, one of
+  // another version or byte order, or damaged.
+  static ProgressiveFile open(const std::string& path);
+
+  const std::string& path() const { return file_.path(); }
+  std::uint64_t bytes() const { return file_.size(); }
+  const ProgressiveCounts& counts() const { return counts_; }
+  const ProgressiveDescription& description() const { return description_; }
+
+  // Each in parts, which are to be taken one after another. Throws Error(kBadInput).
+  std::size_t parts_of_points() const { return parts_[1].size(); }
+  std::size_t parts_of_tets() const { return parts_[2].size(); }
+  std::size_t parts_of_lower() const { return parts_[3].size(); }
+  std::size_t parts_of_spare() const { return parts_[4].size(); }
+  std::size_t blocks() const { return parts_[5].size(); }
+  PointRows points(std::size_t part) const { return read_points(parts_[1][part]); }
+  TetRows tets(std::size_t part) const;
+  LowerRows lower(std::size_t part) const;
+  PointRows spare(std::size_t part) const { return read_points(parts_[4][part]); }
+  FusionBlock block(std::size_t part) const;
+
+  [[noreturn]] void fail(const std::string& what) const;
+  // Throws Error(kIo) where the file was shortened since it was opened. To be called after reading.
+  void check() const { file_.check(); }
+
+ private:
+  static constexpr std::size_t kKinds = 6;
+  struct Section {
+    std::uint64_t offset = 0, bytes = 0, raw_bytes = 0, checksum = 0, kind = 0, rows = 0;
+  };
+  explicit ProgressiveFile(MappedFile file);
+  void read_head();
+  void read_table(std::uint64_t offset, std::uint64_t sections, std::uint64_t sum);
+  void read_description();
+  std::span<const std::byte> bytes_of(const Section& section) const;
+  ColumnReader columns_of(const Section& section) const;
+  PointRows read_points(const Section& section) const;
+
+  MappedFile file_;
+  ProgressiveCounts counts_;
+  ProgressiveDescription description_;
+  std::array<std::vector<Section>, kKinds> parts_;
+};
+
+}  // namespace tetfusion

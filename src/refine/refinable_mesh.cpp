@@ -1,0 +1,199 @@
+#include "refine/refinable_mesh.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "mesh/split_cells.h"
+
+namespace tetfusion {
+
+void Stars::make_room(List* list, std::size_t count) {
+  if (count <= list->room) return;
+  const std::size_t begin = entries_.size();
+  list->room = static_cast<std::uint32_t>(count + count / 2);
+  entries_.resize(begin + list->room);
+  std::copy_n(entries_.data() + list->begin, list->count, entries_.data() + begin);
+  list->begin = begin;
+}
+
+void Stars::add(VertexId v, TetId tet) {
+  List& list = lists_[v];
+  make_room(&list, std::size_t{list.count} + 1);
+  entries_[list.begin + list.count++] = tet;
+}
+
+void Stars::replace(VertexId v, std::span<const TetId> tets) {
+  List& list = lists_[v];
+  list.count = 0;
+  make_room(&list, tets.size());
+  std::copy(tets.begin(), tets.end(), entries_.data() + list.begin);
+  list.count = static_cast<std::uint32_t>(tets.size());
+}
+
+RefinableMesh::RefinableMesh(const ProgressiveCounts& counts, std::size_t point_row_bytes,
+                             std::size_t cell_row_bytes, Fail fail)
+    : point_row_(point_row_bytes),
+      cell_row_(cell_row_bytes),
+      fail_(std::move(fail)),
+      shares_(kMaxGone + 1) {
+  point_rows_.resize(counts.points * point_row_);
+  cell_rows_.resize(counts.cells * cell_row_);
+  has_point_.assign(counts.points, 0);
+  types_.assign(counts.cells, 0);
+  corners_.resize(counts.cells);
+  lower_.offsets.push_back(0);
+  stars_.reset(counts.points);
+  stamp_.assign(counts.points, 0);
+}
+
+std::span<const VertexId> RefinableMesh::corners_of(std::size_t cell) const {
+  if (types_[cell] == kVtkTetra) return corners_[cell];
+  const std::size_t i = corners_[cell][0];
+  return std::span(lower_.connectivity)
+      .subspan(lower_.offsets[i], lower_.offsets[i + 1] - lower_.offsets[i]);
+}
+
+void RefinableMesh::add_point(VertexId v, const std::byte* row) {
+  require(v < has_point_.size() && has_point_[v] == 0,
+          "a point comes twice, or has a wrong number");
+  has_point_[v] = 1;
+  ++points_;
+  std::memcpy(point_rows_.data() + v * point_row_, row, point_row_);
+}
+
+void RefinableMesh::add_points(const PointRows& points) {
+  for (std::size_t i = 0; i < points.numbers.size(); ++i) {
+    add_point(points.numbers[i], points.rows.data() + i * point_row_);
+  }
+}
+
+void RefinableMesh::add_tet(TetId number, const Tet& corners, const std::byte* row) {
+  require(number < types_.size() && types_[number] == 0,
+          "a cell comes twice, or has a wrong number");
+  types_[number] = kVtkTetra;
+  corners_[number] = corners;
+  if (cell_row_ > 0) std::memcpy(cell_rows_.data() + number * cell_row_, row, cell_row_);
+  for (std::size_t c = 0; c < 4; ++c) {
+    require(is_point(corners[c]), "a tetrahedron names a point that there is not");
+    // A broken one of the original may name a point twice.
+    const auto end = corners.begin() + static_cast<std::ptrdiff_t>(c);
+    if (std::find(corners.begin(), end, corners[c]) == end) stars_.add(corners[c], number);
+  }
+  ++tets_;
+  ++cells_;
+}
+
+void RefinableMesh::add_tets(const TetRows& tets) {
+  for (std::size_t i = 0; i < tets.numbers.size(); ++i) {
+    add_tet(tets.numbers[i], tets.corners[i], tets.rows.data() + i * cell_row_);
+  }
+}
+
+void RefinableMesh::add_lower(const LowerRows& lower) {
+  for (std::size_t i = 0; i < lower.numbers.size(); ++i) {
+    const TetId number = lower.numbers[i];
+    const std::uint8_t type = lower.cells.types[i];
+    require(number < types_.size() && types_[number] == 0,
+            "a cell comes twice, or has a wrong number");
+    const std::span<const VertexId> corners =
+        std::span(lower.cells.connectivity)
+            .subspan(lower.cells.offsets[i], lower.cells.offsets[i + 1] - lower.cells.offsets[i]);
+    const bool is_lower = (type == kVtkVertex && corners.size() == 1) ||
+                          (type == kVtkLine && corners.size() == 2) ||
+                          (type == kVtkTriangle && corners.size() == 3);
+    require(is_lower, "a cell is of no type that it may be of");
+    require(std::all_of(corners.begin(), corners.end(), [&](VertexId v) { return is_point(v); }),
+            "a cell names a point that there is not");
+    types_[number] = type;
+    corners_[number][0] = static_cast<VertexId>(lower_.types.size());
+    lower_.types.push_back(type);
+    lower_.connectivity.insert(lower_.connectivity.end(), corners.begin(), corners.end());
+    lower_.offsets.push_back(lower_.connectivity.size());
+    if (cell_row_ > 0) {
+      std::memcpy(cell_rows_.data() + number * cell_row_, lower.rows.data() + i * cell_row_,
+                  cell_row_);
+    }
+    ++cells_;
+  }
+}
+
+void RefinableMesh::undo(const FusionRecord& record) {
+  require(is_point(record.kept), "a fusion is of a point that there is not");
+  const std::span<const TetId> star = stars_.of(record.kept);
+  star_.assign(star.begin(), star.end());
+  std::sort(star_.begin(), star_.end());
+  require(star_.size() == record.star.size(),
+          "a fusion has not as many tetrahedra as it says to have");
+  bring_points(record);
+  find_codes(record);
+  share_star(record);
+  bring_tets(record);
+}
+
+void RefinableMesh::bring_points(const FusionRecord& record) {
+  std::byte* kept = point_rows_.data() + record.kept * point_row_;
+  kept_row_.assign(kept, kept + point_row_);
+  row_.resize(point_row_);
+  const std::byte* from = record.rows.data();
+  const auto next_row = [&] {
+    for (std::size_t b = 0; b < point_row_; ++b) row_[b] = from[b] ^ kept_row_[b];
+    from += point_row_;
+  };
+  if (record.row_changed(point_row_)) {
+    next_row();
+    std::copy(row_.begin(), row_.end(), kept);
+  }
+  for (const VertexId v : record.points) {
+    next_row();
+    add_point(v, row_.data());
+  }
+}
+
+// As the kernel's notes have it: the kept vertex, the points that come back, the ring.
+void RefinableMesh::find_codes(const FusionRecord& record) {
+  ++stamped_;
+  codes_.clear();
+  const auto add = [&](VertexId v) {
+    if (stamp_[v] == stamped_) return;
+    stamp_[v] = stamped_;
+    codes_.push_back(v);
+  };
+  add(record.kept);
+  for (const VertexId v : record.points) add(v);
+  for (const TetId t : star_) {
+    for (const VertexId v : corners_[t]) add(v);
+  }
+}
+
+void RefinableMesh::share_star(const FusionRecord& record) {
+  for (std::vector<TetId>& share : shares_) share.clear();
+  for (std::size_t i = 0; i < star_.size(); ++i) {
+    const std::uint8_t whose = record.star[i];
+    shares_[whose].push_back(star_[i]);
+    if (whose == 0) continue;
+    Tet& tet = corners_[star_[i]];
+    *std::find(tet.begin(), tet.end(), record.kept) = record.points[whose - 1];
+  }
+  stars_.replace(record.kept, shares_[0]);
+  for (std::uint32_t i = 0; i < record.gone; ++i) stars_.replace(record.points[i], shares_[i + 1]);
+}
+
+void RefinableMesh::bring_tets(const FusionRecord& record) {
+  std::size_t elsewhere = 0;
+  for (std::size_t i = 0; i < record.tets.size(); ++i) {
+    Tet tet{};
+    for (std::size_t c = 0; c < 4; ++c) {
+      const CornerCode code = record.corners[i][c];
+      if (code == kNoCode) {
+        tet[c] = record.elsewhere[elsewhere++];
+      } else {
+        require(code < codes_.size(), "a tetrahedron names a point that there is not");
+        tet[c] = codes_[code];
+      }
+    }
+    add_tet(record.tets[i], tet, record.tet_rows.data() + i * cell_row_);
+  }
+}
+
+}  // namespace tetfusion

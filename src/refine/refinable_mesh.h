@@ -1,0 +1,96 @@
+// A mesh between its simplification and the original: fusions are undone on it one after another.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/vector.h"
+#include "io/progressive_file.h"
+#include "mesh/fusion_log.h"
+#include "mesh/geometry.h"
+
+namespace tetfusion {
+
+// The tetrahedra of each vertex, as lists that grow.
+class Stars {
+ public:
+  void reset(std::size_t vertices) { lists_.assign(vertices, List{}); }
+  std::span<const TetId> of(VertexId v) const {
+    return {entries_.data() + lists_[v].begin, lists_[v].count};
+  }
+  void add(VertexId v, TetId tet);
+  void replace(VertexId v, std::span<const TetId> tets);
+
+ private:
+  struct List {
+    std::uint64_t begin = 0;
+    std::uint32_t count = 0, room = 0;
+  };
+  void make_room(List* list, std::size_t count);
+
+  Vector<List> lists_;
+  Vector<TetId> entries_;
+};
+
+// Points and cells go by their numbers in the original. Whatever it is given, it stays consistent:
+// `fail`, which throws, is called with what is wrong; the mesh is of no use then.
+class RefinableMesh {
+ public:
+  using Fail = std::function<void(const std::string& what)>;
+  RefinableMesh(const ProgressiveCounts& counts, std::size_t point_row_bytes,
+                std::size_t cell_row_bytes, Fail fail);
+
+  // First all points and cells of the simplified mesh, points first; then fusions, in the order of
+  // the file. Points that no cell uses may come at any time.
+  void add_points(const PointRows& points);
+  void add_tets(const TetRows& tets);
+  void add_lower(const LowerRows& lower);
+  void undo(const FusionRecord& record);
+
+  std::uint64_t tets() const { return tets_; }
+  std::uint64_t points() const { return points_; }
+  std::uint64_t cells() const { return cells_; }
+  // VTK's type of a cell; 0: there is none of that number (yet).
+  std::uint8_t type_of(std::size_t cell) const { return types_[cell]; }
+  std::span<const VertexId> corners_of(std::size_t cell) const;
+  bool has_point(std::size_t point) const { return has_point_[point] != 0; }
+  const std::byte* point_row(std::size_t point) const {
+    return point_rows_.data() + point * point_row_;
+  }
+  const std::byte* cell_row(std::size_t cell) const { return cell_rows_.data() + cell * cell_row_; }
+
+ private:
+  void require(bool holds, const char* what) const {
+    if (!holds) fail_(what);
+  }
+  bool is_point(VertexId v) const { return v < has_point_.size() && has_point_[v] != 0; }
+  void add_point(VertexId v, const std::byte* row);
+  void add_tet(TetId number, const Tet& corners, const std::byte* row);
+  void find_codes(const FusionRecord& record);
+  void bring_points(const FusionRecord& record);
+  void share_star(const FusionRecord& record);
+  void bring_tets(const FusionRecord& record);
+
+  std::size_t point_row_, cell_row_;
+  Fail fail_;
+  Vector<std::byte> point_rows_, cell_rows_;
+  Vector<std::uint8_t> has_point_, types_;
+  Vector<Tet> corners_;  // of a cell of lower dimension: the first is its number in lower_
+  LowerCells lower_;
+  Stars stars_;
+  std::uint64_t tets_ = 0, cells_ = 0, points_ = 0;
+
+  // The fusion in hand.
+  std::vector<TetId> star_;
+  std::vector<std::vector<TetId>> shares_;  // of the star, by whose they were
+  std::vector<VertexId> codes_;             // what each code of a corner stands for
+  std::vector<std::byte> kept_row_, row_;
+  Vector<std::uint32_t> stamp_;
+  std::uint32_t stamped_ = 0;
+};
+
+}  // namespace tetfusion
