@@ -33,24 +33,29 @@ void ColumnPacker::put(std::span<const std::byte> rows, std::size_t stride) {
   }
 }
 
-Vector<std::byte> ColumnPacker::pack() const {
+Vector<std::byte> deflated(std::span<const std::byte> bytes) {
   const std::unique_ptr<libdeflate_compressor, FreeDeflate> deflater(
       libdeflate_alloc_compressor(kLevel));
   if (!deflater) throw Error(ErrorCode::kMemory, "out of memory while compressing the output");
-  Vector<std::byte> packed(libdeflate_zlib_compress_bound(deflater.get(), raw_.size()));
-  packed.resize(libdeflate_zlib_compress(deflater.get(), raw_.data(), raw_.size(), packed.data(),
+  Vector<std::byte> packed(libdeflate_zlib_compress_bound(deflater.get(), bytes.size()));
+  packed.resize(libdeflate_zlib_compress(deflater.get(), bytes.data(), bytes.size(), packed.data(),
                                          packed.size()));
   return packed;
 }
 
+Vector<std::byte> inflated(std::span<const std::byte> bytes, std::uint64_t expected) {
+  Vector<std::byte> out;
+  if (expected > max_decompressed_bytes(Compressor::kZlib, bytes.size())) return out;
+  out.resize(expected);
+  DecodeScratch scratch;
+  if (!decompress(Compressor::kZlib, bytes, out, &scratch)) out.clear();
+  return out;
+}
+
 ColumnReader::ColumnReader(std::span<const std::byte> packed, std::uint64_t raw_bytes, Fail fail)
     : fail_(std::move(fail)) {
-  if (raw_bytes > max_decompressed_bytes(Compressor::kZlib, packed.size())) {
-    fail_("is shorter than what it says to hold");
-  }
-  raw_.resize(raw_bytes);
-  DecodeScratch scratch;
-  if (!decompress(Compressor::kZlib, packed, raw_, &scratch)) fail_("cannot be inflated");
+  raw_ = inflated(packed, raw_bytes);
+  if (raw_.size() != raw_bytes) fail_("cannot be inflated");
   left_ = raw_;
 }
 

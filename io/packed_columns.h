@@ -12,6 +12,11 @@
 
 namespace tetfusion {
 
+// Throws Error(kMemory).
+Vector<std::byte> deflated(std::span<const std::byte> bytes);
+// As many bytes as are expected; none where these are not what is there.
+Vector<std::byte> inflated(std::span<const std::byte> bytes, std::uint64_t expected);
+
 // Takes columns one after another.
 class ColumnPacker {
  public:
@@ -24,7 +29,7 @@ class ColumnPacker {
 
   std::uint64_t raw_bytes() const { return raw_.size(); }
   // All columns, deflated. Throws Error(kMemory).
-  Vector<std::byte> pack() const;
+  Vector<std::byte> pack() const { return deflated(raw_); }
 
  private:
   Vector<std::byte> raw_;

@@ -22,7 +22,7 @@ constexpr std::array<char, 8> kMagic{'T', 'F', 'P', 'R', 'O', 'G', 'R', 'S'};
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::uint32_t kVersion = 1;
 
-enum Kind : std::uint32_t { kDescription, kPoints, kTets, kLower, kSpare, kFusions };
+enum Kind : std::uint32_t { kDescription, kPoints, kTets, kLower, kSpare, kFusions, kRewound };
 
 // Rows a section, and records a block: some hundred kilobytes.
 constexpr std::size_t kRowsPerSection = std::size_t{1} << 16;
@@ -197,6 +197,13 @@ void ProgressiveWriter::put_lower(const LowerRows& lower) {
   columns.put_all(lower.cells.connectivity);
   columns.put(lower.rows, cell_row_);
   add(std::move(columns), kLower, count);
+}
+
+void ProgressiveWriter::put_rewound(const Vector<TetId>& numbers) {
+  if (numbers.empty()) return;
+  ColumnPacker columns;
+  columns.put_all(numbers);
+  add(std::move(columns), kRewound, numbers.size());
 }
 
 void ProgressiveWriter::put(const FusionRecord& record) {
@@ -485,6 +492,14 @@ LowerRows ProgressiveFile::lower(std::size_t part) const {
     fail("cells of lower dimension have not as many rows as numbers");
   }
   return lower;
+}
+
+Vector<TetId> ProgressiveFile::rewound(std::size_t part) const {
+  ColumnReader columns = columns_of(parts_[kRewound][part]);
+  Vector<TetId> numbers;
+  columns.take_all(&numbers);
+  columns.end();
+  return numbers;
 }
 
 FusionBlock ProgressiveFile::block(std::size_t part) const {

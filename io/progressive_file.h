@@ -69,6 +69,8 @@ class ProgressiveWriter {
   void put_lower(const LowerRows& lower);
   // The points of the original that no cell uses.
   void put_spare(const PointRows& points);
+  // Tetrahedra of the original whose last two corners are the other way round.
+  void put_rewound(const Vector<TetId>& numbers);
   // In the order in which they are undone, the last one first.
   void put(const FusionRecord& record);
   void finish();
@@ -132,18 +134,20 @@ class ProgressiveFile {
   std::size_t parts_of_lower() const { return parts_[3].size(); }
   std::size_t parts_of_spare() const { return parts_[4].size(); }
   std::size_t blocks() const { return parts_[5].size(); }
+  std::size_t parts_of_rewound() const { return parts_[6].size(); }
   PointRows points(std::size_t part) const { return read_points(parts_[1][part]); }
   TetRows tets(std::size_t part) const;
   LowerRows lower(std::size_t part) const;
   PointRows spare(std::size_t part) const { return read_points(parts_[4][part]); }
   FusionBlock block(std::size_t part) const;
+  Vector<TetId> rewound(std::size_t part) const;
 
   [[noreturn]] void fail(const std::string& what) const;
   // Throws Error(kIo) where the file was shortened since it was opened. To be called after reading.
   void check() const { file_.check(); }
 
  private:
-  static constexpr std::size_t kKinds = 6;
+  static constexpr std::size_t kKinds = 7;
   struct Section {
     std::uint64_t offset = 0, bytes = 0, raw_bytes = 0, checksum = 0, kind = 0, rows = 0;
   };

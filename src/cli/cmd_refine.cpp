@@ -78,7 +78,8 @@ void run(Arguments* a) {
   console.detail_resources();
   if (a->report.empty()) return;
   Json json = report_of(*a, r);
-  json["seconds"] = {{"total", wall_seconds() - start}};
+  json["seconds"] = r.seconds;
+  json["seconds"]["total"] = wall_seconds() - start;
   json["cpu_seconds"] = cpu_seconds();
   json["peak_rss_bytes"] = peak_rss_bytes();
   json["threads"] = thread_count();

@@ -10,6 +10,7 @@
 #include "driver/windows.h"
 #include "io/mesh_stream.h"
 #include "io/progressive_file.h"
+#include "mesh/predicates.h"
 
 namespace tetfusion {
 
@@ -75,7 +76,7 @@ class Recorder {
   void note_points(const RoundLogs& logs);
   void put_base(ProgressiveWriter* writer);
   LowerRows lower_rows() const;
-  PointRows read_spare(MeshSource* source, const CarriedArrays& carried) const;
+  PointRows read_spare(const MeshStream& stream, const CarriedArrays& carried) const;
 
  private:
   void add_chunk(const WorkMesh<Real>& chunk);
@@ -99,7 +100,7 @@ void Recorder<Real>::add_chunk(const WorkMesh<Real>& chunk) {
     points_.rows.resize(points_.rows.size() + point_row);
     copy_point_row(chunk, v, points_.rows.data() + points_.rows.size() - point_row);
   }
-  const std::span<const TetId> numbers = tet_numbers(chunk);
+  const std::span<const TetId> numbers = original_numbers(chunk);
   for (std::size_t t = 0; t < chunk.tets.size(); ++t) {
     Tet tet = chunk.tets[t];
     for (VertexId& v : tet) v = chunk.point_ids[v];
@@ -169,10 +170,9 @@ LowerRows Recorder<Real>::lower_rows() const {
 
 // Those of the input that are nowhere else.
 template <class Real>
-PointRows Recorder<Real>::read_spare(MeshSource* source, const CarriedArrays& carried) const {
+PointRows Recorder<Real>::read_spare(const MeshStream& stream, const CarriedArrays& carried) const {
   PointRows spare;
   if (std::find(known_.begin(), known_.end(), 0) == known_.end()) return spare;
-  const auto stream = open_stream(source);
   std::vector<Column> columns = layout_.point_columns;
   Vector<Vec3<Real>> positions;
   for (std::uint64_t first = 0; first < known_.size(); first += kWindow) {
@@ -183,8 +183,8 @@ PointRows Recorder<Real>::read_spare(MeshSource* source, const CarriedArrays& ca
       continue;
     }
     positions.resize(count);
-    stream->read_points(first, count, std::as_writable_bytes(std::span(positions)));
-    read_columns(*stream, Association::kPoint, carried.point_indices, first, count, &columns);
+    stream.read_points(first, count, std::as_writable_bytes(std::span(positions)));
+    read_columns(stream, Association::kPoint, carried.point_indices, first, count, &columns);
     for (std::uint64_t i = 0; i < count; ++i) {
       if (known_[first + i] != 0) continue;
       spare.numbers.push_back(static_cast<VertexId>(first + i));
@@ -193,6 +193,27 @@ PointRows Recorder<Real>::read_spare(MeshSource* source, const CarriedArrays& ca
     }
   }
   return spare;
+}
+
+// The tetrahedra of the input that an import winds the other way round (mesh/chunk_inspection.h).
+template <class Real>
+Vector<TetId> find_rewound(const MeshStream& stream) {
+  Vector<Vec3<Real>> positions(stream.points());
+  stream.read_points(0, stream.points(), std::as_writable_bytes(std::span(positions)));
+  Vector<TetId> rewound;
+  CellWindow window;
+  for (std::uint64_t first = 0; first < stream.cells(); first += kWindow) {
+    stream.read_cells(first, std::min(kWindow, stream.cells() - first), &window);
+    for (std::size_t i = 0; i < window.tets.size(); ++i) {
+      Tet sorted = window.tets[i];
+      if (determinant(positions, window.tets[i]).sign() >= 0) continue;
+      std::sort(sorted.begin(), sorted.end());
+      if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) continue;
+      rewound.push_back(
+          static_cast<TetId>(window.tet_rows.empty() ? first + i : window.tet_rows[i]));
+    }
+  }
+  return rewound;
 }
 
 // Whose turn it is: the log of which the smallest share has been undone.
@@ -248,16 +269,17 @@ std::uint64_t log_bytes_per_tet(const MeshDescription& mesh) {
 template <class Real>
 void write_progressive(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
                        const LowerPart<Real>& lower, const CarriedArrays& carried,
-                       const RoundLogs& logs, MeshSource* source, const RunContext& context,
-                       OutputFile* file) {
-  const std::uint64_t points = open_stream(source)->points();
-  Recorder<Real> recorder(mesh, layout, lower, points);
+                       const RoundLogs& logs, bool some_rewound, MeshSource* source,
+                       const RunContext& context, OutputFile* file) {
+  const auto stream = open_stream(source);
+  Recorder<Real> recorder(mesh, layout, lower, stream->points());
   recorder.gather_base();
   recorder.note_points(logs);
   ProgressiveWriter writer(file, describe(carried, source));
   recorder.put_base(&writer);
   writer.put_lower(recorder.lower_rows());
-  writer.put_spare(recorder.read_spare(source, carried));
+  writer.put_spare(recorder.read_spare(*stream, carried));
+  if (some_rewound) writer.put_rewound(find_rewound<Real>(*stream));
   for (auto round = logs.rbegin(); round != logs.rend(); ++round) {
     context.check();
     put_round(*round, &writer);
@@ -267,9 +289,9 @@ void write_progressive(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
 
 template void write_progressive(const MacroLod<float>&, const WorkMesh<float>&,
                                 const LowerPart<float>&, const CarriedArrays&, const RoundLogs&,
-                                MeshSource*, const RunContext&, OutputFile*);
+                                bool, MeshSource*, const RunContext&, OutputFile*);
 template void write_progressive(const MacroLod<double>&, const WorkMesh<double>&,
                                 const LowerPart<double>&, const CarriedArrays&, const RoundLogs&,
-                                MeshSource*, const RunContext&, OutputFile*);
+                                bool, MeshSource*, const RunContext&, OutputFile*);
 
 }  // namespace tetfusion

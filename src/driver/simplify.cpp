@@ -526,18 +526,14 @@ void Job::write_progressive(const CarriedArrays& carried, const WorkMesh<Real>& 
                             "leave out --progressive, or convert the mesh first",
                             request_.input, format_count(facts.ghost_cells)));
   }
-  if (facts.rewound > 0) {
-    context_.say(
-        fmt::format("{} cells were wound the other way than VTK winds them: 'tetfusion "
-                    "refine' brings them back rewound",
-                    format_count(facts.rewound)));
-  }
   clock_.begin("progressive");
   auto rows = layout;
   rows.cell_columns.push_back(number_column());
   LowerPart<Real>& lower = state->input.lower;
-  tetfusion::write_progressive(state->input.mesh, rows, lower, carried, logs_, source_.get(),
-                               context_, file);
+  // Those that are inverted were wound the other way, too.
+  const bool some_rewound = facts.rewound + facts.inverted > 0;
+  tetfusion::write_progressive(state->input.mesh, rows, lower, carried, logs_, some_rewound,
+                               source_.get(), context_, file);
   lower.columns.pop_back();
   logs_ = {};
   clock_.begin("write");

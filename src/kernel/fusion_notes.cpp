@@ -21,7 +21,7 @@ void FusionNotes<Real>::begin(const WorkMesh<Real>* mesh, FusionLog* log) {
 template <class Real>
 void FusionNotes<Real>::before(VertexId kept, std::span<const VertexId> gone,
                                std::span<const TetId> deleted) {
-  const std::span<const TetId> numbers = tet_numbers(*mesh_);
+  const std::span<const TetId> numbers = original_numbers(*mesh_);
   kept_ = kept;
   gone_ = static_cast<std::uint32_t>(gone.size());
   back_.assign(gone.begin(), gone.end());
@@ -30,6 +30,9 @@ void FusionNotes<Real>::before(VertexId kept, std::span<const VertexId> gone,
             [&](TetId a, TetId b) { return numbers[a] < numbers[b]; });
   std::sort(star_.begin(), star_.end(),
             [&](const StarTet& a, const StarTet& b) { return numbers[a.tet] < numbers[b.tet]; });
+  // A broken one may name the kept vertex twice.
+  const auto is_same = [](const StarTet& a, const StarTet& b) { return a.tet == b.tet; };
+  star_.erase(std::unique(star_.begin(), star_.end(), is_same), star_.end());
   ++stamped_;
   find_swallowed();
   codes_ = 0;

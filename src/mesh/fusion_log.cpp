@@ -89,7 +89,7 @@ void copy_tet_row(const WorkMesh<Real>& mesh, std::size_t tet, std::byte* out) {
 }
 
 template <class Real>
-std::span<const TetId> tet_numbers(const WorkMesh<Real>& mesh) {
+std::span<const TetId> original_numbers(const WorkMesh<Real>& mesh) {
   const Column& c = mesh.cell_columns.back();
   return {reinterpret_cast<const TetId*>(c.rows.data()), mesh.tets.size()};
 }
@@ -102,7 +102,7 @@ template void copy_point_row(const WorkMesh<float>&, std::size_t, std::byte*);
 template void copy_point_row(const WorkMesh<double>&, std::size_t, std::byte*);
 template void copy_tet_row(const WorkMesh<float>&, std::size_t, std::byte*);
 template void copy_tet_row(const WorkMesh<double>&, std::size_t, std::byte*);
-template std::span<const TetId> tet_numbers(const WorkMesh<float>&);
-template std::span<const TetId> tet_numbers(const WorkMesh<double>&);
+template std::span<const TetId> original_numbers(const WorkMesh<float>&);
+template std::span<const TetId> original_numbers(const WorkMesh<double>&);
 
 }  // namespace tetfusion

@@ -80,6 +80,6 @@ template <class Real>
 void copy_tet_row(const WorkMesh<Real>& mesh, std::size_t tet, std::byte* out);
 // The tetrahedra's numbers in the input: the last of the cell columns, where a log is kept.
 template <class Real>
-std::span<const TetId> tet_numbers(const WorkMesh<Real>& mesh);
+std::span<const TetId> original_numbers(const WorkMesh<Real>& mesh);
 
 }  // namespace tetfusion

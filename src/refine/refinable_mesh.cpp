@@ -131,6 +131,13 @@ void RefinableMesh::undo(const FusionRecord& record) {
   bring_tets(record);
 }
 
+void RefinableMesh::rewind(std::span<const TetId> tets) {
+  for (const TetId t : tets) {
+    require(t < types_.size() && types_[t] == kVtkTetra, "a cell to be rewound is no tetrahedron");
+    std::swap(corners_[t][2], corners_[t][3]);
+  }
+}
+
 void RefinableMesh::bring_points(const FusionRecord& record) {
   std::byte* kept = point_rows_.data() + record.kept * point_row_;
   kept_row_.assign(kept, kept + point_row_);

@@ -50,6 +50,8 @@ class RefinableMesh {
   void add_tets(const TetRows& tets);
   void add_lower(const LowerRows& lower);
   void undo(const FusionRecord& record);
+  // Winds these tetrahedra the other way.
+  void rewind(std::span<const TetId> tets);
 
   std::uint64_t tets() const { return tets_; }
   std::uint64_t points() const { return points_; }

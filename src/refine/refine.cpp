@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/resources.h"
 #include "refine/refinable_mesh.h"
 #include "refine/write_level.h"
 
@@ -38,6 +39,8 @@ constexpr double kRefineShare = 0.6;
 RefineReport refine(const RefineRequest& request, const RunContext& context) {
   check_request(request);
   context.report("reading", 0);
+  PhaseClock clock;
+  clock.begin("read");
   const ProgressiveFile file = ProgressiveFile::open(request.input);
   RefineReport report;
   report.counts = file.counts();
@@ -52,6 +55,7 @@ RefineReport refine(const RefineRequest& request, const RunContext& context) {
   for (std::size_t i = 0; i < file.parts_of_lower(); ++i) mesh.add_lower(file.lower(i));
   if (mesh.tets() != report.counts.base_tets) file.fail("the file has not the tetrahedra it names");
   report.reached = mesh.tets() <= goal;
+  clock.begin("undo");
   bool goes_on = true;
   for (std::size_t b = 0; b < file.blocks() && goes_on; ++b) {
     context.check();
@@ -70,6 +74,7 @@ RefineReport refine(const RefineRequest& request, const RunContext& context) {
   }
   if (goes_on) {
     for (std::size_t i = 0; i < file.parts_of_spare(); ++i) mesh.add_points(file.spare(i));
+    for (std::size_t i = 0; i < file.parts_of_rewound(); ++i) mesh.rewind(file.rewound(i));
     const bool is_whole = mesh.points() == report.counts.points &&
                           mesh.cells() == report.counts.cells && mesh.tets() == report.counts.tets;
     if (!is_whole) file.fail("the file has not the points and cells it names");
@@ -82,7 +87,10 @@ RefineReport refine(const RefineRequest& request, const RunContext& context) {
   };
   report.tets = mesh.tets();
   report.points = mesh.points();
+  clock.begin("write");
   write_level(mesh, file, request.output, write);
+  clock.end();
+  report.seconds = clock.seconds();
   context.report("done", 1);
   return report;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -25,6 +26,7 @@ struct RefineReport {
   std::uint64_t file_bytes = 0;
   std::uint64_t tets = 0, points = 0;  // of the result
   std::uint64_t undone = 0;            // fusions
+  std::map<std::string, double> seconds;  // by phase
   bool reached = true;                 // false: the goal is below what the file begins with
 };
 
