@@ -12,7 +12,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "support")]
 
 INVALID, USAGE, BAD, IO, MEMORY, INTERRUPTED = 1, 2, 3, 4, 5, 130
-COMMANDS = ("simplify", "info", "check", "compare", "apply", "convert", "generate")
+COMMANDS = ("simplify", "info", "check", "compare", "apply", "refine", "convert", "generate")
 _command = None
 
 

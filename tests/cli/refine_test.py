@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""simplify --progressive, and refine. Usage: refine_test.py TETFUSION"""
+import pathlib
+
+import numpy as np
+
+from harness import BAD, IO, MEMORY, USAGE, FolderTest, finish, main, report_of, run
+from independent_check import Vtu
+from sample_meshes import mesh_of_all_sorts
+
+DATA = pathlib.Path(__file__).resolve().parents[3] / "shared" / "data"
+WAYS = {"fuse": ["--reduction", "90%"], "chunks": ["--reduction", "90%", "--chunk-tets", "3k"],
+        "moving": ["--reduction", "90%", "--boundary", "1%", "--chunk-tets", "3k"],
+        "tetfuse": ["--method", "tetfuse", "--chunk-tets", "4k"]}
+
+
+class Refine(FolderTest):
+    def simplify(self, path, *options, name="out.vtu"):
+        out, back = self.folder / name, self.folder / "run.tfp"
+        run("simplify", path, "-o", out, "--progressive", back, "--quiet", *options)
+        return out, back
+
+    def assert_same(self, first, second):
+        """Number by number, bit by bit."""
+        a, b = Vtu(first), Vtu(second)
+        self.assertEqual(a.points.tobytes(), b.points.tobytes())
+        np.testing.assert_array_equal(a.tets, b.tets)
+        for kind in a.arrays:
+            self.assertEqual(list(a.arrays[kind]), list(b.arrays[kind]))
+            for name, (_, values) in a.arrays[kind].items():
+                self.assertEqual(np.asarray(values).tobytes(), np.asarray(b.arrays[kind][name][1]).tobytes(), name)
+
+    def test_back_to_the_original(self):
+        path = self.generate("--jitter", "0.5", "--shuffle", tets="30k")
+        for name, options in WAYS.items():
+            with self.subTest(name):
+                out, back = self.simplify(path, *options)
+                report = report_of("refine", back, "-o", self.folder / "full.vtu")
+                self.assertEqual(report["base"]["tets"], len(Vtu(out).tets))
+                self.assertEqual(report["result"], report["original"])
+                self.assertEqual(report["undone"], report["fusions"])
+                self.assertEqual((self.folder / "full.vtu").read_bytes(), path.read_bytes())
+
+    def test_levels_are_valid_and_come_nearer(self):
+        path = self.generate("--jitter", "0.5", tets="30k")
+        _, back = self.simplify(path, "--reduction", "90%", "--chunk-tets", "6k")
+        level, errors = self.folder / "level.vtu", []
+        full = report_of("refine", back, "-o", level)
+        base, tets = full["base"]["tets"], full["original"]["tets"]
+        for i in range(11):
+            goal = base + (tets - base) * i // 10
+            report = report_of("refine", back, "-o", level, "--tets", goal)
+            self.assertTrue(goal - 40 < report["result"]["tets"] <= goal)
+            run("check", level)
+            found = report_of("compare", path, level)
+            errors.append(max(a.get("rms", 0) for a in found["arrays"] if a["association"] == "point"))
+        self.assertEqual(errors, sorted(errors, reverse=True))
+        self.assertEqual(errors[-1], 0)
+        self.assertGreater(errors[0], 0)
+        half = report_of("refine", back, "-o", level, "--reduction", "50%")["result"]["tets"]
+        self.assertTrue(tets / 2 - 40 < half <= tets / 2 + 1)
+
+    def test_cells_of_lower_dimension_and_order(self):
+        path = self.write(mesh_of_all_sorts())
+        _, back = self.simplify(path, "--reduction", "50%")
+        run("refine", back, "-o", self.folder / "full.vtu", "--quiet")
+        # Those before the tetrahedra stay before them.
+        self.assertEqual(Vtu(self.folder / "full.vtu").arrays["cell"]["id"][1].ravel().tolist(),
+                         list(range(len(Vtu(path).arrays["cell"]["id"][1]))))
+        self.assert_same(path, self.folder / "full.vtu")
+
+    def test_other_formats_and_encodings(self):
+        path = self.generate(tets="5k")
+        _, back = self.simplify(path, "--reduction", "50%")
+        for name, options in {"z.vtu": ["--encoding", "zlib"], "a.vtu": ["--encoding", "ascii"], "m.msh": []}.items():
+            run("refine", back, "-o", self.folder / name, "--quiet", *options)
+            run("convert", self.folder / name, self.folder / "plain.vtu", "--quiet")
+            if name.endswith(".vtu"):
+                self.assertEqual((self.folder / "plain.vtu").read_bytes(), path.read_bytes())
+            else:
+                np.testing.assert_array_equal(Vtu(self.folder / "plain.vtu").tets, Vtu(path).tets)
+        stdout = run("refine", back, "-o", "-")
+        self.assertEqual(stdout, path.read_bytes())
+
+    def test_messages_and_exit_codes(self):
+        path = self.generate(tets="5k")
+        out, back = self.simplify(path, "--reduction", "50%")
+        new = self.folder / "new.vtu"
+        before = out.read_bytes()
+        run("refine", back, "-o", new, "--tets", "100", "--reduction", "10%", code=USAGE)
+        run("refine", back, "-o", new, "--tets", "0", code=USAGE)
+        run("refine", back, "-o", new, "--reduction", "100%", code=USAGE)
+        run("refine", back, "-o", back, code=USAGE)
+        run("refine", path, "-o", new, code=BAD)
+        run("refine", self.folder / "none.tfp", "-o", new, code=IO)
+        run("refine", back, "-o", self.folder / "no" / "where.vtu", code=IO)
+        for options in (["--conserve"], ["--lods", "10%,20%"], ["--resume"], ["--tetrahedralize"]):
+            name = "l_{lod}.vtu" if "--lods" in options else "out.vtu"
+            run("simplify", path, "-o", self.folder / name, "--progressive", self.folder / "2.tfp", "--reduction", "50%",
+                *options, code=USAGE)
+        run("simplify", path, "-o", out, "--progressive", path, "--reduction", "50%", code=USAGE)
+        damaged = bytearray(back.read_bytes())
+        damaged[len(damaged) // 2] ^= 1
+        bad = self.folder / "bad.tfp"
+        bad.write_bytes(damaged)
+        run("refine", bad, "-o", new, code=BAD)
+        bad.write_bytes(damaged[:-100])
+        run("refine", bad, "-o", new, code=BAD)
+        self.assertFalse(new.exists())
+        self.assertFalse((self.folder / "2.tfp").exists())
+        self.assertEqual(out.read_bytes(), before)
+        said = finish("refine", back, "-o", new, "--tets", "7").stderr.decode()
+        self.assertIn("no level of it has fewer", said)
+
+    def test_a_mesh_that_does_not_fit_is_refused(self):
+        path = self.generate(tets="400k")
+        run("simplify", path, "-o", self.folder / "out.vtu", "--progressive", self.folder / "run.tfp", "--reduction", "50%",
+            "--memory", "120M", code=MEMORY)
+        self.assertEqual(self.files(), [path.name])
+
+    def test_the_verified_result_has_its_way_back(self):
+        path = self.generate(tets="10k")
+        self.simplify(path, "--reduction", "50%", "--verify", "--map", self.folder / "run.map", "--original-ids")
+        self.assertEqual(self.files(), ["generated.vtu", "out.vtu", "run.map", "run.tfp"])
+        run("refine", self.folder / "run.tfp", "-o", self.folder / "full.vtu", "--quiet")
+        self.assertEqual((self.folder / "full.vtu").read_bytes(), path.read_bytes())
+
+    def test_real_meshes(self):
+        if not DATA.exists():
+            self.skipTest("no real meshes here")
+        for name in ("spx", "bluntfin"):
+            path = DATA / f"{name}.vtu"
+            _, back = self.simplify(path, "--reduction", "80%", "--chunk-tets", "20k")
+            run("refine", back, "-o", self.folder / "full.vtu", "--quiet")
+            self.assert_same(path, self.folder / "full.vtu")
+
+
+if __name__ == "__main__":
+    main()
