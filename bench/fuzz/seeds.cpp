@@ -265,6 +265,8 @@ std::vector<std::string> command_seeds() {
       "check\nin.vtu\n--strict\n--memory\n1G\n--scratch\n/tmp\n--report\n-",
       "check\nin.vtu\n--fix\nout.vtu",
       "apply\nrun.map\nin.vtu\n-o\nout.vtu\n--array\nf",
+      "simplify\nin.vtu\n-o\nout.vtu\n--progressive\nrun.tfp",
+      "refine\nrun.tfp\n-o\nout.vtu\n--tets\n10k",
       "simplify\nin.vtu\n-o\nout.vtu\n--map\nrun.map\n--original-ids\n--roi\nbox:0,0,0,1,1,1",
       "info\nin.vtu\n--verbose",
       "convert\nin.vtu\nout.msh\n--encoding\nascii",

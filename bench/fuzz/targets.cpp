@@ -15,6 +15,7 @@ std::span<const Target> targets() {
        {"tetgen", read_tetgen, tetgen_seeds},
        {"chunk_store", read_chunk_store, chunk_store_seeds},
        {"map", read_map, map_seeds},
+       {"progressive", read_progressive, progressive_seeds},
        {"command_line", run_command, command_seeds}}};
   return kTargets;
 }

@@ -37,6 +37,11 @@ void read_chunk_store(Input);
 // A map, and what follows it; again with its checksums put right.
 void read_map(Input);
 
+// A progressive file, refined; again with its checksums put right. What does not begin as one says
+// which bytes of one, before it is deflated, are to be changed: five bytes each, the section's
+// number, three of a place, and what is different there.
+void read_progressive(Input);
+
 // Arguments, one a line. The command runs as it does for users, but that no file can be opened.
 void run_command(Input);
 
@@ -53,6 +58,7 @@ std::vector<std::string> gmsh_seeds();
 std::vector<std::string> tetgen_seeds();
 std::vector<std::string> chunk_store_seeds();
 std::vector<std::string> map_seeds();
+std::vector<std::string> progressive_seeds();
 std::vector<std::string> command_seeds();
 
 }  // namespace tetfusion::fuzz
