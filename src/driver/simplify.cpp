@@ -67,6 +67,7 @@ class Job {
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
   bool looks_at_result() const { return request_.verify || !request_.map.empty(); }
+  void refuse_ghosts(const InputFacts& facts) const;
   bool keeps_logs() const { return !request_.progressive.empty(); }
   bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
@@ -456,6 +457,7 @@ template <class Real>
 void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
                      std::unique_ptr<Rounds<Real>> rounds, RunState<Real>* state) {
   if (looks_at_result()) require_boundary(request_.input, state->input.facts);
+  if (keeps_logs()) refuse_ghosts(state->input.facts);
   for (std::size_t i = state->outputs.size(); i < stages_.size(); ++i) {
     clock_.begin("passes");
     const bool reached = reach(stages_[i].tets, rounds.get(), state);
@@ -515,17 +517,19 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
   }
 }
 
+void Job::refuse_ghosts(const InputFacts& facts) const {
+  if (facts.ghost_cells == 0) return;
+  throw Error(ErrorCode::kUsage,
+              fmt::format("{}: {} cells are ghosts, which a progressive file cannot bring back: "
+                          "leave out --progressive, or convert the mesh first",
+                          request_.input, format_count(facts.ghost_cells)));
+}
+
 // Takes the numbers of cells of lower dimension out, too.
 template <class Real>
 void Job::write_progressive(const CarriedArrays& carried, const WorkMesh<Real>& layout,
                             RunState<Real>* state, OutputFile* file) {
   const InputFacts& facts = state->input.facts;
-  if (facts.ghost_cells > 0) {
-    throw Error(ErrorCode::kUsage,
-                fmt::format("{}: {} cells are ghosts, which a progressive file cannot bring back: "
-                            "leave out --progressive, or convert the mesh first",
-                            request_.input, format_count(facts.ghost_cells)));
-  }
   clock_.begin("progressive");
   auto rows = layout;
   rows.cell_columns.push_back(number_column());
