@@ -143,8 +143,10 @@ void SharedSeries::look_at_steps() {
   sums_->finish(context_);
 }
 
-// At the points of each step, as a share of the array's range there.
+// At the points of each step, as a share of the array's range there. With tetfuse an array's own
+// share is a tolerance, for the sums.
 double SharedSeries::bound_of(std::size_t array) const {
+  if (request_.job.behaviour.method != Method::kFuse) return kInfinity;
   const ErrorLimits limits = error_limits(request_.job.behaviour, limits_of(arrays_));
   return arrays_[array].tolerance.value_or(limits.max_error);
 }
@@ -206,10 +208,15 @@ SimplifyRequest SharedSeries::job(double share) const {
   bool bounded = false;
   for (std::size_t f = 0; f < sums_->fields().size(); ++f) {
     if (!(sums_->range(f) > 0)) continue;
+    const SteeringChoice& array = arrays_[sums_->array_of(f)];
     const double bound = bound_of(sums_->array_of(f));
     std::string text = sums_->fields()[f].name;
-    if (bound < kInfinity) text += fmt::format(":{}", share * bound / sums_->range(f));
-    bounded |= bound < kInfinity;
+    if (bound < kInfinity) {
+      text += fmt::format(":{}", share * bound / sums_->range(f));
+      bounded = true;
+    } else if (array.tolerance) {
+      text += fmt::format(":{}", *array.tolerance);
+    }
     b.arrays.push_back(std::move(text));
     largest = std::max(largest, sums_->range(f));
   }

@@ -34,6 +34,11 @@ class SeriesTest(FolderTest):
     def simplify(self, steps, *options, out="out_{step}.vtu", code=0):
         return report_of("simplify", *steps, "-o", self.folder / out, *options, "--quiet", code=code)
 
+    def least_memory(self, steps, *options):
+        """With which the mesh is on disk."""
+        refused = finish("simplify", *steps, "-o", self.folder / "out_{step}.vtu", *options, "--memory", "10M").stderr.decode()
+        return re.search(r"give --memory (\d+M)", refused)[1]
+
     def outputs(self, pattern="out_*.vtu"):
         return sorted(self.folder.glob(pattern))
 
@@ -150,17 +155,22 @@ class Shared(SeriesTest):
         options = ["--max-error", "3%", "--array", "front", "--chunk-tets", "8k"]
         self.simplify(steps, *options, "--threads", "1")
         first = [p.read_bytes() for p in self.outputs()]
-        for threads, memory in itertools.product("12", ("120M", "2G")):
-            self.simplify(steps, *options, "--threads", threads, "--memory", memory)
+        for threads, on_disk in itertools.product("12", (True, False)):
+            memory = self.least_memory(steps, *options, "--threads", threads) if on_disk else "2G"
+            report = self.simplify(steps, *options, "--threads", threads, "--memory", memory)
+            self.assertEqual(report["scratch_bytes"] > 0, on_disk)
             self.assertEqual([p.read_bytes() for p in self.outputs()], first)
 
     def test_memory_does_not_grow_with_the_number_of_steps(self):
         steps = [self.generate("--jitter", "0.5", "--time", str(t / 4), tets="200k", name=f"s{t:02d}.vtu") for t in range(20)]
-        options = [*GOAL, "--array", "front", "--chunk-tets", "10k", "--threads", "1", "--memory", "160M"]
-        peaks = [self.simplify(steps[:n], *options, out=f"{n}_{{step}}.vtu")["peak_rss_bytes"] for n in (8, 20)]
+        options = [*GOAL, "--array", "front", "--chunk-tets", "10k", "--threads", "1"]
+        memory = self.least_memory(steps, *options)
+        reports = [self.simplify(steps[:n], *options, "--memory", memory, out=f"{n}_{{step}}.vtu") for n in (8, 20)]
+        self.assertGreater(reports[0]["scratch_bytes"], 0)
+        peaks = [r["peak_rss_bytes"] for r in reports]
         self.assertLess(peaks[1], peaks[0] + (6 << 20))
         if b"__asan_init" not in pathlib.Path(command()).read_bytes():
-            self.assertLess(max(peaks), 160 << 20)
+            self.assertLess(max(peaks), int(memory[:-1]) << 20)
 
     def test_a_map_takes_other_results_along(self):
         steps = self.steps(2)
@@ -180,6 +190,12 @@ class Shared(SeriesTest):
         self.assertGreater(right[1], 1.1 * right[0])
         said = finish("simplify", *steps, "-o", self.folder / "x_{step}.vtu", *GOAL, "--weight", "none")
         self.assertEqual(said.returncode, USAGE)
+
+    def test_tetfuse(self):
+        steps = [self.generate("--jitter", "0.5", "--time", str(t), tets="20k", name=f"s{t}.vtu") for t in range(3)]
+        reports = [self.simplify(steps, "--method", "tetfuse", "--array", "front" + share) for share in (":0.1%", ":50%")]
+        self.assertEqual([r["tries"] for r in reports], [1, 1])
+        self.assertLess(reports[0]["reduction"], reports[1]["reduction"])
 
     def test_other_formats(self):
         steps = self.steps(2)
