@@ -6,7 +6,7 @@
 namespace tetfusion::fuzz {
 
 std::span<const Target> targets() {
-  static constexpr std::array<Target, 9> kTargets{
+  static constexpr std::array<Target, 10> kTargets{
       {{"vtu", read_vtu, vtu_seeds},
        {"pvtu", read_pvtu, pvtu_seeds},
        {"legacy", read_legacy, legacy_seeds},

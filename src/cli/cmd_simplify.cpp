@@ -455,8 +455,8 @@ void add_simplify_command(CLI::App& app) {
       ->add_option("--series", a->series,
                    "Of several steps: shared, one mesh for all, on which --max-error holds at each "
                    "step (default); each, every step by itself. Not with a series: --lods, "
-                   "--dry-run, --pieces and standard input and "
-                   "output; each: --map; shared: --resume, --verify, --conserve, arrays of cells "
+                   "--dry-run, --progressive, --pieces, standard input and output; "
+                   "each: --map; shared: --resume, --verify, --conserve, arrays of cells "
                    "that steer, and --roi by the values of an array")
       ->check(CLI::IsMember({"shared", "each"}).description("{shared,each}"))
       ->group(kOutputGroup);

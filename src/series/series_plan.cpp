@@ -85,6 +85,7 @@ void check_request(const SeriesRequest& request) {
   no(!b.lods.empty(), "--lods");
   no(job.performance.dry_run, "--dry-run");
   no(job.pieces > 0, "--pieces");
+  no(!job.progressive.empty(), "--progressive");
   if (!request.shared) return no(!job.map.empty(), "--map");
   const auto only_each = [](bool given, const char* option) {
     if (!given) return;

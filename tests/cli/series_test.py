@@ -290,7 +290,7 @@ class Refused(SeriesTest):
 
     def test_options_that_are_for_one_mesh(self):
         steps = self.steps(2)
-        for options in (["--lods", "10%,20%"], ["--dry-run"], ["--pieces", "2"]):
+        for options in (["--lods", "10%,20%"], ["--dry-run"], ["--pieces", "2"], ["--progressive", "a.tfp"]):
             for mode in ("shared", "each"):
                 self.assertIn("series", self.refuse(steps, "--series", mode, *options))
         for options in (["--resume"], ["--verify"], ["--conserve"], ["--array", "cell:id"], ["--roi", "bump>0.5"]):
