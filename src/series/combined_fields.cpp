@@ -25,8 +25,8 @@ void for_each_window(std::uint64_t points, const RunContext& context, F f) {
 
 // 1 or -1 by the number of the step, as a coin would have it: with signs that alternate, sums of
 // steps that are alike would be nothing. (The finalizer of MurmurHash3.)
-double sign_of(std::uint64_t step) {
-  std::uint64_t x = step + 1;
+double sign_of(std::uint64_t step, std::uint64_t way) {
+  std::uint64_t x = step + 1 + (way << 32);
   x = (x ^ x >> 33) * 0xff51afd7ed558ccdULL;
   x = (x ^ x >> 33) * 0xc4ceb9fe1a85ec53ULL;
   return (x ^ x >> 33) % 2 == 0 ? 1 : -1;
@@ -45,8 +45,8 @@ Vector<double> read_rows(const MeshStream& stream, std::size_t index, const Arra
 
 CombinedFields::CombinedFields(const std::string& folder, const std::vector<SteeringChoice>& arrays,
                                const MeshDescription& first, const PointSet* used,
-                               std::size_t steps)
-    : arrays_(arrays), used_(used), sums_(std::min(steps, kCombinations)) {
+                               std::size_t steps, std::uint64_t way)
+    : arrays_(arrays), used_(used), sums_(std::min(steps, kCombinations)), way_(way) {
   std::uint64_t bytes = 0;
   for (const SteeringChoice& array : arrays_) {
     const std::uint32_t components = first.point_data.arrays[array.index].components;
@@ -101,11 +101,11 @@ double CombinedFields::measure(const Source& source, const MeshStream& stream,
 void CombinedFields::add(std::size_t step, const MeshDescription& mesh, const MeshStream& stream,
                          const RunContext& context) {
   for (std::size_t a = 0; a < arrays_.size(); ++a) {
-    const std::size_t field = a * sums_ + step % sums_;
+    const std::size_t field = a * sums_ + sum_of(step);
     const Source source = find(arrays_[a], infos_[field].components, mesh);
     const double range = measure(source, stream, context);
     if (!(range > 0)) continue;
-    const double factor = sign_of(step) / range;
+    const double factor = sign_of(step, way_) / range;
     Vector<double> sums;
     for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
       const Vector<double> rows = read_rows(stream, source.index, source.info, first, count);

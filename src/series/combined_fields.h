@@ -23,9 +23,11 @@ class CombinedFields {
   static constexpr std::size_t kCombinations = 8;
 
   // The arrays are point arrays of `first`; for so many steps of a mesh with so many points, of
-  // which `used` have a say in ranges. `used` must outlive this.
+  // which `used` have a say in ranges. `used` must outlive this. With another `way` steps have
+  // other signs, and meet others in their sums.
   CombinedFields(const std::string& folder, const std::vector<SteeringChoice>& arrays,
-                 const MeshDescription& first, const PointSet* used, std::size_t steps);
+                 const MeshDescription& first, const PointSet* used, std::size_t steps,
+                 std::uint64_t way = 0);
 
   // Each step once, in any order. Throws Error(kBadInput) where it has not the arrays, with as many
   // components.
@@ -49,6 +51,7 @@ class CombinedFields {
   Source find(const SteeringChoice& array, std::uint32_t components,
               const MeshDescription& mesh) const;
   double measure(const Source& source, const MeshStream& stream, const RunContext& context) const;
+  std::size_t sum_of(std::size_t step) const { return (step + step / sums_ * way_) % sums_; }
   std::uint64_t offset(std::size_t field, std::uint64_t row) const {
     return starts_[field] + row * infos_[field].components * sizeof(double);
   }
@@ -56,6 +59,7 @@ class CombinedFields {
   const std::vector<SteeringChoice> arrays_;
   const PointSet* used_;
   const std::size_t sums_;  // of each array
+  const std::uint64_t way_;
   std::vector<ArrayInfo> infos_;
   std::vector<std::uint64_t> starts_;
   std::vector<double> ranges_;
