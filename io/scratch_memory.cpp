@@ -1,4 +1,6 @@
 // The in-core side: pieces in memory, nothing to resume.
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -34,20 +36,39 @@ class ByteCount {
   std::atomic<std::uint64_t> peak_{0};
 };
 
+// Blocks of this size and more are the system's pages: freed, they are the system's again at once,
+// and leave no holes in a heap that others use between two generations.
+constexpr std::size_t kOwnPages = std::size_t{64} << 10;
+
+std::byte* allocate(std::size_t bytes) {
+  if (bytes < kOwnPages) return static_cast<std::byte*>(::operator new(bytes, kAlignment));
+  void* pages = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (pages == MAP_FAILED) throw std::bad_alloc();
+  return static_cast<std::byte*>(pages);
+}
+
+void release(std::byte* data, std::size_t bytes) {
+  if (bytes < kOwnPages) {
+    ::operator delete(data, kAlignment);
+  } else {
+    ::munmap(data, bytes);
+  }
+}
+
 // A piece's own copy of its bytes: no more of them than there are, freed with it.
 class Piece {
  public:
   Piece(std::uint32_t source, std::span<const std::byte> bytes, std::shared_ptr<ByteCount> count)
       : source_(source),
         size_(bytes.size()),
-        data_(static_cast<std::byte*>(::operator new(bytes.size(), kAlignment))),
+        data_(allocate(bytes.size())),
         count_(std::move(count)) {
     std::memcpy(data_, bytes.data(), size_);
     count_->add(size_);
   }
   ~Piece() {
     if (data_ == nullptr) return;
-    ::operator delete(data_, kAlignment);
+    release(data_, size_);
     count_->subtract(size_);
   }
   Piece(Piece&& other) noexcept

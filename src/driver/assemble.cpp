@@ -205,6 +205,8 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
                                          "a chunk to be put together");
     Assembler<Real>& worker = *workers[w];
     Share share = worker.assemble(chunk, tets, points);
+    points.forget(chunk);
+    tets.forget(chunk);
     const ChunkSize size{share.free_vertices, share.tets};
     join.put(c, std::move(share));
     if (whole) {
@@ -212,12 +214,11 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
     } else if (work) {
       work(chunk, w, &worker.mesh());
     } else {
-      points.forget(chunk);
-      tets.forget(chunk);
       give_empty_quadrics(layout.quadric_width, &worker.mesh());
       worker.scatter().keep(worker.mesh(), chunk, out.mesh.pieces.get());
       out.mesh.sizes[chunk] = size;
     }
+    trim_memory();  // a chunk takes several times what is kept of it
     context.report("assembling", 0.12, 0.25, ++done, chunks);
   });
   workers.clear();

@@ -33,11 +33,11 @@ using ChunkWork = std::function<void(std::uint32_t chunk, std::size_t worker, Wo
 //   count, ids, marks (kLocked, kOnInterface, kLast), positions, each steering component, point
 //   columns
 //
-// both as RowWriter makes them. `regions` are cell columns: a vertex where tetrahedra of different
-// regions meet is locked.
+// both as RowWriter makes them; what has been put together is forgotten. `regions` are cell
+// columns: a vertex where tetrahedra of different regions meet is locked.
 //
-// With `work` the chunks go there and not into pieces, `tets` and `points` stay as they are, and
-// what only other chunks know of a chunk's vertices on the interface is not marked in it yet.
+// With `work` the chunks go there and not into pieces, and what only other chunks know of a chunk's
+// vertices on the interface is not marked in it yet.
 template <class Real>
 Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunks,
                                const std::vector<std::size_t>& regions, PieceStore& tets,

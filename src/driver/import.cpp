@@ -14,12 +14,13 @@ std::vector<Column> columns_like(const AttributeSet& set) {
   return columns;
 }
 
-// The chunks, and with them the first round where it can be done.
-template <class Real>
+// The chunks, and with them the first round where it can be done. Chunks that were worked on, in
+// vain as it turns out, are not there any more: `scatter_again` makes `from` anew.
+template <class Real, class Scatter>
 Assembly<Real> assemble(const WorkMesh<Real>& layout, const ImportSettings& settings,
                         const FirstRound<Real>& first_round, const RunContext& context,
-                        MemoryBudget* budget, Scratch* scratch, ScatteredMesh<Real>* from,
-                        bool* first_round_done) {
+                        MemoryBudget* budget, Scratch* scratch, const Scatter& scatter_again,
+                        ScatteredMesh<Real>* from, bool* first_round_done) {
   const auto chunks_to = [&](const ChunkWork<Real>& work) {
     return assemble_chunks<Real>(layout, from->box, from->chunks, settings.regions, *from->tets,
                                  *from->points, work, context, budget, scratch);
@@ -33,6 +34,8 @@ Assembly<Real> assemble(const WorkMesh<Real>& layout, const ImportSettings& sett
     Assembly<Real> assembly = chunks_to(first_round.work);
     *first_round_done = assembly.mesh.locks.empty();
     if (*first_round_done) return assembly;
+    *from = {};  // the names of its stores are free again
+    *from = scatter_again();
   }
   return chunks_to({});
 }
@@ -57,12 +60,16 @@ ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& ca
   layout.quadric_width = settings.quadric_width;
   layout.has_deviations = settings.has_deviations;
   if (settings.keeps_numbers) layout.cell_columns.push_back(number_column());
-  ScatteredMesh<Real> from =
-      scatter_mesh(stream, carried, steering, settings, layout, context, clock, budget, scratch);
-  clock->begin("assemble");
+  const auto scatter = [&] {
+    auto scattered =
+        scatter_mesh(stream, carried, steering, settings, layout, context, clock, budget, scratch);
+    clock->begin("assemble");
+    return scattered;
+  };
+  ScatteredMesh<Real> from = scatter();
   ImportedMesh<Real> out;
-  Assembly<Real> assembly = assemble(layout, settings, first_round, context, budget, scratch, &from,
-                                     &out.first_round_done);
+  Assembly<Real> assembly = assemble(layout, settings, first_round, context, budget, scratch,
+                                     scatter, &from, &out.first_round_done);
   out.mesh = std::move(assembly.mesh);
   out.mesh.chunks = from.chunks;
   out.mesh.samples = std::move(from.samples);
