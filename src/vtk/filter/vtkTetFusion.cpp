@@ -107,6 +107,9 @@ struct vtkTetFusion::Internals {
   bool add_inputs_to_process(vtkTetFusion* filter, vtkUnstructuredGrid* input, const GridView& view,
                              tetfusion::Options* options) const;
   tetfusion::Options options(vtkTetFusion* filter) const;
+  void remove_steering(int association) {
+    std::erase_if(steering, [&](const Steering& s) { return s.association == association; });
+  }
 };
 
 // Those of SetInputArrayToProcess(). False: an array is missing.
@@ -192,6 +195,24 @@ void vtkTetFusion::RemoveAllSteeringArrays() {
 
 int vtkTetFusion::GetNumberOfSteeringArrays() {
   return static_cast<int>(this->Internal->steering.size());
+}
+
+void vtkTetFusion::AddSteeringPointArray(const char* name) {
+  this->AddSteeringArray(vtkDataObject::FIELD_ASSOCIATION_POINTS, name);
+}
+
+void vtkTetFusion::AddSteeringCellArray(const char* name) {
+  this->AddSteeringArray(vtkDataObject::FIELD_ASSOCIATION_CELLS, name);
+}
+
+void vtkTetFusion::RemoveAllSteeringPointArrays() {
+  this->Internal->remove_steering(vtkDataObject::FIELD_ASSOCIATION_POINTS);
+  this->Modified();
+}
+
+void vtkTetFusion::RemoveAllSteeringCellArrays() {
+  this->Internal->remove_steering(vtkDataObject::FIELD_ASSOCIATION_CELLS);
+  this->Modified();
 }
 
 void vtkTetFusion::AddRegionArray(const char* name) {

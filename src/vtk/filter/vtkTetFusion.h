@@ -192,6 +192,16 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
+   * The same for the arrays of one association, as lists of names are set (in ParaView).
+   */
+  void AddSteeringPointArray(const char* name);
+  void AddSteeringCellArray(const char* name);
+  void RemoveAllSteeringPointArrays();
+  void RemoveAllSteeringCellArrays();
+  ///@}
+
+  ///@{
+  /**
    * Are the interfaces between regions kept, as BoundaryMode says? Regions are told apart by the
    * integer cell arrays that were added; where none was, by those named like material, region,
    * physical, tissue, block, zone, part, label. Default: yes.
