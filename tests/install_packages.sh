@@ -1,7 +1,8 @@
 #!/bin/sh
-# Installs what a build needs on Debian 12. Usage: install_packages.sh [build|test]
+# Installs what a build needs on Debian 12. Usage: install_packages.sh [build|test|paraview]
 #   build: compiler and libraries of the command itself (default)
 #   test:  the same, and what the tests use besides: GoogleTest, Python with numpy, VTK (about 500 MB)
+#   paraview: what the plugin's build and tests use, beside ParaView's own packages: MPI, and what ParaView was built with
 # Does nothing where all of it is there already. Needs root, or sudo.
 set -eu
 
@@ -9,6 +10,12 @@ packages="g++ cmake ninja-build pkg-config libcli11-dev libfmt-dev nlohmann-json
   libdeflate-dev liblz4-dev liblzma-dev libxxhash-dev"
 if [ "${1:-build}" = test ]; then
   packages="$packages libgtest-dev libgmock-dev python3 python3-numpy libvtk9-dev python3-vtk9 dpkg-dev help2man"
+fi
+
+if [ "${1:-build}" = paraview ]; then
+  packages="$packages dpkg-dev openmpi-bin libopenmpi-dev python3 python3-dev python3-numpy python3-mpi4py libexpat1-dev
+    libdouble-conversion-dev libutfcpp-dev libeigen3-dev libavcodec59 libavformat59 libavutil57 libswscale6 libgdal32 libgl2ps1.4
+    libglew2.2 libhdf5-openmpi-103-1 libnetcdf19 libtheora0 libogg0 libopengl0 libqt5widgets5 libxcursor1"
 fi
 
 missing=""

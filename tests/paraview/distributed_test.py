@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""distributed.py on one and on several processes. Usage: see paraview_case.py."""
+import json
+import re
+import unittest
+
+from paraview_case import ParaViewCase, command
+
+
+class Distributed(ParaViewCase):
+    TETS = "200k"
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.in_pieces = cls.folder / "pieces.pvtu"
+        command("simplify", cls.mesh, "-o", cls.in_pieces, "--reduction", "0", "--pieces", "3", "--encoding", "inline", "--quiet")
+
+    def distributed(self, arguments, processes, symmetric=False, code=0):
+        run = self.run_pvbatch([self.plugin / "python" / "distributed.py", *arguments], processes=processes, symmetric=symmetric, load=False)
+        self.assertEqual(run.returncode, code, run.stdout)
+        return run.stdout
+
+    def report(self, name, *arguments, code=0):
+        """What check or compare say of a mesh."""
+        file = self.folder / "report.json"
+        command(name, *arguments, "--quiet", "--report", file, code=code)
+        return json.loads(file.read_text())
+
+    def expect_sound(self, out, original, surface_stays=True):
+        """The pieces, joined by their global ids, are one mesh, with the original's boundary and arrays."""
+        found, before = self.report("check", out), self.report("check", original)
+        self.assertTrue(found["valid"])
+        for fault in "inverted", "duplicate_tets", "nonconforming_faces", "degenerate", "nonmanifold_edges", "nonmanifold_vertices":
+            self.assertEqual(found[fault], 0, fault)
+        self.assertAlmostEqual(found["volume"], before["volume"], delta=1e-5)
+        if surface_stays:
+            self.assertEqual(found["boundary_triangles"], before["boundary_triangles"])
+        compared = self.report("compare", original, out)
+        self.assertEqual(compared["missing_arrays"], [])
+        return found["tets"], compared
+
+    def test_conforms_and_goes_as_far_as_the_command(self):
+        command("simplify", self.mesh, "-o", self.folder / "serial.vtu", "--reduction", "80%", "--regions", "none", "--quiet")
+        serial = self.report("check", self.folder / "serial.vtu")["tets"]
+        before = self.report("check", self.mesh)["tets"]
+        for processes, source, symmetric in (1, self.mesh, False), (2, self.mesh, False), (2, self.in_pieces, True), (4, self.in_pieces, False):
+            with self.subTest(processes=processes, source=source.name):
+                out = self.folder / f"out{processes}.pvtu"
+                said = self.distributed([source, "-o", out, "--reduction", "80%", "--regions", "none"], processes, symmetric)
+                tets, compared = self.expect_sound(out, self.mesh)
+                self.assertTrue(compared["surface"]["identical"])
+                self.assertLess(abs(tets - serial) / before, 0.01)
+                passes = 1 if processes == 1 else 2
+                lines = re.findall(r"pass \d, rank \d: .* redistribute [\d.]+ s, ghosts [\d.]+ s, simplify [\d.]+ s", said)
+                self.assertEqual(len(lines), passes * processes, said)
+                point_type = re.search(r"points .*\((Float\d\d)\)", command("info", out)).group(1)
+                self.assertEqual(point_type, "Float32")
+
+    def test_makes_global_ids_where_there_are_none(self):
+        bare = self.folder / "bare.pvtu"
+        for file in [self.in_pieces, *(self.folder / "pieces_pieces").iterdir()]:
+            text = file.read_text().replace(' GlobalIds="GlobalNodeIds"', "").replace("GlobalNodeIds", "number")
+            target = bare if file == self.in_pieces else self.folder / "bare_pieces" / file.name
+            target.parent.mkdir(exist_ok=True)
+            target.write_text(text.replace("pieces_pieces/", "bare_pieces/"))
+        out = self.folder / "ids.pvtu"
+        for processes in 1, 2, 4:
+            self.distributed([bare, "-o", out, "--reduction", "70%"], processes)
+            self.expect_sound(out, self.mesh)
+            self.assertIn("active GlobalIds", command("info", out))
+        # The pieces of the results before are gone.
+        self.assertEqual(len(list(self.folder.glob("ids_pieces*"))), 1)
+
+    def test_bounds_hold(self):
+        out = self.folder / "bounded.pvtu"
+        self.distributed([self.mesh, "-o", out, "--max-error", "2%", "--array", "front", "--boundary", "0.3%"], 3)
+        self.expect_sound(out, self.mesh, surface_stays=False)
+        self.report("compare", self.mesh, out, "--max-error", "2%", "--array", "front", "--surface", "0.3%")
+        self.distributed([self.mesh, "-o", out, "--reduction", "90%", "--boundary", "0.3%"], 3)
+        self.report("compare", self.mesh, out, "--surface", "0.3%")
+
+    def test_the_second_pass_frees_the_cuts_of_the_first(self):
+        """Where two ranks met in the first pass there are no more points than elsewhere: the mesh is 1 long, the cut lies across x."""
+        out = self.folder / "freed.vtu"
+        self.distributed([self.mesh, "-o", self.folder / "freed.pvtu", "--reduction", "80%", "--regions", "none"], 2)
+        command("convert", self.folder / "freed.pvtu", out, "--encoding", "ascii", "--quiet")
+        text = re.search(r'Name="Points"[^>]*>([^<]*)<', out.read_text()).group(1)
+        numbers = list(map(float, text.split()))
+        inside = [x for x, y, z in zip(numbers[::3], numbers[1::3], numbers[2::3]) if all(0.02 < c < 0.98 for c in (x, y, z))]
+        near = max(sum(abs(x - place) < 0.02 for x in inside) for place in (0.48, 0.5, 0.52))
+        self.assertLess(near, 3 * 0.04 * len(inside))
+
+    def test_errors_end_all_processes(self):
+        out = self.folder / "none.pvtu"
+        for code, part, arguments in (
+                (2, 'no array "cell:nothing" to steer by', [self.mesh, "-o", out, "--reduction", "50%", "--array", "cell:nothing"]),
+                (2, "must be called .pvtu", [self.mesh, "-o", self.folder / "none.vtu"]),
+                (3, "No such file", [self.folder / "missing.vtu", "-o", out])):
+            for symmetric in False, True:
+                with self.subTest(part=part, symmetric=symmetric):
+                    self.assertIn(part, self.distributed(arguments, 2, symmetric, code=code))
+                    self.assertFalse(out.exists())
+
+    def test_says_when_paraview_reads_less_than_there_is(self):
+        """As ParaView does with appended data where the XML library is too new for it; here the head promises a piece too many."""
+        short = self.folder / "short.vtu"
+        text = self.mesh.read_text()
+        empty = '<Piece NumberOfPoints="0" NumberOfCells="17"/>'
+        short.write_text(text.replace("</UnstructuredGrid>", empty + "</UnstructuredGrid>"))
+        said = self.distributed([short, "-o", self.folder / "none.pvtu"], 2, code=3)
+        self.assertRegex(said, r"ParaView reads \d+ of \d+ cells|ParaView cannot read it")
+        self.assertNotIn("Traceback", said)
+
+
+if __name__ == "__main__":
+    unittest.main()
