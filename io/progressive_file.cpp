@@ -327,6 +327,7 @@ ProgressiveFile ProgressiveFile::open(const std::string& path) {
   ProgressiveFile file(MappedFile::open(path));
   file.read_head();
   file.read_description();
+  file.check_rows();
   file.check();
   return file;
 }
@@ -387,6 +388,7 @@ void ProgressiveFile::read_table(std::uint64_t offset, std::uint64_t sections, s
   if (end != offset || parts_[kDescription].size() != 1) {
     fail("the table of the file does not name all of it");
   }
+  raw_bytes_ = raw;
   // Each has its number in a section.
   const std::uint64_t most = raw / sizeof(VertexId);
   const bool fits = counts_.points <= std::min(most, kMaxPoints) &&
@@ -445,6 +447,17 @@ void ProgressiveFile::read_description() {
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kIo) throw;
     bad("does not say what it holds");
+  }
+}
+
+// Each point and cell has its row in a section.
+void ProgressiveFile::check_rows() const {
+  const auto fits = [this](std::uint64_t rows, std::uint64_t bytes) {
+    return bytes == 0 || rows <= raw_bytes_ / bytes;
+  };
+  if (!fits(counts_.points, description_.point_row_bytes()) ||
+      !fits(counts_.cells, description_.cell_row_bytes())) {
+    fail("the file is shorter than what it says to hold");
   }
 }
 

@@ -155,12 +155,14 @@ class ProgressiveFile {
   void read_head();
   void read_table(std::uint64_t offset, std::uint64_t sections, std::uint64_t sum);
   void read_description();
+  void check_rows() const;
   std::span<const std::byte> bytes_of(const Section& section) const;
   ColumnReader columns_of(const Section& section) const;
   PointRows read_points(const Section& section) const;
 
   MappedFile file_;
   ProgressiveCounts counts_;
+  std::uint64_t raw_bytes_ = 0;  // of all sections, inflated
   ProgressiveDescription description_;
   std::array<std::vector<Section>, kKinds> parts_;
 };
