@@ -24,10 +24,10 @@ struct RefineRequest {
 struct RefineReport {
   ProgressiveCounts counts;
   std::uint64_t file_bytes = 0;
-  std::uint64_t tets = 0, points = 0;  // of the result
-  std::uint64_t undone = 0;            // fusions
+  std::uint64_t tets = 0, points = 0;     // of the result
+  std::uint64_t undone = 0;               // fusions
   std::map<std::string, double> seconds;  // by phase
-  bool reached = true;                 // false: the goal is below what the file begins with
+  bool reached = true;                    // false: the goal is below what the file begins with
 };
 
 // Undoes fusions as long as the goal allows. Of the file no more is read, and held against its
