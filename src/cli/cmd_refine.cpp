@@ -102,7 +102,8 @@ void add_refine_command(CLI::App& app) {
       ->required();
   command
       ->add_option("-o,--output", a->request.output,
-                   "The mesh: .vtu, .mesh or .meshb (Medit), .msh (Gmsh), .node or .ele (TetGen), "
+                   "The mesh: .vtu, .vtk, .mesh or .meshb (Medit), .msh (Gmsh), .node or .ele "
+                   "(TetGen), "
                    "or - for a .vtu to standard output")
       ->required()
       ->group(kOutputGroup);
