@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <memory>
 #include <string_view>
 #include <utility>
@@ -26,6 +27,9 @@ constexpr double kCompared = 0.9;
 // What `--conserve` promises of an integral, as a share of that of the absolute value.
 constexpr double kIntegral64 = 1e-12;
 constexpr double kIntegral32 = 1e-6;
+
+// What rounding may do to a volume, as a share of it.
+constexpr double kVolume = 1e-6;
 
 std::string place(const Point& p) { return fmt::format("({:.9g}, {:.9g}, {:.9g})", p.x, p.y, p.z); }
 
@@ -104,6 +108,7 @@ class Verifier {
   void judge_defect(const Geometry& mesh, const Inspection& inspection, std::string name,
                     std::string_view what, std::uint64_t found, std::uint64_t allowed,
                     std::initializer_list<Defect> kinds);
+  void judge_cells(const Geometry& mesh);
   void compare(MeshSource* result);
   void judge_surface(std::string name, std::string_view what, bool identical, const Point& differs,
                      const SurfaceShares& to_result, const SurfaceShares& to_original,
@@ -165,6 +170,7 @@ void Verifier::inspect_result(MeshSource* result) {
       same_lower,
       fmt::format("it has {} cells of lower dimension, the input {}, or of other kinds",
                   mesh.lower.size(), types.size()));
+  judge_cells(mesh);
   const Inspection i = inspect(mesh);
   context_.check();
   const auto judge = [&](std::string name, std::string_view what, std::uint64_t found,
@@ -194,6 +200,25 @@ void Verifier::judge_defect(const Geometry& mesh, const Inspection& inspection, 
   add(std::move(name), static_cast<double>(found), static_cast<double>(allowed), found <= allowed,
       fmt::format("it has {} {} (the input {}), the first at {}", format_count(found), what,
                   format_count(allowed), where));
+}
+
+void Verifier::judge_cells(const Geometry& mesh) {
+  const bool bounded = promise_.max_volume < std::numeric_limits<double>::infinity();
+  if (!promise_.stays && !bounded) return;
+  const auto keys = promise_.stays ? cell_keys(mesh) : Vector<std::uint64_t>();
+  const OriginalCellFacts facts = survey_cells(original_, promise_.stays, keys, context_);
+  if (promise_.stays) {
+    add("region of interest", static_cast<double>(facts.missing), 0, facts.missing == 0,
+        fmt::format("of the {} cells in the region of interest it lacks {}, the first at {}",
+                    format_count(facts.inside), format_count(facts.missing),
+                    place(facts.first_missing)));
+  }
+  if (!bounded) return;
+  const double allowed = std::max(promise_.max_volume, facts.largest_volume);
+  const double found = largest_volume(mesh);
+  add("largest volume", found, allowed, found <= allowed * (1 + kVolume),
+      fmt::format("its largest cell has the volume {:.9g}, where {:.9g} is allowed", found,
+                  allowed));
 }
 
 void Verifier::compare(MeshSource* result) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "base/vector.h"
 #include "compare/needs.h"  // for those who plan a verification
 #include "io/mesh_source.h"
+#include "verify/kept_cells.h"
 
 namespace tetfusion {
 
@@ -35,6 +37,9 @@ struct Promise {
   std::optional<double> distance;
   std::vector<std::string> regions;  // cell arrays whose interfaces these are
   std::vector<PromisedError> errors;
+  // No tetrahedron is larger, unless one of the input's is.
+  double max_volume = std::numeric_limits<double>::infinity();
+  MarkPoints stays;        // tetrahedra of its points alone are still there; empty: none
   bool integrals = false;  // of all floating-point arrays: they stay
 
   std::vector<std::string> dropped;  // arrays that are not carried along; "cell:NAME" of cells

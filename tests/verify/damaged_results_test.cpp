@@ -323,6 +323,38 @@ TEST_F(DamagedResult, ASurfaceThatHasMovedTooFar) {
               HasSubstr("a hole or a tunnel has come or gone"));
 }
 
+TEST_F(DamagedResult, AMovedPointInTheRegionOfInterest) {
+  const auto nearest = [](MeshFile* m, const P& place) {
+    Vector<P>& points = points_of(m);
+    return std::min_element(points.begin(), points.end(), [&](const P& p, const P& q) {
+      return length(p - place) < length(q - place);
+    });
+  };
+  const P centre{4, 4, 4};
+  request.behaviour.interest = {"sphere=4,4,4,2.5"};
+  request.behaviour.tets = 2000;
+  EXPECT_EQ(complaint([](MeshFile*) {}), "kept");
+  EXPECT_THAT(complaint([&](MeshFile* m) {
+                P& p = *nearest(m, centre);
+                p.x = std::nextafter(p.x, 100.0);
+              }),
+              HasSubstr("cells in the region of interest it lacks "));
+}
+
+TEST_F(DamagedResult, ACellThatIsTooLarge) {
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.9;
+  request.behaviour.max_volume = 1;
+  request.behaviour.tets = 2000;
+  EXPECT_EQ(complaint([](MeshFile*) {}), "kept");
+  EXPECT_THAT(complaint([](MeshFile* m) {
+                const P centre{4, 4, 4};
+                P& p = points_of(m)[boundary_vertex(m)];
+                p = centre + 4 * (p - centre);
+              }),
+              HasSubstr("its largest cell has the volume "));
+}
+
 TEST_F(DamagedResult, AFileThatIsNone) {
   seam.change_bytes = [](std::string* bytes) { bytes->resize(bytes->size() - 100); };
   EXPECT_THAT(complaint(), HasSubstr("it cannot be read again: the result"));
