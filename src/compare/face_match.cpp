@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <utility>
 #include <vector>
 
@@ -12,7 +13,11 @@ namespace tetfusion {
 
 namespace {
 
-constexpr int kBlockBits = 10;  // of vertices, in which sides are counted
+// Vertices are in blocks of so many bits, whose sides a processor's cache holds.
+constexpr int kBlockBits = 8;
+// What a task takes.
+constexpr std::size_t kTets = 8192;
+constexpr std::size_t kBlocks = 16;
 
 // The corner numbers in ascending order of the vertices.
 std::array<std::uint32_t, 4> ascending_corners(const Tet& t) {
@@ -31,86 +36,106 @@ std::array<std::uint32_t, 4> ascending_corners(const Tet& t) {
 class Matcher {
  public:
   Matcher(std::uint64_t points, const ReadCells& read, const JudgeFace& keep)
-      : points_(points), read_(read), keep_(keep) {}
+      : read_(read), keep_(keep), blocks_((points >> kBlockBits) + 1) {
+    ends_.assign(blocks_, 0);
+  }
 
   Vector<CellSide> run(std::size_t most_sides) {
     count();
-    const std::size_t blocks = counts_.size();
-    for (std::size_t first = 0, last; first < blocks; first = last) {
-      std::uint64_t sides = counts_[first];
-      for (last = first + 1; last < blocks && sides + counts_[last] <= most_sides; ++last) {
-        sides += counts_[last];
+    for (std::size_t first = 0, last; first < blocks_; first = last) {
+      std::uint64_t sides = ends_[first];
+      for (last = first + 1; last < blocks_ && sides + ends_[last] <= most_sides; ++last) {
+        sides += ends_[last];
       }
-      if (sides > 0)
-        match(first << kBlockBits, std::min<std::uint64_t>(last << kBlockBits, points_), sides);
+      if (sides > 0) match(first, last, sides);
     }
     return std::move(kept_);
   }
 
  private:
-  void count() {
-    counts_.assign((points_ >> kBlockBits) + 1, 0);
-    read_([&](const CellRun& run) {
-      for (const Tet& t : run.tets) {
-        if (names_vertex_twice(t)) continue;
-        const auto order = ascending_corners(t);
-        counts_[t[order[0]] >> kBlockBits] += 3;
-        counts_[t[order[1]] >> kBlockBits] += 1;
+  // Calls take(tet, number in the run, corners ascending) for all that have triangles. From several
+  // threads.
+  template <class F>
+  static void for_each_tet(const CellRun& run, F take) {
+    for_each_block(run.tets.size(), kTets, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t c = begin; c < end; ++c) {
+        const Tet& t = run.tets[c];
+        if (!names_vertex_twice(t)) take(t, c, ascending_corners(t));
       }
     });
   }
-
-  void match(std::uint64_t begin, std::uint64_t end, std::uint64_t count) {
-    collect(begin, end, count);
-    sort(begin, end);
-    judge(end - begin);
+  // Adds to a number that other threads add to. Returns what it was.
+  static std::uint64_t add_to(std::uint64_t* number, std::uint64_t count) {
+    return std::atomic_ref(*number).fetch_add(count, std::memory_order_relaxed);
   }
 
-  void collect(std::uint64_t begin, std::uint64_t end, std::uint64_t count) {
-    sides_.clear();
-    sides_.reserve(count);
-    const auto inside = [&](VertexId v) { return v >= begin && v < end; };
+  void count() {
     read_([&](const CellRun& run) {
-      for (std::size_t c = 0; c < run.tets.size(); ++c) {
-        const Tet& t = run.tets[c];
-        if (names_vertex_twice(t)) continue;
-        const auto [a, b, d, e] = ascending_corners(t);
+      for_each_tet(run, [&](const Tet& t, std::size_t, const auto& order) {
+        const std::size_t a = t[order[0]] >> kBlockBits, b = t[order[1]] >> kBlockBits;
+        add_to(&ends_[a], a == b ? 4 : 3);
+        if (a != b) add_to(&ends_[b], 1);
+      });
+    });
+  }
+
+  // Blocks [first, last) have so many sides.
+  void match(std::size_t first, std::size_t last, std::uint64_t sides) {
+    sides_.resize(sides);
+    std::uint64_t begin = 0;
+    for (std::size_t b = first; b < last; ++b) begin += std::exchange(ends_[b], begin);
+    collect(first, last);
+    judge(first, last);
+  }
+
+  // Into their blocks, in any order.
+  void collect(std::size_t first, std::size_t last) {
+    read_([&](const CellRun& run) {
+      for_each_tet(run, [&](const Tet& t, std::size_t c, const auto& order) {
+        const auto [a, b, d, e] = order;
         const std::uint64_t cell = run.labels.empty() ? run.first + c : run.labels[c];
         const auto side = static_cast<std::uint32_t>(4 * cell);
-        if (inside(t[a])) {
-          sides_.push_back({t[a], t[b], t[d], side + e});
-          sides_.push_back({t[a], t[b], t[e], side + d});
-          sides_.push_back({t[a], t[d], t[e], side + b});
+        const std::size_t low = t[a] >> kBlockBits, next = t[b] >> kBlockBits;
+        if (low >= first && low < last) {
+          CellSide* const to = sides_.data() + add_to(&ends_[low], 3);
+          to[0] = {t[a], t[b], t[d], side + e};
+          to[1] = {t[a], t[b], t[e], side + d};
+          to[2] = {t[a], t[d], t[e], side + b};
         }
-        if (inside(t[b])) sides_.push_back({t[b], t[d], t[e], side + a});
-      }
+        if (next >= first && next < last) {
+          sides_[add_to(&ends_[next], 1)] = {t[b], t[d], t[e], side + a};
+        }
+      });
     });
   }
 
-  // By the smallest vertex.
-  void sort(std::uint64_t begin, std::uint64_t end) {
-    ends_.assign(end - begin + 1, 0);
-    for (const CellSide& s : sides_) ++ends_[s.low - begin + 1];
-    for (std::size_t v = 0; v + 1 < ends_.size(); ++v) ends_[v + 1] += ends_[v];
-    sorted_.resize(sides_.size());
-    for (const CellSide& s : sides_) sorted_[ends_[s.low - begin]++] = s;
-  }
-
-  void judge(std::size_t vertices) {
-    constexpr std::size_t kVertices = 4096;
-    std::vector<Vector<CellSide>> kept(block_count(vertices, kVertices));
-    for_each_block(vertices, kVertices, [&](std::size_t b, std::size_t first, std::size_t last) {
-      for (std::size_t v = first; v < last; ++v) {
-        judge_vertex({sorted_.data() + (v == 0 ? 0 : ends_[v - 1]), sorted_.data() + ends_[v]},
-                     &kept[b]);
+  void judge(std::size_t first, std::size_t last) {
+    std::vector<Vector<CellSide>> kept(block_count(last - first, kBlocks));
+    for_each_block(last - first, kBlocks, [&](std::size_t i, std::size_t from, std::size_t to) {
+      Vector<CellSide> sorted;
+      for (std::size_t b = from; b < to; ++b) {
+        const std::uint64_t begin = b == 0 ? 0 : ends_[first + b - 1];
+        judge_block({sides_.data() + begin, sides_.data() + ends_[first + b]}, &sorted, &kept[i]);
       }
     });
     for (const auto& sides : kept) kept_.insert(kept_.end(), sides.begin(), sides.end());
   }
 
+  void judge_block(std::span<const CellSide> sides, Vector<CellSide>* sorted,
+                   Vector<CellSide>* kept) const {
+    constexpr std::size_t kVertices = std::size_t{1} << kBlockBits;
+    std::array<std::uint32_t, kVertices + 1> ends{};
+    for (const CellSide& s : sides) ++ends[s.low % kVertices + 1];
+    for (std::size_t v = 0; v < kVertices; ++v) ends[v + 1] += ends[v];
+    sorted->resize(sides.size());
+    for (const CellSide& s : sides) (*sorted)[ends[s.low % kVertices]++] = s;
+    for (std::size_t v = 0, begin = 0; v < kVertices; begin = ends[v++]) {
+      judge_vertex({sorted->data() + begin, sorted->data() + ends[v]}, kept);
+    }
+  }
+
   void judge_vertex(std::span<CellSide> sides, Vector<CellSide>* kept) const {
     const auto key = [](const CellSide& s) { return std::uint64_t{s.middle} << 32 | s.high; };
-    // Sides come in the order of their cells.
     std::sort(sides.begin(), sides.end(), [&](const CellSide& s, const CellSide& t) {
       return key(s) != key(t) ? key(s) < key(t) : s.side < t.side;
     });
@@ -120,12 +145,11 @@ class Matcher {
     }
   }
 
-  const std::uint64_t points_;
   const ReadCells& read_;
   const JudgeFace& keep_;
-  Vector<std::uint64_t> counts_;
-  Vector<CellSide> sides_, sorted_;
-  Vector<std::uint64_t> ends_;  // of each vertex in sorted_
+  const std::size_t blocks_;
+  Vector<std::uint64_t> ends_;  // of each block: how many sides; then where they end in sides_
+  Vector<CellSide> sides_;
   Vector<CellSide> kept_;
 };
 

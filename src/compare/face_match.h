@@ -13,7 +13,7 @@
 namespace tetfusion {
 
 // Of a side while it is matched; and of as many as are always taken at once.
-inline constexpr std::uint64_t kSideBytes = 32;
+inline constexpr std::uint64_t kSideBytes = 16;
 inline constexpr std::uint64_t kLeastSideBytes = std::uint64_t{64} << 20;
 
 // How many sides at once take no more memory than that, or kLeastSideBytes.
@@ -42,7 +42,7 @@ using JudgeFace = std::function<bool(std::span<const CellSide>)>;
 
 // Finds all triangles of a mesh with `points` points and returns the first side of each for which
 // `keep` returned true, ascending by corners. Cells that name a vertex twice have no triangles.
-// About `most_sides` sides are in memory at once, 32 bytes each; the cells are read once, and once
+// About `most_sides` sides are in memory at once, 16 bytes each; the cells are read once, and once
 // more for each range of vertices with so many.
 Vector<CellSide> match_faces(std::uint64_t points, std::size_t most_sides, const ReadCells& read,
                              const JudgeFace& keep);
