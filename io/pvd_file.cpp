@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <pugixml.hpp>
 
 #include "base/error.h"
 #include "base/numbers.h"
 #include "io/encode.h"
+#include "io/listed_files.h"
 #include "io/mapped_file.h"
 #include "io/output_file.h"
 #include "io/vtu_markup.h"
@@ -27,22 +27,17 @@ std::vector<PvdStep> read_pvd(const std::string& path) {
   const auto fail = [&](const std::string& what) {
     throw Error(ErrorCode::kBadInput, path + ": " + what);
   };
-  pugi::xml_document document;
-  const auto parsed = document.load_buffer(file.bytes().data(), file.size());
-  file.check();
-  if (!parsed) fail(std::string("the XML is damaged or cut off: ") + parsed.description());
+  const pugi::xml_document document = parse_list(file);
   const auto list = document.child("VTKFile").child("Collection");
   if (!list) fail("there is no <Collection>: this is no .pvd file");
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   std::vector<PvdStep> steps;
   for (const pugi::xml_node node : list.children("DataSet")) {
     const std::string number = fmt::format("DataSet {}", steps.size());
-    const std::string source = node.attribute("file").value();
-    if (source.empty()) fail(number + " names no file");
+    const std::string step = listed_path(path, number, node.attribute("file").value());
     const std::string text = node.attribute("timestep").value();
     const auto time = parse_number(text);
     if (!time) fail(fmt::format("{}: the timestep \"{}\" is no number", number, text));
-    steps.push_back({*time, (folder / source).lexically_normal().string()});
+    steps.push_back({*time, step});
   }
   if (steps.empty()) fail("it names no file");
   std::stable_sort(steps.begin(), steps.end(),

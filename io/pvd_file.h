@@ -15,7 +15,8 @@ struct PvdStep {
 bool is_pvd_name(const std::string& path);
 
 // In the order of times, as paths from where the process is. Throws Error(kIo) where it cannot be
-// read, Error(kBadInput) where it is no such list, is empty, or has several files for a time.
+// read, Error(kBadInput) where it is no such list, is empty, has several files for a time, or names
+// one that is not below its folder.
 std::vector<PvdStep> read_pvd(const std::string& path);
 
 // Names the files relative to its folder. It appears when it is whole. Throws Error(kIo).

@@ -1,8 +1,6 @@
 #include "io/pvtu_reader.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <pugixml.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,6 +8,7 @@
 
 #include "base/error.h"
 #include "io/format_file.h"
+#include "io/listed_files.h"
 #include "io/mesh_stream.h"
 #include "io/pieces_stream.h"
 #include "io/vtu_input.h"
@@ -24,29 +23,15 @@ namespace {
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
 
 std::vector<std::string> piece_paths(const MappedFile& file) {
-  const auto fail = [&](const std::string& what) {
-    throw Error(ErrorCode::kBadInput, file.path() + ": " + what);
-  };
-  pugi::xml_document document;
-  const auto result = document.load_buffer(file.bytes().data(), file.size());
-  file.check();
-  if (!result) fail(std::string("the XML is damaged or cut off: ") + result.description());
+  const pugi::xml_document document = parse_list(file);
   std::vector<std::string> paths;
-  const std::filesystem::path folder = std::filesystem::path(file.path()).parent_path();
   const auto grid = document.child("VTKFile").child("PUnstructuredGrid");
   for (const pugi::xml_node node : grid.children("Piece")) {
-    const std::string source = node.attribute("Source").value();
-    const std::string piece = "piece " + std::to_string(paths.size());
-    if (source.empty()) fail(piece + " has no Source");
-    const std::filesystem::path below = std::filesystem::path(source).lexically_normal();
-    if (below.is_absolute() || *below.begin() == "..") {
-      fail(piece + " is " + tetfusion::quoted(source) +
-           ", which is not below the folder of this file: put it there, and name it so");
-    }
-    paths.push_back((folder / below).string());
+    paths.push_back(listed_path(file.path(), "piece " + std::to_string(paths.size()),
+                                node.attribute("Source").value()));
   }
-  if (paths.empty()) fail("no <Piece> element: the mesh is empty");
-  return paths;
+  if (!paths.empty()) return paths;
+  throw Error(ErrorCode::kBadInput, file.path() + ": no <Piece> element: the mesh is empty");
 }
 
 bool same_arrays(const AttributeSet& a, const AttributeSet& b) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "fuzz/targets.h"
 #include "io/gmsh_reader.h"
 #include "io/medit_reader.h"
+#include "io/pvd_file.h"
 #include "io/pvtu_reader.h"
 #include "io/tetgen_reader.h"
 #include "io/vtu_reader.h"
@@ -82,6 +84,17 @@ void read_pvtu(Input input) {
   try {
     const auto source = open_pvtu(MappedFile::open(folder().file("m.pvtu")), options_of(input));
     if (source) read_all(source.get());
+  } catch (const Error&) {
+  }
+}
+
+void read_pvd_list(Input input) {
+  const std::string bytes(reinterpret_cast<const char*>(input.data()), input.size());
+  write_or_remove("m.pvd", &bytes);
+  try {
+    for (const PvdStep& step : read_pvd(folder().file("m.pvd"))) {
+      if (!step.path.starts_with(folder().path().string())) throw std::logic_error(step.path);
+    }
   } catch (const Error&) {
   }
 }

@@ -13,7 +13,7 @@ import subprocess
 import sys
 import time
 
-TARGETS = ["vtu", "pvtu", "legacy", "medit", "gmsh", "tetgen", "chunk_store", "map", "progressive", "command_line"]
+TARGETS = ["vtu", "pvtu", "pvd", "legacy", "medit", "gmsh", "tetgen", "chunk_store", "map", "progressive", "command_line"]
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 
 # An input has at most MAX_BYTES; what it makes a reader allocate at once must be in proportion: LZMA may make 16,384

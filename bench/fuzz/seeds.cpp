@@ -192,6 +192,16 @@ std::vector<std::string> pvtu_seeds() {
   return seeds;
 }
 
+std::vector<std::string> pvd_seeds() {
+  const auto list = [](const std::string& steps) {
+    return "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\"><Collection>" + steps +
+           "</Collection></VTKFile>\n";
+  };
+  return {list("<DataSet timestep=\"0\" file=\"a.vtu\"/><DataSet timestep=\"0.5\" group=\"\" "
+               "part=\"0\" file=\"b/c.vtu\"/>"),
+          list("<DataSet timestep=\"-1e3\" file=\"../a.vtu\"/>"), list("")};
+}
+
 // Those of version 5.1 are ours; the lists of earlier ones are made by hand.
 std::vector<std::string> legacy_seeds() {
   std::vector<std::string> seeds =
@@ -266,6 +276,8 @@ std::vector<std::string> command_seeds() {
       "check\nin.vtu\n--fix\nout.vtu",
       "apply\nrun.map\nin.vtu\n-o\nout.vtu\n--array\nf",
       "simplify\nin.vtu\n-o\nout.vtu\n--progressive\nrun.tfp",
+      "simplify\nstep_1.vtu\nstep_2.vtu\n-o\nout_{step}.vtu\n--series\nshared\n--weight\nw",
+      "simplify\nrun.pvd\n-o\nout.pvd\n--series\neach\n--array\nf",
       "refine\nrun.tfp\n-o\nout.vtu\n--tets\n10k",
       "simplify\nin.vtu\n-o\nout.vtu\n--map\nrun.map\n--original-ids\n--roi\nbox:0,0,0,1,1,1",
       "info\nin.vtu\n--verbose",

@@ -6,9 +6,10 @@
 namespace tetfusion::fuzz {
 
 std::span<const Target> targets() {
-  static constexpr std::array<Target, 10> kTargets{
+  static constexpr std::array<Target, 11> kTargets{
       {{"vtu", read_vtu, vtu_seeds},
        {"pvtu", read_pvtu, pvtu_seeds},
+       {"pvd", read_pvd_list, pvd_seeds},
        {"legacy", read_legacy, legacy_seeds},
        {"medit", read_medit, medit_seeds},
        {"gmsh", read_gmsh, gmsh_seeds},

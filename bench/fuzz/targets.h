@@ -30,6 +30,9 @@ inline constexpr std::string_view kCut = "\n%%%%\n";
 void read_tetgen(Input);
 void read_pvtu(Input);
 
+// The list of a series' files, which are not opened.
+void read_pvd_list(Input);
+
 // A section file, a manifest or the state of a checkpoint, by what they begin with. Each is taken
 // as it is, and again with its checksums put right.
 void read_chunk_store(Input);
@@ -52,6 +55,7 @@ const Target* find_target(std::string_view name);
 std::vector<std::string> vtk_seeds();  // as VTK's own writer has them
 std::vector<std::string> vtu_seeds();  // those, and what else may be in a file
 std::vector<std::string> pvtu_seeds();
+std::vector<std::string> pvd_seeds();
 std::vector<std::string> legacy_seeds();
 std::vector<std::string> medit_seeds();
 std::vector<std::string> gmsh_seeds();

@@ -16,7 +16,7 @@
 #include "cli/summaries.h"
 #include "driver/simplify.h"
 #include "io/output_file.h"
-#include "series/series.h"
+#include "series/series_plan.h"
 
 namespace tetfusion {
 
@@ -200,7 +200,12 @@ void refuse_unreached_goal(const SimplifyReport& report) {
 }
 
 void run_series(Arguments* a) {
-  SeriesRequest request{a->request, a->inputs, a->series != "each"};
+  const SeriesRequest request{a->request, a->inputs, a->series != "each"};
+  const SeriesPlan plan = plan_series(request);
+  std::vector<std::string> outputs{plan.list};
+  for (const Step& step : plan.steps) outputs.push_back(step.output);
+  refuse_same_file("--report", a->report, outputs);
+  refuse_same_file("--map", a->request.map, outputs);
   SeriesReport report;
   {
     Console console(a->console);

@@ -317,11 +317,15 @@ class Refused(SeriesTest):
         self.refuse([*steps, "-"])
         self.refuse(steps, out="out_{step}.xyz")
         self.refuse(steps, "--report", steps[1])
+        for option in ("--report", "--map"):
+            self.assertIn("out_007.vtu", self.refuse(steps, option, self.folder / "out_007.vtu"))
+            self.refuse(steps, option, self.folder / "all.pvd", out="all.pvd")
         self.refuse(steps, out="none/out_{step}.vtu", code=IO)
         (self.folder / "a.pvd").write_text("<VTKFile><Collection/></VTKFile>")
         self.refuse([self.folder / "a.pvd"], code=BAD)
         self.refuse([self.folder / "a.pvd", steps[0]])
         for rows in ('<DataSet timestep="x" file="step_000.vtu"/>', '<DataSet timestep="1"/>',
+                     '<DataSet timestep="1" file="../step_000.vtu"/>', f'<DataSet timestep="1" file="{steps[0]}"/>',
                      '<DataSet timestep="1" file="step_000.vtu"/><DataSet timestep="1" file="step_007.vtu"/>'):
             (self.folder / "a.pvd").write_text(f"<VTKFile><Collection>{rows}</Collection></VTKFile>")
             self.refuse([self.folder / "a.pvd"], code=BAD)
