@@ -58,12 +58,20 @@ class NumberRun {
   bool ascends_ = true;
 };
 
-// ---- nodes ----
-
-class NodeWalker {
+// Goes through a section from place to place: its head first, then rows; in version 4 in blocks.
+template <class Place>
+class SectionWalker {
  public:
-  NodeWalker(const FormatFile& file, const GmshHead& head)
-      : head_(head), in_(file, head.nodes, head.binary, head.swapped) {
+  Place place() const {
+    Place here = place_;
+    here.at = in_.at();
+    return here;
+  }
+  const GmshCursor& cursor() const { return in_; }
+
+ protected:
+  SectionWalker(const FormatFile& file, const GmshHead& head, std::string_view section)
+      : head_(head), in_(file, section, head.binary, head.swapped) {
     if (!head_.is_4) {
       in_.count();
       if (in_.binary()) in_.end_line();
@@ -72,17 +80,23 @@ class NodeWalker {
     place_.blocks = in_.size();
     for (int i = 0; i < 3; ++i) in_.size();
   }
-  NodeWalker(const FormatFile& file, const GmshHead& head, const GmshNodePlace& place)
-      : head_(head),
-        in_(file, from(head.nodes, place.at), head.binary, head.swapped),
-        place_(place) {}
+  SectionWalker(const FormatFile& file, const GmshHead& head, std::string_view section,
+                const Place& place)
+      : head_(head), in_(file, from(section, place.at), head.binary, head.swapped), place_(place) {}
 
-  GmshNodePlace place() const {
-    GmshNodePlace here = place_;
-    here.at = in_.at();
-    return here;
-  }
-  const GmshCursor& cursor() const { return in_; }
+  const GmshHead& head_;
+  GmshCursor in_;
+  Place place_;
+};
+
+// ---- nodes ----
+
+class NodeWalker : public SectionWalker<GmshNodePlace> {
+ public:
+  NodeWalker(const FormatFile& file, const GmshHead& head)
+      : SectionWalker(file, head, head.nodes) {}
+  NodeWalker(const FormatFile& file, const GmshHead& head, const GmshNodePlace& place)
+      : SectionWalker(file, head, head.nodes, place) {}
 
   // Goes to the next node of version 4, over the heads of blocks, whose numbers `numbers` gets.
   // `done`: nodes before.
@@ -151,10 +165,6 @@ class NodeWalker {
     if (number < 0) in_.fail_at(at, "a node has the number " + std::to_string(number));
     if (numbers != nullptr) numbers->add(static_cast<std::uint64_t>(number));
   }
-
-  const GmshHead& head_;
-  GmshCursor in_;
-  GmshNodePlace place_;
 };
 
 // ---- elements ----
@@ -167,29 +177,12 @@ struct Element {
   std::array<VertexId, 10> ids{};  // in VTK's order
 };
 
-class ElementWalker {
+class ElementWalker : public SectionWalker<GmshElementPlace> {
  public:
   ElementWalker(const FormatFile& file, const GmshHead& head)
-      : head_(head), in_(file, head.elements, head.binary, head.swapped) {
-    if (!head_.is_4) {
-      in_.count();
-      if (in_.binary()) in_.end_line();
-      return;
-    }
-    place_.blocks = in_.size();
-    for (int i = 0; i < 3; ++i) in_.size();
-  }
+      : SectionWalker(file, head, head.elements) {}
   ElementWalker(const FormatFile& file, const GmshHead& head, const GmshElementPlace& place)
-      : head_(head),
-        in_(file, from(head.elements, place.at), head.binary, head.swapped),
-        place_(place) {}
-
-  GmshElementPlace place() const {
-    GmshElementPlace here = place_;
-    here.at = in_.at();
-    return here;
-  }
-  const GmshCursor& cursor() const { return in_; }
+      : SectionWalker(file, head, head.elements, place) {}
 
   // Goes over the heads of blocks. `done`: elements before.
   void find_element(std::uint64_t done) {
@@ -328,10 +321,6 @@ class ElementWalker {
     const bool wedge = out->type.vtk == kVtkWedge;
     for (std::size_t k = 0; k < count; ++k) out->ids[k] = ids[wedge ? kWedge[k] : k];
   }
-
-  const GmshHead& head_;
-  GmshCursor in_;
-  GmshElementPlace place_;
 };
 
 // Calls f(place, begin, end) for the rows [begin, end) that each of the places from that of row
