@@ -47,12 +47,12 @@ Place Locator::locate(const Point& p, LocatorHint* hint) const {
 bool Locator::walk(const Point& p, TetId* tet, Place* place) const {
   TetId from = kNoTet;
   for (int step = 0; step < kMostSteps; ++step) {
-    const Corners corners = mesh_.corners(*tet);
+    const std::array<Determinant, 4> volumes = volumes_at(mesh_.corners(*tet), p);
     const auto& neighbours = mesh_.neighbours[*tet];
     std::array<double, 4> shares;
     std::size_t exit = 4;
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      const Determinant d = volume_at(corners, corner, p);
+      const Determinant& d = volumes[corner];
       shares[corner] = d.value;
       if (d.value >= -d.error) continue;
       exit = corner;

@@ -1,11 +1,15 @@
 #include "compare/measure.h"
 
+#include <limits>
+
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {
 
 namespace {
+
+constexpr std::size_t kBlock = 8192;
 
 template <class T>
 void add_all(std::vector<T>* sums, const std::vector<T>& others) {
@@ -47,22 +51,6 @@ double Errors::rms() const {
 }
 
 double Errors::max() const { return std::sqrt(max_squared); }
-
-void Integral::add(double volume, std::span<const double* const> rows) {
-  const double weight = volume / static_cast<double>(rows.size());
-  for (std::size_t c = 0; c < components.size(); ++c) {
-    double sum = 0;
-    for (const double* row : rows) sum += row[c];
-    components[c].add(weight * sum);
-  }
-  double lengths = 0;
-  for (const double* row : rows) {
-    double squared = 0;
-    for (std::size_t c = 0; c < components.size(); ++c) squared += row[c] * row[c];
-    lengths += std::sqrt(squared);
-  }
-  length.add(weight * lengths);
-}
 
 void Integral::add(const Integral& other) {
   add_all(&components, other.components);
@@ -130,14 +118,28 @@ void CellMeasures::add(const CellMeasures& other) {
   }
 }
 
-double interpolate(const SimplifiedMesh& mesh, std::size_t width, const Place& place,
-                   std::size_t column) {
-  const Tet& t = mesh.tets[place.tet];
-  double value = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (place.weights[i] > 0) value += place.weights[i] * mesh.point_rows[t[i] * width + column];
-  }
-  return value;
+double length_of(const Field& field, const double* row) {
+  if (!all_finite(row, field.info.components)) return std::numeric_limits<double>::quiet_NaN();
+  if (field.info.components == 1) return std::abs(*row);
+  double squared = 0;
+  for (std::size_t c = 0; c < field.info.components; ++c) squared += row[c] * row[c];
+  return std::sqrt(squared);
+}
+
+Vector<double> lengths_of(const FieldSet& fields, const Vector<double>& rows) {
+  const std::size_t count = fields.fields.size();
+  Vector<double> lengths(count == 0 ? 0 : rows.size() / fields.width * count);
+  for_each_block(count == 0 ? 0 : lengths.size() / count, kBlock,
+                 [&](std::size_t, std::size_t begin, std::size_t end) {
+                   for (std::size_t i = begin; i < end; ++i) {
+                     for (std::size_t f = 0; f < count; ++f) {
+                       const Field& field = fields.fields[f];
+                       lengths[i * count + f] =
+                           length_of(field, rows.data() + i * fields.width + field.offset);
+                     }
+                   }
+                 });
+  return lengths;
 }
 
 Vector<std::uint32_t> curve_order(const Vector<Point>& points) {
@@ -157,8 +159,6 @@ VertexId nearest_corner(const SimplifiedMesh& mesh, const Place& place) {
 }
 
 namespace {
-
-constexpr std::size_t kBlock = 8192;
 
 double volume_of(const SimplifiedMesh& mesh, TetId t) {
   return std::abs(determinant(mesh.points, mesh.tets[t]).value) / 6;
@@ -186,19 +186,21 @@ std::vector<Integral> integrate(const SimplifiedMesh& mesh, const FieldSet& fiel
 
 std::vector<Integral> integrate_points(const SimplifiedMesh& mesh, const FieldSet& fields) {
   return integrate(mesh, fields, [&](TetId t, const Field& field, Integral* sum) {
-    std::array<const double*, 4> rows;
-    for (std::size_t i = 0; i < 4; ++i) {
-      rows[i] = mesh.point_rows.data() + mesh.tets[t][i] * fields.width + field.offset;
-      if (!all_finite(rows[i], field.info.components)) return;
-    }
-    sum->add(volume_of(mesh, t), rows);
+    const CornerRows rows = corner_rows(mesh.point_rows, fields.width, mesh.tets[t], field.offset);
+    double length = 0;
+    for (const double* row : rows) length += length_of(field, row);
+    if (std::isnan(length)) return;
+    sum->add(volume_of(mesh, t) / 4, length,
+             [&](std::size_t c) { return (rows[0][c] + rows[1][c]) + (rows[2][c] + rows[3][c]); });
   });
 }
 
 std::vector<Integral> integrate_cells(const SimplifiedMesh& mesh, const FieldSet& fields) {
   return integrate(mesh, fields, [&](TetId t, const Field& field, Integral* sum) {
     const double* row = mesh.cell_rows.data() + std::size_t{t} * fields.width + field.offset;
-    if (all_finite(row, field.info.components)) sum->add(volume_of(mesh, t), {&row, 1});
+    const double length = length_of(field, row);
+    if (std::isnan(length)) return;
+    sum->add(volume_of(mesh, t), length, [&](std::size_t c) { return row[c]; });
   });
 }
 

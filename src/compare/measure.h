@@ -1,10 +1,10 @@
 // What differs between an original and the simplified mesh, summed up.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <span>
 #include <vector>
 
 #include "compare/fields.h"
@@ -38,8 +38,12 @@ struct Integral {
   std::vector<CompensatedSum> components;
   CompensatedSum length;
 
-  // Of a cell: the mean of rows of values, all finite.
-  void add(double volume, std::span<const double* const> rows);
+  // Of a cell: weight * value(component), weight * size.
+  template <class Value>
+  void add(double weight, double size, Value value) {
+    for (std::size_t c = 0; c < components.size(); ++c) components[c].add(weight * value(c));
+    length.add(weight * size);
+  }
   void add(const Integral& other);
 };
 
@@ -105,10 +109,28 @@ inline bool all_finite(const double* row, std::size_t components) {
   return true;
 }
 
-// The value of a point field's component (its column in a row) at a place: between the corners'
-// values, or that of the corner with the largest weight. A corner without weight has no influence.
-double interpolate(const SimplifiedMesh& mesh, std::size_t width, const Place& place,
-                   std::size_t column);
+// The length of a field's values in a row; NaN if one of them is not finite.
+double length_of(const Field& field, const double* row);
+// Of each field in each row, row by row.
+Vector<double> lengths_of(const FieldSet& fields, const Vector<double>& rows);
+
+// The values of a point field at the corners of a tetrahedron: rows of its components.
+using CornerRows = std::array<const double*, 4>;
+inline CornerRows corner_rows(const Vector<double>& rows, std::size_t width, const Tet& tet,
+                              std::size_t offset) {
+  CornerRows corners;
+  for (std::size_t i = 0; i < 4; ++i) corners[i] = rows.data() + tet[i] * width + offset;
+  return corners;
+}
+// A component between the corners' values. A corner without weight has no influence.
+inline double interpolate(const CornerRows& rows, const std::array<double, 4>& weights,
+                          std::size_t component) {
+  double value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (weights[i] > 0) value += weights[i] * rows[i][component];
+  }
+  return value;
+}
 VertexId nearest_corner(const SimplifiedMesh& mesh, const Place& place);
 
 // The square of the Euclidean distance between a row of a field and value(component).

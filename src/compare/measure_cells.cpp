@@ -35,19 +35,20 @@ Shape shape_of(const Corners& c) {
   return shape;
 }
 
-// value(corner) of a linear function.
-template <class Value>
-Point gradient(const Shape& shape, Value value) {
-  const double first = value(0);
-  return (value(1) - first) * shape.slopes[0] + (value(2) - first) * shape.slopes[1] +
-         (value(3) - first) * shape.slopes[2];
+// Of a component of a field.
+Point gradient(const Shape& shape, const CornerRows& rows, std::size_t c) {
+  const double first = rows[0][c];
+  return (rows[1][c] - first) * shape.slopes[0] + (rows[2][c] - first) * shape.slopes[1] +
+         (rows[3][c] - first) * shape.slopes[2];
 }
 
 // One block of cells.
 class Block {
  public:
-  Block(const Meshes& meshes, const OriginalCells& window, CellMeasures* out)
-      : meshes_(meshes), window_(window), out_(out) {}
+  // `lengths`: of the point fields, at the window's points.
+  Block(const Meshes& meshes, const OriginalCells& window, const Vector<double>& lengths,
+        CellMeasures* out)
+      : meshes_(meshes), window_(window), lengths_(lengths), out_(out) {}
 
   void measure(std::size_t cell, const Point& centre) {
     const Tet& t = window_.tets[cell];
@@ -68,44 +69,42 @@ class Block {
 
  private:
   void measure_points(const Tet& t, std::size_t f) {
+    const std::size_t fields = meshes_.point_fields.fields.size();
     const Field& field = meshes_.point_fields.fields[f];
-    const std::size_t width = meshes_.point_fields.width;
     if (field.integer) return;
-    std::array<const double*, 4> rows;
-    for (std::size_t i = 0; i < 4; ++i) {
-      rows[i] = window_.points.rows.data() + t[i] * width + field.offset;
-      if (all_finite(rows[i], field.info.components)) continue;
+    double length = 0;
+    for (const VertexId v : t) length += lengths_[v * fields + f];
+    if (std::isnan(length)) {
       ++out_->errors[f].non_finite;
       return;
     }
-    out_->integrals[f].add(shape_.volume, rows);
+    const std::size_t width = meshes_.point_fields.width;
+    const SimplifiedMesh& mesh = meshes_.simplified;
+    const CornerRows rows = corner_rows(window_.points.rows, width, t, field.offset);
+    const CornerRows others =
+        corner_rows(mesh.point_rows, width, mesh.tets[place_.tet], field.offset);
     double squared = 0;
-    for (std::size_t c = 0; c < field.info.components; ++c) {
-      const double mean = ((rows[0][c] + rows[1][c]) + (rows[2][c] + rows[3][c])) / 4;
-      const double d = interpolate(meshes_.simplified, width, place_, field.offset + c) - mean;
+    out_->integrals[f].add(shape_.volume / 4, length, [&](std::size_t c) {
+      const double sum = (rows[0][c] + rows[1][c]) + (rows[2][c] + rows[3][c]);
+      const double d = interpolate(others, place_.weights, c) - sum / 4;
       squared += d * d;
-    }
+      return sum;
+    });
     if (!std::isfinite(squared)) {
       ++out_->errors[f].undefined;
       return;
     }
     out_->errors[f].add(shape_.volume, squared, centre_);
-    if (!shape_.flat && !other_.flat) measure_gradient(field, rows, f);
+    if (!shape_.flat && !other_.flat) measure_gradient(rows, others, f);
   }
 
-  void measure_gradient(const Field& field, const std::array<const double*, 4>& rows,
-                        std::size_t f) {
-    const SimplifiedMesh& mesh = meshes_.simplified;
-    const std::size_t width = meshes_.point_fields.width;
-    const Tet& other = mesh.tets[place_.tet];
+  void measure_gradient(const CornerRows& rows, const CornerRows& others, std::size_t f) {
     double squares = 0, errors = 0;
-    for (std::size_t c = 0; c < field.info.components; ++c) {
-      const Point g = gradient(shape_, [&](std::size_t i) { return rows[i][c]; });
-      const Point h = gradient(other_, [&](std::size_t i) {
-        return mesh.point_rows[other[i] * width + field.offset + c];
-      });
+    for (std::size_t c = 0; c < meshes_.point_fields.fields[f].info.components; ++c) {
+      const Point g = gradient(shape_, rows, c);
+      const Point e = gradient(other_, others, c) - g;
       squares += dot(g, g);
-      errors += dot(h - g, h - g);
+      errors += dot(e, e);
     }
     if (!std::isfinite(errors)) return;
     const double weight = std::min(shape_.volume, other_.volume);
@@ -118,12 +117,13 @@ class Block {
     const std::size_t width = meshes_.cell_fields.width;
     Errors& errors = out_->cell_errors[f];
     const double* row = window_.cell_rows.data() + cell * width + field.offset;
-    if (!all_finite(row, field.info.components)) {
+    const double length = length_of(field, row);
+    if (std::isnan(length)) {
       ++errors.non_finite;
       return;
     }
     out_->cell_values[f].add(row);
-    out_->cell_integrals[f].add(shape_.volume, {&row, 1});
+    out_->cell_integrals[f].add(shape_.volume, length, [&](std::size_t c) { return row[c]; });
     if (field.region) out_->cell_regions[f][*row].add(shape_.volume);
     const double* other = meshes_.simplified.cell_rows.data() + place_.tet * width + field.offset;
     const double squared = squared_difference(field, row, [&](std::size_t c) { return other[c]; });
@@ -137,6 +137,7 @@ class Block {
 
   const Meshes& meshes_;
   const OriginalCells& window_;
+  const Vector<double>& lengths_;
   CellMeasures* out_;
   LocatorHint hint_;
   Shape shape_, other_;
@@ -165,10 +166,11 @@ CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double
   meshes.original.for_each_cells([&](const OriginalCells& window, double share) {
     const Vector<Point> centres = centres_of(window);
     const Vector<std::uint32_t> order = curve_order(centres);
+    const Vector<double> lengths = lengths_of(meshes.point_fields, window.points.rows);
     std::vector<CellMeasures> parts(block_count(window.tets.size(), kBlock), nothing);
     for_each_block(window.tets.size(), kBlock,
                    [&](std::size_t b, std::size_t begin, std::size_t end) {
-                     Block block(meshes, window, &parts[b]);
+                     Block block(meshes, window, lengths, &parts[b]);
                      for (std::size_t i = begin; i < end; ++i)
                        block.measure(order[i], centres[order[i]]);
                    });

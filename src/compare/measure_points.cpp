@@ -58,9 +58,10 @@ class Block {
     };
     if (vertices_.empty()) {
       if (field.integer) return at_vertex(nearest_corner(mesh, place_));
-      return squared_difference(field, row, [&](std::size_t c) {
-        return interpolate(mesh, width, place_, field.offset + c);
-      });
+      const CornerRows rows =
+          corner_rows(mesh.point_rows, width, mesh.tets[place_.tet], field.offset);
+      return squared_difference(
+          field, row, [&](std::size_t c) { return interpolate(rows, place_.weights, c); });
     }
     double least = std::numeric_limits<double>::infinity();
     for (const VertexId v : vertices_) {

@@ -1,16 +1,16 @@
 // Sums whose error does not grow with the number of terms.
 #pragma once
 
-#include <cmath>
-
 namespace tetfusion {
 
-// Neumaier's variant of Kahan's summation (1974). The result depends on the order of the terms.
+// Neumaier's variant of Kahan's summation (1974), with Knuth's way to find what rounding takes from
+// an addition, which needs not know the larger term. The result depends on the order of the terms.
 class CompensatedSum {
  public:
   void add(double x) {
     const double t = sum_ + x;
-    compensation_ += std::abs(sum_) >= std::abs(x) ? (sum_ - t) + x : (x - t) + sum_;
+    const double added = t - sum_;
+    compensation_ += (sum_ - (t - added)) + (x - added);
     sum_ = t;
   }
   void add(const CompensatedSum& other) {
