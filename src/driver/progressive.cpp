@@ -1,5 +1,7 @@
 #include "driver/progressive.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -7,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
+#include "base/numbers.h"
 #include "driver/windows.h"
 #include "io/mesh_stream.h"
 #include "io/progressive_file.h"
@@ -257,8 +261,6 @@ ProgressiveDescription describe(const CarriedArrays& carried, MeshSource* source
   return out;
 }
 
-}  // namespace
-
 // Of a fusion, which deletes five or more: what leads to its parts, the rows of two points, its
 // star; of a tetrahedron its number, corners and row. Vectors have up to twice the room.
 std::uint64_t log_bytes_per_tet(const MeshDescription& mesh) {
@@ -266,32 +268,61 @@ std::uint64_t log_bytes_per_tet(const MeshDescription& mesh) {
   return 2 * ((60 + 4 + 30 + 2 * point) / 5 + 12 + row_bytes_of(mesh.cell_data));
 }
 
+}  // namespace
+
+void include_logs(const SimplifyRequest& request, const MeshDescription& mesh, std::uint64_t total,
+                  MemoryNeeds* needs) {
+  needs->in_core += mesh.cells * log_bytes_per_tet(mesh);
+  if (request.performance.on_disk) {
+    throw Error(ErrorCode::kUsage,
+                "--progressive needs the mesh in memory: it cannot be kept on disk yet");
+  }
+  if (needs->in_core <= total) return;
+  throw Error(
+      ErrorCode::kMemory,
+      fmt::format("{}: with --progressive the mesh and its fusions are kept in memory, which "
+                  "needs about {}, but it may use {}: give --memory {}M or more, or leave "
+                  "out --progressive",
+                  request.input, format_bytes(needs->in_core), format_bytes(total),
+                  (needs->in_core >> 20) + 1));
+}
+
+void refuse_ghosts(const std::string& input, const InputFacts& facts) {
+  if (facts.ghost_cells == 0) return;
+  throw Error(ErrorCode::kUsage,
+              fmt::format("{}: {} cells are ghosts, which a progressive file cannot bring back: "
+                          "leave out --progressive, or convert the mesh first",
+                          input, format_count(facts.ghost_cells)));
+}
+
 template <class Real>
-void write_progressive(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
-                       const LowerPart<Real>& lower, const CarriedArrays& carried,
-                       const RoundLogs& logs, bool some_rewound, MeshSource* source,
-                       const RunContext& context, OutputFile* file) {
+void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carried,
+                       const RoundLogs& logs, MeshSource* source, const RunContext& context,
+                       ImportedMesh<Real>* mesh, OutputFile* file) {
   const auto stream = open_stream(source);
-  Recorder<Real> recorder(mesh, layout, lower, stream->points());
+  auto rows = layout;
+  rows.cell_columns.push_back(number_column());
+  Recorder<Real> recorder(mesh->mesh, rows, mesh->lower, stream->points());
   recorder.gather_base();
   recorder.note_points(logs);
   ProgressiveWriter writer(file, describe(carried, source));
   recorder.put_base(&writer);
   writer.put_lower(recorder.lower_rows());
   writer.put_spare(recorder.read_spare(*stream, carried));
-  if (some_rewound) writer.put_rewound(find_rewound<Real>(*stream));
+  // Those that are inverted were wound the other way, too.
+  if (mesh->facts.rewound + mesh->facts.inverted > 0)
+    writer.put_rewound(find_rewound<Real>(*stream));
   for (auto round = logs.rbegin(); round != logs.rend(); ++round) {
     context.check();
     put_round(*round, &writer);
   }
   writer.finish();
+  mesh->lower.columns.pop_back();
 }
 
-template void write_progressive(const MacroLod<float>&, const WorkMesh<float>&,
-                                const LowerPart<float>&, const CarriedArrays&, const RoundLogs&,
-                                bool, MeshSource*, const RunContext&, OutputFile*);
-template void write_progressive(const MacroLod<double>&, const WorkMesh<double>&,
-                                const LowerPart<double>&, const CarriedArrays&, const RoundLogs&,
-                                bool, MeshSource*, const RunContext&, OutputFile*);
+template void write_progressive(const WorkMesh<float>&, const CarriedArrays&, const RoundLogs&,
+                                MeshSource*, const RunContext&, ImportedMesh<float>*, OutputFile*);
+template void write_progressive(const WorkMesh<double>&, const CarriedArrays&, const RoundLogs&,
+                                MeshSource*, const RunContext&, ImportedMesh<double>*, OutputFile*);
 
 }  // namespace tetfusion

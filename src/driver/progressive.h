@@ -2,28 +2,34 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "base/run_context.h"
 #include "driver/carried_arrays.h"
 #include "driver/import.h"
+#include "driver/memory_plan.h"
+#include "driver/options.h"
 #include "driver/rounds.h"
 #include "io/mesh_source.h"
 #include "io/output_file.h"
 
 namespace tetfusion {
 
-// About what the logs of a run take in memory for each tetrahedron of the input.
-std::uint64_t log_bytes_per_tet(const MeshDescription& mesh);
+// Adds what the logs of a run take in memory. Throws Error(kMemory) where it may not have `total`
+// bytes, Error(kUsage) where the mesh is to lie on disk.
+void include_logs(const SimplifyRequest& request, const MeshDescription& mesh, std::uint64_t total,
+                  MemoryNeeds* needs);
 
-// Writes the file but for its commit(). `layout` and `mesh` have ImportSettings::keeps_numbers, and
-// so has `lower`. The chunks' fusions of a round do not know each other, so they are taken
-// backwards in turns, by shares of what each chunk has deleted: wherever one stops, all have been
-// undone as far as one another. `some_rewound`: the import may have wound some tetrahedra the other
-// way; they are looked for.
+// They are gone when a mesh has been read. Throws Error(kUsage) where there are any.
+void refuse_ghosts(const std::string& input, const InputFacts& facts);
+
+// Writes the file but for its commit(). `mesh` was imported with ImportSettings::keeps_numbers; its
+// cells of lower dimension lose their numbers here. The chunks' fusions of a round do not know each
+// other, so they are taken backwards in turns, by shares of what each chunk has deleted: wherever
+// one stops, all have been undone as far as one another.
 template <class Real>
-void write_progressive(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
-                       const LowerPart<Real>& lower, const CarriedArrays& carried,
-                       const RoundLogs& logs, bool some_rewound, MeshSource* source,
-                       const RunContext& context, OutputFile* file);
+void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carried,
+                       const RoundLogs& logs, MeshSource* source, const RunContext& context,
+                       ImportedMesh<Real>* mesh, OutputFile* file);
 
 }  // namespace tetfusion

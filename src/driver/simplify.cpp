@@ -47,7 +47,6 @@ class Job {
   void open_input();
   MeshDescription description_of_output() const;
   void plan_memory();
-  void require_memory_for_logs(std::uint64_t total) const;
   void open_scratch();
   Steering read_steering();
   template <class Real>
@@ -67,15 +66,11 @@ class Job {
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
   bool looks_at_result() const { return request_.verify || !request_.map.empty(); }
-  void refuse_ghosts(const InputFacts& facts) const;
   bool keeps_logs() const { return !request_.progressive.empty(); }
   bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                        const RoundsState& state) const;
   double progress_at(std::uint64_t tets, std::size_t rounds) const;
-  template <class Real>
-  void write_progressive(const CarriedArrays& carried, const WorkMesh<Real>& layout,
-                         RunState<Real>* state, OutputFile* file);
   void make_map(const std::string& path, const Vector<std::int64_t>& original_ids,
                 const MeshSummary& written, OutputFile* file);
   void verify(const std::string& output, const std::string& path, const InputFacts& facts,
@@ -247,10 +242,7 @@ void Job::plan_memory() {
   if (const auto goal = plan_stages(request_, mesh.cells).front().tets; looks_at_result() && goal) {
     include_verification(mesh, *goal, request_.map.empty() ? 0 : kMapPointBytes, &needs_);
   }
-  if (keeps_logs()) {
-    needs_.in_core += mesh.cells * log_bytes_per_tet(mesh);
-    require_memory_for_logs(total);
-  }
+  if (keeps_logs()) include_logs(request_, mesh, total, &needs_);
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
     throw Error(
@@ -262,21 +254,6 @@ void Job::plan_memory() {
                     format_bytes(total), (needs_.out_of_core >> 20) + 1));
   }
   budget_ = std::make_unique<MemoryBudget>(total);
-}
-
-void Job::require_memory_for_logs(std::uint64_t total) const {
-  if (request_.performance.on_disk) {
-    throw Error(ErrorCode::kUsage,
-                "--progressive needs the mesh in memory: it cannot be kept on disk yet");
-  }
-  if (needs_.in_core <= total) return;
-  throw Error(
-      ErrorCode::kMemory,
-      fmt::format("{}: with --progressive the mesh and its fusions are kept in memory, which "
-                  "needs about {}, but it may use {}: give --memory {}M or more, or leave "
-                  "out --progressive",
-                  request_.input, format_bytes(needs_.in_core), format_bytes(total),
-                  (needs_.in_core >> 20) + 1));
 }
 
 void Job::open_scratch() {
@@ -457,7 +434,7 @@ template <class Real>
 void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
                      std::unique_ptr<Rounds<Real>> rounds, RunState<Real>* state) {
   if (looks_at_result()) require_boundary(request_.input, state->input.facts);
-  if (keeps_logs()) refuse_ghosts(state->input.facts);
+  if (keeps_logs()) refuse_ghosts(request_.input, state->input.facts);
   for (std::size_t i = state->outputs.size(); i < stages_.size(); ++i) {
     clock_.begin("passes");
     const bool reached = reach(stages_[i].tets, rounds.get(), state);
@@ -487,8 +464,12 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     out.has_numbers = keeps_logs();
     std::optional<OutputFile> progressive;
     if (keeps_logs()) {
+      clock_.begin("progressive");
       progressive.emplace(request_.progressive, OutputFile::Access::kPatch);
-      write_progressive(carried, layout, state, &*progressive);
+      write_progressive(layout, carried, logs_, source_.get(), context_, &state->input,
+                        &*progressive);
+      logs_ = {};
+      clock_.begin("write");
     }
     Vector<std::int64_t> ids;
     std::optional<OutputFile> map;
@@ -515,32 +496,6 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     report_.stop_reason = reached ? StopReason::kGoal : StopReason::kSaturated;
     if (last) return;
   }
-}
-
-void Job::refuse_ghosts(const InputFacts& facts) const {
-  if (facts.ghost_cells == 0) return;
-  throw Error(ErrorCode::kUsage,
-              fmt::format("{}: {} cells are ghosts, which a progressive file cannot bring back: "
-                          "leave out --progressive, or convert the mesh first",
-                          request_.input, format_count(facts.ghost_cells)));
-}
-
-// Takes the numbers of cells of lower dimension out, too.
-template <class Real>
-void Job::write_progressive(const CarriedArrays& carried, const WorkMesh<Real>& layout,
-                            RunState<Real>* state, OutputFile* file) {
-  const InputFacts& facts = state->input.facts;
-  clock_.begin("progressive");
-  auto rows = layout;
-  rows.cell_columns.push_back(number_column());
-  LowerPart<Real>& lower = state->input.lower;
-  // Those that are inverted were wound the other way, too.
-  const bool some_rewound = facts.rewound + facts.inverted > 0;
-  tetfusion::write_progressive(state->input.mesh, rows, lower, carried, logs_, some_rewound,
-                               source_.get(), context_, file);
-  lower.columns.pop_back();
-  logs_ = {};
-  clock_.begin("write");
 }
 
 void Job::make_map(const std::string& path, const Vector<std::int64_t>& original_ids,
