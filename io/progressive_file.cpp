@@ -4,79 +4,24 @@
 
 #include <algorithm>
 #include <cstring>
-#include <type_traits>
 #include <utility>
 
 #include "base/error.h"
-#include "base/resources.h"
 #include "base/serialize.h"
-#include "base/tasks.h"
 #include "io/checksum.h"
 #include "io/decode.h"
+#include "io/progressive_layout.h"
 
 namespace tetfusion {
 
+using namespace progressive;
+
 namespace {
-
-constexpr std::array<char, 8> kMagic{'T', 'F', 'P', 'R', 'O', 'G', 'R', 'S'};
-constexpr std::uint32_t kByteOrder = 0x01020304;
-constexpr std::uint32_t kVersion = 1;
-
-enum Kind : std::uint32_t { kDescription, kPoints, kTets, kLower, kSpare, kFusions, kRewound };
-
-// Rows a section, and records a block: some hundred kilobytes.
-constexpr std::size_t kRowsPerSection = std::size_t{1} << 16;
-constexpr std::size_t kRecordsPerBlock = std::size_t{1} << 13;
-
-struct Header {
-  std::array<char, 8> magic = kMagic;
-  std::uint32_t byte_order = kByteOrder;
-  std::uint32_t version = kVersion;
-  std::uint64_t file_bytes = 0;
-  std::uint64_t table = 0;
-  std::uint64_t sections = 0;
-  std::uint64_t table_sum = 0;
-  ProgressiveCounts counts;
-  std::uint32_t point_row = 0;
-  std::uint32_t cell_row = 0;
-  std::uint64_t sum = 0;
-};
-static_assert(sizeof(Header) == 112 && std::has_unique_object_representations_v<Header>);
-
-using TableRow = std::array<std::uint64_t, 6>;
-
-std::uint64_t header_sum(const Header& header) {
-  return checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, sum)));
-}
 
 std::size_t row_bytes_of(const AttributeSet& set) {
   std::size_t bytes = 0;
   for (const ArrayInfo& info : set.arrays) bytes += info.components * size_of(info.type);
   return bytes;
-}
-
-void put_text(const std::string& text, ByteWriter* out) { out->put_all(text); }
-
-void put_info(const ArrayInfo& info, ByteWriter* out) {
-  put_text(info.name, out);
-  out->put(static_cast<std::uint64_t>(info.type));
-  out->put(std::uint64_t{info.components});
-  out->put(info.tuples);
-  out->put(std::uint64_t{info.component_names.size()});
-  for (const std::string& name : info.component_names) put_text(name, out);
-}
-
-void put_set(const AttributeSet& set, ByteWriter* out) {
-  out->put(std::uint64_t{set.arrays.size()});
-  for (ArrayInfo info : set.arrays) {
-    info.tuples = 0;
-    put_info(info, out);
-  }
-  out->put(std::uint64_t{set.active.size()});
-  for (const auto& [marker, name] : set.active) {
-    put_text(marker, out);
-    put_text(name, out);
-  }
 }
 
 std::uint64_t get_number(ByteReader* in) {
@@ -134,170 +79,6 @@ std::size_t ProgressiveDescription::point_row_bytes() const {
 
 std::size_t ProgressiveDescription::cell_row_bytes() const { return row_bytes_of(cell_data); }
 
-ProgressiveWriter::ProgressiveWriter(OutputFile* file, const ProgressiveDescription& description)
-    : file_(file),
-      point_row_(description.point_row_bytes()),
-      cell_row_(description.cell_row_bytes()) {
-  const Header none;
-  file_->append(&none, sizeof none);
-  ByteWriter text;
-  text.put(static_cast<std::uint64_t>(description.point_type));
-  put_set(description.point_data, &text);
-  put_set(description.cell_data, &text);
-  text.put(std::uint64_t{description.field_data.size()});
-  for (const DataArray& array : description.field_data) {
-    put_info(array.info, &text);
-    text.put_all(array.bytes);
-  }
-  ColumnPacker columns;
-  columns.put(text.take(), 1);
-  add(std::move(columns), kDescription, 0);
-}
-
-void ProgressiveWriter::put_rows(const PointRows& points, std::uint32_t kind) {
-  counts_.points += points.numbers.size();
-  for (std::size_t i = 0; i < points.numbers.size(); i += kRowsPerSection) {
-    const std::size_t count = std::min(kRowsPerSection, points.numbers.size() - i);
-    ColumnPacker columns;
-    columns.put_all(part_of(points.numbers, i, count));
-    columns.put(part_of(points.rows, i * point_row_, count * point_row_), point_row_);
-    add(std::move(columns), kind, count);
-  }
-}
-
-void ProgressiveWriter::put_points(const PointRows& points) {
-  counts_.base_points = points.numbers.size();
-  put_rows(points, kPoints);
-}
-
-void ProgressiveWriter::put_spare(const PointRows& points) { put_rows(points, kSpare); }
-
-void ProgressiveWriter::put_tets(const TetRows& tets) {
-  counts_.base_tets = tets.numbers.size();
-  counts_.tets += tets.numbers.size();
-  counts_.cells += tets.numbers.size();
-  for (std::size_t i = 0; i < tets.numbers.size(); i += kRowsPerSection) {
-    const std::size_t count = std::min(kRowsPerSection, tets.numbers.size() - i);
-    ColumnPacker columns;
-    columns.put_all(part_of(tets.numbers, i, count));
-    columns.put_all(part_of(tets.corners, i, count));
-    columns.put(part_of(tets.rows, i * cell_row_, count * cell_row_), cell_row_);
-    add(std::move(columns), kTets, count);
-  }
-}
-
-void ProgressiveWriter::put_lower(const LowerRows& lower) {
-  const std::uint64_t count = lower.cells.size();
-  if (count == 0) return;
-  counts_.cells += count;
-  ColumnPacker columns;
-  columns.put_all(lower.numbers);
-  columns.put_all(lower.cells.types);
-  columns.put_all(lower.cells.offsets);
-  columns.put_all(lower.cells.connectivity);
-  columns.put(lower.rows, cell_row_);
-  add(std::move(columns), kLower, count);
-}
-
-void ProgressiveWriter::put_rewound(const Vector<TetId>& numbers) {
-  if (numbers.empty()) return;
-  ColumnPacker columns;
-  columns.put_all(numbers);
-  add(std::move(columns), kRewound, numbers.size());
-}
-
-void ProgressiveWriter::put(const FusionRecord& record) {
-  block_.append(record);
-  counts_.points += record.points.size();
-  counts_.cells += record.tets.size();
-  counts_.tets += record.tets.size();
-  ++counts_.fusions;
-  if (block_.size() == kRecordsPerBlock) end_block();
-}
-
-void ProgressiveWriter::end_block() {
-  if (block_.size() == 0) return;
-  Vector<VertexId> kept, points, elsewhere;
-  Vector<std::array<std::uint32_t, 4>> heads;
-  Vector<std::byte> rows, tet_rows;
-  Vector<std::uint8_t> star;
-  Vector<TetId> tets;
-  Vector<std::array<CornerCode, 4>> corners;
-  const auto join = [](const auto& part, auto* all) {
-    all->insert(all->end(), part.begin(), part.end());
-  };
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < block_.size(); ++i) {
-    const FusionRecord r = block_[i];
-    kept.push_back(r.kept);
-    const std::uint32_t changed = r.row_changed(point_row_) ? 1 : 0;
-    const auto count = [](const auto& part) { return static_cast<std::uint32_t>(part.size()); };
-    heads.push_back({r.gone | changed << 8, count(r.points), count(r.star), count(r.tets)});
-    for (const VertexId v : r.points) points.push_back(v - r.kept);
-    join(r.rows, &rows);
-    const std::uint32_t width = r.gone > 1 ? 2 : 1;
-    for (const std::uint8_t whose : r.star) {
-      for (std::uint32_t b = 0; b < width; ++b, ++bits) {
-        if (bits % 8 == 0) star.push_back(0);
-        star.back() = static_cast<std::uint8_t>(star.back() | (whose >> b & 1) << bits % 8);
-      }
-    }
-    TetId before = 0;
-    for (const TetId t : r.tets) tets.push_back(t - std::exchange(before, t));
-    join(r.corners, &corners);
-    join(r.elsewhere, &elsewhere);
-    join(r.tet_rows, &tet_rows);
-  }
-  ColumnPacker columns;
-  columns.put_all(kept);
-  columns.put_all(heads);
-  columns.put_all(points);
-  columns.put(rows, point_row_);
-  columns.put_all(star);
-  columns.put_all(tets);
-  columns.put_all(corners);
-  columns.put_all(elsewhere);
-  columns.put(tet_rows, cell_row_);
-  add(std::move(columns), kFusions, block_.size());
-  block_ = {};
-}
-
-void ProgressiveWriter::add(ColumnPacker columns, std::uint32_t kind, std::uint64_t rows) {
-  waiting_.push_back({std::move(columns), kind, rows});
-  if (waiting_.size() >= 2 * static_cast<std::size_t>(thread_count())) write_waiting();
-}
-
-// Packed side by side.
-void ProgressiveWriter::write_waiting() {
-  std::vector<Vector<std::byte>> packed(waiting_.size());
-  run_tasks(waiting_.size(), thread_count(),
-            [&](std::size_t i, std::size_t) { packed[i] = waiting_[i].columns.pack(); });
-  for (std::size_t i = 0; i < packed.size(); ++i) {
-    const Waiting& w = waiting_[i];
-    table_.push_back({file_->size(), packed[i].size(), w.columns.raw_bytes(), checksum(packed[i]),
-                      w.kind, w.rows});
-    file_->append(packed[i].data(), packed[i].size());
-  }
-  waiting_.clear();
-}
-
-void ProgressiveWriter::finish() {
-  end_block();
-  write_waiting();
-  const std::span<const std::byte> table = std::as_bytes(std::span(table_));
-  Header header;
-  header.table = file_->size();
-  header.sections = table_.size();
-  header.table_sum = checksum(table);
-  header.counts = counts_;
-  header.point_row = static_cast<std::uint32_t>(point_row_);
-  header.cell_row = static_cast<std::uint32_t>(cell_row_);
-  file_->append(table.data(), table.size());
-  header.file_bytes = file_->size();
-  header.sum = header_sum(header);
-  file_->overwrite(0, &header, sizeof header);
-}
-
 FusionRecord FusionBlock::next() {
   const std::size_t i = at_.record++;
   const auto take = [](const auto& all, std::size_t* at, std::size_t count) {
@@ -306,6 +87,7 @@ FusionRecord FusionBlock::next() {
   const auto& [head, points, star, tets] = heads_[i];
   FusionRecord r;
   r.kept = kept_[i];
+  r.error = errors_[i];
   r.gone = head & 0xFF;
   r.points = take(points_, &at_.point, points);
   r.rows = take(rows_, &at_.row, (points + (head >> 8)) * point_row_);
@@ -444,6 +226,11 @@ void ProgressiveFile::read_description() {
         bad("has an array of field data of the wrong length");
       }
     }
+    const std::uint64_t errors = get_number(&in);
+    if (errors > static_cast<std::uint64_t>(FusionErrors::kLargest)) {
+      bad("tells of errors of a kind that there is not");
+    }
+    description_.errors = static_cast<FusionErrors>(errors);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kIo) throw;
     bad("does not say what it holds");
@@ -515,6 +302,17 @@ Vector<TetId> ProgressiveFile::rewound(std::size_t part) const {
   return numbers;
 }
 
+Vector<float> ProgressiveFile::errors() const {
+  Vector<float> errors;
+  for (const Section& section : parts_[kErrors]) {
+    ColumnReader columns = columns_of(section);
+    columns.take_all(&errors);
+    columns.end();
+  }
+  if (errors.size() != blocks()) fail("the file has not as many errors as blocks of fusions");
+  return errors;
+}
+
 FusionBlock ProgressiveFile::block(std::size_t part) const {
   ColumnReader columns = columns_of(parts_[kFusions][part]);
   FusionBlock block;
@@ -522,6 +320,7 @@ FusionBlock ProgressiveFile::block(std::size_t part) const {
   block.cell_row_ = description_.cell_row_bytes();
   Vector<std::uint8_t> packed;
   columns.take_all(&block.kept_);
+  columns.take_all(&block.errors_);
   columns.take_all(&block.heads_);
   columns.take_all(&block.points_);
   columns.take(block.point_row_, &block.rows_);
@@ -534,7 +333,8 @@ FusionBlock ProgressiveFile::block(std::size_t part) const {
   const auto require = [this](bool holds) {
     if (!holds) fail("a block of fusions has not as many rows as it says to hold");
   };
-  require(block.heads_.size() == block.kept_.size());
+  require(block.heads_.size() == fusions_of(part) && block.kept_.size() == fusions_of(part) &&
+          block.errors_.size() == block.kept_.size());
   std::uint64_t rows = 0, points = 0, star = 0, tets = 0, bits = 0;
   for (const auto& head : block.heads_) {
     const std::uint32_t gone = head[0] & 0xFF;

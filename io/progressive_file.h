@@ -31,10 +31,18 @@ struct ProgressiveCounts {
   std::uint64_t fusions = 0;
 };
 
+// What is known of the error that a fusion left: of a steering field, as a share of its range.
+enum class FusionErrors : std::uint8_t {
+  kNone,
+  kMean,     // about the root of the mean square, as the run's quadrics had it
+  kLargest,  // at no point of the original that the new tetrahedra hold is there a larger one
+};
+
 struct ProgressiveDescription {
   ValueType point_type = ValueType::kFloat32;  // or kFloat64
   AttributeSet point_data, cell_data;          // tuples do not count
   std::vector<DataArray> field_data;
+  FusionErrors errors = FusionErrors::kNone;
 
   std::size_t point_row_bytes() const;
   std::size_t cell_row_bytes() const;
@@ -63,20 +71,24 @@ class ProgressiveWriter {
  public:
   ProgressiveWriter(OutputFile* file, const ProgressiveDescription& description);
 
-  // Of the simplified mesh. In this order, each once.
+  // Of the simplified mesh. In this order; points, tetrahedra, spare points and rewound ones in as
+  // many calls as one likes, ascending: the bytes are the same.
   void put_points(const PointRows& points);
   void put_tets(const TetRows& tets);
   void put_lower(const LowerRows& lower);
   // The points of the original that no cell uses.
   void put_spare(const PointRows& points);
   // Tetrahedra of the original whose last two corners are the other way round.
-  void put_rewound(const Vector<TetId>& numbers);
+  void put_rewound(std::span<const TetId> numbers);
   // In the order in which they are undone, the last one first.
   void put(const FusionRecord& record);
   void finish();
 
  private:
   void put_rows(const PointRows& points, std::uint32_t kind);
+  void end_points();
+  void end_tets();
+  void end_rewound();
   void end_block();
   void add(ColumnPacker columns, std::uint32_t kind, std::uint64_t rows);
   void write_waiting();
@@ -91,7 +103,13 @@ class ProgressiveWriter {
     std::uint64_t rows = 0;
   };
   std::vector<Waiting> waiting_;
+  // Of a section that is not full.
+  PointRows points_;
+  std::uint32_t points_kind_ = 0;
+  TetRows tets_;
+  Vector<TetId> rewound_;
   FusionLog block_;
+  Vector<float> errors_;  // the largest of each block
 };
 
 // Records of one block, one after another.
@@ -100,11 +118,13 @@ class FusionBlock {
   std::size_t size() const { return kept_.size(); }
   // The next record, of size() in all. Good until this object goes.
   FusionRecord next();
+  std::span<const float> errors() const { return errors_; }
 
  private:
   friend class ProgressiveFile;
   Vector<VertexId> kept_, points_, elsewhere_;
   Vector<std::array<std::uint32_t, 4>> heads_;  // gone and flags, points, star, tetrahedra
+  Vector<float> errors_;
   Vector<std::byte> rows_, tet_rows_;
   Vector<std::uint8_t> star_;
   Vector<TetId> tets_;
@@ -140,14 +160,17 @@ class ProgressiveFile {
   LowerRows lower(std::size_t part) const;
   PointRows spare(std::size_t part) const { return read_points(parts_[4][part]); }
   FusionBlock block(std::size_t part) const;
+  std::uint64_t fusions_of(std::size_t block) const { return parts_[5][block].rows; }
   Vector<TetId> rewound(std::size_t part) const;
+  // The largest error of each block.
+  Vector<float> errors() const;
 
   [[noreturn]] void fail(const std::string& what) const;
   // Throws Error(kIo) where the file was shortened since it was opened. To be called after reading.
   void check() const { file_.check(); }
 
  private:
-  static constexpr std::size_t kKinds = 7;
+  static constexpr std::size_t kKinds = 8;
   struct Section {
     std::uint64_t offset = 0, bytes = 0, raw_bytes = 0, checksum = 0, kind = 0, rows = 0;
   };

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/error.h"
@@ -19,13 +20,24 @@ namespace {
 
 struct Arguments {
   RefineRequest request;
-  std::string tets, reduction, report;
+  std::string tets, reduction, max_error, max_rms, report;
   int threads = 0;
   ConsoleOptions console;
 };
 
+std::optional<double> share_of(const char* option, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const auto share = parse_share(text);
+  if (share) return share;
+  throw Error(ErrorCode::kUsage,
+              fmt::format("{} {}: give a share, as in 1% or 0.01", option, text));
+}
+
 void parse_goal(Arguments* a) {
   RefineRequest& r = a->request;
+  r.reduction = share_of("--reduction", a->reduction);
+  r.max_error = share_of("--max-error", a->max_error);
+  r.max_rms = share_of("--max-rms", a->max_rms);
   if (!a->tets.empty()) {
     r.tets = parse_count(a->tets);
     if (!r.tets) {
@@ -33,25 +45,27 @@ void parse_goal(Arguments* a) {
                   fmt::format("--tets {}: give a whole number, as in 100000, 100k or 2M", a->tets));
     }
   }
-  if (a->reduction.empty()) return;
-  r.reduction = parse_share(a->reduction);
-  if (!r.reduction) {
-    throw Error(ErrorCode::kUsage,
-                fmt::format("--reduction {}: give a share, as in 50% or 0.5", a->reduction));
-  }
 }
 
 Json report_of(const Arguments& a, const RefineReport& r) {
-  return {{"version", version()},
-          {"path", a.request.input},
-          {"output", a.request.output},
-          {"file_bytes", r.file_bytes},
-          {"original", {{"tets", r.counts.tets}, {"points", r.counts.points}}},
-          {"base", {{"tets", r.counts.base_tets}, {"points", r.counts.base_points}}},
-          {"result", {{"tets", r.tets}, {"points", r.points}}},
-          {"fusions", r.counts.fusions},
-          {"undone", r.undone},
-          {"reached", r.reached}};
+  Json json = {{"version", version()},
+               {"path", a.request.input},
+               {"output", a.request.output},
+               {"file_bytes", r.file_bytes},
+               {"original", {{"tets", r.counts.tets}, {"points", r.counts.points}}},
+               {"base", {{"tets", r.counts.base_tets}, {"points", r.counts.base_points}}},
+               {"result", {{"tets", r.tets}, {"points", r.points}}},
+               {"fusions", r.counts.fusions},
+               {"undone", r.undone},
+               {"reached", r.reached}};
+  const bool is_known = r.errors != FusionErrors::kNone;
+  const char* kind = r.errors == FusionErrors::kLargest ? "max" : "rms";
+  if (is_known) json["error"] = {{"kind", kind}, {"value", r.error}};
+  if (r.inside) {
+    json["region"] = {{"points", *r.inside}, {"needed", *r.needed}};
+    if (is_known) json["region"]["error"] = r.error_inside;
+  }
+  return json;
 }
 
 void run(Arguments* a) {
@@ -73,6 +87,10 @@ void run(Arguments* a) {
   if (!r.reached) {
     console.say(fmt::format("the file begins with {} tetrahedra: no level of it has fewer",
                             format_count(r.counts.base_tets)));
+  }
+  if (r.inside && *r.inside == 0) {
+    console.say(
+        "no point of the original is inside the region: this is the mesh the file begins with");
   }
   if (r.undone == r.counts.fusions) console.say("this is the original");
   console.detail_resources();
@@ -114,6 +132,27 @@ void add_refine_command(CLI::App& app) {
   command
       ->add_option("--reduction", a->reduction,
                    "Leave this share of the original's tetrahedra out, as in 50%")
+      ->group("Goal");
+  command
+      ->add_option("--max-error", a->max_error,
+                   "The coarsest level on which no array that steered is further from the original "
+                   "at any of its points, as a share of its range, as in 1%. The run that wrote "
+                   "the file must have measured that, for a --max-error of its own")
+      ->group("Goal");
+  command
+      ->add_option("--max-rms", a->max_rms,
+                   "The coarsest level of which no fusion was estimated to leave a larger root of "
+                   "the mean square, as a share of the range; not of --method tetfuse")
+      ->group("Goal");
+  command
+      ->add_option(
+          "--roi", a->request.region,
+          "Refine only there, as far as the goal says: box=X0,X1,Y0,Y1,Z0,Z1, "
+          "sphere=X,Y,Z,RADIUS, or a point array and a value, as in \"pressure>0.5\" (of a "
+          "vector its length). May be given again. All tetrahedra of the original with a "
+          "point inside come back; the others stay as they are in the file, but for what "
+          "has to make way")
+      ->allow_extra_args(false)
       ->group("Goal");
   add_encoding_option(*command, &a->request.write.encoding);
   add_report_option(*command, &a->report);

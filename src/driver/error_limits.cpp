@@ -45,6 +45,22 @@ void relate_to_used_points(const SteeringBox& box, double max_error,
   }
 }
 
+NotedErrors noted_errors(const BehaviourOptions& options, const SteeringBox* used_points,
+                         std::span<const SteeringField> fields) {
+  NotedErrors noted;
+  if (options.method != Method::kFuse || fields.empty()) return noted;
+  const double all = error_limits(options, fields).max_error;
+  const bool at_points = std::all_of(fields.begin(), fields.end(), [&](const SteeringField& f) {
+    return f.tolerance.value_or(all) < kInfinity;
+  });
+  noted.kind = at_points ? FusionErrors::kLargest : FusionErrors::kMean;
+  for (const SteeringField& f : fields) {
+    const double range = used_points != nullptr ? range_in(*used_points, f) : f.range;
+    if (range > 0) noted.scale = std::max(noted.scale, f.range / range);
+  }
+  return noted;
+}
+
 ErrorLimits error_limits(const BehaviourOptions& options, std::span<const SteeringField> fields) {
   ErrorLimits limits;
   if (options.method != Method::kFuse) return limits;

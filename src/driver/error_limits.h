@@ -7,6 +7,7 @@
 
 #include "driver/import.h"
 #include "driver/options.h"
+#include "io/progressive_file.h"
 
 namespace tetfusion {
 
@@ -29,5 +30,14 @@ ErrorLimits error_limits(const BehaviourOptions& options, std::span<const Steeri
 // ranges over the points that tetrahedra use: others may have had a say in the fields' ranges.
 void relate_to_used_points(const SteeringBox& box, double max_error,
                            std::vector<SteeringField>* fields);
+
+// What a run's log notes of errors, and by what its shares of ranges are to be multiplied to be
+// shares of the ranges over the points that tetrahedra use.
+struct NotedErrors {
+  FusionErrors kind = FusionErrors::kNone;
+  double scale = 1;
+};
+NotedErrors noted_errors(const BehaviourOptions& options, const SteeringBox* used_points,
+                         std::span<const SteeringField> fields);
 
 }  // namespace tetfusion

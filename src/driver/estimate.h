@@ -9,9 +9,9 @@
 #include "base/memory_budget.h"
 #include "base/run_context.h"
 #include "driver/options.h"
-#include "driver/region_of_interest.h"
 #include "driver/steering.h"
 #include "io/mesh_stream.h"
+#include "mesh/region_of_interest.h"
 
 namespace tetfusion {
 

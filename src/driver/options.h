@@ -76,7 +76,7 @@ struct BehaviourOptions {
   // Integer cell arrays whose interfaces stay. Absent: those named like materials. Empty: none.
   std::optional<std::vector<std::string>> regions;
 
-  // Where the mesh stays as it is (region_of_interest.h).
+  // Where the mesh stays as it is (mesh/region_of_interest.h).
   std::vector<std::string> interest;
 
   // With kFuse: a point array, >= 0; errors count so many times as much there. Empty: all count

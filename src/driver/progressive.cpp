@@ -220,6 +220,9 @@ Vector<TetId> find_rewound(const MeshStream& stream) {
   return rewound;
 }
 
+// What a product in single precision may lack.
+constexpr double kRoundedUp = 1 + 1e-7;
+
 // Whose turn it is: the log of which the smallest share has been undone.
 struct Turn {
   double share;
@@ -231,7 +234,7 @@ struct Turn {
   }
 };
 
-void put_round(const std::vector<FusionLog>& logs, ProgressiveWriter* writer) {
+void put_round(const std::vector<FusionLog>& logs, double scale, ProgressiveWriter* writer) {
   std::priority_queue<Turn> turns;
   for (std::size_t i = 0; i < logs.size(); ++i) {
     if (logs[i].size() > 0) turns.push({0, i, 0, logs[i].size()});
@@ -240,7 +243,8 @@ void put_round(const std::vector<FusionLog>& logs, ProgressiveWriter* writer) {
     Turn turn = turns.top();
     turns.pop();
     const FusionLog& log = logs[turn.log];
-    const FusionRecord record = log[--turn.left];
+    FusionRecord record = log[--turn.left];
+    if (scale != 1) record.error = static_cast<float>(record.error * scale * kRoundedUp);
     writer->put(record);
     if (turn.left == 0) continue;
     turn.undone += record.tets.size();
@@ -249,8 +253,10 @@ void put_round(const std::vector<FusionLog>& logs, ProgressiveWriter* writer) {
   }
 }
 
-ProgressiveDescription describe(const CarriedArrays& carried, MeshSource* source) {
+ProgressiveDescription describe(const CarriedArrays& carried, FusionErrors errors,
+                                MeshSource* source) {
   ProgressiveDescription out;
+  out.errors = errors;
   out.point_type = source->description().point_type;
   out.point_data = carried.point_data;
   out.cell_data = carried.cell_data;
@@ -297,15 +303,15 @@ void refuse_ghosts(const std::string& input, const InputFacts& facts) {
 
 template <class Real>
 void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carried,
-                       const RoundLogs& logs, MeshSource* source, const RunContext& context,
-                       ImportedMesh<Real>* mesh, OutputFile* file) {
+                       const RoundLogs& logs, const NotedErrors& errors, MeshSource* source,
+                       const RunContext& context, ImportedMesh<Real>* mesh, OutputFile* file) {
   const auto stream = open_stream(source);
   auto rows = layout;
   rows.cell_columns.push_back(number_column());
   Recorder<Real> recorder(mesh->mesh, rows, mesh->lower, stream->points());
   recorder.gather_base();
   recorder.note_points(logs);
-  ProgressiveWriter writer(file, describe(carried, source));
+  ProgressiveWriter writer(file, describe(carried, errors.kind, source));
   recorder.put_base(&writer);
   writer.put_lower(recorder.lower_rows());
   writer.put_spare(recorder.read_spare(*stream, carried));
@@ -314,15 +320,17 @@ void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carrie
     writer.put_rewound(find_rewound<Real>(*stream));
   for (auto round = logs.rbegin(); round != logs.rend(); ++round) {
     context.check();
-    put_round(*round, &writer);
+    put_round(*round, errors.scale, &writer);
   }
   writer.finish();
   mesh->lower.columns.pop_back();
 }
 
 template void write_progressive(const WorkMesh<float>&, const CarriedArrays&, const RoundLogs&,
-                                MeshSource*, const RunContext&, ImportedMesh<float>*, OutputFile*);
+                                const NotedErrors&, MeshSource*, const RunContext&,
+                                ImportedMesh<float>*, OutputFile*);
 template void write_progressive(const WorkMesh<double>&, const CarriedArrays&, const RoundLogs&,
-                                MeshSource*, const RunContext&, ImportedMesh<double>*, OutputFile*);
+                                const NotedErrors&, MeshSource*, const RunContext&,
+                                ImportedMesh<double>*, OutputFile*);
 
 }  // namespace tetfusion

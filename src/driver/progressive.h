@@ -6,6 +6,7 @@
 
 #include "base/run_context.h"
 #include "driver/carried_arrays.h"
+#include "driver/error_limits.h"
 #include "driver/import.h"
 #include "driver/memory_plan.h"
 #include "driver/options.h"
@@ -29,7 +30,7 @@ void refuse_ghosts(const std::string& input, const InputFacts& facts);
 // one stops, all have been undone as far as one another.
 template <class Real>
 void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carried,
-                       const RoundLogs& logs, MeshSource* source, const RunContext& context,
-                       ImportedMesh<Real>* mesh, OutputFile* file);
+                       const RoundLogs& logs, const NotedErrors& errors, MeshSource* source,
+                       const RunContext& context, ImportedMesh<Real>* mesh, OutputFile* file);
 
 }  // namespace tetfusion

@@ -339,7 +339,10 @@ void Scatterer<Real>::scatter_point_window(std::size_t window, std::uint64_t fir
   steering_.read(first, count, steering.data(), locked.data());
   stream_.read_locks(first, count, locked.data());
   if (settings_.interest != nullptr) {
-    settings_.interest->lock<Real>(stream_, first, positions, locked.data());
+    const auto read = [&](std::size_t array, std::span<std::byte> rows) {
+      stream_.read_rows(Association::kPoint, array, first, count, rows);
+    };
+    settings_.interest->mark<Real>(positions, read, locked.data());
   }
 
   // A point on the interface goes to several chunks.

@@ -15,11 +15,11 @@
 #include "base/resources.h"
 #include "base/run_context.h"
 #include "driver/carried_arrays.h"
-#include "driver/region_of_interest.h"
 #include "driver/steering.h"
 #include "io/mesh_stream.h"
 #include "io/scratch.h"
 #include "mesh/boundary_sample.h"
+#include "mesh/region_of_interest.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"
 

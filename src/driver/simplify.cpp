@@ -18,7 +18,6 @@
 #include "driver/notices.h"
 #include "driver/progressive.h"
 #include "driver/promise.h"
-#include "driver/region_of_interest.h"
 #include "driver/regions.h"
 #include "driver/round_plan.h"
 #include "driver/rounds.h"
@@ -29,6 +28,7 @@
 #include "follow/make_map.h"
 #include "io/mesh_source.h"
 #include "io/output_file.h"
+#include "mesh/region_of_interest.h"
 
 namespace tetfusion {
 
@@ -202,7 +202,8 @@ void Job::open_input() {
   regions_ = choose_regions(source_->description(), request_.behaviour.regions);
   weight_column_ = weight_column(request_.behaviour.weight, source_->description(),
                                  CarriedArrays(source_->description()));
-  interest_ = RegionOfInterest(request_.behaviour.interest, source_->description());
+  interest_ = RegionOfInterest(request_.behaviour.interest, request_.input,
+                               source_->description().point_data);
   context_.check();
 }
 
@@ -466,7 +467,10 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     if (keeps_logs()) {
       clock_.begin("progressive");
       progressive.emplace(request_.progressive, OutputFile::Access::kPatch);
-      write_progressive(layout, carried, logs_, source_.get(), context_, &state->input,
+      const bool all_used = state->input.facts.unused_points == 0;
+      const NotedErrors errors = noted_errors(
+          request_.behaviour, all_used ? nullptr : &state->input.steering_box, state->fields);
+      write_progressive(layout, carried, logs_, errors, source_.get(), context_, &state->input,
                         &*progressive);
       logs_ = {};
       clock_.begin("write");

@@ -12,12 +12,6 @@
 
 namespace tetfusion {
 
-std::string names_of(const AttributeSet& set) {
-  std::string names;
-  for (const ArrayInfo& a : set.arrays) names += (names.empty() ? "" : ", ") + a.name;
-  return names.empty() ? "none" : names;
-}
-
 namespace {
 
 std::optional<SteeringChoice> find_choice(const MeshDescription& mesh, const std::string& name) {

@@ -8,6 +8,7 @@
 #include "base/run_context.h"
 #include "io/mesh_stream.h"
 #include "kernel/criteria.h"
+#include "mesh/array_names.h"
 
 namespace tetfusion {
 
@@ -18,9 +19,6 @@ struct SteeringChoice {
   std::optional<double> tolerance;  // "NAME:0.5%": its own, as a share of its range
   std::string name;                 // as in the file; "cell:NAME" for a cell array
 };
-
-// For messages: "pressure, velocity", or "none".
-std::string names_of(const AttributeSet& set);
 
 // Resolves the user's names ("NAME", "NAME:0.5%", "cell:NAME"); with none, VTK's active scalars,
 // else the first floating-point point array, else nothing. Throws Error(kUsage) naming the arrays

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace tetfusion {
 
@@ -256,7 +257,7 @@ void FuseRound<Real>::visit(VertexId v) {
     return;
   }
   const VertexId partner = c->partner;
-  if (fuse(v, partner)) {
+  if (fuse(v, Candidate(*c))) {
     const VertexId kept = mesh_->incidence[v] != 0 ? v : partner;
     if (!may_move(kept)) return;
     judge(kept);
@@ -347,7 +348,8 @@ void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
 }
 
 template <class Real>
-bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
+bool FuseRound<Real>::fuse(VertexId v, const Candidate& candidate) {
+  const VertexId partner = candidate.partner;
   if (!plan(v, partner)) return false;
   if (removed_ + cavity_.deleted().size() > limits_->quota) {
     reject_ = Reject::kQuota;
@@ -357,8 +359,29 @@ bool FuseRound<Real>::fuse(VertexId v, VertexId partner) {
   if (!fixed_ && !judges_values()) choose_values(v, partner);
   interpolation_.to = kept;
   if (!fixed_ && interpolates_) interpolations_.push_back(interpolation_);
-  apply(v, partner, kept);
+  apply(v, partner, kept, notes_.are_wanted() ? error_of(v, candidate) : 0);
   return true;
+}
+
+// For those who go back: at the points, if all fields have bounds there; else what the quadric
+// says, at the position that was chosen. Rounded up.
+template <class Real>
+float FuseRound<Real>::error_of(VertexId v, const Candidate& candidate) const {
+  double error = 0;
+  if (errors_.bounds_all()) {
+    error = errors_.largest_error(values_);
+  } else {
+    float cost = candidate.cost;
+    if (!fixed_) {
+      const MergedQuadric& merged = edge_costs_.merged();
+      const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
+      const float weight = is_on_sheet(v) ? 1 : merged.sum[kQuadricW];
+      cost = std::max(cost, value_at(merged.reduced, u) / weight * weight_of(v, candidate.partner));
+    }
+    error = std::sqrt(std::max(cost, 0.0F));
+  }
+  const auto single = static_cast<float>(error);
+  return single < error ? std::nextafter(single, std::numeric_limits<float>::infinity()) : single;
 }
 
 // Finds a position that is allowed, and the cavity.
@@ -421,7 +444,7 @@ bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
 }
 
 template <class Real>
-void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
+void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept, float error) {
   ++now_;
   const VertexId gone = kept == v ? partner : v;
   if (notes_.are_wanted()) note(kept, gone);
@@ -438,7 +461,7 @@ void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept) {
   cavity_.note_fused(kept);
   if (!notes_.are_wanted()) return;
   carry_rows(kept);
-  notes_.after();
+  notes_.after(error);
 }
 
 template <class Real>

@@ -141,7 +141,8 @@ class FuseRound {
   float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * mesh_->quadric_width - 1]; }
 
   // One fusion.
-  bool fuse(VertexId v, VertexId partner);
+  bool fuse(VertexId v, const Candidate& candidate);
+  float error_of(VertexId v, const Candidate& candidate) const;
   bool plan(VertexId v, VertexId partner);
   bool push(VertexId v, VertexId partner, float most);
   bool slide(VertexId v, VertexId partner, float most);
@@ -149,7 +150,7 @@ class FuseRound {
   // May the values speak against a fusion?
   bool judges_values() const { return errors_.bounds() || paper_.any() || integrals_.stay(); }
   std::optional<Reject> judge_values(VertexId v, VertexId partner);
-  void apply(VertexId v, VertexId partner, VertexId kept);
+  void apply(VertexId v, VertexId partner, VertexId kept, float error);
   void merge_quadrics(VertexId v, VertexId kept);
   void choose_values(VertexId v, VertexId partner);
   void move_tets(VertexId kept, VertexId gone);

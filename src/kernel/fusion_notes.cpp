@@ -108,7 +108,7 @@ CornerCode FusionNotes<Real>::code_of(VertexId v) {
 }
 
 template <class Real>
-void FusionNotes<Real>::after() {
+void FusionNotes<Real>::after(float error) {
   kept_row_.resize(row_bytes_);
   copy_point_row(*mesh_, kept_, kept_row_.data());
   const bool changed = std::memcmp(kept_row_.data(), rows_.data(), row_bytes_) != 0;
@@ -117,6 +117,7 @@ void FusionNotes<Real>::after() {
   }
   FusionRecord record;
   record.kept = mesh_->point_ids[kept_];
+  record.error = error;
   record.gone = gone_;
   record.points = points_;
   record.rows = std::span(rows_).subspan(changed ? 0 : row_bytes_);

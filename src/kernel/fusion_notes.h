@@ -27,10 +27,11 @@ class FusionNotes {
   bool are_wanted() const { return log_ != nullptr; }
 
   // To be called before the mesh changes, and after the fusion of `gone` into `kept`, when rows of
-  // points are what they will be. `star` is sorted here; at most kMaxGone are gone.
+  // points are what they will be, with what is known of the error (FusionRecord). `star` is sorted
+  // here; at most kMaxGone are gone.
   void before(VertexId kept, std::span<const VertexId> gone, std::span<const TetId> deleted);
   std::vector<StarTet>& star() { return star_; }
-  void after();
+  void after(float error);
 
  private:
   void find_swallowed();

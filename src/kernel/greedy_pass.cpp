@@ -389,7 +389,7 @@ void GreedyPass<Real>::apply(const Tet& prey) {
   // Whoever notes rows wants them as they are now.
   const std::span<const Fusion> last(&fusions_.back(), 1);
   for (Column& column : mesh_->point_columns) carry_point_column(last, &column);
-  notes_.after();
+  notes_.after(0);
 }
 
 template <class Real>

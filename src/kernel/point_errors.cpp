@@ -51,6 +51,7 @@ void PointErrors<Real>::begin(std::span<const SteeringField> fields, const Point
     fields_.push_back({f.first, f.count, f.range, share * f.range, f.exponent, is_float});
   }
   bounds_ = !fields_.empty();
+  bounds_all_ = bounds_ && fields_.size() == fields.size();
   joining_ = {};
   if (bounds_) surface_.begin(mesh, balls, unit_, limits.max_deviation);
   if (bounds_ && mesh->removed.first.size() != mesh->tets.size()) {
@@ -337,6 +338,18 @@ bool PointErrors<Real>::holds(std::span<const double> values) const {
     }
   }
   return true;
+}
+
+template <class Real>
+double PointErrors<Real>::largest_error(std::span<const double> values) const {
+  double all = 0;
+  for (const Place& place : places_) {
+    for (const Bound& bound : fields_) {
+      const double error = error_at(place, bound, values, nullptr) / bound.range;
+      all = std::max(all, (1 + kMargin) * error + kCorners * place.off);
+    }
+  }
+  return all;
 }
 
 template <class Real>

@@ -34,14 +34,19 @@ class PointErrors {
   void begin(std::span<const SteeringField> fields, const PointLimits& limits, WorkMesh<Real>* mesh,
              LiveBalls* balls);
 
-  // Is there any bound?
+  // Is there any bound? Has every field one?
   bool bounds() const { return bounds_; }
+  bool bounds_all() const { return bounds_all_; }
 
   // Says whether all bounds hold in the cavity when the two are one, of positive volume all around,
   // with these values; they may be moved, as little as it takes, from `low` to `high` (which are
   // the values of a partner that is fixed). Those that it leaves are as they will be written.
   bool allows(const Joining<Real>& joining, std::span<const double> low,
               std::span<const double> high, std::span<double> values);
+
+  // Of what allows() has allowed last, with the values that it has left: the largest error at a
+  // point of the cavity, as a share of a field's range, whoever evaluates it.
+  double largest_error(std::span<const double> values) const;
 
   // To be called before the mesh changes, with what allows() has allowed last: both vertices'
   // points, if they are still those of the original, are removed ones from here on, and all are in
@@ -104,7 +109,7 @@ class PointErrors {
   WorkMesh<Real>* mesh_ = nullptr;
   std::size_t width_ = 0;
   double unit_ = 1;
-  bool bounds_ = false;
+  bool bounds_ = false, bounds_all_ = false;
   std::vector<Bound> fields_;
 
   Joining<Real> joining_;

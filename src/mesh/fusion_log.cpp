@@ -23,6 +23,7 @@ FusionRecord FusionLog::operator[](std::size_t i) const {
   };
   FusionRecord record;
   record.kept = at.kept;
+  record.error = at.error;
   record.gone = at.gone;
   record.points = part(points_, &Starts::points);
   record.rows = part(rows_, &Starts::rows);
@@ -35,8 +36,8 @@ FusionRecord FusionLog::operator[](std::size_t i) const {
 }
 
 void FusionLog::append(const FusionRecord& record) {
-  starts_.push_back({record.kept, record.gone, points_.size(), rows_.size(), star_.size(),
-                     tets_.size(), elsewhere_.size(), tet_rows_.size()});
+  starts_.push_back({record.kept, record.error, record.gone, points_.size(), rows_.size(),
+                     star_.size(), tets_.size(), elsewhere_.size(), tet_rows_.size()});
   append_all(record.points, &points_);
   append_all(record.rows, &rows_);
   append_all(record.star, &star_);

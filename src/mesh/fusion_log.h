@@ -29,6 +29,8 @@ inline constexpr std::uint32_t kMaxGone = 3;
 // differs from the kept vertex's after the fusion, by exclusive or.
 struct FusionRecord {
   VertexId kept = 0;
+  // What is known of the error that it left (FusionErrors, io/progressive_file.h).
+  float error = 0;
   std::uint32_t gone = 0;            // of the points, those that had tetrahedra of the star
   std::span<const VertexId> points;  // that come back
   std::span<const std::byte> rows;   // of these; before them the kept vertex's, where that changed
@@ -54,6 +56,7 @@ class FusionLog {
  private:
   struct Starts {
     VertexId kept;
+    float error;
     std::uint32_t gone;
     std::uint64_t points, rows, star, tets, elsewhere, tet_rows;
   };

@@ -50,6 +50,8 @@ class RefinableMesh {
   void add_tets(const TetRows& tets);
   void add_lower(const LowerRows& lower);
   void undo(const FusionRecord& record);
+  // Of the fusion that was undone last, ascending.
+  std::span<const TetId> star() const { return star_; }
   // Winds these tetrahedra the other way.
   void rewind(std::span<const TetId> tets);
 

@@ -1,14 +1,15 @@
-#include "driver/region_of_interest.h"
+#include "mesh/region_of_interest.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string_view>
 
 #include "base/error.h"
 #include "base/numbers.h"
-#include "driver/steering.h"
+#include "mesh/array_names.h"
 
 namespace tetfusion {
 
@@ -28,9 +29,9 @@ std::vector<double> parse_numbers(const std::string& text, std::string_view list
   return numbers;
 }
 
-bool contains(const Box& box, const Vec3<double>& p) {
-  return p.x >= box.lo.x && p.x <= box.hi.x && p.y >= box.lo.y && p.y <= box.hi.y &&
-         p.z >= box.lo.z && p.z <= box.hi.z;
+bool contains(const std::array<double, 6>& box, const Vec3<double>& p) {
+  return p.x >= box[0] && p.x <= box[1] && p.y >= box[2] && p.y <= box[3] && p.z >= box[4] &&
+         p.z <= box[5];
 }
 
 double squared_length(const double* values, std::size_t count) {
@@ -41,22 +42,22 @@ double squared_length(const double* values, std::size_t count) {
 
 }  // namespace
 
-RegionOfInterest::RegionOfInterest(const std::vector<std::string>& texts,
-                                   const MeshDescription& mesh) {
-  for (const std::string& text : texts) parts_.push_back(parse(text, mesh));
+RegionOfInterest::RegionOfInterest(const std::vector<std::string>& texts, const std::string& path,
+                                   const AttributeSet& point_data) {
+  for (const std::string& text : texts) parts_.push_back(parse(text, path, point_data));
 }
 
-auto RegionOfInterest::parse(const std::string& text, const MeshDescription& mesh) -> Part {
+auto RegionOfInterest::parse(const std::string& text, const std::string& path,
+                             const AttributeSet& point_data) -> Part {
   constexpr std::string_view kBox = "box=", kSphere = "sphere=";
   if (text.starts_with(kBox)) {
     const auto n = parse_numbers(text, std::string_view(text).substr(kBox.size()));
     if (n.size() != 6 || !(n[0] <= n[1] && n[2] <= n[3] && n[4] <= n[5])) {
       refuse(text, "a box has six bounds, box=X0,X1,Y0,Y1,Z0,Z1, the lower one of each pair first");
     }
-    Box box;
-    box.add(Vec3<double>{n[0], n[2], n[4]});
-    box.add(Vec3<double>{n[1], n[3], n[5]});
-    return box;
+    Bounds bounds;
+    std::copy(n.begin(), n.end(), bounds.limits.begin());
+    return bounds;
   }
   if (text.starts_with(kSphere)) {
     const auto n = parse_numbers(text, std::string_view(text).substr(kSphere.size()));
@@ -73,30 +74,30 @@ auto RegionOfInterest::parse(const std::string& text, const MeshDescription& mes
            "pressure>0.5");
   }
   const std::string name = text.substr(0, sign);
-  const std::size_t index = mesh.point_data.find(name);
+  const std::size_t index = point_data.find(name);
   if (index == AttributeSet::npos) {
-    refuse(text, fmt::format("{} has no point array \"{}\"; it has {}", mesh.path, name,
-                             names_of(mesh.point_data)));
+    refuse(text, fmt::format("{} has no point array \"{}\"; it has {}", path, name,
+                             names_of(point_data)));
   }
-  return Threshold{index, mesh.point_data.arrays[index], *value, text[sign] == '>'};
+  return Threshold{index, point_data.arrays[index], *value, text[sign] == '>'};
 }
 
 template <class Real>
-void RegionOfInterest::lock(const MeshStream& stream, std::uint64_t first,
-                            std::span<const Vec3<Real>> positions, std::uint8_t* locked) const {
-  const auto lock_where = [&](auto is_inside) {
+void RegionOfInterest::mark(std::span<const Vec3<Real>> positions, const ReadRows& read,
+                            std::uint8_t* inside) const {
+  const auto mark_where = [&](auto is_inside) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      if (is_inside(i)) locked[i] = 1;
+      if (is_inside(i)) inside[i] = 1;
     }
   };
   const auto position = [&](std::size_t i) {
     return Vec3<double>{double{positions[i].x}, double{positions[i].y}, double{positions[i].z}};
   };
   for (const Part& part : parts_) {
-    if (const auto* box = std::get_if<Box>(&part)) {
-      lock_where([&](std::size_t i) { return contains(*box, position(i)); });
+    if (const auto* box = std::get_if<Bounds>(&part)) {
+      mark_where([&](std::size_t i) { return contains(box->limits, position(i)); });
     } else if (const auto* sphere = std::get_if<Sphere>(&part)) {
-      lock_where([&](std::size_t i) {
+      mark_where([&](std::size_t i) {
         const Vec3<double> p = position(i);
         const double x = p.x - sphere->centre.x, y = p.y - sphere->centre.y;
         const double z = p.z - sphere->centre.z;
@@ -106,9 +107,9 @@ void RegionOfInterest::lock(const MeshStream& stream, std::uint64_t first,
       const auto& threshold = std::get<Threshold>(part);
       const std::size_t width = threshold.array.components;
       Vector<std::byte> rows(positions.size() * width * size_of(threshold.array.type));
-      stream.read_rows(Association::kPoint, threshold.index, first, positions.size(), rows);
+      read(threshold.index, rows);
       const Vector<double> values = to_doubles(threshold.array.type, rows);
-      lock_where([&](std::size_t i) {
+      mark_where([&](std::size_t i) {
         const double value =
             width == 1 ? values[i] : std::sqrt(squared_length(&values[i * width], width));
         return threshold.above ? value > threshold.value : value < threshold.value;
@@ -117,9 +118,9 @@ void RegionOfInterest::lock(const MeshStream& stream, std::uint64_t first,
   }
 }
 
-template void RegionOfInterest::lock(const MeshStream&, std::uint64_t, std::span<const Vec3<float>>,
+template void RegionOfInterest::mark(std::span<const Vec3<float>>, const ReadRows&,
                                      std::uint8_t*) const;
-template void RegionOfInterest::lock(const MeshStream&, std::uint64_t,
-                                     std::span<const Vec3<double>>, std::uint8_t*) const;
+template void RegionOfInterest::mark(std::span<const Vec3<double>>, const ReadRows&,
+                                     std::uint8_t*) const;
 
 }  // namespace tetfusion

@@ -1,0 +1,56 @@
+#include "refine/fusion_needs.h"
+
+#include <algorithm>
+
+#include "mesh/split_cells.h"
+
+namespace tetfusion {
+
+FusionNeeds::FusionNeeds(std::uint64_t points, std::uint64_t cells) {
+  of_point_.assign(points, kNone);
+  of_tet_.assign(cells, kNone);
+}
+
+void FusionNeeds::add(const FusionRecord& record, bool row_changed, std::span<const TetId> star) {
+  const auto self = static_cast<std::uint32_t>(ends_.size());
+  own_.clear();
+  for (std::size_t i = 0; i < star.size(); ++i) {
+    need(of_tet_[star[i]]);
+    if (row_changed || record.star[i] != 0) of_tet_[star[i]] = self;
+  }
+  need(of_point_[record.kept]);
+  of_point_[record.kept] = self;
+  for (const VertexId v : record.elsewhere) need(of_point_[v]);
+  for (const VertexId v : record.points) of_point_[v] = self;
+  for (const TetId t : record.tets) of_tet_[t] = self;
+  std::sort(own_.begin(), own_.end());
+  const auto end = std::unique(own_.begin(), own_.end());
+  needs_.insert(needs_.end(), own_.begin(), end);
+  ends_.push_back(needs_.size());
+}
+
+Vector<std::uint8_t> FusionNeeds::of_region(const RefinableMesh& original,
+                                            std::span<const std::uint8_t> inside) const {
+  Vector<std::uint8_t> needed(ends_.size(), std::uint8_t{0});
+  const auto mark = [&](std::uint32_t fusion) {
+    if (fusion != kNone) needed[fusion] = 1;
+  };
+  for (std::size_t v = 0; v < of_point_.size(); ++v) {
+    if (inside[v] != 0) mark(of_point_[v]);
+  }
+  for (std::size_t t = 0; t < of_tet_.size(); ++t) {
+    if (original.type_of(t) != kVtkTetra) continue;
+    const auto corners = original.corners_of(t);
+    if (std::any_of(corners.begin(), corners.end(), [&](VertexId v) { return inside[v] != 0; })) {
+      mark(of_tet_[t]);
+    }
+  }
+  // What a fusion needs comes before it.
+  for (std::size_t i = needed.size(); i-- > 0;) {
+    if (needed[i] == 0) continue;
+    for (std::uint64_t k = i == 0 ? 0 : ends_[i - 1]; k < ends_[i]; ++k) needed[needs_[k]] = 1;
+  }
+  return needed;
+}
+
+}  // namespace tetfusion
