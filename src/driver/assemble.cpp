@@ -8,6 +8,7 @@
 #include "driver/chunk_loader.h"
 #include "driver/rounds.h"
 #include "mesh/chunk_inspection.h"
+#include "mesh/fusion_log.h"
 #include "mesh/inspect.h"
 #include "mesh/interface_inspection.h"
 #include "partition/chunk_pieces.h"
@@ -31,14 +32,16 @@ std::uint64_t mix(std::uint64_t h, std::uint64_t value) {
 template <class Real>
 class Assembler {
  public:
-  Assembler(const WorkMesh<Real>& layout, const Box& box, const std::vector<std::size_t>& regions)
-      : loader_(layout, box), regions_(regions), mesh_(layout) {}
+  Assembler(const WorkMesh<Real>& layout, const Box& box, const std::vector<std::size_t>& regions,
+            bool numbered)
+      : loader_(layout, box), regions_(regions), numbered_(numbered), mesh_(layout) {}
 
   // What a chunk contributes to the whole.
   struct Share {
     ChunkFindings findings;
     Vector<InterfaceReport> interface;
     Vector<RegionReport> regions;
+    Vector<TetId> rewound;  // their numbers
     std::uint64_t tets = 0;
     std::uint64_t free_vertices = 0;
     std::uint64_t locked_vertices = 0;  // free, and not on the boundary
@@ -53,6 +56,8 @@ class Assembler {
 
   ChunkLoader<Real> loader_;
   const std::vector<std::size_t>& regions_;
+  bool numbered_;
+  Vector<VertexId> thirds_;
   WorkMesh<Real> mesh_;
   ChunkInspector inspector_;
   ChunkScatter<Real> scatter_;
@@ -86,9 +91,16 @@ void Assembler<Real>::inspect(Share* share) {
   for (std::size_t v = 0; v < on_interface.size(); ++v) {
     on_interface[v] = sharing_of(mesh_.marks[v]);
   }
+  thirds_.clear();
+  for (std::size_t t = 0; numbered_ && t < mesh_.tets.size(); ++t) {
+    thirds_.push_back(mesh_.tets[t][2]);
+  }
   Points points = std::move(mesh_.positions);
   share->findings = inspector_.inspect({&points, mesh_.point_ids, on_interface, {}}, &mesh_.tets);
   mesh_.positions = std::move(std::get<Vector<Vec3<Real>>>(points));
+  for (std::size_t t = 0; t < thirds_.size(); ++t) {
+    if (mesh_.tets[t][2] != thirds_[t]) share->rewound.push_back(original_numbers(mesh_)[t]);
+  }
   for (std::size_t v = 0; v < on_interface.size(); ++v) {
     const std::uint8_t flags = share->findings.vertex_flags[v];
     if ((flags & kBoundaryVertex) != 0) mesh_.marks[v] |= kOnBoundary;
@@ -171,8 +183,8 @@ void lock_between_regions(Vector<RegionReport> reports, std::span<InterfaceRepor
 
 template <class Real>
 Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunks,
-                               const std::vector<std::size_t>& regions, PieceStore& tets,
-                               PieceStore& points, const ChunkWork<Real>& work,
+                               const std::vector<std::size_t>& regions, std::uint64_t numbered,
+                               PieceStore& tets, PieceStore& points, const ChunkWork<Real>& work,
                                const RunContext& context, MemoryBudget* budget, Scratch* scratch) {
   Assembly<Real> out;
   out.mesh.chunks = chunks;
@@ -183,7 +195,7 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
   }
   std::vector<std::unique_ptr<Assembler<Real>>> workers;
   for (int i = 0; i < thread_count(); ++i) {
-    workers.push_back(std::make_unique<Assembler<Real>>(layout, box, regions));
+    workers.push_back(std::make_unique<Assembler<Real>>(layout, box, regions, numbered > 0));
   }
   using Share = typename Assembler<Real>::Share;
   InterfaceInspection between;
@@ -193,6 +205,8 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
     between.add(&share.findings);
     reports.insert(reports.end(), share.interface.begin(), share.interface.end());
     region_reports.insert(region_reports.end(), share.regions.begin(), share.regions.end());
+    if (!share.rewound.empty()) out.rewound.resize(numbered);
+    for (const TetId t : share.rewound) out.rewound[t] = true;
     out.mesh.tets += share.tets;
     out.facts.points += share.free_vertices;
     out.facts.locked_vertices += share.locked_vertices;
@@ -236,12 +250,12 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
 }
 
 template Assembly<float> assemble_chunks(const WorkMesh<float>&, const Box&, std::uint32_t,
-                                         const std::vector<std::size_t>&, PieceStore&, PieceStore&,
-                                         const ChunkWork<float>&, const RunContext&, MemoryBudget*,
-                                         Scratch*);
+                                         const std::vector<std::size_t>&, std::uint64_t,
+                                         PieceStore&, PieceStore&, const ChunkWork<float>&,
+                                         const RunContext&, MemoryBudget*, Scratch*);
 template Assembly<double> assemble_chunks(const WorkMesh<double>&, const Box&, std::uint32_t,
-                                          const std::vector<std::size_t>&, PieceStore&, PieceStore&,
-                                          const ChunkWork<double>&, const RunContext&,
-                                          MemoryBudget*, Scratch*);
+                                          const std::vector<std::size_t>&, std::uint64_t,
+                                          PieceStore&, PieceStore&, const ChunkWork<double>&,
+                                          const RunContext&, MemoryBudget*, Scratch*);
 
 }  // namespace tetfusion

@@ -18,6 +18,9 @@ struct Assembly {
   // Where chunks were handed to `work`: its interface table, with marks alone, and locks.
   MacroLod<Real> mesh;
   InputFacts facts;
+  // One for each cell of the input, where the last column of cells has their numbers: 1 where its
+  // last two corners were the other way round. Empty: there is none.
+  std::vector<bool> rewound;
 };
 
 // Does something with a chunk that has been put together; a worker is a thread.
@@ -34,14 +37,15 @@ using ChunkWork = std::function<void(std::uint32_t chunk, std::size_t worker, Wo
 //   columns
 //
 // both as RowWriter makes them; what has been put together is forgotten. `regions` are cell
-// columns: a vertex where tetrahedra of different regions meet is locked.
+// columns: a vertex where tetrahedra of different regions meet is locked. `numbered`: of so many
+// cells in all the last column has the numbers; 0: it has not.
 //
 // With `work` the chunks go there and not into pieces, and what only other chunks know of a chunk's
 // vertices on the interface is not marked in it yet.
 template <class Real>
 Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunks,
-                               const std::vector<std::size_t>& regions, PieceStore& tets,
-                               PieceStore& points, const ChunkWork<Real>& work,
+                               const std::vector<std::size_t>& regions, std::uint64_t numbered,
+                               PieceStore& tets, PieceStore& points, const ChunkWork<Real>& work,
                                const RunContext& context, MemoryBudget* budget, Scratch* scratch);
 
 }  // namespace tetfusion

@@ -19,11 +19,13 @@ std::vector<Column> columns_like(const AttributeSet& set) {
 template <class Real, class Scatter>
 Assembly<Real> assemble(const WorkMesh<Real>& layout, const ImportSettings& settings,
                         const FirstRound<Real>& first_round, const RunContext& context,
-                        MemoryBudget* budget, Scratch* scratch, const Scatter& scatter_again,
-                        ScatteredMesh<Real>* from, bool* first_round_done) {
+                        std::uint64_t cells, MemoryBudget* budget, Scratch* scratch,
+                        const Scatter& scatter_again, ScatteredMesh<Real>* from,
+                        bool* first_round_done) {
   const auto chunks_to = [&](const ChunkWork<Real>& work) {
-    return assemble_chunks<Real>(layout, from->box, from->chunks, settings.regions, *from->tets,
-                                 *from->points, work, context, budget, scratch);
+    return assemble_chunks<Real>(layout, from->box, from->chunks, settings.regions,
+                                 settings.keeps_numbers ? cells : 0, *from->tets, *from->points,
+                                 work, context, budget, scratch);
   };
   if (from->all_chunks > 1 && first_round.begin) {
     std::vector<std::uint64_t> shares{0};
@@ -68,12 +70,13 @@ ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& ca
   };
   ScatteredMesh<Real> from = scatter();
   ImportedMesh<Real> out;
-  Assembly<Real> assembly = assemble(layout, settings, first_round, context, budget, scratch,
-                                     scatter, &from, &out.first_round_done);
+  Assembly<Real> assembly = assemble(layout, settings, first_round, context, stream.cells(), budget,
+                                     scratch, scatter, &from, &out.first_round_done);
   out.mesh = std::move(assembly.mesh);
   out.mesh.chunks = from.chunks;
   out.mesh.samples = std::move(from.samples);
   out.box = from.box;
+  out.rewound = std::move(assembly.rewound);
   out.steering_box = std::move(from.steering_box);
   InputFacts& facts = out.facts = assembly.facts;
   facts.points += from.lower.loose_ids.size();

@@ -53,7 +53,8 @@ struct ImportedMesh {
   Box box;
   LowerPart<Real> lower;
   InputFacts facts;
-  SteeringBox steering_box;  // ScatteredMesh's
+  SteeringBox steering_box;   // ScatteredMesh's
+  std::vector<bool> rewound;  // Assembly's, with ImportSettings::keeps_numbers
 };
 
 // The first round is not done where the mesh is in one piece, and where it turns out, after the

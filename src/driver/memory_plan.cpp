@@ -11,8 +11,7 @@ namespace tetfusion {
 namespace {
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
-// The program, its libraries, stacks and what the allocator keeps.
-constexpr std::uint64_t kProcess = 32 * kMiB;
+constexpr std::uint64_t kProcess = kProcessBytes;
 // Windows of the input and what is made of them, a thread; the writer's buffers are less.
 constexpr std::uint64_t kWindows = 30 * kMiB;
 // Points that several chunks have are there more than once.

@@ -7,6 +7,9 @@
 
 namespace tetfusion {
 
+// The program, its libraries, stacks and what the allocator keeps.
+inline constexpr std::uint64_t kProcessBytes = std::uint64_t{32} << 20;
+
 struct MemoryNeeds {
   // Bytes of the mesh as pieces: what the run keeps in memory, or on disk.
   std::uint64_t pieces = 0;

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <string>
 
+#include "base/memory_budget.h"
 #include "base/run_context.h"
 #include "driver/carried_arrays.h"
 #include "driver/error_limits.h"
+#include "driver/fusion_logs.h"
 #include "driver/import.h"
 #include "driver/memory_plan.h"
 #include "driver/options.h"
@@ -16,21 +18,23 @@
 
 namespace tetfusion {
 
-// Adds what the logs of a run take in memory. Throws Error(kMemory) where it may not have `total`
-// bytes, Error(kUsage) where the mesh is to lie on disk.
-void include_logs(const SimplifyRequest& request, const MeshDescription& mesh, std::uint64_t total,
+// About what a run's logs take for each tetrahedron of the input.
+std::uint64_t log_bytes_per_tet(const MeshDescription& mesh);
+
+// Adds what the logs take, and writing the file, in memory and on disk.
+void include_logs(const SimplifyRequest& request, const MeshDescription& mesh, int threads,
                   MemoryNeeds* needs);
 
 // They are gone when a mesh has been read. Throws Error(kUsage) where there are any.
 void refuse_ghosts(const std::string& input, const InputFacts& facts);
 
 // Writes the file but for its commit(). `mesh` was imported with ImportSettings::keeps_numbers; its
-// cells of lower dimension lose their numbers here. The chunks' fusions of a round do not know each
-// other, so they are taken backwards in turns, by shares of what each chunk has deleted: wherever
-// one stops, all have been undone as far as one another.
+// cells of lower dimension lose their numbers here, and the logs are gone. In memory is no more
+// than include_logs() says, wherever the mesh and the logs are; the bytes are the same.
 template <class Real>
 void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carried,
-                       const RoundLogs& logs, const NotedErrors& errors, MeshSource* source,
-                       const RunContext& context, ImportedMesh<Real>* mesh, OutputFile* file);
+                       const NotedErrors& errors, MeshSource* source, const RunContext& context,
+                       MemoryBudget* budget, Scratch* scratch, FusionLogs* logs,
+                       ImportedMesh<Real>* mesh, OutputFile* file);
 
 }  // namespace tetfusion

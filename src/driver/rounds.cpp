@@ -189,7 +189,11 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
     statistics.deviation = all.deviation;
   }
   mesh->tets = whole.tets.size();
-  if (logs_ != nullptr) logs_->emplace_back().push_back(std::move(log));
+  if (logs_ != nullptr) {
+    logs_->begin(statistics.pass.tets_before);
+    logs_->add(0, log);
+    logs_->end();
+  }
   return statistics;
 }
 
@@ -231,6 +235,7 @@ void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits
   begin_facing();
   round_.results.resize(round_.shares.size() - 1);
   round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
+  if (logs_ != nullptr) logs_->begin(tets);
   // By what the mesh will about have shrunk to.
   const double expected = settings.shrink * static_cast<double>(tets) +
                           static_cast<double>(settings.removed / kRemovedPerTet);
@@ -253,7 +258,9 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
                        round_.shares.back());
   ChunkResult& result = round_.results[chunk];
   Worker& tools = *workers_[worker];
-  const FuseStatistics statistics = run_passes(own, worker, mesh, wanted(&result.log));
+  FusionLog log;
+  const FuseStatistics statistics = run_passes(own, worker, mesh, wanted(&log));
+  if (logs_ != nullptr) logs_->add(chunk, log);
   result.pass = statistics.pass;
   result.costs = statistics.costs;
   result.deviation = statistics.deviation;
@@ -284,10 +291,7 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
   RoundStatistics statistics;
   statistics.chunks = round_.results.size();
   Vector<InterfaceReport> reports;
-  if (logs_ != nullptr) {
-    std::vector<FusionLog>& logs = logs_->emplace_back();
-    for (ChunkResult& result : round_.results) logs.push_back(std::move(result.log));
-  }
+  if (logs_ != nullptr) logs_->end();
   for (ChunkResult& result : round_.results) {
     add(result.pass, &statistics.pass);
     for (std::size_t b = 0; b < kCostBins; ++b) statistics.costs[b] += result.costs[b];

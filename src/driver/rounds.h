@@ -11,6 +11,7 @@
 
 #include "base/memory_budget.h"
 #include "base/run_context.h"
+#include "driver/fusion_logs.h"
 #include "driver/macro_lod.h"
 #include "io/scratch.h"
 #include "kernel/fuse_round.h"
@@ -28,8 +29,6 @@ struct RoundStatistics {
   float deviation = 0;    // and how far sheets may have moved, in the unit
   std::uint64_t chunks = 1;
 };
-
-using RoundLogs = std::vector<std::vector<FusionLog>>;
 
 struct RoundSettings {
   Method method = Method::kTetFuse;
@@ -73,9 +72,8 @@ class Rounds {
   void work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh);
   RoundStatistics end(MacroLod<Real>* mesh, const InterfaceTable& marks = {});
 
-  // From here on every fusion is noted there, which outlives this: one vector a round, in it one
-  // log a chunk.
-  void keep_logs(RoundLogs* logs) { logs_ = logs; }
+  // From here on every fusion is noted there, which outlives this.
+  void keep_logs(FusionLogs* logs) { logs_ = logs; }
 
   // Gathers a chunk, for whoever wants to look at it.
   static void gather(const MacroLod<Real>& mesh, std::uint32_t chunk, ChunkGather<Real>* gather,
@@ -94,7 +92,6 @@ class Rounds {
     PassStatistics pass;
     CostHistogram costs{};
     float deviation = 0;
-    FusionLog log;
     Vector<InterfaceReport> interface;
     Vector<Vec3<Real>> samples;
     std::uint64_t removed_points = 0;
@@ -129,7 +126,7 @@ class Rounds {
   Scratch* scratch_;
   std::vector<std::unique_ptr<Worker>> workers_;
   Round round_;
-  RoundLogs* logs_ = nullptr;
+  FusionLogs* logs_ = nullptr;
   std::mutex costs_mutex_;
 };
 

@@ -95,7 +95,7 @@ class Job {
   std::unique_ptr<Scratch> scratch_;
   std::optional<Checkpoint> checkpoint_;
   std::vector<Stage> stages_;
-  RoundLogs logs_;  // with request_.progressive
+  std::unique_ptr<FusionLogs> logs_;  // with request_.progressive
   PhaseClock clock_;
   SimplifyReport report_;
 };
@@ -157,6 +157,7 @@ SimplifyReport Job::run() {
     } else {
       run_with<double>();
     }
+    logs_.reset();
     if (scratch_) scratch_->remove();
   } catch (const Error& error) {
     fail_with_hint(error);
@@ -173,6 +174,7 @@ SimplifyReport Job::run() {
 
 // A run that has come far enough to go on from says how; of any other nothing is left.
 void Job::fail_with_hint(const Error& error) {
+  logs_.reset();
   if (!committed_ || sink_ != nullptr || !request_.performance.keep_work) {
     if (scratch_) {
       try {
@@ -243,7 +245,7 @@ void Job::plan_memory() {
   if (const auto goal = plan_stages(request_, mesh.cells).front().tets; looks_at_result() && goal) {
     include_verification(mesh, *goal, request_.map.empty() ? 0 : kMapPointBytes, &needs_);
   }
-  if (keeps_logs()) include_logs(request_, mesh, total, &needs_);
+  if (keeps_logs()) include_logs(request_, mesh, thread_count(), &needs_);
   on_disk_ = request_.performance.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
     throw Error(
@@ -296,7 +298,10 @@ void Job::run_with() {
     auto rows = layout;
     if (keeps_logs()) rows.cell_columns.push_back(number_column());
     rounds = std::make_unique<Rounds<Real>>(rows, thread_count(), budget_.get(), scratch_.get());
-    if (keeps_logs()) rounds->keep_logs(&logs_);
+    if (keeps_logs()) {
+      logs_ = std::make_unique<FusionLogs>(scratch_.get(), log_bytes_per_tet(description));
+      rounds->keep_logs(logs_.get());
+    }
     return layout;
   };
   if (checkpoint_) {
@@ -426,7 +431,8 @@ void Job::plan_output(std::uint64_t tets) {
 
 template <class Real>
 void Job::commit(const std::string& generation, const RunState<Real>& state) {
-  if (!on_disk_ || state.input.mesh.whole) return;
+  // Of a run with its way back the logs would have to be taken up again, too.
+  if (!on_disk_ || state.input.mesh.whole || keeps_logs()) return;
   scratch_->commit(generation, save(state));
   committed_ = true;
 }
@@ -470,9 +476,8 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
       const bool all_used = state->input.facts.unused_points == 0;
       const NotedErrors errors = noted_errors(
           request_.behaviour, all_used ? nullptr : &state->input.steering_box, state->fields);
-      write_progressive(layout, carried, logs_, errors, source_.get(), context_, &state->input,
-                        &*progressive);
-      logs_ = {};
+      write_progressive(layout, carried, errors, source_.get(), context_, budget_.get(),
+                        scratch_.get(), logs_.get(), &state->input, &*progressive);
       clock_.begin("write");
     }
     Vector<std::int64_t> ids;

@@ -47,11 +47,26 @@ void FusionLog::append(const FusionRecord& record) {
   append_all(record.tet_rows, &tet_rows_);
 }
 
-std::uint64_t FusionLog::bytes() const {
-  return starts_.capacity() * sizeof(Starts) + points_.capacity() * sizeof(VertexId) +
-         rows_.capacity() + star_.capacity() + tets_.capacity() * sizeof(TetId) +
-         corners_.capacity() * sizeof(corners_[0]) + elsewhere_.capacity() * sizeof(VertexId) +
-         tet_rows_.capacity();
+void FusionLog::save(ByteWriter* out) const {
+  out->put_all(starts_);
+  out->put_all(points_);
+  out->put_all(rows_);
+  out->put_all(star_);
+  out->put_all(tets_);
+  out->put_all(corners_);
+  out->put_all(elsewhere_);
+  out->put_all(tet_rows_);
+}
+
+void FusionLog::load(ByteReader* in) {
+  in->get_all(&starts_);
+  in->get_all(&points_);
+  in->get_all(&rows_);
+  in->get_all(&star_);
+  in->get_all(&tets_);
+  in->get_all(&corners_);
+  in->get_all(&elsewhere_);
+  in->get_all(&tet_rows_);
 }
 
 template <class Real>

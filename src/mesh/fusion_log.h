@@ -12,6 +12,7 @@
 #include <limits>
 #include <span>
 
+#include "base/serialize.h"
 #include "base/vector.h"
 #include "mesh/work_mesh.h"
 
@@ -51,7 +52,9 @@ class FusionLog {
   std::uint64_t tets() const { return tets_.size(); }
   FusionRecord operator[](std::size_t i) const;
   void append(const FusionRecord& record);
-  std::uint64_t bytes() const;
+  // As bytes of this machine, and back.
+  void save(ByteWriter* out) const;
+  void load(ByteReader* in);
 
  private:
   struct Starts {

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """simplify --progressive, and refine. Usage: refine_test.py TETFUSION"""
 import pathlib
+import subprocess
+import time
 
 import numpy as np
 
-from harness import BAD, IO, MEMORY, USAGE, FolderTest, finish, main, report_of, run
+from harness import BAD, IO, MEMORY, USAGE, FolderTest, command, finish, main, report_of, run, sanitized
 from independent_check import Vtu
 from sample_meshes import mesh_of_all_sorts
 from tiny_vtu import TinyVtu
@@ -113,11 +115,46 @@ class Refine(FolderTest):
         said = finish("refine", back, "-o", new, "--tets", "7").stderr.decode()
         self.assertIn("no level of it has fewer", said)
 
-    def test_a_mesh_that_does_not_fit_is_refused(self):
+    def test_the_file_is_the_same_with_less_memory_than_the_mesh(self):
+        path = self.generate("--jitter", "0.5", tets="1M")
+        options = ("--reduction", "80%", "--chunk-tets", "20k")
+        _, back = self.simplify(path, *options)
+        in_memory = back.read_bytes()
+        for threads in (1, 2):
+            report = report_of("simplify", path, "-o", self.folder / "out.vtu", "--progressive", back, *options, "--memory", "150M",
+                               "--threads", threads)
+            self.assertGreater(report["scratch_bytes"], 40e6)
+            if not sanitized():
+                self.assertLess(report["peak_rss_bytes"], 150 << 20)
+            self.assertTrue(back.read_bytes() == in_memory)
+        self.assertEqual(self.files(), [path.name, "out.vtu", "run.tfp"])
+
+    def test_a_budget_that_is_too_small_is_refused(self):
         path = self.generate(tets="400k")
-        run("simplify", path, "-o", self.folder / "out.vtu", "--progressive", self.folder / "run.tfp", "--reduction", "50%",
-            "--memory", "120M", code=MEMORY)
+        for options in (["--memory", "60M"], ["--memory", "100M", "--threads", "16"]):
+            run("simplify", path, "-o", self.folder / "out.vtu", "--progressive", self.folder / "run.tfp", "--reduction", "50%",
+                *options, code=MEMORY)
         self.assertEqual(self.files(), [path.name])
+
+    def test_a_run_that_was_killed_starts_anew(self):
+        """What it left in its scratch folder is in nobody's way, and the bytes are the same."""
+        path = self.generate("--jitter", "0.5", tets="400k")
+        options = ("simplify", path, "-o", self.folder / "out.vtu", "--progressive", self.folder / "run.tfp", "--reduction", "80%",
+                   "--chunk-tets", "20k", "--memory", "110M", "--threads", "1", "--quiet")
+        run(*options)
+        whole = (self.folder / "run.tfp").read_bytes()
+        (self.folder / "run.tfp").unlink()
+        (self.folder / "out.vtu").unlink()
+        for seconds in (0.2, 0.5, 1):
+            job = subprocess.Popen([command(), *map(str, options)])
+            time.sleep(seconds)
+            job.kill()
+            if job.wait() == 0:
+                break
+            self.assertFalse((self.folder / "run.tfp").exists())
+        run(*options)
+        self.assertTrue((self.folder / "run.tfp").read_bytes() == whole)
+        self.assertEqual(self.files(), [path.name, "out.vtu", "run.tfp"])
 
     def test_ghost_cells_are_refused(self):
         mesh = TinyVtu()

@@ -129,18 +129,22 @@ TEST_P(RefineAll, LevelsAreMeshesOnTheWay) {
   }
 }
 
-TEST_P(RefineAll, TheFileIsTheSameForAnyNumberOfThreads) {
+TEST_P(RefineAll, TheFileIsTheSameForAnyNumberOfThreadsAndWhereverTheMeshLies) {
   choose();
   rich_box(9).write(request.input);
   request.progressive = folder.file("run.tfp");
   std::string first;
-  for (const int threads : {1, 2, 3}) {
-    request.performance.threads = threads;
-    simplify(request);
-    const std::string bytes = bytes_of(request.progressive);
-    if (first.empty()) first = bytes;
-    EXPECT_TRUE(bytes == first) << threads;
+  for (const bool on_disk : {false, true}) {
+    for (const int threads : {1, 2, 3}) {
+      request.performance.threads = threads;
+      request.performance.on_disk = on_disk;
+      simplify(request);
+      const std::string bytes = bytes_of(request.progressive);
+      if (first.empty()) first = bytes;
+      EXPECT_TRUE(bytes == first) << threads << (on_disk ? " on disk" : "");
+    }
   }
+  expect_original();
 }
 
 INSTANTIATE_TEST_SUITE_P(Ways, RefineAll,
@@ -194,6 +198,11 @@ TEST_F(Refine, MeshesWithSomethingWrong) {
     }
     ++simplified;
     expect_original();
+    const std::string in_memory = bytes_of(request.progressive);
+    request.performance.on_disk = true;
+    simplify(request);
+    request.performance.on_disk = false;
+    EXPECT_TRUE(bytes_of(request.progressive) == in_memory);
   }
   EXPECT_GT(simplified, 20);
 }
@@ -257,7 +266,6 @@ TEST_F(Refine, WhatDoesNotGoTogetherYetIsRefused) {
   refuses([](auto* r) { r->behaviour.tetrahedralize = true; }, ErrorCode::kUsage);
   refuses([](auto* r) { r->behaviour.linearize = true; }, ErrorCode::kUsage);
   refuses([](auto* r) { r->performance.resume = true; }, ErrorCode::kUsage);
-  refuses([](auto* r) { r->performance.on_disk = true; }, ErrorCode::kUsage);
   refuses([](auto* r) { r->progressive = "-"; }, ErrorCode::kUsage);
   refuses(
       [&](auto* r) {
