@@ -302,15 +302,18 @@ Vector<TetId> ProgressiveFile::rewound(std::size_t part) const {
   return numbers;
 }
 
-Vector<float> ProgressiveFile::errors() const {
-  Vector<float> errors;
+auto ProgressiveFile::facts() const -> BlockFacts {
+  BlockFacts facts;
   for (const Section& section : parts_[kErrors]) {
     ColumnReader columns = columns_of(section);
-    columns.take_all(&errors);
+    columns.take_all(&facts.errors);
+    columns.take_all(&facts.rounds);
     columns.end();
   }
-  if (errors.size() != blocks()) fail("the file has not as many errors as blocks of fusions");
-  return errors;
+  if (facts.errors.size() != blocks() || facts.rounds.size() != blocks()) {
+    fail("the file does not tell of all blocks of fusions");
+  }
+  return facts;
 }
 
 FusionBlock ProgressiveFile::block(std::size_t part) const {
@@ -321,6 +324,7 @@ FusionBlock ProgressiveFile::block(std::size_t part) const {
   Vector<std::uint8_t> packed;
   columns.take_all(&block.kept_);
   columns.take_all(&block.errors_);
+  columns.take_all(&block.chunks_);
   columns.take_all(&block.heads_);
   columns.take_all(&block.points_);
   columns.take(block.point_row_, &block.rows_);
@@ -334,7 +338,7 @@ FusionBlock ProgressiveFile::block(std::size_t part) const {
     if (!holds) fail("a block of fusions has not as many rows as it says to hold");
   };
   require(block.heads_.size() == fusions_of(part) && block.kept_.size() == fusions_of(part) &&
-          block.errors_.size() == block.kept_.size());
+          block.errors_.size() == block.kept_.size() && block.chunks_.size() == block.kept_.size());
   std::uint64_t rows = 0, points = 0, star = 0, tets = 0, bits = 0;
   for (const auto& head : block.heads_) {
     const std::uint32_t gone = head[0] & 0xFF;

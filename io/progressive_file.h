@@ -31,13 +31,6 @@ struct ProgressiveCounts {
   std::uint64_t fusions = 0;
 };
 
-// What is known of the error that a fusion left: of a steering field, as a share of its range.
-enum class FusionErrors : std::uint8_t {
-  kNone,
-  kMean,     // about the root of the mean square, as the run's quadrics had it
-  kLargest,  // at no point of the original that the new tetrahedra hold is there a larger one
-};
-
 struct ProgressiveDescription {
   ValueType point_type = ValueType::kFloat32;  // or kFloat64
   AttributeSet point_data, cell_data;          // tuples do not count
@@ -80,8 +73,9 @@ class ProgressiveWriter {
   void put_spare(const PointRows& points);
   // Tetrahedra of the original whose last two corners are the other way round.
   void put_rewound(std::span<const TetId> numbers);
-  // In the order in which they are undone, the last one first.
-  void put(const FusionRecord& record);
+  // In the order in which they are undone, the last one first; of which round of the run, and chunk
+  // of the round, it is.
+  void put(const FusionRecord& record, std::uint32_t round, std::uint32_t chunk);
   void finish();
 
  private:
@@ -109,7 +103,11 @@ class ProgressiveWriter {
   TetRows tets_;
   Vector<TetId> rewound_;
   FusionLog block_;
-  Vector<float> errors_;  // the largest of each block
+  Vector<std::uint32_t> chunks_;  // of its records
+  std::uint32_t round_ = 0;
+  // Of each block: the largest error, and the round.
+  Vector<float> errors_;
+  Vector<std::uint32_t> rounds_;
 };
 
 // Records of one block, one after another.
@@ -119,12 +117,18 @@ class FusionBlock {
   // The next record, of size() in all. Good until this object goes.
   FusionRecord next();
   std::span<const float> errors() const { return errors_; }
+  // A round's chunks do not know each other: their records may be taken in any order but their own.
+  std::span<const std::uint32_t> chunks() const { return chunks_; }
+  // Of the records from the next one on; tetrahedra that come back with them.
+  std::span<const VertexId> kept_ahead() const { return std::span(kept_).subspan(at_.record); }
+  std::span<const TetId> tets_ahead() const { return std::span(tets_).subspan(at_.tet); }
 
  private:
   friend class ProgressiveFile;
   Vector<VertexId> kept_, points_, elsewhere_;
   Vector<std::array<std::uint32_t, 4>> heads_;  // gone and flags, points, star, tetrahedra
   Vector<float> errors_;
+  Vector<std::uint32_t> chunks_;
   Vector<std::byte> rows_, tet_rows_;
   Vector<std::uint8_t> star_;
   Vector<TetId> tets_;
@@ -162,8 +166,15 @@ class ProgressiveFile {
   FusionBlock block(std::size_t part) const;
   std::uint64_t fusions_of(std::size_t block) const { return parts_[5][block].rows; }
   Vector<TetId> rewound(std::size_t part) const;
-  // The largest error of each block.
-  Vector<float> errors() const;
+  // Of each block the largest error, and the round that it is of; the last round comes first.
+  struct BlockFacts {
+    Vector<float> errors;
+    Vector<std::uint32_t> rounds;
+  };
+  BlockFacts facts() const;
+
+  // Takes what has been read of the file out of this process; it comes back when it is read again.
+  void let_go() const { file_.dont_need(0, file_.size()); }
 
   [[noreturn]] void fail(const std::string& what) const;
   // Throws Error(kIo) where the file was shortened since it was opened. To be called after reading.

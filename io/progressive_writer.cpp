@@ -173,7 +173,10 @@ void ProgressiveWriter::end_rewound() {
   rewound_ = {};
 }
 
-void ProgressiveWriter::put(const FusionRecord& record) {
+void ProgressiveWriter::put(const FusionRecord& record, std::uint32_t round, std::uint32_t chunk) {
+  if (round != round_) end_block();
+  round_ = round;
+  chunks_.push_back(chunk);
   if (block_.size() == 0) {
     end_tets();
     end_points();
@@ -222,6 +225,7 @@ void ProgressiveWriter::end_block() {
   ColumnPacker columns;
   columns.put_all(kept);
   columns.put_all(errors);
+  columns.put_all(chunks_);
   columns.put_all(heads);
   columns.put_all(points);
   columns.put(rows, point_row_);
@@ -232,6 +236,8 @@ void ProgressiveWriter::end_block() {
   columns.put(tet_rows, cell_row_);
   add(std::move(columns), kFusions, block_.size());
   block_ = {};
+  chunks_.clear();
+  rounds_.push_back(round_);
   errors_.push_back(*std::max_element(errors.begin(), errors.end()));
 }
 
@@ -262,6 +268,7 @@ void ProgressiveWriter::finish() {
   if (!errors_.empty()) {
     ColumnPacker columns;
     columns.put_all(errors_);
+    columns.put_all(rounds_);
     add(std::move(columns), kErrors, errors_.size());
   }
   write_waiting();

@@ -57,6 +57,7 @@ Json report_of(const Arguments& a, const RefineReport& r) {
                {"result", {{"tets", r.tets}, {"points", r.points}}},
                {"fusions", r.counts.fusions},
                {"undone", r.undone},
+               {"on_disk", r.on_disk},
                {"reached", r.reached}};
   const bool is_known = r.errors != FusionErrors::kNone;
   const char* kind = r.errors == FusionErrors::kLargest ? "max" : "rms";
@@ -157,6 +158,16 @@ void add_refine_command(CLI::App& app) {
   add_encoding_option(*command, &a->request.write.encoding);
   add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);
+  add_memory_option(*command, &a->request.memory,
+                    "Memory to take at most, as in 2G, 512M or 1.5G; what does not fit lies on the "
+                    "disk, and the result is the same. Default: half of what the machine or its "
+                    "control group allows");
+  command
+      ->add_option("--scratch", a->request.scratch,
+                   "Folder on whose disk that lies, in files without names. Default: that of the "
+                   "output, or $TMPDIR or /tmp for standard output")
+      ->check(CLI::ExistingDirectory)
+      ->group(kPerformanceGroup);
   add_console_options(*command, &a->console);
   command->callback([a] { run(a.get()); });
 }

@@ -7,7 +7,7 @@
 
 #include "driver/import.h"
 #include "driver/options.h"
-#include "io/progressive_file.h"
+#include "mesh/fusion_log.h"
 
 namespace tetfusion {
 

@@ -20,6 +20,7 @@ double share_of(std::uint64_t undone, std::uint64_t tets) {
 struct Slice {
   std::uint64_t undone = 0;  // tetrahedra of the log, before it
   std::uint64_t tets = 0;    // of the whole log
+  std::uint32_t chunk = 0;
   FusionLog log;
 };
 
@@ -55,7 +56,7 @@ void FusionLogs::add(std::uint32_t chunk, const FusionLog& log) {
       return std::min(static_cast<std::uint32_t>(slice), current_.slices - 1);
     };
     const std::uint32_t number = slice_at();
-    Slice slice{undone, log.tets(), {}};
+    Slice slice{undone, log.tets(), chunk, {}};
     while (left > 0 && slice_at() == number) {
       const FusionRecord record = log[--left];
       slice.log.append(record);
@@ -64,6 +65,7 @@ void FusionLogs::add(std::uint32_t chunk, const FusionLog& log) {
     ByteWriter out;
     out.put(slice.undone);
     out.put(slice.tets);
+    out.put(slice.chunk);
     slice.log.save(&out);
     bytes.push_back(out.take());
     numbers.push_back(number);
@@ -78,28 +80,28 @@ void FusionLogs::end() {
   rounds_.push_back(std::exchange(current_, {}));
 }
 
-void FusionLogs::take_backwards(const std::function<void(const FusionRecord&)>& take) {
+void FusionLogs::take_backwards(const Take& take) {
   for (; !rounds_.empty(); rounds_.pop_back()) {
     Round& round = rounds_.back();
     for (std::uint32_t s = 0; s < round.slices; ++s) {
       if (s + 1 < round.slices) round.store->will_read(s + 1);
-      take_slice(round.store.get(), s, take);
+      take_slice(s, take);
       round.store->forget(s);
     }
   }
 }
 
 // Pieces are ascending by chunk.
-void FusionLogs::take_slice(PieceStore* store, std::uint32_t slice,
-                            const std::function<void(const FusionRecord&)>& take) {
+void FusionLogs::take_slice(std::uint32_t slice, const Take& take) const {
   std::vector<Slice> slices;
   {
-    const auto bucket = store->read(slice);
+    const auto bucket = rounds_.back().store->read(slice);
     for (const std::span<const std::byte> piece : bucket->pieces()) {
       ByteReader in(piece);
       Slice& one = slices.emplace_back();
       in.get(&one.undone);
       in.get(&one.tets);
+      in.get(&one.chunk);
       one.log.load(&in);
     }
     bucket->check();
@@ -114,7 +116,7 @@ void FusionLogs::take_slice(PieceStore* store, std::uint32_t slice,
     Slice& from = slices[turn.slice];
     const FusionRecord record = from.log[turn.next];
     from.undone += record.tets.size();
-    take(record);
+    take(record, static_cast<std::uint32_t>(rounds_.size()), from.chunk);
     if (++turn.next == from.log.size()) continue;
     turn.share = share_of(from.undone, from.tets);
     turns.push(turn);

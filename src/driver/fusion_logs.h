@@ -28,17 +28,18 @@ class FusionLogs {
   void add(std::uint32_t chunk, const FusionLog& log);
   void end();
 
-  // All fusions of all rounds, the last round first. They are gone then. The same for any number of
-  // slices.
-  void take_backwards(const std::function<void(const FusionRecord&)>& take);
+  // All fusions of all rounds, the last round first; rounds are counted from 1. They are gone then.
+  // The same for any number of slices.
+  using Take =
+      std::function<void(const FusionRecord& record, std::uint32_t round, std::uint32_t chunk)>;
+  void take_backwards(const Take& take);
 
  private:
   struct Round {
     std::unique_ptr<PieceStore> store;
     std::uint32_t slices = 1;
   };
-  static void take_slice(PieceStore* store, std::uint32_t slice,
-                         const std::function<void(const FusionRecord&)>& take);
+  void take_slice(std::uint32_t slice, const Take& take) const;
 
   Scratch* scratch_;
   std::uint64_t bytes_per_tet_;

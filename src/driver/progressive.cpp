@@ -180,12 +180,12 @@ void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carrie
     base.put_tets(&writer);
   }
   writer.put_lower(lower_rows(mesh->lower));
-  logs->take_backwards([&](FusionRecord record) {
+  logs->take_backwards([&](FusionRecord record, std::uint32_t round, std::uint32_t chunk) {
     if (errors.scale != 1) {
       record.error = static_cast<float>(record.error * errors.scale * kRoundedUp);
     }
     for (const VertexId v : record.points) known[v] = true;
-    writer.put(record);
+    writer.put(record, round, chunk);
   });
   context.check();
   put_spare<Real>(*stream, carried, rows, known, &writer);

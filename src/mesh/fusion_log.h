@@ -26,11 +26,18 @@ inline constexpr CornerCode kNoCode = std::numeric_limits<CornerCode>::max();
 // At most so many vertices besides the kept one had tetrahedra of the star.
 inline constexpr std::uint32_t kMaxGone = 3;
 
+// What is known of the error that a fusion left: of a steering field, as a share of its range.
+enum class FusionErrors : std::uint8_t {
+  kNone,
+  kMean,     // about the root of the mean square, as the run's quadrics had it
+  kLargest,  // at no point of the original that the new tetrahedra hold is there a larger one
+};
+
 // One fusion. Rows are those of points, position first, then all columns; they are noted as what
 // differs from the kept vertex's after the fusion, by exclusive or.
 struct FusionRecord {
   VertexId kept = 0;
-  // What is known of the error that it left (FusionErrors, io/progressive_file.h).
+  // What is known of the error that it left (FusionErrors).
   float error = 0;
   std::uint32_t gone = 0;            // of the points, those that had tetrahedra of the star
   std::span<const VertexId> points;  // that come back

@@ -6,13 +6,23 @@
 
 namespace tetfusion {
 
-FusionNeeds::FusionNeeds(std::uint64_t points, std::uint64_t cells) {
-  of_point_.assign(points, kNone);
-  of_tet_.assign(cells, kNone);
+FusionNeeds::FusionNeeds(std::uint64_t points, std::uint64_t cells, const std::string& folder)
+    : of_tet_(folder, cells), of_point_(folder, points), ends_(folder, 0), needs_(folder, 0) {}
+
+// A fusion needs ten others, about.
+std::uint64_t FusionNeeds::bytes_for(const ProgressiveCounts& counts) {
+  return (counts.cells + counts.points) * 4 + counts.fusions * (8 + 60);
+}
+
+void FusionNeeds::let_go() const {
+  of_tet_.let_go();
+  of_point_.let_go();
+  ends_.let_go();
+  needs_.let_go();
 }
 
 void FusionNeeds::add(const FusionRecord& record, bool row_changed, std::span<const TetId> star) {
-  const auto self = static_cast<std::uint32_t>(ends_.size());
+  const auto self = static_cast<std::uint32_t>(ends_.size() + 1);
   own_.clear();
   for (std::size_t i = 0; i < star.size(); ++i) {
     need(of_tet_[star[i]]);
@@ -24,16 +34,16 @@ void FusionNeeds::add(const FusionRecord& record, bool row_changed, std::span<co
   for (const VertexId v : record.points) of_point_[v] = self;
   for (const TetId t : record.tets) of_tet_[t] = self;
   std::sort(own_.begin(), own_.end());
-  const auto end = std::unique(own_.begin(), own_.end());
-  needs_.insert(needs_.end(), own_.begin(), end);
+  own_.erase(std::unique(own_.begin(), own_.end()), own_.end());
+  for (const std::uint32_t fusion : own_) needs_.push_back(fusion);
   ends_.push_back(needs_.size());
 }
 
 Vector<std::uint8_t> FusionNeeds::of_region(const RefinableMesh& original,
                                             std::span<const std::uint8_t> inside) const {
   Vector<std::uint8_t> needed(ends_.size(), std::uint8_t{0});
-  const auto mark = [&](std::uint32_t fusion) {
-    if (fusion != kNone) needed[fusion] = 1;
+  const auto mark = [&](std::uint32_t one_more) {
+    if (one_more != 0) needed[one_more - 1] = 1;
   };
   for (std::size_t v = 0; v < of_point_.size(); ++v) {
     if (inside[v] != 0) mark(of_point_[v]);

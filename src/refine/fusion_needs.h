@@ -3,11 +3,12 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/vector.h"
+#include "io/paged_array.h"
 #include "mesh/fusion_log.h"
 #include "refine/refinable_mesh.h"
 
@@ -18,7 +19,11 @@ namespace tetfusion {
 // place has the same surface, whatever becomes of the rest (README.md).
 class FusionNeeds {
  public:
-  FusionNeeds(std::uint64_t points, std::uint64_t cells);
+  // `folder` as in PagedBytes.
+  FusionNeeds(std::uint64_t points, std::uint64_t cells, const std::string& folder = {});
+  // Bytes that it takes, about.
+  static std::uint64_t bytes_for(const ProgressiveCounts& counts);
+  void let_go() const;
 
   // Fusions in the order of the file, each when all up to it have been undone; `star` is that of
   // the mesh (RefinableMesh::star()).
@@ -30,14 +35,13 @@ class FusionNeeds {
                                  std::span<const std::uint8_t> inside) const;
 
  private:
-  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  void need(std::uint32_t fusion) {
-    if (fusion != kNone) own_.push_back(fusion);
+  void need(std::uint32_t one_more) {
+    if (one_more != 0) own_.push_back(one_more - 1);
   }
 
-  Vector<std::uint32_t> of_tet_, of_point_;  // the last fusion that has changed it
-  Vector<std::uint64_t> ends_;               // of each fusion's, in needs_
-  Vector<std::uint32_t> needs_;
+  PagedArray<std::uint32_t> of_tet_, of_point_;  // one more than the last fusion that changed it
+  PagedArray<std::uint64_t> ends_;               // of each fusion's, in needs_
+  PagedArray<std::uint32_t> needs_;
   std::vector<std::uint32_t> own_;
 };
 

@@ -13,7 +13,7 @@ constexpr std::size_t kWindow = std::size_t{1} << 16;
 
 template <class Real>
 Vector<std::uint8_t> mark(const RefinableMesh& mesh, const ProgressiveFile& file,
-                          const RegionOfInterest& region) {
+                          const RegionOfInterest& region, const std::function<void()>& keep) {
   const std::vector<ArrayInfo>& arrays = file.description().point_data.arrays;
   std::vector<std::size_t> begin{sizeof(Vec3<Real>)};  // of each array's value in a row
   for (const ArrayInfo& a : arrays) begin.push_back(begin.back() + a.components * size_of(a.type));
@@ -33,6 +33,7 @@ Vector<std::uint8_t> mark(const RefinableMesh& mesh, const ProgressiveFile& file
       copy(begin[array], begin[array + 1] - begin[array], rows.data());
     };
     region.mark<Real>(positions, read, inside.data() + first);
+    keep();
   }
   for (std::size_t v = 0; v < points; ++v) {
     if (!mesh.has_point(v)) inside[v] = 0;
@@ -43,10 +44,12 @@ Vector<std::uint8_t> mark(const RefinableMesh& mesh, const ProgressiveFile& file
 }  // namespace
 
 Vector<std::uint8_t> points_inside(const RefinableMesh& mesh, const ProgressiveFile& file,
-                                   const std::vector<std::string>& region) {
+                                   const std::vector<std::string>& region,
+                                   const std::function<void()>& keep) {
   const RegionOfInterest places(region, file.path(), file.description().point_data);
-  return file.description().point_type == ValueType::kFloat32 ? mark<float>(mesh, file, places)
-                                                              : mark<double>(mesh, file, places);
+  return file.description().point_type == ValueType::kFloat32
+             ? mark<float>(mesh, file, places, keep)
+             : mark<double>(mesh, file, places, keep);
 }
 
 }  // namespace tetfusion

@@ -8,43 +8,54 @@
 
 namespace tetfusion {
 
-void Stars::make_room(List* list, std::size_t count) {
-  if (count <= list->room) return;
-  const std::size_t begin = entries_.size();
-  list->room = static_cast<std::uint32_t>(count + count / 2);
-  entries_.resize(begin + list->room);
-  std::copy_n(entries_.data() + list->begin, list->count, entries_.data() + begin);
-  list->begin = begin;
-}
+namespace {
 
-void Stars::add(VertexId v, TetId tet) {
-  List& list = lists_[v];
-  make_room(&list, std::size_t{list.count} + 1);
-  entries_[list.begin + list.count++] = tet;
-}
+// Points or tetrahedra that are added before somebody looks at the memory.
+constexpr std::size_t kAtOnce = 256;
 
-void Stars::replace(VertexId v, std::span<const TetId> tets) {
-  List& list = lists_[v];
-  list.count = 0;
-  make_room(&list, tets.size());
-  std::copy(tets.begin(), tets.end(), entries_.data() + list.begin);
-  list.count = static_cast<std::uint32_t>(tets.size());
-}
+}  // namespace
 
 RefinableMesh::RefinableMesh(const ProgressiveCounts& counts, std::size_t point_row_bytes,
-                             std::size_t cell_row_bytes, Fail fail)
+                             std::size_t cell_row_bytes, Fail fail, const std::string& folder)
     : point_row_(point_row_bytes),
       cell_row_(cell_row_bytes),
       fail_(std::move(fail)),
+      point_rows_(folder, counts.points * point_row_),
+      cell_rows_(folder, counts.cells * cell_row_),
+      types_(folder, counts.cells),
+      corners_(folder, counts.cells),
+      stars_(folder, counts.points, counts.tets),
       shares_(kMaxGone + 1) {
-  point_rows_.resize(counts.points * point_row_);
-  cell_rows_.resize(counts.cells * cell_row_);
-  has_point_.assign(counts.points, 0);
-  types_.assign(counts.cells, 0);
-  corners_.resize(counts.cells);
   lower_.offsets.push_back(0);
-  stars_.reset(counts.points);
-  stamp_.assign(counts.points, 0);
+}
+
+// Of each tetrahedron four entries of lists that have a quarter of room, and what was left.
+std::uint64_t RefinableMesh::bytes_for(const ProgressiveCounts& counts, std::size_t point_row_bytes,
+                                       std::size_t cell_row_bytes) {
+  return counts.points * (point_row_bytes + 16) +
+         counts.cells * (cell_row_bytes + 1 + sizeof(Tet)) + counts.tets * 6 * sizeof(TetId);
+}
+
+void RefinableMesh::expect(std::span<const VertexId> kept, std::span<const TetId> tets) const {
+  const auto is_there = [this](VertexId v) { return v < stars_.size(); };
+  const std::size_t n = kept.size();
+  if (n > 2 && is_there(kept[2])) stars_.expect(kept[2]);
+  if (n > 1 && is_there(kept[1])) stars_.expect_entries(kept[1]);
+  if (n > 0 && is_there(kept[0])) {
+    for (const TetId t : stars_.of(kept[0])) __builtin_prefetch(&corners_[t]);
+    __builtin_prefetch(point_row(kept[0]), 1);
+  }
+  for (const TetId t : tets) {
+    if (t < types_.size()) __builtin_prefetch(&corners_[t], 1);
+  }
+}
+
+void RefinableMesh::let_go() const {
+  point_rows_.let_go();
+  cell_rows_.let_go();
+  types_.let_go();
+  corners_.let_go();
+  stars_.let_go();
 }
 
 std::span<const VertexId> RefinableMesh::corners_of(std::size_t cell) const {
@@ -55,15 +66,15 @@ std::span<const VertexId> RefinableMesh::corners_of(std::size_t cell) const {
 }
 
 void RefinableMesh::add_point(VertexId v, const std::byte* row) {
-  require(v < has_point_.size() && has_point_[v] == 0,
-          "a point comes twice, or has a wrong number");
-  has_point_[v] = 1;
+  require(v < stars_.size() && stars_.stamp(v) == 0, "a point comes twice, or has a wrong number");
+  stars_.stamp(v) = 1;
   ++points_;
   std::memcpy(point_rows_.data() + v * point_row_, row, point_row_);
 }
 
-void RefinableMesh::add_points(const PointRows& points) {
+void RefinableMesh::add_points(const PointRows& points, const std::function<void()>& keep) {
   for (std::size_t i = 0; i < points.numbers.size(); ++i) {
+    if (keep && i % kAtOnce == 0) keep();
     add_point(points.numbers[i], points.rows.data() + i * point_row_);
   }
 }
@@ -84,8 +95,9 @@ void RefinableMesh::add_tet(TetId number, const Tet& corners, const std::byte* r
   ++cells_;
 }
 
-void RefinableMesh::add_tets(const TetRows& tets) {
+void RefinableMesh::add_tets(const TetRows& tets, const std::function<void()>& keep) {
   for (std::size_t i = 0; i < tets.numbers.size(); ++i) {
+    if (keep && i % kAtOnce == 0) keep();
     add_tet(tets.numbers[i], tets.corners[i], tets.rows.data() + i * cell_row_);
   }
 }
@@ -162,8 +174,8 @@ void RefinableMesh::find_codes(const FusionRecord& record) {
   ++stamped_;
   codes_.clear();
   const auto add = [&](VertexId v) {
-    if (stamp_[v] == stamped_) return;
-    stamp_[v] = stamped_;
+    if (stars_.stamp(v) == stamped_) return;
+    stars_.stamp(v) = stamped_;
     codes_.push_back(v);
   };
   add(record.kept);

@@ -4,14 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 
+#include "base/numbers.h"
 #include "base/resources.h"
+#include "io/file_system.h"
 #include "mesh/region_of_interest.h"
 #include "refine/fusion_needs.h"
+#include "refine/fusion_spool.h"
 #include "refine/points_inside.h"
 #include "refine/refinable_mesh.h"
+#include "refine/resident_limit.h"
 #include "refine/write_level.h"
 
 namespace tetfusion {
@@ -23,6 +29,18 @@ namespace {
 constexpr double kRegionShare = 0.4;
 constexpr double kRefineShare = 0.6;
 
+// With the mesh on disk: the program, blocks of the file, the writer's buffers, and what may be
+// touched until somebody looks whether it is too much.
+constexpr std::uint64_t kLeastMemory = std::uint64_t{128} << 20;
+constexpr std::uint64_t kMargin = std::uint64_t{64} << 20;
+
+// Where the output will lie.
+std::string folder_of(const std::string& output) {
+  if (output == "-") return temporary_folder();
+  const std::filesystem::path parent = std::filesystem::path(output).parent_path();
+  return parent.empty() ? "." : parent.string();
+}
+
 class Job {
  public:
   Job(const RefineRequest& request, const RunContext& context)
@@ -30,35 +48,51 @@ class Job {
     check_errors_are_known();
     const RegionOfInterest region(request.region, request.input,
                                   file_.description().point_data);  // or throws now
+    plan_memory();
   }
   RefineReport run(PhaseClock* clock);
 
  private:
   void check_errors_are_known() const;
+  void plan_memory();
   std::optional<double> error_goal() const {
     return request_.max_error ? request_.max_error : request_.max_rms;
   }
   std::uint64_t tets_goal() const;
-  std::unique_ptr<RefinableMesh> read_base() const;
+  std::unique_ptr<RefinableMesh> read_base();
+  void let_go(const RefinableMesh& mesh) const;
   template <class F>
-  void for_each_fusion(double from, double to, F f) const;
+  void for_each_fusion(double from, double to, const RefinableMesh* mesh, F f) const;
   void find_needed();
   void find_end();
   void check_count(std::uint64_t fusions) const;
   void undo(RefinableMesh* mesh);
   void undo_everywhere(RefinableMesh* mesh);
+  std::size_t undo_block(FusionBlock* block, RefinableMesh* mesh);
+  void undo_spooled(RefinableMesh* mesh);
   void undo_needed(RefinableMesh* mesh);
-  void add_rest(RefinableMesh* mesh) const;
+  void add_rest(RefinableMesh* mesh);
 
   const RefineRequest& request_;
   const RunContext& context_;
   ProgressiveFile file_;
   RefineReport report_;
+  std::string folder_;  // for what is not in memory; empty: all is
+  ResidentLimit limit_{0};
+  std::optional<FusionSpool> spool_;
+  std::uint64_t tets_ = 0;  // with the fusions that have been read
   // With a region: which fusions are to be undone.
   Vector<std::uint8_t> needed_;
   Vector<float> errors_;                                           // of all fusions
   std::uint64_t end_ = std::numeric_limits<std::uint64_t>::max();  // none from here on is undone
 };
+
+// Of the tetrahedra that come back, those of about two fusions.
+void expect_next(const FusionBlock& block, const RefinableMesh* mesh) {
+  constexpr std::size_t kTets = 12;
+  const std::span<const TetId> tets = block.tets_ahead();
+  mesh->expect(block.kept_ahead(), tets.first(std::min(tets.size(), kTets)));
+}
 
 void check_request(const RefineRequest& request) {
   const auto refuse = [](const std::string& message) { throw Error(ErrorCode::kUsage, message); };
@@ -102,6 +136,32 @@ void Job::check_errors_are_known() const {
   }
 }
 
+void Job::plan_memory() {
+  const std::uint64_t total = request_.memory != 0 ? request_.memory : memory_limit() / 2;
+  const ProgressiveCounts& counts = file_.counts();
+  const ProgressiveDescription& d = file_.description();
+  std::uint64_t least = kLeastMemory, beside = LevelNumbers::bytes_for(counts);
+  if (!request_.region.empty()) {
+    least += counts.fusions * 5 + counts.points;
+    beside = std::max(beside, FusionNeeds::bytes_for(counts)) + counts.fusions * 5 + counts.points;
+  }
+  const std::uint64_t mesh =
+      RefinableMesh::bytes_for(counts, d.point_row_bytes(), d.cell_row_bytes());
+  const std::uint64_t in_core = kLeastMemory + mesh + beside;
+  if (in_core <= total) return;
+  if (total < least) {
+    throw Error(ErrorCode::kMemory,
+                fmt::format("{}: refining this mesh needs about {} of memory with the mesh on disk "
+                            "(and {} with everything in memory), but it may use {}: give --memory "
+                            "{}M or more",
+                            request_.input, format_bytes(least), format_bytes(in_core),
+                            format_bytes(total), (least >> 20) + 1));
+  }
+  folder_ = request_.scratch.empty() ? folder_of(request_.output) : request_.scratch;
+  limit_ = ResidentLimit(total - kMargin);
+  report_.on_disk = true;
+}
+
 std::uint64_t Job::tets_goal() const {
   if (request_.tets) return *request_.tets;
   if (!request_.reduction) return std::numeric_limits<std::uint64_t>::max();
@@ -109,13 +169,19 @@ std::uint64_t Job::tets_goal() const {
       std::ceil(static_cast<double>(file_.counts().tets) * (1 - *request_.reduction) - 1e-6));
 }
 
-std::unique_ptr<RefinableMesh> Job::read_base() const {
+void Job::let_go(const RefinableMesh& mesh) const {
+  mesh.let_go();
+  file_.let_go();
+}
+
+std::unique_ptr<RefinableMesh> Job::read_base() {
   const ProgressiveDescription& d = file_.description();
-  auto mesh =
-      std::make_unique<RefinableMesh>(file_.counts(), d.point_row_bytes(), d.cell_row_bytes(),
-                                      [this](const std::string& what) { file_.fail(what); });
-  for (std::size_t i = 0; i < file_.parts_of_points(); ++i) mesh->add_points(file_.points(i));
-  for (std::size_t i = 0; i < file_.parts_of_tets(); ++i) mesh->add_tets(file_.tets(i));
+  auto mesh = std::make_unique<RefinableMesh>(
+      file_.counts(), d.point_row_bytes(), d.cell_row_bytes(),
+      [this](const std::string& what) { file_.fail(what); }, folder_);
+  const auto keep = [&] { limit_.keep([&] { let_go(*mesh); }); };
+  for (std::size_t i = 0; i < file_.parts_of_points(); ++i) mesh->add_points(file_.points(i), keep);
+  for (std::size_t i = 0; i < file_.parts_of_tets(); ++i) mesh->add_tets(file_.tets(i), keep);
   for (std::size_t i = 0; i < file_.parts_of_lower(); ++i) mesh->add_lower(file_.lower(i));
   if (mesh->tets() != file_.counts().base_tets) {
     file_.fail("the file has not the tetrahedra it names");
@@ -125,14 +191,16 @@ std::unique_ptr<RefinableMesh> Job::read_base() const {
 
 // Calls f(record, number).
 template <class F>
-void Job::for_each_fusion(double from, double to, F f) const {
+void Job::for_each_fusion(double from, double to, const RefinableMesh* mesh, F f) const {
   std::uint64_t number = 0;
   for (std::size_t b = 0; b < file_.blocks(); ++b) {
     context_.check();
     context_.report("refining", from, to, b, file_.blocks());
     FusionBlock block = file_.block(b);
     for (std::size_t i = 0; i < block.size(); ++i) {
-      f(block.next(), number++);
+      const FusionRecord record = block.next();
+      expect_next(block, mesh);
+      f(record, number++);
     }
   }
   check_count(number);
@@ -145,15 +213,21 @@ void Job::check_count(std::uint64_t fusions) const {
 // Goes all the way back, to see what lies in the region, and what has to be undone for it.
 void Job::find_needed() {
   const std::unique_ptr<RefinableMesh> mesh = read_base();
-  FusionNeeds needs(file_.counts().points, file_.counts().cells);
+  FusionNeeds needs(file_.counts().points, file_.counts().cells, folder_);
+  const auto let_go_of_all = [&] {
+    let_go(*mesh);
+    needs.let_go();
+  };
   const std::size_t row = file_.description().point_row_bytes();
-  for_each_fusion(0, kRegionShare, [&](const FusionRecord& record, std::uint64_t) {
+  for_each_fusion(0, kRegionShare, mesh.get(), [&](const FusionRecord& record, std::uint64_t) {
     mesh->undo(record);
     needs.add(record, record.row_changed(row), mesh->star());
     errors_.push_back(record.error);
+    limit_.keep(let_go_of_all);
   });
   add_rest(mesh.get());
-  const Vector<std::uint8_t> inside = points_inside(*mesh, file_, request_.region);
+  const Vector<std::uint8_t> inside =
+      points_inside(*mesh, file_, request_.region, [&] { limit_.keep(let_go_of_all); });
   report_.inside = static_cast<std::uint64_t>(std::count(inside.begin(), inside.end(), 1));
   needed_ = needs.of_region(*mesh, inside);
   report_.needed = static_cast<std::uint64_t>(std::count(needed_.begin(), needed_.end(), 1));
@@ -171,7 +245,7 @@ void Job::find_end() {
     }
     return;
   }
-  const Vector<float> largest = file_.errors();
+  const Vector<float> largest = file_.facts().errors;
   std::size_t last = largest.size();
   while (last > 0 && !is_over(largest[last - 1])) --last;
   if (last == 0) return;
@@ -192,50 +266,80 @@ void Job::undo(RefinableMesh* mesh) {
   }
 }
 
+// In the file's order; on disk a round's chunks one after another.
 void Job::undo_everywhere(RefinableMesh* mesh) {
-  const std::uint64_t goal = tets_goal();
-  const Vector<float> largest = file_.errors();
+  const ProgressiveFile::BlockFacts facts = file_.facts();
   const auto note_rest = [this](std::span<const float> errors) {
     for (const float error : errors) report_.error = std::max(report_.error, double{error});
   };
-  for (std::size_t b = 0; b < file_.blocks(); ++b) {
+  if (report_.on_disk) spool_.emplace(folder_);
+  tets_ = mesh->tets();
+  std::size_t left = 0, b = 0;
+  for (; b < file_.blocks() && report_.undone < end_ && left == 0; ++b) {
     context_.check();
     context_.report("refining", 0, kRefineShare, b, file_.blocks());
-    if (report_.undone >= end_) return note_rest(std::span(largest).subspan(b));
+    if (b > 0 && facts.rounds[b] != facts.rounds[b - 1]) undo_spooled(mesh);
     FusionBlock block = file_.block(b);
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      const FusionRecord record = block.next();
-      if (report_.undone >= end_ || mesh->tets() + record.tets.size() > goal) {
-        note_rest(block.errors().subspan(i));
-        return note_rest(std::span(largest).subspan(b + 1));
-      }
+    left = undo_block(&block, mesh);
+    note_rest(block.errors().last(left));
+  }
+  undo_spooled(mesh);
+  note_rest(std::span(facts.errors).subspan(b));
+  if (b == file_.blocks() && left == 0) check_count(report_.undone);
+}
+
+// As far as the goal allows. Returns how many records are left.
+std::size_t Job::undo_block(FusionBlock* block, RefinableMesh* mesh) {
+  const std::uint64_t goal = tets_goal();
+  for (std::size_t i = 0; i < block->size(); ++i) {
+    const FusionRecord record = block->next();
+    tets_ += record.tets.size();
+    if (report_.undone >= end_ || tets_ > goal) return block->size() - i;
+    ++report_.undone;
+    if (spool_) {
+      spool_->add(record, block->chunks()[i]);
+    } else {
+      expect_next(*block, mesh);
       mesh->undo(record);
-      ++report_.undone;
     }
   }
-  check_count(report_.undone);
+  return 0;
+}
+
+void Job::undo_spooled(RefinableMesh* mesh) {
+  if (!spool_) return;
+  spool_->take([&](const FusionLog& log) {
+    context_.check();
+    for (std::size_t i = 0; i < log.size(); ++i) {
+      mesh->undo(log[i]);
+      limit_.keep([&] { let_go(*mesh); });
+    }
+  });
 }
 
 void Job::undo_needed(RefinableMesh* mesh) {
   const std::uint64_t goal = tets_goal();
   bool goes_on = true;
-  for_each_fusion(kRegionShare, kRefineShare, [&](const FusionRecord& record, std::uint64_t i) {
-    if (needed_[i] != 0) {
-      goes_on = goes_on && i < end_ && mesh->tets() + record.tets.size() <= goal;
-      if (goes_on) {
-        mesh->undo(record);
-        ++report_.undone;
-        return;
-      }
-      report_.error_inside = std::max(report_.error_inside, double{record.error});
-    }
-    report_.error = std::max(report_.error, double{record.error});
-  });
+  for_each_fusion(kRegionShare, kRefineShare, mesh,
+                  [&](const FusionRecord& record, std::uint64_t i) {
+                    if (needed_[i] != 0) {
+                      goes_on = goes_on && i < end_ && mesh->tets() + record.tets.size() <= goal;
+                      if (goes_on) {
+                        mesh->undo(record);
+                        ++report_.undone;
+                        limit_.keep([&] { let_go(*mesh); });
+                        return;
+                      }
+                      report_.error_inside = std::max(report_.error_inside, double{record.error});
+                    }
+                    report_.error = std::max(report_.error, double{record.error});
+                  });
 }
 
 // When all fusions have been undone.
-void Job::add_rest(RefinableMesh* mesh) const {
-  for (std::size_t i = 0; i < file_.parts_of_spare(); ++i) mesh->add_points(file_.spare(i));
+void Job::add_rest(RefinableMesh* mesh) {
+  const auto keep = [&] { limit_.keep([&] { let_go(*mesh); }); };
+  for (std::size_t i = 0; i < file_.parts_of_spare(); ++i) mesh->add_points(file_.spare(i), keep);
   for (std::size_t i = 0; i < file_.parts_of_rewound(); ++i) mesh->rewind(file_.rewound(i));
   const ProgressiveCounts& counts = file_.counts();
   if (mesh->points() != counts.points || mesh->cells() != counts.cells ||
@@ -267,7 +371,8 @@ RefineReport Job::run(PhaseClock* clock) {
   report_.tets = mesh->tets();
   report_.points = mesh->points();
   clock->begin("write");
-  write_level(*mesh, file_, request_.output, write);
+  write_level(*mesh, file_, request_.output, write, folder_,
+              [&] { limit_.keep([&] { let_go(*mesh); }); });
   clock->end();
   return report_;
 }

@@ -24,6 +24,10 @@ struct RefineRequest {
   // elsewhere the mesh stays that of the file, but for what has to follow.
   std::vector<std::string> region;
   WriteOptions write;
+  // Resident at most; 0: half of what the machine or its control group allows. What does not fit
+  // lies on the disk of `scratch`; empty: of the output.
+  std::uint64_t memory = 0;
+  std::string scratch;
 };
 
 struct RefineReport {
@@ -36,6 +40,7 @@ struct RefineReport {
   std::optional<std::uint64_t> inside, needed;  // with a region: points of the original, fusions
   double error_inside = 0;                      // and of these
   std::map<std::string, double> seconds;        // by phase
+  bool on_disk = false;
   bool reached = true;  // false: the goal is below what the file begins with
 };
 

@@ -8,13 +8,20 @@ namespace tetfusion {
 namespace {
 
 constexpr std::size_t kRunBytes = std::size_t{1} << 20;
+// Points or cells after which somebody looks at the memory; and looks after which the numbers go.
+constexpr std::size_t kCellsAtOnce = std::size_t{1} << 12;
+constexpr std::size_t kNumbersKept = 64;
 
 class LevelWriter {
  public:
-  LevelWriter(const RefinableMesh& mesh, const ProgressiveFile& file) : mesh_(mesh), file_(file) {
-    numbers_.resize(file.counts().points);
+  LevelWriter(const RefinableMesh& mesh, const ProgressiveFile& file, const std::string& folder,
+              const std::function<void()>& keep)
+      : mesh_(mesh), file_(file), keep_(keep), numbers_(folder, file.counts().points) {
     std::int64_t next = 0;
-    for (std::size_t v = 0; v < numbers_.size(); ++v) numbers_[v] = mesh.has_point(v) ? next++ : -1;
+    for (std::size_t v = 0; v < numbers_.size(); ++v) {
+      numbers_[v] = mesh.has_point(v) ? next++ : -1;
+      if (v % kCellsAtOnce == 0) this->keep();
+    }
   }
 
   void run(const std::string& path, const WriteOptions& options) {
@@ -43,7 +50,13 @@ class LevelWriter {
   void for_each_cell(F f) const {
     for (std::size_t c = 0; c < file_.counts().cells; ++c) {
       if (mesh_.type_of(c) != 0) f(c);
+      if (c % kCellsAtOnce == 0) keep();
     }
+  }
+
+  void keep() const {
+    keep_();
+    if (++kept_ % kNumbersKept == 0) numbers_.let_go();
   }
 
   VtuLayout layout(Encoding encoding) const {
@@ -65,6 +78,7 @@ class LevelWriter {
     Run run(writer);
     for (std::size_t v = 0; v < numbers_.size(); ++v) {
       if (numbers_[v] >= 0) run.put(mesh_.point_row(v) + at, bytes);
+      if (v % kCellsAtOnce == 0) keep();
     }
     run.end();
     return bytes;
@@ -122,14 +136,17 @@ class LevelWriter {
 
   const RefinableMesh& mesh_;
   const ProgressiveFile& file_;
-  Vector<std::int64_t> numbers_;  // in the file that is written, of each point; -1: not there
+  const std::function<void()>& keep_;
+  mutable std::uint64_t kept_ = 0;
+  PagedArray<std::int64_t> numbers_;  // in the file that is written, of each point; -1: not there
 };
 
 }  // namespace
 
 void write_level(const RefinableMesh& mesh, const ProgressiveFile& file, const std::string& path,
-                 const WriteOptions& options) {
-  LevelWriter(mesh, file).run(path, options);
+                 const WriteOptions& options, const std::string& folder,
+                 const std::function<void()>& keep) {
+  LevelWriter(mesh, file, folder, keep).run(path, options);
 }
 
 }  // namespace tetfusion

@@ -129,6 +129,23 @@ class Refine(FolderTest):
             self.assertTrue(back.read_bytes() == in_memory)
         self.assertEqual(self.files(), [path.name, "out.vtu", "run.tfp"])
 
+    def test_a_level_is_the_same_with_less_memory_than_the_mesh(self):
+        path = self.generate("--jitter", "0.5", tets="1M")
+        _, back = self.simplify(path, "--reduction", "80%", "--chunk-tets", "20k")
+        level, on_disk = self.folder / "level.vtu", self.folder / "on_disk.vtu"
+        for options in ([], ["--tets", "700k"], ["--reduction", "70%"], ["--max-rms", "0.1%"], ["--roi", "sphere=0.5,0.5,0.5,0.1"]):
+            expected = report_of("refine", back, "-o", level, *options)
+            self.assertFalse(expected["on_disk"])
+            report = report_of("refine", back, "-o", on_disk, "--memory", "150M", "--scratch", self.folder, *options)
+            self.assertTrue(report["on_disk"])
+            if not sanitized():
+                self.assertLess(report["peak_rss_bytes"], 150 << 20)
+            self.assertTrue(on_disk.read_bytes() == level.read_bytes(), options)
+            for name in ("result", "undone", "error"):
+                self.assertEqual(report[name], expected[name])
+        run("refine", back, "-o", self.folder / "none.vtu", "--memory", "100M", code=MEMORY)
+        self.assertEqual(self.files(), [path.name, "level.vtu", "on_disk.vtu", "out.vtu", "run.tfp"])
+
     def test_a_budget_that_is_too_small_is_refused(self):
         path = self.generate(tets="400k")
         for options in (["--memory", "60M"], ["--memory", "100M", "--threads", "16"]):
