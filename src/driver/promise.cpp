@@ -9,7 +9,6 @@
 #include "base/resources.h"
 #include "driver/carried_arrays.h"
 #include "driver/error_limits.h"
-#include "driver/region_of_interest.h"
 #include "driver/round_plan.h"
 #include "verify/result_seam.h"
 
@@ -46,16 +45,6 @@ void promise_errors(const BehaviourOptions& behaviour, const RunChoices& choices
   if (behaviour.max_rms) promise->beyond.push_back("the mean error of fusions");
 }
 
-void promise_criteria(const BehaviourOptions& behaviour, const MeshDescription& mesh,
-                      Promise* promise) {
-  promise->max_volume = behaviour.max_volume;
-  if (behaviour.interest.empty()) return;
-  promise->stays = [region = RegionOfInterest(behaviour.interest, mesh)](
-                       const MeshStream& stream, std::uint64_t first,
-                       std::span<const Vec3<double>> positions,
-                       std::uint8_t* inside) { region.lock(stream, first, positions, inside); };
-}
-
 void add_dropped(const AttributeSet& all, const std::vector<std::size_t>& carried,
                  const std::string& prefix, Promise* promise) {
   for (std::size_t i = 0; i < all.arrays.size(); ++i) {
@@ -87,7 +76,9 @@ Promise promise_of(const BehaviourOptions& behaviour, const RunChoices& choices,
   promise.integrals = behaviour.conserve;
   promise_surfaces(behaviour, choices, &promise);
   promise_errors(behaviour, choices, &promise);
-  promise_criteria(behaviour, choices.mesh, &promise);
+  promise.max_volume = behaviour.max_volume;
+  promise.interest =
+      RegionOfInterest(behaviour.interest, choices.mesh.path, choices.mesh.point_data);
   const CarriedArrays carried(choices.mesh);
   add_dropped(choices.mesh.point_data, carried.point_indices, "", &promise);
   add_dropped(choices.mesh.cell_data, carried.cell_indices, "cell:", &promise);

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "compare/original_mesh.h"
+#include "io/mesh_stream.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {
@@ -64,9 +65,10 @@ void widen(const Vector<std::byte>& bytes, Vector<Point>* points) {
   }
 }
 
-PointSet marked_points(MeshSource* original, const MarkPoints& mark, const RunContext& context) {
+PointSet points_inside(MeshSource* original, const RegionOfInterest& region,
+                       const RunContext& context) {
   const auto stream = open_stream(original);
-  PointSet marked(stream->points());
+  PointSet set(stream->points());
   const ValueType type = original->description().point_type;
   Vector<std::byte> bytes;
   Vector<Point> points;
@@ -79,12 +81,15 @@ PointSet marked_points(MeshSource* original, const MarkPoints& mark, const RunCo
     points.resize(count);
     type == ValueType::kFloat32 ? widen<float>(bytes, &points) : widen<double>(bytes, &points);
     inside.assign(count, 0);
-    mark(*stream, first, points, inside.data());
+    const auto read = [&](std::size_t array, std::span<std::byte> rows) {
+      stream->read_rows(Association::kPoint, array, first, count, rows);
+    };
+    region.mark<double>(points, read, inside.data());
     for (std::uint64_t i = 0; i < count; ++i) {
-      if (inside[i] != 0) marked.add(first + i);
+      if (inside[i] != 0) set.add(first + i);
     }
   }
-  return marked;
+  return set;
 }
 
 }  // namespace
@@ -97,9 +102,9 @@ Vector<std::uint64_t> cell_keys(const Geometry& mesh) {
   return keys;
 }
 
-OriginalCellFacts survey_cells(MeshSource* original, const MarkPoints& mark,
+OriginalCellFacts survey_cells(MeshSource* original, const RegionOfInterest& region,
                                const Vector<std::uint64_t>& keys, const RunContext& context) {
-  const PointSet marked = mark ? marked_points(original, mark, context) : PointSet(0);
+  const PointSet inside = region.empty() ? PointSet(0) : points_inside(original, region, context);
   const FieldSet none;
   OriginalCellFacts facts;
   OriginalMesh(original, none, none).for_each_cells([&](const OriginalCells& window, double) {
@@ -109,8 +114,8 @@ OriginalCellFacts survey_cells(MeshSource* original, const MarkPoints& mark,
       Corners corners;
       for (std::size_t i = 0; i < 4; ++i) corners[i] = window.points.points[t[i]];
       facts.largest_volume = std::max(facts.largest_volume, volume_of(corners));
-      const auto stays = [&](VertexId v) { return marked.has(ids[v]); };
-      if (!mark || !std::all_of(t.begin(), t.end(), stays)) continue;
+      const auto stays = [&](VertexId v) { return inside.has(ids[v]); };
+      if (region.empty() || !std::all_of(t.begin(), t.end(), stays)) continue;
       ++facts.inside;
       if (std::binary_search(keys.begin(), keys.end(), key_of(corners))) continue;
       if (facts.missing++ > 0) continue;

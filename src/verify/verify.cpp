@@ -15,6 +15,7 @@
 #include "compare/interfaces.h"
 #include "mesh/inspect.h"
 #include "mesh/predicates.h"
+#include "verify/kept_cells.h"
 
 namespace tetfusion {
 
@@ -204,10 +205,10 @@ void Verifier::judge_defect(const Geometry& mesh, const Inspection& inspection, 
 
 void Verifier::judge_cells(const Geometry& mesh) {
   const bool bounded = promise_.max_volume < std::numeric_limits<double>::infinity();
-  if (!promise_.stays && !bounded) return;
-  const auto keys = promise_.stays ? cell_keys(mesh) : Vector<std::uint64_t>();
-  const OriginalCellFacts facts = survey_cells(original_, promise_.stays, keys, context_);
-  if (promise_.stays) {
+  if (promise_.interest.empty() && !bounded) return;
+  const auto keys = promise_.interest.empty() ? Vector<std::uint64_t>() : cell_keys(mesh);
+  const OriginalCellFacts facts = survey_cells(original_, promise_.interest, keys, context_);
+  if (!promise_.interest.empty()) {
     add("region of interest", static_cast<double>(facts.missing), 0, facts.missing == 0,
         fmt::format("of the {} cells in the region of interest it lacks {}, the first at {}",
                     format_count(facts.inside), format_count(facts.missing),

@@ -12,7 +12,7 @@
 #include "base/vector.h"
 #include "compare/needs.h"  // for those who plan a verification
 #include "io/mesh_source.h"
-#include "verify/kept_cells.h"
+#include "mesh/region_of_interest.h"
 
 namespace tetfusion {
 
@@ -39,8 +39,8 @@ struct Promise {
   std::vector<PromisedError> errors;
   // No tetrahedron is larger, unless one of the input's is.
   double max_volume = std::numeric_limits<double>::infinity();
-  MarkPoints stays;        // tetrahedra of its points alone are still there; empty: none
-  bool integrals = false;  // of all floating-point arrays: they stay
+  RegionOfInterest interest;  // tetrahedra of its points alone are still there
+  bool integrals = false;     // of all floating-point arrays: they stay
 
   std::vector<std::string> dropped;  // arrays that are not carried along; "cell:NAME" of cells
   std::vector<std::string> beyond;   // what else was promised and cannot be verified, in words

@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "compare/point.h"
 #include "driver/simplify.h"
 #include "mesh/inspect.h"
 #include "support/mesh_file.h"
