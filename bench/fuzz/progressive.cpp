@@ -1,4 +1,4 @@
-// A progressive file, refined to the original and to a level on the way.
+// A progressive file, refined to the original, to levels on the way, and in a region.
 #include <cstring>
 #include <span>
 #include <string>
@@ -93,14 +93,21 @@ std::string repacked(const std::string& bytes, Input changes) {
 void refine_one(const std::string& bytes) {
   const std::string path = folder().file("input.tfp");
   testing::write_file(path, bytes);
-  for (const std::uint64_t tets : {0, 40}) try {
-      RefineRequest request;
-      request.input = path;
-      request.output = folder().file("out.vtu");
-      if (tets > 0) request.tets = tets;
-      refine(request);
+  RefineRequest request;
+  request.input = path;
+  request.output = folder().file("out.vtu");
+  const auto run = [&](const auto& change) {
+    RefineRequest changed = request;
+    change(&changed);
+    try {
+      refine(changed);
     } catch (const Error&) {
     }
+  };
+  run([](RefineRequest*) {});
+  run([](RefineRequest* r) { r->tets = 40; });
+  run([](RefineRequest* r) { r->max_rms = 0.01; });
+  run([](RefineRequest* r) { r->region = {"sphere=0,0,0,1.1"}; });
 }
 
 std::string file_of(Method method, std::uint64_t chunk_tets) {
