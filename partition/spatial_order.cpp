@@ -27,13 +27,19 @@ Vector<VertexId> vertices_along(const ShiftedCurve& curve, const Vector<Vec3<Rea
   return new2old;
 }
 
-TetId smallest(const Tet& t) { return std::min({t[0], t[1], t[2], t[3]}); }
+Tet renamed(const Tet& t, const Vector<VertexId>& old2new) {
+  return {old2new[t[0]], old2new[t[1]], old2new[t[2]], old2new[t[3]]};
+}
 
-Vector<TetId> by_smallest_vertex(const Vector<Tet>& tets, std::size_t vertices) {
+Vector<TetId> by_smallest_vertex(const Vector<Tet>& tets, const Vector<VertexId>& old2new) {
+  const auto smallest = [&](const Tet& tet) {
+    const Tet t = renamed(tet, old2new);
+    return std::min({t[0], t[1], t[2], t[3]});
+  };
   Vector<TetId> start;
-  start.assign(vertices + 1, 0);
+  start.assign(old2new.size() + 1, 0);
   for (const Tet& t : tets) ++start[smallest(t) + 1];
-  for (std::size_t v = 0; v < vertices; ++v) start[v + 1] += start[v];
+  for (std::size_t v = 0; v < old2new.size(); ++v) start[v + 1] += start[v];
   Vector<TetId> new2old(tets.size());
   for (std::size_t t = 0; t < tets.size(); ++t) {
     new2old[start[smallest(tets[t])]++] = static_cast<TetId>(t);
@@ -81,12 +87,10 @@ void order_along_curve(const ShiftedCurve& curve, const WorkMesh<Real>& mesh, Wo
   permute(vertices, mesh.changed, 1, &out->changed);
   permute(vertices, mesh.point_columns, &out->point_columns);
 
-  Vector<Tet> renamed = mesh.tets;
-  for (Tet& t : renamed) {
-    for (VertexId& v : t) v = old2new[v];
-  }
-  const Vector<TetId> tets = by_smallest_vertex(renamed, vertices.size());
-  permute(tets, renamed, 1, &out->tets);
+  const Vector<TetId> tets = by_smallest_vertex(mesh.tets, old2new);
+  out->tets.resize(tets.size());
+  std::transform(tets.begin(), tets.end(), out->tets.begin(),
+                 [&](TetId t) { return renamed(mesh.tets[t], old2new); });
   permute(tets, mesh.flipped, 1, &out->flipped);
   permute(tets, mesh.cell_columns, &out->cell_columns);
 }

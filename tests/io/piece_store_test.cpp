@@ -173,5 +173,34 @@ TEST(MemoryScratch, CountsWhatIsThereAtOnce) {
   EXPECT_FALSE(scratch->resume().has_value());
 }
 
+// Bytes that are held are not among what is used again.
+TEST(MemoryScratch, UsesPagesAgain) {
+  const auto scratch = memory_scratch();
+  const auto old = scratch->begin("old");
+  const std::string held(300'000, 'h');
+  add_pieces(old.get(), 0, {{0, std::string(1'000'000, 'a')}, {1, held}, {2, held}});
+  old->seal();
+  const auto data_of = [](const PieceStore& store, std::uint32_t bucket) {
+    return store.read(bucket)->pieces().front().data();
+  };
+  const std::byte* first = data_of(*old, 0);
+  const auto reader = old->read(1);
+  old->forget(0);
+  old->forget(1);
+  const auto next = scratch->begin("next");
+  std::vector<PieceText> pieces;
+  for (std::uint32_t b = 0; b < 6; ++b) {
+    pieces.push_back({b, std::string(70'000 + 60'000 * b, static_cast<char>('a' + b))});
+  }
+  add_pieces(next.get(), 0, pieces);
+  next->seal();
+  EXPECT_EQ(data_of(*next, 0), first);
+  for (const PieceText& piece : pieces) {
+    EXPECT_THAT(pieces_in(*next, piece.bucket), ElementsAre(piece.text));
+  }
+  EXPECT_EQ(testing::text(reader->pieces().front()), held);
+  EXPECT_THAT(pieces_in(*old, 2), ElementsAre(held));
+}
+
 }  // namespace
 }  // namespace tetfusion
