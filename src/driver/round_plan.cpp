@@ -26,6 +26,8 @@ constexpr double kSaturatedWithoutGoal = 2e-3;
 // ... if chunks have at least so many tetrahedra. Smaller ones have so much interface that they are
 // doubled first.
 constexpr std::uint64_t kSmallChunk = 100'000;
+// A fusion of two neighbours is not tried while fewer tetrahedra are to go (FuseRound).
+constexpr std::uint64_t kSmallestFusion = 3;
 
 double at_lod(const std::vector<double>& schedule, std::size_t lod, double otherwise) {
   if (schedule.empty()) return otherwise;
@@ -126,13 +128,19 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
   const auto removed = before - static_cast<double>(round.pass.tets_after);
   state->shrink = 1 - removed / before;
   state->costs = round.costs;
-  if (options_.method == Method::kFuse && !plan.settings.look) {
+  const bool fuse = options_.method == Method::kFuse;
+  if (fuse && !plan.settings.look) {
     state->threshold = {plan.settings.fuse.threshold, was_rejected(round, Reject::kQuota)};
+  }
+  // A further round would cut the mesh for nothing.
+  if (fuse && !plan.settings.look &&
+      plan.limits.quota - static_cast<std::uint64_t>(removed) < kSmallestFusion) {
+    state->end = StageEnd::kGoal;
+    return;
   }
   const double saturated =
       plan.limits.quota == PassLimits{}.quota ? kSaturatedWithoutGoal : kSaturatedShare;
-  state->end =
-      options_.method == Method::kFuse ? judge_fuse(round, state) : judge(round, saturated, state);
+  state->end = fuse ? judge_fuse(round, state) : judge(round, saturated, state);
 }
 
 StageEnd RoundPlanner::judge(const RoundStatistics& round, double saturated,

@@ -95,6 +95,22 @@ TEST_F(Fuse, TheGoalIsMetFromAbove) {
   EXPECT_EQ(run(file).stop_reason, StopReason::kSaturated);
 }
 
+// No round is begun that could do nothing.
+TEST_F(Fuse, EndsWithTheRoundThatMeetsTheGoal) {
+  const MeshFile file = wavy_box(12);
+  const auto tets = static_cast<double>(file.geometry.tets.size());
+  int met = 0;
+  for (const double reduction : {0.3, 0.4, 0.5, 0.6}) {
+    request.behaviour.reduction = reduction;
+    const SimplifyReport report = run(file);
+    EXPECT_EQ(report.stop_reason, StopReason::kGoal);
+    if (static_cast<double>(report.output.tets) - tets * (1 - reduction) >= 2) continue;
+    ++met;
+    EXPECT_GT(report.lods.back().pass.fused, 0u) << reduction;
+  }
+  EXPECT_GT(met, 0);
+}
+
 TEST_F(Fuse, TheErrorIsABound) {
   const MeshFile file = wavy_box(12);
   std::uint64_t tets = file.geometry.tets.size();
