@@ -3,6 +3,7 @@
 // Usage: bench_write MESH OUT.vtu ENCODING [TIMES [THREADS]], ENCODING is raw, zlib or lz4
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <span>
@@ -57,8 +58,14 @@ std::uint64_t write(const Mesh& mesh, const std::string& path, Encoding encoding
   std::visit([&](const auto& p) { writer.put(std::as_bytes(std::span(p))); }, g.points);
   writer.put_computed<std::int64_t>(
       [&](std::uint64_t first, std::uint64_t count, std::int64_t* out) {
-        for (std::uint64_t i = first; i < first + count; ++i) {
-          *out++ = i < corners ? g.tets[i / 4][i % 4] : g.lower.connectivity[i - corners];
+        // Runs begin and end with a tetrahedron: put_computed() cuts at multiples of a power of
+        // two.
+        const std::uint64_t end = first + count;
+        for (std::uint64_t t = first / 4; t < std::min(end, corners) / 4; ++t) {
+          for (const VertexId v : g.tets[t]) *out++ = v;
+        }
+        for (std::uint64_t i = std::max(first, corners); i < end; ++i) {
+          *out++ = g.lower.connectivity[i - corners];
         }
       });
   put_ends_and_types(cells, &writer);

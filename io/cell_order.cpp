@@ -1,5 +1,7 @@
 #include "io/cell_order.h"
 
+#include <algorithm>
+
 #include "mesh/split_cells.h"
 
 namespace tetfusion {
@@ -14,13 +16,22 @@ std::uint8_t CellOrder::type(std::uint64_t cell) const {
 }
 
 void put_ends_and_types(const CellOrder& cells, VtuWriter* writer) {
+  // Of a run from `first` on: so many are tetrahedra.
+  const auto tets_in = [&](std::uint64_t first, std::uint64_t count) {
+    return first < cells.tets ? std::min(count, cells.tets - first) : 0;
+  };
   writer->put_computed<std::int64_t>(
       [&](std::uint64_t first, std::uint64_t count, std::int64_t* out) {
-        for (std::uint64_t i = first; i < first + count; ++i) *out++ = cells.end(i);
+        const std::uint64_t tets = tets_in(first, count);
+        for (std::uint64_t i = 0; i < tets; ++i)
+          out[i] = static_cast<std::int64_t>(4 * (first + i + 1));
+        for (std::uint64_t i = tets; i < count; ++i) out[i] = cells.end(first + i);
       });
   writer->put_computed<std::uint8_t>(
       [&](std::uint64_t first, std::uint64_t count, std::uint8_t* out) {
-        for (std::uint64_t i = first; i < first + count; ++i) *out++ = cells.type(i);
+        const std::uint64_t tets = tets_in(first, count);
+        std::fill_n(out, tets, std::uint8_t{kVtkTetra});
+        for (std::uint64_t i = tets; i < count; ++i) out[i] = cells.type(first + i);
       });
 }
 

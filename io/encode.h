@@ -36,23 +36,30 @@ void text_encode(ValueType type, std::span<const std::byte> values, TextPosition
 
 enum class Compression { kZlib, kLz4 };
 
-// Keeps its buffers from one call to the next. Not thread-safe; parallel inside.
+// Keeps its buffer from one call to the next. Not thread-safe; parallel inside.
 class BlockCompressor {
  public:
-  BlockCompressor(Compression compression, std::size_t block_bytes);
+  explicit BlockCompressor(Compression compression);
 
-  // Compresses each run of `block_bytes` of the input on its own (the last one may be shorter), as
-  // vtkZLibDataCompressor and vtkLZ4DataCompressor do, and hands the results to `sink` in order.
-  // Throws Error(kMemory) when a compressor cannot be set up.
-  void compress(std::span<const std::byte> bytes,
-                const std::function<void(std::span<const std::byte> block)>& sink);
+  std::size_t block_bytes() const { return block_bytes_; }
+  // So much is worked on at a time: enough for all threads. A multiple of block_bytes().
+  std::size_t batch_bytes() const { return batch_blocks_ * block_bytes_; }
+
+  // Compresses each run of block_bytes() of the input on its own (the last one may be shorter), as
+  // vtkZLibDataCompressor and vtkLZ4DataCompressor do, and hands the results to `sink` in order,
+  // one at a time, from any thread. Throws what sink() has thrown first, after which it is not
+  // called again, and Error(kMemory) when a compressor cannot be set up.
+  using Sink = std::function<void(std::span<const std::byte> block)>;
+  void compress(std::span<const std::byte> bytes, const Sink& sink);
 
  private:
+  void compress_batch(std::span<const std::byte> bytes, const Sink& sink);
+
   Compression compression_;
   std::size_t block_bytes_;
+  std::size_t batch_blocks_;
   std::size_t bound_;  // no block's result is larger
   Vector<std::byte> results_;
-  Vector<std::size_t> sizes_;
 };
 
 // Text as the value of an XML attribute. What XML 1.0 cannot hold (control characters, broken

@@ -34,7 +34,7 @@ class OutputFile {
     kAppend,  // append() only
     kPatch    // overwrite() too
   };
-  static constexpr std::size_t kBufferBytes = std::size_t{2} << 20;
+  static constexpr std::size_t kBufferBytes = std::size_t{512} << 10;
 
   explicit OutputFile(const std::string& path, Access access = Access::kAppend);
   ~OutputFile();

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "base/resources.h"
 #include "base/vector.h"
 #include "io/encode.h"
 #include "io/mesh_sink.h"
@@ -84,6 +85,7 @@ class VtuWriter {
   void end_array();
   void stage(std::span<const std::byte> values);
   void encode_staged();
+  void compress(std::span<const std::byte> values);
   void begin_blocks();
   void end_blocks();
   void check_current(ValueType type) const;
@@ -103,6 +105,7 @@ class VtuWriter {
   std::size_t next_ = 0;           // the current slot
   std::uint64_t slot_bytes_ = 0;   // of its values, those put so far
   std::uint64_t text_values_ = 0;  // kAscii: values of the slot encoded so far
+  std::size_t stage_bytes_ = 0;    // values encoded at a time
   Vector<std::byte> stage_;        // values not yet encoded
   Vector<char> text_;
   Vector<std::uint64_t> offset_fields_;  // compressed: of each slot, in the file
@@ -113,14 +116,15 @@ class VtuWriter {
 
 template <class T, class Fill>
 void VtuWriter::put_computed(const Fill& fill) {
-  constexpr std::uint64_t kRunBytes = std::uint64_t{4} << 20;
+  // One thread's run is still in its cache when it is encoded.
+  const std::uint64_t run_bytes = std::uint64_t{thread_count() > 1 ? 4096U : 512U} << 10;
   constexpr std::uint64_t kTuplesPerTask = 4096;
   if (current() == nullptr) return;
   check_current(value_type_of<T>());
   const std::uint64_t width = current_components();
   const std::uint64_t tuples = current_tuples();
   const std::uint64_t run =
-      std::max<std::uint64_t>(kRunBytes / (width * sizeof(T)) / kTuplesPerTask, 1) * kTuplesPerTask;
+      std::max<std::uint64_t>(run_bytes / (width * sizeof(T)) / kTuplesPerTask, 1) * kTuplesPerTask;
   Vector<T> values(std::min(run, tuples) * width);
   for (std::uint64_t first = 0; first < tuples; first += run) {
     const std::uint64_t count = std::min(run, tuples - first);

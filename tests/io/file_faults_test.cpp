@@ -137,8 +137,10 @@ TEST_P(OutputFaults, KilledBetweenAnyTwoCalls) {
 }
 
 TEST_P(OutputFaults, ADiskThatFillsUpLeavesTheOldFile) {
-  for (const std::int64_t room : {0, 4, 100000, 2 << 20}) {
-    write_with([&](FaultyFileSystem* system) { system->fill_up_after(room); });
+  for (const auto room :
+       {std::size_t{0}, std::size_t{4}, std::size_t{100000}, OutputFile::kBufferBytes}) {
+    write_with(
+        [&](FaultyFileSystem* system) { system->fill_up_after(static_cast<std::int64_t>(room)); });
     EXPECT_TRUE(failed_) << room;
     EXPECT_EQ(files_in(dir_.path()), 2u);
   }

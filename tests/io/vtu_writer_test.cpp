@@ -257,6 +257,7 @@ TEST_P(WriteMesh, DoesNotDependOnTheSizesOfRuns) {
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<std::int16_t>(i * i);
   const std::vector<float> points(3 * layout.points, 0.5f);
   std::vector<std::string> files;
+  set_thread_count(1);  // whose batches are smaller than the arrays
   for (const std::size_t run : {std::size_t{1} << 20, std::size_t{2}, std::size_t{2006}}) {
     OutputFile file(dir.file("a.vtu"), VtuWriter::access(layout.encoding));
     VtuWriter writer(&file, layout);
@@ -269,6 +270,7 @@ TEST_P(WriteMesh, DoesNotDependOnTheSizesOfRuns) {
     file.commit();
     files.push_back(read_all(dir.file("a.vtu")));
   }
+  set_thread_count(0);
   EXPECT_TRUE(files[0] == files[1]);
   EXPECT_TRUE(files[0] == files[2]);
 }
@@ -358,6 +360,51 @@ std::string base64(const std::string& text) {
   base64_encode(std::as_bytes(std::span(text)), &out);
   return {out.begin(), out.end()};
 }
+
+class Compress : public ::testing::TestWithParam<Compression> {
+ protected:
+  Compress() : values_(4'000'003) {  // several batches, and a bit
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      values_[i] = static_cast<std::uint32_t>(i * i >> 7);
+    }
+  }
+  ~Compress() override { set_thread_count(0); }
+  void compress(const BlockCompressor::Sink& sink) {
+    BlockCompressor(GetParam()).compress(std::as_bytes(std::span(values_)), sink);
+  }
+
+ private:
+  std::vector<std::uint32_t> values_;
+};
+
+TEST_P(Compress, HandsOnTheSameBlocksInOrderFromAnyNumberOfThreads) {
+  std::vector<std::vector<std::string>> blocks;
+  for (const int threads : {1, 2, 5}) {
+    set_thread_count(threads);
+    auto& of_run = blocks.emplace_back();
+    compress([&](std::span<const std::byte> block) {
+      of_run.emplace_back(reinterpret_cast<const char*>(block.data()), block.size());
+    });
+  }
+  const std::size_t size = BlockCompressor(GetParam()).block_bytes();
+  EXPECT_EQ(blocks[0].size(), (16'000'012 + size - 1) / size);
+  EXPECT_TRUE(blocks[0] == blocks[1]);
+  EXPECT_TRUE(blocks[0] == blocks[2]);
+}
+
+TEST_P(Compress, AsksASinkThatHasFailedNoMore) {
+  for (const int threads : {1, 3}) {
+    set_thread_count(threads);
+    int calls = 0;
+    EXPECT_THROW(compress([&](std::span<const std::byte>) {
+                   if (++calls == 3) throw Error(ErrorCode::kIo, "full");
+                 }),
+                 Error);
+    EXPECT_EQ(calls, 3);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Compress, ::testing::Values(Compression::kZlib, Compression::kLz4));
 
 // RFC 4648, section 10.
 TEST(Encode, Base64) {
