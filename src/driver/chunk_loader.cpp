@@ -25,17 +25,19 @@ void append_column(RowReader* reader, std::size_t at, Column* column) {
 
 template <class Real>
 ChunkLoader<Real>::ChunkLoader(const WorkMesh<Real>& layout, const Box& box)
-    : curve_(box, 0), raw_(layout) {
-  raw_.quadric_width = 0;
-  raw_.has_deviations = false;
+    : curve_(box, 0), layout_(layout) {
+  layout_.quadric_width = 0;
+  layout_.has_deviations = false;
 }
 
 template <class Real>
 void ChunkLoader<Real>::load(std::uint32_t chunk, PieceStore& tets, PieceStore& points,
                              WorkMesh<Real>* mesh) {
+  raw_ = layout_;
   read_points(points.read(chunk)->pieces());
   read_tets(tets.read(chunk)->pieces());
   order_along_curve(curve_, raw_, mesh);
+  raw_ = {};
 }
 
 template <class Real>

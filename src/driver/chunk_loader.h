@@ -13,7 +13,7 @@
 
 namespace tetfusion {
 
-// Keeps its memory from chunk to chunk; one a thread.
+// Between two chunks it holds little, so that there is room for work on the chunk; one a thread.
 template <class Real>
 class ChunkLoader {
  public:
@@ -30,6 +30,7 @@ class ChunkLoader {
   void read_tets(const std::vector<std::span<const std::byte>>& pieces);
 
   ShiftedCurve curve_;
+  WorkMesh<Real> layout_;
   WorkMesh<Real> raw_;
   IdMap places_;  // of points in the chunk
 };
