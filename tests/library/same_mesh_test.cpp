@@ -127,9 +127,6 @@ TEST_F(SameMesh, ChunksAndThreadsAndArraysAndCellsOfLowerDimension) {
 }
 
 TEST_F(SameMesh, BluntFin) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "takes long here";
-#endif
   const std::string path = std::string(TETFUSION_TEST_DATA) + "/bluntfin.vtu";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   const auto source = open_mesh(path);

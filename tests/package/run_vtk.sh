@@ -1,11 +1,14 @@
 #!/bin/sh
 # Installs the VTK filter and its Python package from a build, moves what was installed, and uses it from C++ and Python.
-# Usage: run_vtk.sh BUILD CMAKE PYTHON PACKAGES, where PACKAGES is the folder of Python packages below the prefix
+# Usage: run_vtk.sh BUILD CMAKE PYTHON PACKAGES TETFUSION DATA, where PACKAGES is the folder of Python packages below the prefix, and DATA
+# has real meshes, or is not there
 set -eu
 build=$1
 cmake=$2
 python=$3
 packages=$4
+tetfusion=$5
+data=$6
 here=$(cd "$(dirname "$0")" && pwd)
 temp=$(mktemp -d)
 trap 'rm -rf "$temp"' EXIT
@@ -19,6 +22,11 @@ find "$temp/moved" -type f | sort
 "$cmake" --build "$temp/build" >"$temp/log" 2>&1 || { cat "$temp/log"; exit 1; }
 "$temp/build/example" | tee "$temp/out"
 grep -q "^1296 -> 7[78][0-9] cells$" "$temp/out"
+# What the command makes of a real mesh.
+if [ -e "$data/bluntfin.vtu" ]; then
+  "$tetfusion" simplify "$data/bluntfin.vtu" -o "$temp/expected.vtu" --reduction 50% --quiet
+  "$temp/build/example" "$data/bluntfin.vtu" "$temp/expected.vtu"
+fi
 PYTHONPATH="$temp/moved/$packages" "$python" -c '
 import vtktetfusion
 print(vtktetfusion.__file__)
