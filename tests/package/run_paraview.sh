@@ -6,9 +6,9 @@
 set -eu
 cd "$(dirname "$0")/../.."
 prefix=$(mkdir -p "${1:-build/paraview-5.11}" && cd "${1:-build/paraview-5.11}" && pwd)
-config=lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH)/cmake/paraview-5.11
 
-sh tests/install_packages.sh paraview
+sh tests/install_packages.sh paraview  # dpkg-architecture, too
+config=lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH)/cmake/paraview-5.11
 if [ -e "/usr/$config/paraview-config.cmake" ]; then
   root=/usr
 else
