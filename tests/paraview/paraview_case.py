@@ -1,7 +1,7 @@
 """What the tests of the plugin share: an installation of it that was moved, and runs of pvbatch.
 
-Arguments of each test: TETFUSION PVBATCH MPIEXEC CMAKE BUILD PLUGIN_FOLDER [unittest's arguments], where PLUGIN_FOLDER is the plugin's
-below the prefix.
+Arguments of each test: TETFUSION PVBATCH MPIEXEC CMAKE BUILD PLUGIN_FOLDER DATA_FOLDER [unittest's arguments], where PLUGIN_FOLDER is the
+plugin's below the prefix. Without the data folder the tests of real meshes are skipped.
 """
 import os
 import pathlib
@@ -13,6 +13,7 @@ import textwrap
 import unittest
 
 COMMAND, PVBATCH, MPIEXEC, CMAKE, BUILD, FOLDER = (sys.argv.pop(1) for _ in range(6))
+DATA = pathlib.Path(sys.argv.pop(1))
 
 
 def command(*arguments, code=0):

@@ -2,7 +2,7 @@
 """The plugin in pvbatch, used as a user would. Usage: see paraview_case.py."""
 import unittest
 
-from paraview_case import ParaViewCase, command
+from paraview_case import DATA, ParaViewCase, command
 
 # What each script may use: the state of the filter as text, and whether two grids are the same to the bit.
 TOOLS = """
@@ -40,6 +40,7 @@ class Plugin(ParaViewCase):
                                   (["--boundary", "0.5%", "--max-error", "2%", "--roi", "box=0,1,0,1,0,0.3", "--regions", "region"],
                                    "BoundaryMode='Within Tolerance', BoundaryTolerance=0.005, MaximumError=0.02,"
                                    "RegionsOfInterest=['box=0,1,0,1,0,0.3'], RegionArrays=['region']"),
+                                  (["--reduction", "60%", "--weight", "front"], "TargetReduction=0.6, WeightArrayName='front'"),
                                   (["--reduction", "30%", "--method", "tetfuse"], "TargetReduction=0.3, Method='TetFuse'")):
             with self.subTest(settings=settings):
                 command("simplify", self.mesh, "-o", expected, "--encoding", "inline", "--quiet", *options)
@@ -53,6 +54,41 @@ assert names(result) == names(mesh), names(result)
 print("stopped:", result.GetProperty("StopSentence")[0])
 """)
                 self.assertIn("stopped: ", out)
+
+    def test_blunt_fin(self):
+        path = DATA / "bluntfin.vtu"
+        if not path.exists():
+            self.skipTest(f"{path} is not there")
+        mesh, expected = self.folder / "fin.vtu", self.folder / "smaller_fin.vtu"
+        command("convert", path, mesh, "--encoding", "inline", "--quiet")
+        command("simplify", path, "-o", expected, "--reduction", "50%", "--encoding", "inline", "--quiet")
+        self.script(f"""
+fin = XMLUnstructuredGridReader(FileName=[{str(mesh)!r}])
+result = TetFusion(Input=fin, TargetReduction=0.5)
+assert code(result) == 0 and cells(result) < cells(fin) == 187395
+assert same(result, XMLUnstructuredGridReader(FileName=[{str(expected)!r}]))
+""")
+
+    def test_a_weight_keeps_the_mesh_finer(self):
+        late = self.folder / "late.vtu"  # where the front has come to the middle
+        command("generate", "five", "--tets", self.TETS, "--jitter", "0.5", "--time", "8", "--quiet", "-o", self.folder / "raw_late.vtu")
+        command("convert", self.folder / "raw_late.vtu", late, "--encoding", "inline", "--quiet")
+        self.script(f"mesh.FileName = [{str(late)!r}]" + """
+def heavy(proxy):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    return (vtk_to_numpy(servermanager.Fetch(proxy).GetPointData().GetArray("front")) >= 0.5).sum()
+result = TetFusion(Input=mesh, TargetReduction=0.6, KeepRegions=0, BoundaryMode="Within Tolerance", BoundaryTolerance=0.005)
+assert result.WeightArrayName == ""
+assert code(result) == 0
+before, tets = heavy(result), cells(result)
+result.WeightArrayName = "front"
+assert code(result) == 0 and abs(cells(result) - tets) < 100
+assert heavy(result) > 1.2 * before, (heavy(result), before)
+result.WeightArrayName = "nothing"
+assert code(result) == 40002
+result.WeightArrayName = ""
+assert code(result) == 0 and heavy(result) == before
+""")
 
     def test_defaults_steer_by_the_active_scalars(self):
         self.script("""

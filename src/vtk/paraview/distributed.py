@@ -65,6 +65,8 @@ def parse(arguments):
     parser.add_argument("--array", action="append", default=[], metavar="NAME", help="steers; cell:NAME is one of the cells; again and again")
     parser.add_argument("--regions", action="append", metavar="NAME", help="cell array whose interfaces stay, or none; again and again")
     parser.add_argument("--roi", action="append", default=[], metavar="REGION", help="region where the mesh stays; again and again")
+    parser.add_argument("--weight", metavar="NAME", help="point array: errors count so many times as much there, so that the mesh stays finer; "
+                        "not with --method tetfuse")
     parser.add_argument("--min-quality", type=float, help="lowest mean ratio of new tetrahedra")
     parser.add_argument("--conserve", action="store_true", help="integrals of the arrays stay")
     parser.add_argument("--method", choices=("fuse", "tetfuse"), default="fuse")
@@ -390,7 +392,7 @@ def simplify(grid, options, goal, error, passes, ranks, box):
     if not isinstance(surface, str):
         surface = min(surface / passes * diagonal(box) / diagonal(grid.GetBounds()), 0.999) if cells_of(grid) else "exact"
     return vtktetfusion.simplify(
-        grid, reduction=goal, tets=tets, arrays=arrays, boundary=surface, regions=regions, roi=options.roi,
+        grid, reduction=goal, tets=tets, arrays=arrays, boundary=surface, regions=regions, roi=options.roi, weight=options.weight,
         min_quality=options.min_quality, conserve=options.conserve, method=options.method, threads=options.threads or ranks.threads(),
         memory=options.memory, scratch=options.scratch)
 
