@@ -80,6 +80,21 @@ class Distributed(ParaViewCase):
         self.distributed([self.mesh, "-o", out, "--reduction", "90%", "--boundary", "0.3%"], 3)
         self.report("compare", self.mesh, out, "--surface", "0.3%")
 
+    def test_the_mesh_stays_finer_where_errors_count_more(self):
+        late, out, text = (self.folder / name for name in ("late.vtu", "weighted.pvtu", "weighted.vtu"))
+        command("generate", "five", "--tets", "60k", "--jitter", "0.5", "--time", "8", "--quiet", "-o", self.folder / "raw_late.vtu")
+        command("convert", self.folder / "raw_late.vtu", late, "--encoding", "inline", "--quiet")
+        heavy = []  # points where the array front is a half or more
+        for weight in ([], ["--weight", "front"]):
+            self.distributed([late, "-o", out, "--reduction", "60%", "--regions", "none", "--array", "temperature", *weight], 2)
+            self.expect_sound(out, late)
+            command("convert", out, text, "--encoding", "ascii", "--quiet")
+            values = re.search(r'Name="front"[^>]*>([^<]*)<', text.read_text()).group(1)
+            heavy.append(sum(value >= 0.5 for value in map(float, values.split())))
+        self.assertGreater(heavy[1], 1.2 * heavy[0])
+        said = self.distributed([late, "-o", out, "--reduction", "60%", "--weight", "nothing"], 2, code=2)
+        self.assertIn("nothing", said)
+
     def test_the_second_pass_frees_the_cuts_of_the_first(self):
         """Where two ranks met in the first pass there are no more points than elsewhere: the mesh is 1 long, the cut lies across x."""
         out = self.folder / "freed.vtu"

@@ -291,37 +291,98 @@ def cut(points, weights, box, count, axes, divisor):
         cut(points[~below], weights[~below], high, count - left, axes, divisor)
 
 
+def take_cells(grid, chosen):
+    """The cells of a grid that a mask chooses, and their points."""
+    import numpy as np
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
+    sizes = np.diff(vtk_to_numpy(grid.GetCells().GetOffsetsArray()))
+    used, corners = np.unique(vtk_to_numpy(grid.GetCells().GetConnectivityArray())[np.repeat(chosen, sizes)], return_inverse=True)
+    offsets = np.concatenate(([0], np.cumsum(sizes[chosen])))
+    out = vtkUnstructuredGrid()
+    points, cells = vtkPoints(), vtkCellArray()
+    points.SetData(numpy_to_vtk(vtk_to_numpy(grid.GetPoints().GetData())[used], deep=1))
+    out.SetPoints(points)
+    cells.SetData(numpy_to_vtk(offsets.astype(np.int64), deep=1), numpy_to_vtk(corners.ravel().astype(np.int64), deep=1))
+    out.SetCells(numpy_to_vtk(vtk_to_numpy(grid.GetCellTypesArray())[chosen], deep=1), cells)
+    for to, data, rows in ((out.GetPointData(), grid.GetPointData(), used), (out.GetCellData(), grid.GetCellData(), np.flatnonzero(chosen))):
+        ids = vtkIdList()
+        ids.SetNumberOfIds(rows.size)
+        for i, row in enumerate(rows):
+            ids.SetId(i, int(row))
+        to.CopyAllOn()
+        to.CopyAllocate(data, rows.size)
+        to.CopyData(data, ids)
+    out.GetFieldData().ShallowCopy(grid.GetFieldData())
+    return out
+
+
+def exchange(parts, ranks):
+    """What all ranks have for this one, in their order; `parts`: what this one has for each.
+
+    The controller sends grids as legacy files, in which VTK's type of ids has 32 bits: so global ids are numbers like others meanwhile.
+    """
+    got = []
+    for giver in range(ranks.count):
+        for taker in range(ranks.count):
+            if giver == taker == ranks.rank:
+                got.append(parts[taker])
+            elif giver == ranks.rank:
+                ranks.controller.Send(parts[taker], taker, 1)
+            elif taker == ranks.rank:
+                got.append(ranks.controller.ReceiveDataObject(giver, 1))
+    return [grid for grid in got if cells_of(grid)]
+
+
 def redistribute(grid, ranks, number):
     """As many cells on each rank. Pass by pass the cuts lie elsewhere: along other axes, at other shares."""
     import numpy as np
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkFiltersParallelDIY2 import vtkRedistributeDataSetFilter
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+    from vtkmodules.vtkFiltersCore import vtkAppendFilter
+    box = whole_box(grid, ranks)
+    before = ranks.gather(cells_of(grid)).sum()
     samples = 4096
     own = np.zeros((samples, 4))
+    corner = np.zeros((0, 3))
     if cells_of(grid):
         first = vtk_to_numpy(grid.GetCells().GetOffsetsArray())[:-1]
-        corner = vtk_to_numpy(grid.GetCells().GetConnectivityArray())[first[np.linspace(0, first.size - 1, samples).astype(np.int64)]]
-        own[:, :3] = vtk_to_numpy(grid.GetPoints().GetData())[corner]
+        corner = vtk_to_numpy(grid.GetPoints().GetData())[vtk_to_numpy(grid.GetCells().GetConnectivityArray())[first]]
+        own[:, :3] = corner[np.linspace(0, first.size - 1, samples).astype(np.int64)]
         own[:, 3] = first.size / samples
+        ids = numpy_to_vtk(ids_of(grid).astype(np.int64), deep=1, array_type=16)  # VTK_LONG_LONG
+        ids.SetName(IDS)
+        grid.GetPointData().SetGlobalIds(None)
+        grid.GetPointData().RemoveArray(IDS)
+        grid.GetPointData().AddArray(ids)
     rows = ranks.gather(own).reshape(-1, 4)
     rows = rows[rows[:, 3] > 0]
-    box = whole_box(grid, ranks)
     longest = sorted(range(3), key=lambda axis: box[2 * axis] - box[2 * axis + 1])
     axes, divisor = (longest, 2) if number == 0 else (longest[1:], 3)
-    run = vtkRedistributeDataSetFilter()
-    run.SetInputDataObject(with_vtks_id_type(grid))
-    run.SetUseExplicitCuts(True)
+    left = np.ones(len(corner), dtype=bool)  # cells that have no rank yet
+    parts = []
     for place in cut(rows[:, :3], rows[:, 3], box, ranks.count, axes, divisor):
-        run.AddExplicitCut(place)
-    run.SetExpandExplicitCuts(True)
-    run.SetBoundaryModeToAssignToOneRegion()
-    run.SetGenerateGlobalCellIds(False)
-    run.Update()
-    out = run.GetOutputDataObject(0)
-    for data in out.GetPointData(), out.GetCellData():
-        data.RemoveArray("vtkGhostType")
-    out.GetCellData().RemoveArray("vtkOriginalCellIds")
-    return join_by_ids(out)
+        inside = left & (corner <= place[1::2]).all(axis=1) & (corner >= place[::2]).all(axis=1)
+        left &= ~inside
+        parts.append(take_cells(grid, inside) if inside.any() else vtkUnstructuredGrid())
+    append = vtkAppendFilter()
+    got = exchange(parts, ranks)
+    for part in got:
+        append.AddInputData(part)
+    if got:
+        append.Update()
+    out = append.GetOutput() if got else vtkUnstructuredGrid()
+    if got:
+        out.GetFieldData().ShallowCopy(got[0].GetFieldData())
+        out.GetPointData().SetActiveAttribute(IDS, out.GetPointData().GLOBALIDS)
+        out = join_by_ids(with_vtks_id_type(out), anew=True)
+        scalars = got[0].GetPointData().GetScalars()
+        if scalars is not None:
+            out.GetPointData().SetActiveScalars(scalars.GetName())
+    if ranks.gather(cells_of(out)).sum() != before:
+        raise Failure(IO, "cells were lost on their way between the ranks", of_all=True)
+    return out
 
 
 def whole_box(grid, ranks):
