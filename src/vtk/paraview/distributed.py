@@ -314,8 +314,21 @@ def take_cells(grid, chosen):
         to.CopyAllOn()
         to.CopyAllocate(data, rows.size)
         to.CopyData(data, ids)
+        for kind in range(to.NUM_ATTRIBUTES):  # legacy files would have those first
+            to.SetActiveAttribute(-1, kind)
     out.GetFieldData().ShallowCopy(grid.GetFieldData())
     return out
+
+
+def active_arrays(grid):
+    """Which of the point arrays, and of the cell arrays, is active as what, by its place; -1: none is."""
+    found = []
+    for data in grid.GetPointData(), grid.GetCellData():
+        arrays = [data.GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
+        for kind in range(data.NUM_ATTRIBUTES):
+            array = data.GetAbstractAttribute(kind)
+            found.append(arrays.index(array) if array is not None else -1)
+    return found
 
 
 def exchange(parts, ranks):
@@ -356,6 +369,7 @@ def redistribute(grid, ranks, number):
         grid.GetPointData().SetGlobalIds(None)
         grid.GetPointData().RemoveArray(IDS)
         grid.GetPointData().AddArray(ids)
+    active = ranks.gather(active_arrays(grid)).max(axis=0).astype(int).tolist()
     rows = ranks.gather(own).reshape(-1, 4)
     rows = rows[rows[:, 3] > 0]
     longest = sorted(range(3), key=lambda axis: box[2 * axis] - box[2 * axis + 1])
@@ -377,9 +391,11 @@ def redistribute(grid, ranks, number):
         out.GetFieldData().ShallowCopy(got[0].GetFieldData())
         out.GetPointData().SetActiveAttribute(IDS, out.GetPointData().GLOBALIDS)
         out = join_by_ids(with_vtks_id_type(out), anew=True)
-        scalars = got[0].GetPointData().GetScalars()
-        if scalars is not None:
-            out.GetPointData().SetActiveScalars(scalars.GetName())
+        kinds = out.GetPointData().NUM_ATTRIBUTES
+        for i, place in enumerate(active):
+            data = out.GetPointData() if i < kinds else out.GetCellData()
+            if place >= 0:
+                data.SetActiveAttribute(place, i % kinds)
     if ranks.gather(cells_of(out)).sum() != before:
         raise Failure(IO, "cells were lost on their way between the ranks", of_all=True)
     return out
