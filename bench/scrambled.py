@@ -2,7 +2,7 @@
 """Simplifies a mesh in order, then with its work scrambled: every piece of it at another's turn, one in eight late.
 
 Usage: scrambled.py SCRAMBLED WORK_FOLDER [--seeds 1,2,3] [--threads 2] [--memory 8G,512M] [--tets 1M] ...  (--help)
-SCRAMBLED is build/release/bench/scrambled. Prints a row a run; exit code 1 if a result differs from that of the run in order.
+SCRAMBLED is build/release/scrambled. Prints a row a run; exit code 1 if a result differs from that of the run in order.
 """
 import argparse
 import sys
@@ -17,7 +17,7 @@ def main():
     parser.add_argument("--threads", default="2")
     parser.add_argument("--memory", default="8G,512M")
     args = parser.parse_args()
-    in_order = args.command.resolve().parent.parent / "tetfusion"
+    in_order = args.command.resolve().parent / "tetfusion"
     scrambled, args.command = args.command.resolve(), in_order
     mesh, out = prepare(args), args.work / "out.vtu"
     rows = []
