@@ -33,10 +33,62 @@ std::array<std::uint32_t, 4> ascending_corners(const Tet& t) {
   return order;
 }
 
+// Calls take(tet, number in the run, corners ascending) for all that have triangles. From several
+// threads.
+template <class F>
+void for_each_tet(const CellRun& run, F take) {
+  for_each_block(run.tets.size(), kTets, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      const Tet& t = run.tets[c];
+      if (!names_vertex_twice(t)) take(t, c, ascending_corners(t));
+    }
+  });
+}
+
+// Of a triangle's two larger vertices: another one for each pair, and without pattern.
+std::uint64_t mix(VertexId middle, VertexId high) {
+  std::uint64_t x = std::uint64_t{middle} << 32 | high;
+  x = (x ^ x >> 32) * 0xD6E8FEB86659FD93u;
+  x = (x ^ x >> 32) * 0xD6E8FEB86659FD93u;
+  return x ^ x >> 32;
+}
+
+// Tells vertices all of whose triangles have an even number of sides from the others, without
+// holding sides: what a vertex's triangles mix to is added up by exclusive or, so that pairs cancel
+// each other.
+class OddFaces {
+ public:
+  OddFaces(std::uint64_t points, const ReadCells& read) {
+    sums_.assign(points, 0);
+    read([&](const CellRun& run) {
+      for_each_tet(run, [&](const Tet& t, std::size_t, const auto& order) {
+        const VertexId a = t[order[0]], b = t[order[1]], c = t[order[2]], d = t[order[3]];
+        add(a, mix(b, c) ^ mix(b, d) ^ mix(c, d));
+        add(b, mix(c, d));
+      });
+    });
+  }
+  // As the smallest vertex of a triangle.
+  Vector<bool> vertices() const {
+    Vector<bool> odd(sums_.size());
+    for (std::size_t v = 0; v < sums_.size(); ++v) odd[v] = sums_[v] != 0;
+    return odd;
+  }
+
+ private:
+  void add(VertexId v, std::uint64_t mixed) {
+    std::atomic_ref(sums_[v]).fetch_xor(mixed, std::memory_order_relaxed);
+  }
+
+  Vector<std::uint64_t> sums_;
+};
+
 class Matcher {
  public:
-  Matcher(std::uint64_t points, const ReadCells& read, const JudgeFace& keep)
-      : read_(read), keep_(keep), blocks_((points >> kBlockBits) + 1) {
+  // Of triangles whose smallest vertex is `wanted`; if that is empty, of all.
+  Matcher(std::uint64_t points, const ReadCells& read, const JudgeFace& keep,
+          Vector<bool> wanted = {})
+      : read_(read), keep_(keep), wanted_(std::move(wanted)), blocks_((points >> kBlockBits) + 1) {
     ends_.assign(blocks_, 0);
   }
 
@@ -53,17 +105,7 @@ class Matcher {
   }
 
  private:
-  // Calls take(tet, number in the run, corners ascending) for all that have triangles. From several
-  // threads.
-  template <class F>
-  static void for_each_tet(const CellRun& run, F take) {
-    for_each_block(run.tets.size(), kTets, [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (std::size_t c = begin; c < end; ++c) {
-        const Tet& t = run.tets[c];
-        if (!names_vertex_twice(t)) take(t, c, ascending_corners(t));
-      }
-    });
-  }
+  bool is_wanted(VertexId v) const { return wanted_.empty() || wanted_[v]; }
   // Adds to a number that other threads add to. Returns what it was.
   static std::uint64_t add_to(std::uint64_t* number, std::uint64_t count) {
     return std::atomic_ref(*number).fetch_add(count, std::memory_order_relaxed);
@@ -72,9 +114,9 @@ class Matcher {
   void count() {
     read_([&](const CellRun& run) {
       for_each_tet(run, [&](const Tet& t, std::size_t, const auto& order) {
-        const std::size_t a = t[order[0]] >> kBlockBits, b = t[order[1]] >> kBlockBits;
-        add_to(&ends_[a], a == b ? 4 : 3);
-        if (a != b) add_to(&ends_[b], 1);
+        const VertexId low = t[order[0]], next = t[order[1]];
+        if (is_wanted(low)) add_to(&ends_[low >> kBlockBits], 3);
+        if (is_wanted(next)) add_to(&ends_[next >> kBlockBits], 1);
       });
     });
   }
@@ -96,13 +138,13 @@ class Matcher {
         const std::uint64_t cell = run.labels.empty() ? run.first + c : run.labels[c];
         const auto side = static_cast<std::uint32_t>(4 * cell);
         const std::size_t low = t[a] >> kBlockBits, next = t[b] >> kBlockBits;
-        if (low >= first && low < last) {
+        if (low >= first && low < last && is_wanted(t[a])) {
           CellSide* const to = sides_.data() + add_to(&ends_[low], 3);
           to[0] = {t[a], t[b], t[d], side + e};
           to[1] = {t[a], t[b], t[e], side + d};
           to[2] = {t[a], t[d], t[e], side + b};
         }
-        if (next >= first && next < last) {
+        if (next >= first && next < last && is_wanted(t[b])) {
           sides_[add_to(&ends_[next], 1)] = {t[b], t[d], t[e], side + a};
         }
       });
@@ -147,6 +189,7 @@ class Matcher {
 
   const ReadCells& read_;
   const JudgeFace& keep_;
+  const Vector<bool> wanted_;
   const std::size_t blocks_;
   Vector<std::uint64_t> ends_;  // of each block: how many sides; then where they end in sides_
   Vector<CellSide> sides_;
@@ -158,6 +201,12 @@ class Matcher {
 Vector<CellSide> match_faces(std::uint64_t points, std::size_t most_sides, const ReadCells& read,
                              const JudgeFace& keep) {
   return Matcher(points, read, keep).run(most_sides);
+}
+
+Vector<CellSide> find_single_sides(std::uint64_t points, std::size_t most_sides,
+                                   const ReadCells& read) {
+  const JudgeFace keep = [](std::span<const CellSide> face) { return face.size() == 1; };
+  return Matcher(points, read, keep, OddFaces(points, read).vertices()).run(most_sides);
 }
 
 }  // namespace tetfusion

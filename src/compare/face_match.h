@@ -15,6 +15,8 @@ namespace tetfusion {
 // Of a side while it is matched; and of as many as are always taken at once.
 inline constexpr std::uint64_t kSideBytes = 16;
 inline constexpr std::uint64_t kLeastSideBytes = std::uint64_t{64} << 20;
+// Of a point while find_single_sides() looks for what it needs to match.
+inline constexpr std::uint64_t kPointSumBytes = 8;
 
 // How many sides at once take no more memory than that, or kLeastSideBytes.
 inline std::size_t sides_within(std::uint64_t bytes) {
@@ -46,5 +48,12 @@ using JudgeFace = std::function<bool(std::span<const CellSide>)>;
 // more for each range of vertices with so many.
 Vector<CellSide> match_faces(std::uint64_t points, std::size_t most_sides, const ReadCells& read,
                              const JudgeFace& keep);
+
+// The sides that are alone on their triangle, in the same order: the boundary. Sides are held only
+// of triangles whose smallest vertex has a triangle with an odd number of them, and the cells are
+// read once more, which takes 8 bytes a point. A vertex on the boundary is overlooked with a chance
+// of 2^-64.
+Vector<CellSide> find_single_sides(std::uint64_t points, std::size_t most_sides,
+                                   const ReadCells& read);
 
 }  // namespace tetfusion

@@ -142,13 +142,11 @@ Vector<double> lengths_of(const FieldSet& fields, const Vector<double>& rows) {
   return lengths;
 }
 
-Vector<std::uint32_t> curve_order(const Vector<Point>& points) {
+Vector<std::uint32_t> curve_order(std::span<const Point> points) {
   PointBox box;
   for (const Point& p : points) box.add(p);
   Vector<std::uint32_t> keys(points.size());
-  for_each_block(points.size(), 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) keys[i] = morton_key(points[i], box);
-  });
+  for (std::size_t i = 0; i < points.size(); ++i) keys[i] = morton_key(points[i], box);
   return sorted_by_key(keys);
 }
 

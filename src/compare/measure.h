@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "compare/fields.h"
@@ -144,8 +145,10 @@ double squared_difference(const Field& field, const double* row, Value value) {
   return sum;
 }
 
+// So many places are taken together, each as near to the last one as it can be.
+inline constexpr std::size_t kPlaces = std::size_t{1} << 14;
 // The order in which the points are near one another.
-Vector<std::uint32_t> curve_order(const Vector<Point>& points);
+Vector<std::uint32_t> curve_order(std::span<const Point> points);
 
 // Deterministic for any number of threads. `report` is called with a share from 0 to 1; it may
 // throw.

@@ -10,8 +10,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;
-
 // A tetrahedron as far as gradients need it.
 struct Shape {
   double volume = 0;
@@ -146,15 +144,14 @@ class Block {
   Place place_{};
 };
 
-Vector<Point> centres_of(const OriginalCells& window) {
+// Of cells [begin, end).
+Vector<Point> centres_of(const OriginalCells& window, std::size_t begin, std::size_t end) {
   const Vector<Point>& p = window.points.points;
-  Vector<Point> centres(window.tets.size());
-  for_each_block(centres.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Tet& t = window.tets[i];
-      centres[i] = 0.25 * ((p[t[0]] + p[t[1]]) + (p[t[2]] + p[t[3]]));
-    }
-  });
+  Vector<Point> centres(end - begin);
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    const Tet& t = window.tets[begin + i];
+    centres[i] = 0.25 * ((p[t[0]] + p[t[1]]) + (p[t[2]] + p[t[3]]));
+  }
   return centres;
 }
 
@@ -164,15 +161,15 @@ CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double
   const CellMeasures nothing(meshes.point_fields, meshes.cell_fields);
   CellMeasures sums = nothing;
   meshes.original.for_each_cells([&](const OriginalCells& window, double share) {
-    const Vector<Point> centres = centres_of(window);
-    const Vector<std::uint32_t> order = curve_order(centres);
     const Vector<double> lengths = lengths_of(meshes.point_fields, window.points.rows);
-    std::vector<CellMeasures> parts(block_count(window.tets.size(), kBlock), nothing);
-    for_each_block(window.tets.size(), kBlock,
+    std::vector<CellMeasures> parts(block_count(window.tets.size(), kPlaces), nothing);
+    for_each_block(window.tets.size(), kPlaces,
                    [&](std::size_t b, std::size_t begin, std::size_t end) {
                      Block block(meshes, window, lengths, &parts[b]);
-                     for (std::size_t i = begin; i < end; ++i)
-                       block.measure(order[i], centres[order[i]]);
+                     const Vector<Point> centres = centres_of(window, begin, end);
+                     for (const std::uint32_t i : curve_order(centres)) {
+                       block.measure(begin + i, centres[i]);
+                     }
                    });
     for (const CellMeasures& part : parts) sums.add(part);
     report(share);

@@ -8,8 +8,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;
-
 // One block of points.
 class Block {
  public:
@@ -85,15 +83,15 @@ PointMeasures measure_points(const Meshes& meshes, const std::function<void(doub
   const PointMeasures nothing(meshes.point_fields);
   PointMeasures sums = nothing;
   meshes.original.for_each_points([&](const OriginalPoints& window, double share) {
-    const Vector<std::uint32_t> order = curve_order(window.points);
-    std::vector<PointMeasures> parts(block_count(window.points.size(), kBlock), nothing);
-    for_each_block(
-        window.points.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-          Block block(meshes, &parts[b]);
-          for (std::size_t i = begin; i < end; ++i) {
-            block.measure(window.points[order[i]], window.rows.data() + order[i] * width);
-          }
-        });
+    std::vector<PointMeasures> parts(block_count(window.points.size(), kPlaces), nothing);
+    for_each_block(window.points.size(), kPlaces,
+                   [&](std::size_t b, std::size_t begin, std::size_t end) {
+                     Block block(meshes, &parts[b]);
+                     const std::span<const Point> points(&window.points[begin], end - begin);
+                     for (const std::uint32_t i : curve_order(points)) {
+                       block.measure(points[i], window.rows.data() + (begin + i) * width);
+                     }
+                   });
     for (const PointMeasures& part : parts) sums.add(part);
     report(share);
   });

@@ -52,8 +52,9 @@ ComparisonNeeds estimate_comparison(const MeshDescription& original, std::uint64
   ComparisonNeeds needs;
   needs.fixed = kWindows + kTet * tets + kPoint * points + rows + kTriangle * boundary_triangles +
                 original.points / kOriginalPointsPerByte;
-  needs.least_sides = std::min(kLeastSideBytes, all_sides);
-  needs.most_sides = std::min(std::max(kLeastSideBytes, 4 * kSideBytes * tets), all_sides);
+  needs.least_sides =
+      std::max(std::min(kLeastSideBytes, all_sides), kPointSumBytes * original.points);
+  needs.most_sides = std::max(std::min(4 * kSideBytes * tets, all_sides), needs.least_sides);
   return needs;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <span>
 #include <utility>
@@ -17,6 +18,7 @@ namespace tetfusion {
 namespace {
 
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::size_t kBlock = 8192;
 constexpr std::uint64_t kRun = std::uint64_t{1} << 14;  // points that are read at once
 
 struct Run {
@@ -53,6 +55,20 @@ void spread_points(const Vector<std::byte>& bytes, const Vector<std::uint64_t>& 
 
 }  // namespace
 
+void PointSet::add(const Vector<Tet>& tets) {
+  for_each_block(tets.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      for (const VertexId v : tets[t]) {
+        const std::uint64_t bit = std::uint64_t{1} << v % 64;
+        const std::atomic_ref word(words_[v / 64]);
+        if ((word.load(std::memory_order_relaxed) & bit) == 0) {
+          word.fetch_or(bit, std::memory_order_relaxed);
+        }
+      }
+    }
+  });
+}
+
 void PointSet::number() {
   before_.resize(words_.size());
   std::uint32_t count = 0;
@@ -85,19 +101,13 @@ void OriginalMesh::survey(std::size_t most_sides, const RunContext& context) {
     std::uint64_t tets = 0;
     read_cells([&](std::uint64_t, const CellWindow& window, double) {
       context.check();
-      if (first_time) {
-        for (const Tet& t : window.tets) {
-          for (const VertexId v : t) used_.add(v);
-        }
-      }
+      if (first_time) used_.add(window.tets);
       take({tets, window.tets});
       tets += window.tets.size();
     });
     tets_ = tets;
   };
-  boundary_ =
-      triangles_of(match_faces(stream_->points(), most_sides, read,
-                               [](std::span<const CellSide> face) { return face.size() == 1; }));
+  boundary_ = triangles_of(find_single_sides(stream_->points(), most_sides, read));
   used_.number();
   if (boundary_.triangles.empty()) {
     throw Error(ErrorCode::kBadInput,
@@ -171,19 +181,18 @@ void OriginalMesh::for_each_cells(
   OriginalCells cells;
   read_cells([&](std::uint64_t first, const CellWindow& window, double share) {
     set.clear();
-    for (const Tet& t : window.tets) {
-      for (const VertexId v : t) set.add(v);
-    }
+    set.add(window.tets);
     set.number();
     gather(set, 0, stream_->points(), point_fields_, &cells.points);
     cells.tets.resize(window.tets.size());
-    for_each_block(window.tets.size(), 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) {
-        for (std::size_t i = 0; i < 4; ++i) {
-          cells.tets[t][i] = static_cast<VertexId>(set.number_of(window.tets[t][i]));
-        }
-      }
-    });
+    for_each_block(window.tets.size(), kBlock,
+                   [&](std::size_t, std::size_t begin, std::size_t end) {
+                     for (std::size_t t = begin; t < end; ++t) {
+                       for (std::size_t i = 0; i < 4; ++i) {
+                         cells.tets[t][i] = static_cast<VertexId>(set.number_of(window.tets[t][i]));
+                       }
+                     }
+                   });
     cells.first_row = first;
     cells.tet_rows = window.tet_rows;
     const std::uint64_t count = std::min(kWindow, stream_->cells() - first);

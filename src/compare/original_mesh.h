@@ -26,6 +26,7 @@ class PointSet {
 
   void clear() { words_.assign(points_ / 64 + 1, 0); }
   void add(std::uint64_t id) { words_[id / 64] |= std::uint64_t{1} << id % 64; }
+  void add(const Vector<Tet>& tets);  // their corners
   bool has(std::uint64_t id) const { return (words_[id / 64] >> id % 64 & 1) != 0; }
 
   // After the last add().

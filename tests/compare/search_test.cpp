@@ -139,6 +139,38 @@ TEST(FaceMatch, FindsAllFacesInAnyNumberOfPasses) {
   }
 }
 
+TEST(FaceMatch, FindsTheSameSingleSidesWithoutHoldingTheOthers) {
+  Geometry mesh = testing::five_split_cube(12);
+  // Triangles with two sides of one cell, with three, with four, and cells without any neighbour.
+  for (const std::size_t t : {0u, 7u, 7u, 200u, 200u, 200u}) mesh.tets.push_back(mesh.tets[t]);
+  mesh.tets.push_back({0, 0, 1, 2});
+  mesh.tets.push_back({3, 500, 900, 1200});
+  const std::size_t points = point_count(mesh.points);
+  int reads = 0;
+  const ReadCells read = [&](const auto& take) {
+    ++reads;
+    const std::span<const Tet> tets(mesh.tets);
+    take({0, tets.first(1000)});
+    take({1000, tets.subspan(1000)});
+  };
+  const Vector<CellSide> expected = match_faces(
+      points, 1000000, read, [](std::span<const CellSide> face) { return face.size() == 1; });
+  ASSERT_GT(expected.size(), 12u * 12 * 12);
+  for (const std::size_t most : {1u, 1000u, 1000000u}) {
+    reads = 0;
+    const Vector<CellSide> found = find_single_sides(points, most, read);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_EQ(
+          (std::array{found[i].low, found[i].middle, found[i].high, found[i].side}),
+          (std::array{expected[i].low, expected[i].middle, expected[i].high, expected[i].side}));
+    }
+    if (most == 1000000u) {
+      EXPECT_EQ(reads, 3);
+    }
+  }
+}
+
 class LocatorOnMeshes : public ::testing::TestWithParam<bool> {};
 
 TEST_P(LocatorOnMeshes, FindsEveryPoint) {
