@@ -128,18 +128,18 @@ void add_arrays(const Comparison& c, Association association, std::string* text)
   for (const ArrayComparison& a : c.arrays) {
     if (a.association != association) continue;
     if (first) {
-      fmt::format_to(out, "{:<24}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}\n",
+      fmt::format_to(out, "{:<24}{:>12}{:>12}{:>12}{:>12}{:>12}{:>12}\n",
                      cells ? "Cell arrays" : "Point arrays", "rms", "max",
                      cells ? "L1 error" : "cell rms", cells ? "L1 change" : "cell max",
                      cells ? "" : "gradient", "integral");
     }
     first = false;
-    fmt::format_to(out, "  {:<22}{:>11}{:>11}", a.info.name, percent(a.rms), percent(a.max));
+    fmt::format_to(out, "  {:<22}{:>12}{:>12}", a.info.name, percent(a.rms), percent(a.max));
     if (a.integer) {
       fmt::format_to(out, "  {} of {} differ\n", percent(a.differing),
                      cells ? "the volume" : "the points");
     } else {
-      fmt::format_to(out, "{:>11}{:>11}{:>11}{:>11}\n", percent(cells ? a.l1_error : a.cell_rms),
+      fmt::format_to(out, "{:>12}{:>12}{:>12}{:>12}\n", percent(cells ? a.l1_error : a.cell_rms),
                      percent(cells ? a.l1_change : a.cell_max),
                      cells ? "" : percent(a.gradient_rms), percent(a.integral_change));
     }
@@ -170,6 +170,9 @@ std::string table(const Arguments& a, const Comparison& c, const std::vector<Bou
     ++broken;
   }
   if (!bounds.empty() && broken == 0) text += "All bounds are kept\n";
+  if (bounds.empty() && !(a.max_rms.empty() && a.max_error.empty())) {
+    text += "The original has no floating-point point array to hold against the bounds\n";
+  }
   return text;
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "base/error.h"
 #include "compare/compare.h"
@@ -41,6 +42,16 @@ BoundResult judge(const ArrayComparison& a, bool rms, double limit) {
   return r;
 }
 
+BoundResult lost(const std::string& array, bool rms, double limit) {
+  return {rms ? "max_rms" : "max_error",
+          array,
+          limit,
+          std::numeric_limits<double>::infinity(),
+          true,
+          fmt::format("{} is broken: the simplified mesh has no point array {}",
+                      rms ? "--max-rms" : "--max-error", array)};
+}
+
 }  // namespace
 
 void require_arrays(const Bounds& bounds, const MeshDescription& original,
@@ -64,6 +75,11 @@ std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds
   for (const ArrayComparison* a : bounded_arrays(comparison, bounds)) {
     if (bounds.max_rms) results.push_back(judge(*a, true, *bounds.max_rms));
     if (bounds.max_error) results.push_back(judge(*a, false, *bounds.max_error));
+  }
+  for (const std::string& name : comparison.missing_fields) {
+    if (!bounds.arrays.empty()) break;  // they are there
+    if (bounds.max_rms) results.push_back(lost(name, true, *bounds.max_rms));
+    if (bounds.max_error) results.push_back(lost(name, false, *bounds.max_error));
   }
   if (bounds.surface) {
     const double value = std::max(comparison.to_simplified.max, comparison.to_original.max);

@@ -20,11 +20,6 @@ double share_of(double value, double whole) {
   return whole > 0 ? value / whole : std::numeric_limits<double>::infinity();
 }
 
-double epsilon(ValueType type) {
-  if (type == ValueType::kFloat32) return 0x1p-23;
-  return type == ValueType::kFloat64 ? 0x1p-52 : 0;
-}
-
 double change_of(const Integral& original, const Integral& simplified) {
   double length = 0, signed_change = 0;
   for (std::size_t c = 0; c < original.components.size(); ++c) {
@@ -49,7 +44,7 @@ ArrayComparison summarize(const Field& field, const Errors& errors, const FieldV
   a.max = share_of(errors.max(), *scale);
   a.max_at = errors.max_at;
   a.differing = share_of(errors.differing.value(), errors.weights.value());
-  a.rounding = share_of(4 * epsilon(field.info.type) * values.largest, *scale);
+  a.rounding = share_of(rounding_of(field.info.type) * values.largest, *scale);
   return a;
 }
 
@@ -101,6 +96,7 @@ class Comparer {
     add_point_arrays(points, cells, mesh);
     add_cell_arrays(cells, mesh);
     result_.missing_arrays = match_.missing;
+    result_.missing_fields = match_.missing_fields;
     result_.retyped_arrays = match_.retyped;
     return result_;
   }

@@ -81,6 +81,7 @@ struct Comparison {
   SurfaceShares to_simplified, to_original;  // from the original's boundary, and from the other
   std::vector<ArrayComparison> arrays;       // points, then cells, in the order of the file
   std::vector<std::string> missing_arrays;
+  std::vector<std::string> missing_fields;  // of these the floating-point arrays of points
   std::vector<RetypedArray> retyped_arrays;
 };
 
@@ -115,7 +116,7 @@ void require_arrays(const Bounds& bounds, const MeshDescription& original,
 
 // What rounding to the type of the array or the coordinates can do is not held against them. A
 // bound is broken, too, where all of the original's values are finite, and some of the simplified
-// mesh's are not.
+// mesh's are not; and by an array that the simplified mesh lacks.
 std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds& bounds);
 
 }  // namespace tetfusion

@@ -24,6 +24,7 @@ void match(const AttributeSet& original, const AttributeSet& simplified, std::st
     const std::size_t other = simplified.find(a.name);
     if (other == AttributeSet::npos) {
       result->missing.push_back(name);
+      if (common == &result->points && is_float(a.type)) result->missing_fields.push_back(name);
       continue;
     }
     const ArrayInfo& b = simplified.arrays[other];
@@ -66,6 +67,11 @@ void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
       }
     }
   });
+}
+
+double rounding_of(ValueType type) {
+  if (type == ValueType::kFloat32) return 4 * 0x1p-23;
+  return type == ValueType::kFloat64 ? 4 * 0x1p-52 : 0;
 }
 
 }  // namespace tetfusion

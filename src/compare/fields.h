@@ -38,7 +38,8 @@ struct ArrayMatch {
   FieldSet points, cells;
   // Of the original; cell arrays as "cell:NAME", field arrays as "field:NAME".
   std::vector<std::string> missing;
-  std::vector<RetypedArray> retyped;  // other type or number of components
+  std::vector<std::string> missing_fields;  // of these the floating-point arrays of points
+  std::vector<RetypedArray> retyped;        // other type or number of components
 };
 
 ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& simplified);
@@ -53,5 +54,9 @@ struct RowTarget {
 };
 void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
                    const RowTarget& target);
+
+// What rounding may have done to a value written in that type: four units in the last place, as a
+// share of the array's largest one. 0 of integers.
+double rounding_of(ValueType type);
 
 }  // namespace tetfusion

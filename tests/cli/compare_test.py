@@ -39,6 +39,16 @@ class Compare(FolderTest):
             self.assertIn("integral_change", array)
         self.assertIn(b"identical", run("compare", path, path, "--max-error", "0", "--max-rms", "0%", "--surface", "0"))
 
+    def test_an_array_that_is_gone_breaks_bounds(self):
+        mesh = TinyVtu()
+        mesh.remove("temperature")
+        original, simplified = self.pair(TinyVtu(), mesh)
+        for bound in ("--max-error", "--max-rms"):
+            text = run("compare", original, simplified, bound, "50%", code=INVALID).decode()
+            self.assertIn(f"{bound} is broken: the simplified mesh has no point array temperature", text)
+        text = run("compare", simplified, simplified, "--max-error", "1%").decode()
+        self.assertIn("no floating-point point array to hold against the bounds", text)
+
     def test_one_value_that_is_another(self):
         original, simplified = self.changed()
         array = report_of("compare", original, simplified)["arrays"][0]
