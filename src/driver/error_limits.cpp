@@ -71,7 +71,8 @@ ErrorLimits error_limits(const BehaviourOptions& options, std::span<const Steeri
   limits.max_error = options.max_error.value_or(by_default ? kDefaultMaxError : kInfinity);
   limits.at_points = !fields.empty() && (own || limits.max_error < kInfinity);
   limits.rise = limits.at_points && has_goal;
-  limits.max_cost = cost_of_points(fields, limits.max_error);
+  // Weights multiply what fusions cost: then no cost says that there is no hope.
+  if (options.weight.empty()) limits.max_cost = cost_of_points(fields, limits.max_error);
   if (options.max_rms) {
     limits.max_cost = std::min(limits.max_cost, *options.max_rms * *options.max_rms);
   }

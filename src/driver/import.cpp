@@ -78,6 +78,7 @@ ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& ca
   out.box = from.box;
   out.rewound = std::move(assembly.rewound);
   out.steering_box = std::move(from.steering_box);
+  out.interesting_points = from.interesting_points;
   InputFacts& facts = out.facts = assembly.facts;
   facts.points += from.lower.loose_ids.size();
   facts.unused_points = stream.points() - facts.points + stream.dropped_points();

@@ -53,7 +53,8 @@ struct ImportedMesh {
   Box box;
   LowerPart<Real> lower;
   InputFacts facts;
-  SteeringBox steering_box;   // ScatteredMesh's
+  SteeringBox steering_box;  // ScatteredMesh's
+  std::uint64_t interesting_points = 0;
   std::vector<bool> rewound;  // Assembly's, with ImportSettings::keeps_numbers
 };
 

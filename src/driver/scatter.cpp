@@ -342,7 +342,14 @@ void Scatterer<Real>::scatter_point_window(std::size_t window, std::uint64_t fir
     const auto read = [&](std::size_t array, std::span<std::byte> rows) {
       stream_.read_rows(Association::kPoint, array, first, count, rows);
     };
-    settings_.interest->mark<Real>(positions, read, locked.data());
+    Vector<std::uint8_t> inside(count, std::uint8_t{0});
+    settings_.interest->mark<Real>(positions, read, inside.data());
+    std::uint64_t all_inside = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      locked[i] |= inside[i];
+      all_inside += inside[i];
+    }
+    std::atomic_ref(out_.interesting_points).fetch_add(all_inside, std::memory_order_relaxed);
   }
 
   // A point on the interface goes to several chunks.

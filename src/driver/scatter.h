@@ -62,8 +62,9 @@ struct ScatteredMesh {
   std::unique_ptr<PieceStore> tets, points;  // as assemble_chunks() takes them
   std::uint64_t tet_count = 0;
   std::uint64_t ghost_cells = 0;
-  Box box;                     // of all points
-  Vector<Vec3<Real>> samples;  // points, for cuts; none where the mesh is in one piece
+  std::uint64_t interesting_points = 0;  // in the region of interest
+  Box box;                               // of all points
+  Vector<Vec3<Real>> samples;            // points, for cuts; none where the mesh is in one piece
   LowerPart<Real> lower;
   // Of each steering value, over the points that tetrahedra use, where all of the field are finite.
   SteeringBox steering_box;

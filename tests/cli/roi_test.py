@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """simplify --roi and --weight, from file to file. Usage: roi_test.py TETFUSION"""
+import math
 import numpy as np
 from harness import BAD, USAGE, FolderTest, finish, main, report_of, run
 from independent_check import Vtu
@@ -72,6 +73,12 @@ class RegionOfInterest(FolderTest):
         self.assertLessEqual({"region of interest", "largest volume"}, {c["name"] for c in report["verified"][0]["checks"]})
         self.assertEqual(report["verified"][0]["not_verified"], [])
 
+    def test_a_region_without_points_is_told_of(self):
+        path = self.generate(tets="3k")
+        for region, told in (("sphere=1e9,0,0,1", True), ("sphere=0,0,0,0.3", False)):
+            result = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "30%", "--roi", region)
+            self.assertEqual(b"no point of the mesh is in the region of interest" in result.stderr, told, result.stderr)
+
     def test_what_makes_no_sense_is_refused(self):
         path = self.generate(tets="1k")
         for text, why in (("box=0,1,0,1", "six bounds"), ("box=1,0,0,1,0,1", "lower one of each pair first"), ("box=a,1,0,1,0,1", '"a" is no number'),
@@ -113,6 +120,19 @@ class Weight(FolderTest):
         light_before, heavy_before = self.points(path, "--max-rms", "0.1%")
         self.assertLess(light, 0.5 * light_before)
         self.assertAlmostEqual(heavy / heavy_before, 1, delta=0.1)
+
+    def test_a_bound_at_points_does_not_depend_on_the_scale_of_weights(self):
+        files = []
+        for weight in (1.0, 64.0):
+            mesh = self.with_weights([weight] * 9 ** 3)
+            mesh.array("temperature")[4] = [math.sin(x) + 0.3 * math.cos(2 * y * z) for x, y, z in mesh.points]
+            path = self.write(mesh)
+            report = report_of("simplify", path, "-o", self.folder / "out.vtu", *self.OPTIONS, "--max-error", "2%", "--chunk-tets", "500",
+                               "--weight", "heavy")
+            self.assertGreater(report["reduction"], 0.1)
+            run("convert", self.folder / "out.vtu", self.folder / "out.mesh", "--quiet")  # without the weights
+            files.append((self.folder / "out.mesh").read_bytes())
+        self.assertEqual(*files)
 
     def test_where_all_count_alike_nothing_changes(self):
         path = self.write(self.with_weights([1.0] * 9 ** 3))
