@@ -73,6 +73,7 @@ class MapFile {
   static MapFile open(const std::string& path);
 
   const std::string& path() const { return file_.path(); }
+  std::span<const std::byte> bytes() const { return file_.bytes(); }  // of the whole file
   const MapCounts& counts() const { return counts_; }
   // The result's mesh, without arrays. Refers to this object.
   MeshView mesh() const;

@@ -106,6 +106,9 @@ class ViewSource final : public MeshSource {
     description_.point_data = describe(view_.point_arrays);
     description_.point_data.active = view_.point_markers;
     description_.cell_data = describe(view_.cell_arrays);
+    for (const DataArray& array : view_.field_data) {
+      description_.field_data.arrays.push_back(array.info);
+    }
   }
 
   const MeshDescription& description() const override { return description_; }
@@ -133,7 +136,7 @@ class ViewSource final : public MeshSource {
 
   DataArray read_array(Association association, std::size_t index) override {
     const bool points = association == Association::kPoint;
-    if (association == Association::kField) throw std::out_of_range("there are no field arrays");
+    if (association == Association::kField) return view_.field_data.at(index);
     DataArray array;
     array.info = (points ? description_.point_data : description_.cell_data).arrays.at(index);
     const auto& bytes = (points ? view_.point_arrays : view_.cell_arrays)[index].values.bytes;

@@ -68,7 +68,7 @@ std::vector<MovedArray> follow(const MapFile& map) {
                        {"i", 1, {ValueType::kInt32, std::as_bytes(std::span(numbers))}}};
   const auto source = open_view(step);
   auto arrays = apply_map(map, source.get(), {}, RunContext{});
-  const auto moved = open_moved(map, arrays, source->description());
+  const auto moved = open_moved(map, arrays, source.get());
   read_all(moved.get());
   return arrays;
 }

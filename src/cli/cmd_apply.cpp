@@ -75,14 +75,11 @@ void run(Arguments* a) {
   }
   context.report("reading", 0);
   const MapFile map = MapFile::open(a->map);
-  std::vector<MovedArray> arrays;
-  MeshDescription description;
-  {
-    const auto source = open_mesh(a->input, a->open);
-    arrays = apply_map(map, source.get(), a->arrays, context);
-    description = source->description();
-  }
-  const auto result = open_moved(map, arrays, description);
+  auto source = open_mesh(a->input, a->open);
+  const std::vector<MovedArray> arrays = apply_map(map, source.get(), a->arrays, context);
+  const auto result = open_moved(map, arrays, source.get());
+  const bool has_cell_arrays = !source->description().cell_data.arrays.empty();
+  source.reset();  // it may be what is written over
   const std::string left_out = left_out_of(a->output, result->description());
   if (!left_out.empty()) console.say(left_out);
   a->write.progress = [&](double share) {
@@ -92,7 +89,7 @@ void run(Arguments* a) {
   convert_mesh(result.get(), a->output, a->write);
   map.check();
   for (const MovedArray& moved : arrays) console.say(describe(moved));
-  if (!description.cell_data.arrays.empty()) {
+  if (has_cell_arrays) {
     console.say("arrays of cells do not follow: a map knows where points went");
   }
   console.detail_resources();

@@ -107,7 +107,17 @@ Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
 std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
                                             const std::vector<std::string>& names) {
   std::vector<SteeringChoice> choices;
-  for (const std::string& name : names) choices.push_back(resolve(mesh, name));
+  for (const std::string& name : names) {
+    SteeringChoice choice = resolve(mesh, name);
+    const bool is_twin = std::any_of(choices.begin(), choices.end(), [&](const SteeringChoice& c) {
+      return c.index == choice.index && c.association == choice.association;
+    });
+    if (is_twin) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("--array {}: that array steers already; name it once", name));
+    }
+    choices.push_back(std::move(choice));
+  }
   if (!choices.empty()) return choices;
 
   SteeringChoice choice;

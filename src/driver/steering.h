@@ -22,7 +22,7 @@ struct SteeringChoice {
 
 // Resolves the user's names ("NAME", "NAME:0.5%", "cell:NAME"); with none, VTK's active scalars,
 // else the first floating-point point array, else nothing. Throws Error(kUsage) naming the arrays
-// there are.
+// there are, or for an array that is named twice.
 std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
                                             const std::vector<std::string>& names);
 

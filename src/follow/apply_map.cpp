@@ -147,6 +147,7 @@ class Mover {
     const auto share = [&](double error) { return error == 0 ? 0 : error / scale; };
     moved_.rms = share(all.errors.rms());
     moved_.max = share(all.errors.max());
+    moved_.rounding = share(rounding_of(info_.type) * all.values.largest);
     moved_.max_at = all.max_at;
     moved_.undefined = all.errors.undefined;
   }
@@ -201,8 +202,10 @@ std::vector<std::size_t> choose(const MeshDescription& mesh,
   };
   std::vector<std::size_t> chosen;
   for (const std::string& name : names) {
-    chosen.push_back(all.find(name));
-    if (chosen.back() != AttributeSet::npos) continue;
+    const std::size_t index = all.find(name);
+    const bool is_new = std::find(chosen.begin(), chosen.end(), index) == chosen.end();
+    if (is_new) chosen.push_back(index);
+    if (index != AttributeSet::npos) continue;
     throw Error(
         ErrorCode::kUsage,
         fmt::format("{}: there is no point array \"{}\"; see 'tetfusion info'", mesh.path, name));
@@ -244,14 +247,18 @@ std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
 }
 
 std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,
-                                       const MeshDescription& source) {
+                                       MeshSource* source) {
+  const MeshDescription& mesh = source->description();
   MeshView view = map.mesh();
   view.any_names = true;
+  for (std::size_t f = 0; f < mesh.field_data.arrays.size(); ++f) {
+    view.field_data.push_back(source->read_array(Association::kField, f));
+  }
   for (const MovedArray& moved : arrays) {
     const ArrayInfo& info = moved.array.info;
     view.point_arrays.push_back(
         {info.name, info.components, {info.type, std::span(moved.array.bytes)}});
-    for (const auto& [marker, name] : source.point_data.active) {
+    for (const auto& [marker, name] : mesh.point_data.active) {
       if (name == info.name) view.point_markers[marker] = name;
     }
   }

@@ -22,6 +22,7 @@ struct MovedArray {
   DataArray array;
   double rms = 0;
   double max = 0;
+  double rounding = 0;  // how much of an error may come from writing values in the array's type
   std::uint64_t max_at = 0;     // the number of that point
   std::uint64_t undefined = 0;  // points where only the simplified mesh's value is not finite
 };
@@ -43,8 +44,9 @@ std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
                                   const std::vector<std::string>& names, const RunContext& context,
                                   const std::vector<ArrayFit>& fits = {});
 
-// The simplified mesh with these arrays, and the markers of `source`. Refers to all of them.
+// The simplified mesh with these arrays, the markers of `source`, and its field data. Refers to the
+// map and the arrays.
 std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,
-                                       const MeshDescription& source);
+                                       MeshSource* source);
 
 }  // namespace tetfusion

@@ -126,7 +126,8 @@ void CombinedFields::finish(const RunContext& context) {
       rows.resize(count * width);
       file_->read(offset(f, first), std::as_writable_bytes(std::span(rows)));
       for (std::uint64_t i = 0; i < count; ++i) {
-        if (all_finite(rows.data() + i * width, width)) all.add(rows.data() + i * width);
+        const double* row = rows.data() + i * width;
+        if (used_->has(first + i) && all_finite(row, width)) all.add(row);
       }
     });
     ranges_[f] = all.diagonal();

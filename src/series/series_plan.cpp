@@ -22,6 +22,9 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::kUsage, message); }
 
+// Of a letter in UTF-8, but for its first byte.
+bool goes_on(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
+
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 std::string last_number(const std::string& name) {
@@ -46,6 +49,14 @@ std::vector<std::string> differences(const std::vector<std::string>& names) {
   const std::string& any = names[0];
   while (begin > 0 && is_digit(any[begin - 1])) --begin;
   while (end > 0 && is_digit(any[any.size() - end])) --end;
+  // Whole letters, too: those that differ may begin or end with the same bytes.
+  const auto cut = [&](std::size_t from_begin) {
+    return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+      return from_begin < name.size() && goes_on(name[from_begin]);
+    });
+  };
+  while (begin > 0 && cut(begin)) --begin;
+  while (end > 0 && goes_on(any[any.size() - end])) --end;
   std::vector<std::string> labels;
   for (const std::string& name : names) {
     labels.push_back(begin + end < name.size() ? name.substr(begin, name.size() - begin - end)

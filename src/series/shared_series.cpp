@@ -14,6 +14,7 @@
 #include "driver/carried_arrays.h"
 #include "driver/convert.h"
 #include "driver/error_limits.h"
+#include "driver/export.h"
 #include "driver/notices.h"
 #include "driver/promise.h"
 #include "driver/regions.h"
@@ -22,6 +23,7 @@
 #include "driver/simplify.h"
 #include "follow/apply_map.h"
 #include "io/map_file.h"
+#include "io/output_file.h"
 #include "series/combined_fields.h"
 #include "series/other_arrays.h"
 #include "series/result_mesh.h"
@@ -54,7 +56,13 @@ class SharedSeries {
     look_at_steps();
     simplify_within_bounds();
     clock_.begin("write steps");
+    std::optional<OutputFile> map;
+    if (!request_.job.map.empty()) {
+      map.emplace(request_.job.map);
+      map->append(map_->bytes().data(), map_->bytes().size());
+    }
     write_steps();
+    if (map) map->commit();
     clock_.end();
     report_.runs[0].seconds = clock_.seconds();
     return std::move(report_);
@@ -123,6 +131,7 @@ void SharedSeries::look_at_steps() {
       }
       used_.emplace(stream->points());
       print = print_of(mesh, *stream, context_, &*used_);
+      tell_left_out(plan_.steps[0].output, mesh, context_);
       context_.report_size(mesh.cells);
       sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_,
                                                plan_.steps.size());
@@ -210,7 +219,7 @@ SimplifyRequest SharedSeries::job(double share) const {
   SimplifyRequest job = request_.job;
   job.input = plan_.steps[0].input;
   job.output = folder_.mesh();
-  job.map = job.map.empty() ? folder_.map() : job.map;
+  job.map = folder_.map();
   job.encoding = Encoding::kRaw;
   job.performance.scratch = folder_.chunks();
   job.performance.keep_work = false;
@@ -252,7 +261,7 @@ void SharedSeries::simplify_within_bounds() {
     clock_.begin("simplify");
     report_.runs = {simplify(job, summed_mesh(), context)};
     clock_.begin("fit");
-    map_ = std::make_unique<MapFile>(MapFile::open(job.map));
+    map_ = std::make_unique<MapFile>(MapFile::open(folder_.map()));
     const double used = fit_steps(part(0.6, 0.7));
     const bool goal = report_.runs[0].has_goal && report_.runs[0].stop_reason == StopReason::kGoal;
     if (used > 1) {
@@ -316,7 +325,7 @@ double SharedSeries::fit_steps(const RunContext& context) {
       at += moved[a].array.info.values() * sizeof(double);
       report_.steps[i].arrays.push_back({names[a], moved[a].rms, moved[a].max, moved[a].max_at});
       if (fits[a].bound == kInfinity || !is_float(moved[a].array.info.type)) continue;
-      used = std::max(used, moved[a].max / fits[a].bound);
+      used = std::max(used, std::max(moved[a].max - moved[a].rounding, 0.0) / fits[a].bound);
     }
   }
   return used;

@@ -212,6 +212,14 @@ class Maps(FolderTest):
         out, _ = self.apply(step, "--array", "noise", name="one.vtu")
         self.assertEqual(list(Vtu(out).arrays["point"]), ["noise"])
         run("apply", self.folder / "out.map", step, "-o", out, "--array", "nose", code=USAGE)
+        self.apply(step, "--array", "noise", "--array", "noise", name="twice.vtu")
+        self.assertEqual((self.folder / "twice.vtu").read_bytes(), out.read_bytes())
+
+    def test_the_time_follows(self):
+        path = self.generate("--time", "2.5", tets="3k")
+        self.simplify(path, "--reduction", "30%")
+        out, _ = self.apply(path)
+        self.assertIn(b"TimeValue", run("info", out))
 
     def test_the_same_bytes(self):
         path = self.generate("--jitter", "0.5", tets="100k")

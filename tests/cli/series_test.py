@@ -189,6 +189,21 @@ class Shared(SeriesTest):
         run("apply", self.folder / "out.map", steps[1], "-o", self.folder / "moved.vtu", "--quiet")
         np.testing.assert_array_equal(Vtu(self.folder / "moved.vtu").points, Vtu(self.outputs()[0]).points)
 
+    def test_points_that_no_cell_uses_have_no_say(self):
+        def steps(value):
+            for i in range(2):
+                mesh = wave(jittered(8), 2.0 * i)
+                mesh.remove("drift")
+                mesh.array("Points")[4] = list(mesh.array("Points")[4]) + [20.0, 0.0, 0.0]
+                mesh.array("bump")[4] = list(mesh.array("bump")[4]) + [value]
+                mesh.counts["NumberOfPoints"] = str(int(mesh.counts["NumberOfPoints"]) + 1)
+                for array in mesh.arrays:
+                    if array[0] == "PointData" and array[1] != "bump":
+                        array[4] = list(array[4]) + [0] * array[3]
+                yield self.write(mesh, f"s{i}.vtu")
+        reports = [self.simplify(list(steps(value)), "--array", "bump", "--max-error", "3%") for value in (0.5, -9999.0)]
+        self.assertAlmostEqual(reports[1]["output"]["tets"] / reports[0]["output"]["tets"], 1, delta=0.05)
+
     def test_weights_are_those_of_the_first_step(self):
         def make(mesh, time):
             right = np.array(mesh.points)[:, 0] > 5
@@ -213,6 +228,8 @@ class Shared(SeriesTest):
         self.simplify(steps, *GOAL, out="o_{step}.msh")
         self.simplify(self.outputs("o_*.msh"), "--reduction", "20%", out="again_{step}.vtu")
         self.assertEqual(len(self.outputs("again_*.vtu")), 2)
+        said = finish("simplify", *steps, "-o", self.folder / "m_{step}.mesh", "--reduction", "60%").stderr.decode()
+        self.assertIn("bump", said)  # has no place in such a file
 
 
 class Names(SeriesTest):
@@ -242,7 +259,7 @@ class Names(SeriesTest):
     def test_what_stands_for_the_step(self):
         for names, labels in (({"a_9.vtu", "a_10.vtu"}, {"9", "10"}), ({"f010.vtu", "f011.vtu"}, {"010", "011"}),
                               ({"before.vtu", "after.vtu"}, {"before", "after"}), ({"x/m.vtu", "y/m.vtu"}, {"0", "1"}),
-                              ({"t12.vtu"}, {"12"}), ({"t.vtu"}, {"0"}), ({"aa.vtu", "a.vtu"}, {"0", "1"})):
+                              ({"t12.vtu"}, {"12"}), ({"a\u00e4.vtu", "a\u00f6.vtu"}, {"\u00e4", "\u00f6"}), ({"x\u00e4b.vtu", "x\u03a4b.vtu"}, {"\u00e4", "\u03a4"}), ({"t.vtu"}, {"0"}), ({"aa.vtu", "a.vtu"}, {"0", "1"})):
             with self.subTest(names):
                 for name in names:
                     (self.folder / name).parent.mkdir(exist_ok=True)
@@ -320,6 +337,11 @@ class Refused(SeriesTest):
         for option in ("--report", "--map"):
             self.assertIn("out_007.vtu", self.refuse(steps, option, self.folder / "out_007.vtu"))
             self.refuse(steps, option, self.folder / "all.pvd", out="all.pvd")
+        rows = "".join(f'<DataSet timestep="{i}" file="{p.name}"/>' for i, p in enumerate(steps))
+        (self.folder / "a.pvd").write_text(f"<VTKFile><Collection>{rows}</Collection></VTKFile>")
+        for option in ("--report", "--map"):
+            self.assertIn("step_007.vtu", self.refuse([self.folder / "a.pvd"], option, steps[1]))
+        self.refuse(steps, "--array", "bump", "--array", "bump:2%")
         self.refuse(steps, out="none/out_{step}.vtu", code=IO)
         (self.folder / "a.pvd").write_text("<VTKFile><Collection/></VTKFile>")
         self.refuse([self.folder / "a.pvd"], code=BAD)
@@ -373,7 +395,8 @@ class Refused(SeriesTest):
                           more=("Float64", np.zeros((len(mesh.points), 60))))
         self.write(big, steps[2].name)
         self.outputs()[0].unlink()
-        result = subprocess.run([command(), "simplify", *map(str, steps), "-o", str(self.folder / "out_{step}.vtu"), *GOAL],
+        result = subprocess.run([command(), "simplify", *map(str, steps), "-o", str(self.folder / "out_{step}.vtu"), *GOAL,
+                                 "--map", str(self.folder / "out.map")],
                                 capture_output=True, preexec_fn=lambda: (
                                     signal.signal(signal.SIGXFSZ, signal.SIG_IGN),
                                     resource.setrlimit(resource.RLIMIT_FSIZE, (3 * size, 3 * size))))
@@ -381,7 +404,7 @@ class Refused(SeriesTest):
         self.assertIn(b"2 of the 3 steps are written", result.stderr)
         self.assertEqual(len(self.outputs()), 3)
         self.assertEqual(self.outputs()[2].read_bytes(), old)
-        self.assertEqual([n for n in self.files() if "tetfusion" in n], [])
+        self.assertEqual([n for n in self.files() if "tetfusion" in n or n == "out.map"], [])
 
     def test_an_interruption_leaves_nothing(self):
         steps = [self.generate("--jitter", "0.5", "--time", str(t), tets="200k", name=f"s{t}.vtu") for t in range(4)]
