@@ -14,8 +14,9 @@ using namespace progressive;
 
 namespace {
 
-// Rows a section, and records a block: some hundred kilobytes.
+// Rows a section, and records a block: some hundred kilobytes; and wide rows not much more.
 constexpr std::size_t kRowsPerSection = std::size_t{1} << 16;
+constexpr std::size_t kSectionBytes = std::size_t{4} << 20;
 constexpr std::size_t kRecordsPerBlock = std::size_t{1} << 13;
 
 void put_text(const std::string& text, ByteWriter* out) { out->put_all(text); }
@@ -52,10 +53,15 @@ void join(const Part& part, Vector<T>* all) {
   all->insert(all->end(), part.begin(), part.end());
 }
 
+std::size_t rows_in_section(std::size_t row_bytes) {
+  const std::size_t rows = kSectionBytes / std::max<std::size_t>(row_bytes, 1);
+  return std::clamp<std::size_t>(rows, 1, kRowsPerSection);
+}
+
 // How many of so many rows the section has room for.
 template <class T>
-std::size_t room_for(std::size_t rows, const Vector<T>& section) {
-  return std::min(rows, kRowsPerSection - section.size());
+std::size_t room_for(std::size_t rows, const Vector<T>& section, std::size_t row_bytes) {
+  return std::min(rows, rows_in_section(row_bytes) - section.size());
 }
 
 }  // namespace
@@ -86,11 +92,11 @@ void ProgressiveWriter::put_rows(const PointRows& points, std::uint32_t kind) {
   points_kind_ = kind;
   counts_.points += points.numbers.size();
   for (std::size_t i = 0; i < points.numbers.size();) {
-    const std::size_t count = room_for(points.numbers.size() - i, points_.numbers);
+    const std::size_t count = room_for(points.numbers.size() - i, points_.numbers, point_row_);
     join(part_of(points.numbers, i, count), &points_.numbers);
     join(part_of(points.rows, i * point_row_, count * point_row_), &points_.rows);
     i += count;
-    if (points_.numbers.size() == kRowsPerSection) end_points();
+    if (points_.numbers.size() == rows_in_section(point_row_)) end_points();
   }
 }
 
@@ -120,12 +126,12 @@ void ProgressiveWriter::put_tets(const TetRows& tets) {
   counts_.tets += tets.numbers.size();
   counts_.cells += tets.numbers.size();
   for (std::size_t i = 0; i < tets.numbers.size();) {
-    const std::size_t count = room_for(tets.numbers.size() - i, tets_.numbers);
+    const std::size_t count = room_for(tets.numbers.size() - i, tets_.numbers, cell_row_);
     join(part_of(tets.numbers, i, count), &tets_.numbers);
     join(part_of(tets.corners, i, count), &tets_.corners);
     join(part_of(tets.rows, i * cell_row_, count * cell_row_), &tets_.rows);
     i += count;
-    if (tets_.numbers.size() == kRowsPerSection) end_tets();
+    if (tets_.numbers.size() == rows_in_section(cell_row_)) end_tets();
   }
 }
 
@@ -158,7 +164,7 @@ void ProgressiveWriter::put_rewound(std::span<const TetId> numbers) {
   end_tets();
   end_points();
   while (!numbers.empty()) {
-    const std::size_t count = room_for(numbers.size(), rewound_);
+    const std::size_t count = room_for(numbers.size(), rewound_, 0);
     join(numbers.first(count), &rewound_);
     numbers = numbers.subspan(count);
     if (rewound_.size() == kRowsPerSection) end_rewound();

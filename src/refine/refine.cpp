@@ -46,6 +46,7 @@ class Job {
   Job(const RefineRequest& request, const RunContext& context)
       : request_(request), context_(context), file_(ProgressiveFile::open(request.input)) {
     check_errors_are_known();
+    tell_left_out();
     const RegionOfInterest region(request.region, request.input,
                                   file_.description().point_data);  // or throws now
     plan_memory();
@@ -54,6 +55,7 @@ class Job {
 
  private:
   void check_errors_are_known() const;
+  void tell_left_out() const;
   void plan_memory();
   std::optional<double> error_goal() const {
     return request_.max_error ? request_.max_error : request_.max_rms;
@@ -61,6 +63,13 @@ class Job {
   std::uint64_t tets_goal() const;
   std::unique_ptr<RefinableMesh> read_base();
   void let_go(const RefinableMesh& mesh) const;
+  template <class F>
+  void for_each_part(std::size_t parts, F f) const {
+    for (std::size_t i = 0; i < parts; ++i) {
+      context_.check();
+      f(i);
+    }
+  }
   template <class F>
   void for_each_fusion(double from, double to, const RefinableMesh* mesh, F f) const;
   void find_needed();
@@ -136,6 +145,17 @@ void Job::check_errors_are_known() const {
   }
 }
 
+// What the output's format has no place for.
+void Job::tell_left_out() const {
+  const ProgressiveDescription& d = file_.description();
+  MeshDescription mesh;
+  mesh.point_data = d.point_data;
+  mesh.cell_data = d.cell_data;
+  for (const DataArray& array : d.field_data) mesh.field_data.arrays.push_back(array.info);
+  const std::string left_out = left_out_of(request_.output, mesh);
+  if (!left_out.empty()) context_.say(left_out);
+}
+
 void Job::plan_memory() {
   const std::uint64_t total = request_.memory != 0 ? request_.memory : memory_limit() / 2;
   const ProgressiveCounts& counts = file_.counts();
@@ -180,9 +200,10 @@ std::unique_ptr<RefinableMesh> Job::read_base() {
       file_.counts(), d.point_row_bytes(), d.cell_row_bytes(),
       [this](const std::string& what) { file_.fail(what); }, folder_);
   const auto keep = [&] { limit_.keep([&] { let_go(*mesh); }); };
-  for (std::size_t i = 0; i < file_.parts_of_points(); ++i) mesh->add_points(file_.points(i), keep);
-  for (std::size_t i = 0; i < file_.parts_of_tets(); ++i) mesh->add_tets(file_.tets(i), keep);
-  for (std::size_t i = 0; i < file_.parts_of_lower(); ++i) mesh->add_lower(file_.lower(i));
+  for_each_part(file_.parts_of_points(),
+                [&](std::size_t i) { mesh->add_points(file_.points(i), keep); });
+  for_each_part(file_.parts_of_tets(), [&](std::size_t i) { mesh->add_tets(file_.tets(i), keep); });
+  for_each_part(file_.parts_of_lower(), [&](std::size_t i) { mesh->add_lower(file_.lower(i)); });
   if (mesh->tets() != file_.counts().base_tets) {
     file_.fail("the file has not the tetrahedra it names");
   }
@@ -219,6 +240,7 @@ void Job::find_needed() {
     needs.let_go();
   };
   const std::size_t row = file_.description().point_row_bytes();
+  errors_.reserve(file_.counts().fusions);
   for_each_fusion(0, kRegionShare, mesh.get(), [&](const FusionRecord& record, std::uint64_t) {
     mesh->undo(record);
     needs.add(record, record.row_changed(row), mesh->star());
@@ -339,8 +361,9 @@ void Job::undo_needed(RefinableMesh* mesh) {
 // When all fusions have been undone.
 void Job::add_rest(RefinableMesh* mesh) {
   const auto keep = [&] { limit_.keep([&] { let_go(*mesh); }); };
-  for (std::size_t i = 0; i < file_.parts_of_spare(); ++i) mesh->add_points(file_.spare(i), keep);
-  for (std::size_t i = 0; i < file_.parts_of_rewound(); ++i) mesh->rewind(file_.rewound(i));
+  for_each_part(file_.parts_of_spare(),
+                [&](std::size_t i) { mesh->add_points(file_.spare(i), keep); });
+  for_each_part(file_.parts_of_rewound(), [&](std::size_t i) { mesh->rewind(file_.rewound(i)); });
   const ProgressiveCounts& counts = file_.counts();
   if (mesh->points() != counts.points || mesh->cells() != counts.cells ||
       mesh->tets() != counts.tets) {

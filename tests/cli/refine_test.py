@@ -82,6 +82,8 @@ class Refine(FolderTest):
                 self.assertEqual((self.folder / "plain.vtu").read_bytes(), path.read_bytes())
             else:
                 np.testing.assert_array_equal(Vtu(self.folder / "plain.vtu").tets, Vtu(path).tets)
+        said = finish("refine", back, "-o", self.folder / "m.mesh").stderr.decode()
+        self.assertIn("front", said)  # has no place in such a file
         stdout = run("refine", back, "-o", "-")
         self.assertEqual(stdout, path.read_bytes())
 
