@@ -67,6 +67,7 @@ class PvtuSource final : public MeshSource {
   std::vector<std::unique_ptr<VtuInput>> inputs_;
   std::vector<StreamPiece> pieces_;
   std::unique_ptr<MeshStream> stream_;
+  std::string first_with_cells_;  // whose field data counts
   bool has_points_ = false;
   bool has_cells_ = false;
 };
@@ -94,6 +95,7 @@ bool PvtuSource::add(const std::string& path) {
   d.pieces += input.head.pieces.size();
   d.file_bytes += input.file.size();
   d.files.push_back(path);
+  if (first_with_cells_.empty() && d.cells > 0) first_with_cells_ = path;
   return true;
 }
 
@@ -111,8 +113,7 @@ bool PvtuSource::finish(std::uint64_t bytes) {
   d.file_bytes += bytes;
   for (ArrayInfo& info : d.point_data.arrays) info.tuples = d.points;
   for (ArrayInfo& info : d.cell_data.arrays) info.tuples = d.cells;
-  d.field_data =
-      open_vtu(MappedFile::open(description_.files.front()), options_)->description().field_data;
+  d.field_data = open_vtu(MappedFile::open(first_with_cells_), options_)->description().field_data;
   stream_ = open_pieces_stream(pieces_, description_, options_);
   return stream_ != nullptr;
 }
@@ -177,8 +178,7 @@ Geometry PvtuSource::read_geometry() {
 // Point arrays by the numbers of the merged points, which are read_geometry()'s.
 DataArray PvtuSource::read_array(Association association, std::size_t index) {
   if (association == Association::kField) {
-    return open_vtu(MappedFile::open(description_.files.front()), options_)
-        ->read_array(association, index);
+    return open_vtu(MappedFile::open(first_with_cells_), options_)->read_array(association, index);
   }
   const bool of_points = association == Association::kPoint;
   const MeshStream& stream = own_stream();

@@ -1,6 +1,7 @@
 #include "io/vtk_bridge.h"
 
 #include <dlfcn.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -12,6 +13,7 @@
 
 #include "base/error.h"
 #include "io/mapped_file.h"
+#include "io/pvtu_reader.h"
 #include "io/reading_memory.h"
 #include "io/vtk_plugin.h"
 
@@ -139,8 +141,16 @@ FormatGuess guess_format(std::span<const std::byte> head) {
   if (text.starts_with("# vtk DataFile")) return {ForeignFormat::kLegacyVtk, "a legacy VTK file"};
   if (text.find("<VTKFile") != std::string_view::npos) {
     const std::string_view type = attribute_of(text, "<VTKFile", "type");
+    if (type == "PUnstructuredGrid") {
+      return {
+          ForeignFormat::kXmlVtk,
+          fmt::format("a .pvtu of more than {} pieces, or its pieces have other arrays than the "
+                      "first one, or in another order",
+                      kMaxPiecesRead)};
+    }
     return {ForeignFormat::kXmlVtk,
-            "a VTK XML file" + (type.empty() ? "" : " of type " + std::string(type))};
+            "a VTK XML file" + (type.empty() ? "" : " of type " + std::string(type)),
+            type == "Collection"};
   }
   if (text.starts_with("CDF\001") || text.starts_with("CDF\002") || text.starts_with("CDF\005")) {
     return {ForeignFormat::kNetCdf, "a NetCDF file, as Exodus uses it"};
@@ -156,6 +166,12 @@ std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOpt
   {
     const MappedFile file = MappedFile::open(path);
     guess = guess_format(file.bytes());
+  }
+  if (guess.is_list) {
+    throw Error(ErrorCode::kBadInput,
+                path +
+                    ": this is a list of the steps of a series: give one of the files that it "
+                    "names ('tetfusion simplify' takes all of them)");
   }
   const VtkPlugin& plugin = load_plugin(path + ": this is " + guess.words);
   std::unique_ptr<PluginMesh> mesh;

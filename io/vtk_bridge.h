@@ -16,6 +16,7 @@ enum class ForeignFormat { kUnknown, kLegacyVtk, kXmlVtk, kNetCdf, kHdf5 };
 struct FormatGuess {
   ForeignFormat format = ForeignFormat::kUnknown;
   std::string words = "a file of unknown format";  // "a legacy VTK file", ...
+  bool is_list = false;                            // of other files: a .pvd
 };
 
 // What the first bytes of a file (a few hundred are enough) say that it is.

@@ -15,6 +15,7 @@
 #include "cli/console.h"
 #include "cli/summaries.h"
 #include "driver/simplify.h"
+#include "driver/stages.h"
 #include "io/output_file.h"
 #include "series/series_plan.h"
 
@@ -103,6 +104,17 @@ void parse_boundary(const std::string& text, BehaviourOptions* behaviour) {
   behaviour->boundary_distance = *share;
 }
 
+// A share of a field's range.
+double parse_error(std::string_view option, const std::string& text) {
+  const auto share = parse_share(text);
+  if (!share) refuse(fmt::format("{} {}: give a share, as in 1%", option, text));
+  if (*share > 1) {
+    refuse(fmt::format("{} {}: that is {:.6g} % of the range; give 100% or less, as in 5% or 0.05",
+                       option, text, 100 * *share));
+  }
+  return *share;
+}
+
 void parse_arguments(Arguments* a) {
   BehaviourOptions& b = a->request.behaviour;
   if (!a->min_quality.empty()) {
@@ -110,21 +122,17 @@ void parse_arguments(Arguments* a) {
     if (!floor) refuse(fmt::format("--min-quality {}: give a number, as in 0.1", a->min_quality));
     b.min_quality = *floor;
   }
-  if (!a->max_rms.empty()) {
-    const auto rms = parse_share(a->max_rms);
-    if (!rms) refuse(fmt::format("--max-rms {}: give a share, as in 0.1%", a->max_rms));
-    b.max_rms = *rms;
-  }
+  if (!a->max_rms.empty()) b.max_rms = parse_error("--max-rms", a->max_rms);
   parse_boundary(a->boundary, &b);
-  if (!a->max_error.empty()) {
-    const auto error = parse_share(a->max_error);
-    if (!error) refuse(fmt::format("--max-error {}: give a share, as in 1%", a->max_error));
-    b.max_error = *error;
-  }
+  if (!a->max_error.empty()) b.max_error = parse_error("--max-error", a->max_error);
   if (!a->reduction.empty()) {
     b.reduction = parse_share(a->reduction);
     if (!b.reduction)
       refuse(fmt::format("--reduction {}: give a share, as in 90% or 0.9", a->reduction));
+    if (*b.reduction > 1) {
+      refuse(fmt::format("--reduction {}: that is {:.6g} %; give less than 100%, as in 90% or 0.9",
+                         a->reduction, 100 * *b.reduction));
+    }
   }
   if (!a->tets.empty()) b.tets = parse_tets("--tets", a->tets);
   if (!a->chunk_tets.empty()) b.chunk_tets = parse_tets("--chunk-tets", a->chunk_tets);
@@ -202,10 +210,10 @@ void refuse_unreached_goal(const SimplifyReport& report) {
 void run_series(Arguments* a) {
   const SeriesRequest request{a->request, a->inputs, a->series != "each"};
   const SeriesPlan plan = plan_series(request);
-  std::vector<std::string> outputs{plan.list};
-  for (const Step& step : plan.steps) outputs.push_back(step.output);
-  refuse_same_file("--report", a->report, outputs);
-  refuse_same_file("--map", a->request.map, outputs);
+  std::vector<std::string> files{plan.list};
+  for (const Step& step : plan.steps) files.insert(files.end(), {step.input, step.output});
+  refuse_same_file("--report", a->report, files);
+  refuse_same_file("--map", a->request.map, files);
   SeriesReport report;
   {
     Console console(a->console);
@@ -225,6 +233,9 @@ void run(Arguments* a) {
     others.insert(others.end(), {a->request.output, a->request.map});
     refuse_same_file("--report", a->report, others);
     check_output_path(a->report);
+  }
+  for (const Stage& level : plan_stages(a->request, std::numeric_limits<std::uint32_t>::max())) {
+    refuse_same_file("--report", a->report, {level.path, level.map});
   }
   std::vector<std::string> others = a->inputs;
   others.push_back(a->request.output);
@@ -492,7 +503,7 @@ void add_simplify_command(CLI::App& app) {
   command
       ->add_option("--progressive", a->request.progressive,
                    "Write to this file how 'tetfusion refine' goes back from OUT to IN, as far as "
-                   "wanted; the mesh has to fit into memory")
+                   "wanted")
       ->check(not_empty)
       ->group(kOutputGroup);
   add_goal_options(*command, a.get());

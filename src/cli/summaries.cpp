@@ -35,7 +35,7 @@ void summarize(const SimplifyReport& r, Console* console) {
   for (const Verification& v : r.verified) {
     console->say(fmt::format("{}: verified, {} checks hold", v.path, v.checks.size()));
     for (const std::string& what : v.not_verified) {
-      console->detail(fmt::format("{}: not verified: {}", v.path, what));
+      console->say(fmt::format("{}: not verified: {}", v.path, what));
     }
   }
   console->say(r.stop_sentence());

@@ -12,6 +12,7 @@ from vtk.util.numpy_support import vtk_to_numpy
 
 from harness import INTERRUPTED, IO, USAGE, FolderTest, command, finish, main, report_of, run
 from sample_meshes import mesh_of_all_sorts
+from tiny_vtu import TinyVtu
 
 
 class Grid:
@@ -179,6 +180,34 @@ class Pieces(FolderTest):
             self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces"])
             self.assertEqual((out.read_bytes(), (self.folder / "out_pieces" / "out_1.vtu").read_bytes()), expected)
         self.assertGreater(stopped, 0)
+
+    def test_an_empty_piece_may_come_first(self):
+        path = self.generate(tets="3k")
+        run("simplify", path, "-o", self.folder / "many.pvtu", "--pieces", "2", "--reduction", "30%", "--quiet")
+        empty = TinyVtu()
+        for array in empty.arrays:
+            array[4] = []
+        empty.counts = {"NumberOfPoints": "0", "NumberOfCells": "0"}
+        empty.remove("temperature"), empty.remove("id")
+        self.write(empty, "many_pieces/empty.vtu")
+        text = (self.folder / "many.pvtu").read_text()
+        at = text.index("<Piece ")
+        (self.folder / "more.pvtu").write_text(text[:at] + '<Piece Source="many_pieces/empty.vtu"/>' + text[at:])
+        for name in ("many", "more"):
+            run("convert", self.folder / f"{name}.pvtu", self.folder / f"{name}.vtu", "--quiet")
+        self.assertEqual((self.folder / "more.vtu").read_bytes(), (self.folder / "many.vtu").read_bytes())
+
+    def test_pieces_of_the_input_are_not_written_over(self):
+        path = self.generate(tets="3k")
+        many = self.folder / "many.pvtu"
+        run("simplify", path, "-o", many, "--pieces", "2", "--reduction", "30%", "--quiet")
+        piece = self.folder / "many_pieces" / self.pieces()[0]
+        before = piece.read_bytes()
+        for options in (["-o", piece], ["-o", self.folder / "o.vtu", "--map", piece]):
+            said = finish("simplify", many, *options, "--reduction", "10%")
+            self.assertEqual(said.returncode, USAGE)
+            self.assertIn("is a piece of", said.stderr.decode())
+        self.assertEqual(piece.read_bytes(), before)
 
     def test_what_is_refused(self):
         path = self.generate()

@@ -53,6 +53,15 @@ class Options(FolderTest):
         reached = report_of("simplify", path, "-o", self.folder / "out.vtu")["reduction"]
         self.assertAlmostEqual(report_of("simplify", path, "-o", self.folder / "out.vtu", "--dry-run")["estimate"]["reduction"], reached)
 
+    def test_the_report_is_no_level(self):
+        for name in ("lod_1.vtu", "lod_2.vtu"):
+            said = self.refused("--lods", "30%,50%", "--report", self.folder / name, output="lod_{lod}.vtu")
+            self.assertIn("give it a name of its own", said)
+
+    def test_shares_of_more_than_all(self):
+        for option, value in (("--max-error", "5"), ("--max-rms", "101%"), ("--reduction", "90")):
+            self.assertRegex(self.refused(option, value), "100%.*(5%|90%)")
+
     def test_levels_must_differ(self):
         for options in (["--lods", "50%,50%"], ["--lods", "10%,0.1,20%"], ["--lods", "3", "--reduction", "0%"]):
             self.assertRegex(self.refused(*options, output="{lod}.vtu"), "--lods .* two levels of")

@@ -44,6 +44,9 @@ class Verify(FolderTest):
                            "--verify", "--quiet")
         self.assertEqual(len(report["verified"]), 2)
         self.assertIn("nonconforming_faces", self.names(report, 1))
+        # The other formats cannot hold all that was verified.
+        said = finish("simplify", path, "-o", self.folder / "out.mesh", *options[:-1])
+        self.assertIn("not verified: what its format has no place for", said.stderr.decode())
         # In place of its input.
         copy = self.folder / "copy.vtu"
         copy.write_bytes(path.read_bytes())
