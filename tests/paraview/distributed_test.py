@@ -106,6 +106,17 @@ class Distributed(ParaViewCase):
         near = max(sum(abs(x - place) < 0.02 for x in inside) for place in (0.48, 0.5, 0.52))
         self.assertLess(near, 3 * 0.04 * len(inside))
 
+    def test_is_found_however_it_is_started(self):
+        script = self.plugin / "python" / "distributed.py"
+        (self.folder / "link.py").symlink_to(script)
+        out = self.folder / "found.pvtu"
+        for start in "link.py", script.relative_to(self.folder):
+            for processes, symmetric in (1, False), (2, False), (2, True):
+                with self.subTest(start=start, processes=processes, symmetric=symmetric):
+                    run = self.run_pvbatch([start, "no.vtu", "-o", out], processes=processes, symmetric=symmetric, load=False)
+                    self.assertEqual(run.returncode, 3, run.stdout)
+                    self.assertIn("no.vtu: No such file", run.stdout)
+
     def test_errors_end_all_processes(self):
         out = self.folder / "none.pvtu"
         for code, part, arguments in (

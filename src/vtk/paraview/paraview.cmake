@@ -49,8 +49,13 @@ vtk_module_wrap_python(
   INSTALL_HEADERS OFF
   COMPONENT paraview)
 set(package ${CMAKE_CURRENT_LIST_DIR}/../filter/python/__init__.py)
-set(script ${CMAKE_CURRENT_LIST_DIR}/distributed.py)
 configure_file(${package} ${CMAKE_BINARY_DIR}/${python}/vtktetfusion/__init__.py COPYONLY)
-configure_file(${script} ${CMAKE_BINARY_DIR}/${python}/distributed.py COPYONLY)
 install(FILES ${package} DESTINATION ${python}/vtktetfusion COMPONENT paraview)
-install(FILES ${script} DESTINATION ${python} COMPONENT paraview)
+
+# The script finds its modules in the package beside it.
+file(GLOB modules CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_LIST_DIR} ${CMAKE_CURRENT_LIST_DIR}/tetfusion_ranks/*.py)
+foreach(file distributed.py ${modules})
+  get_filename_component(folder ${file} DIRECTORY)
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/${file} ${CMAKE_BINARY_DIR}/${python}/${file} COPYONLY)
+  install(FILES ${CMAKE_CURRENT_LIST_DIR}/${file} DESTINATION ${python}/${folder} COMPONENT paraview)
+endforeach()
