@@ -2,9 +2,38 @@
 """distributed.py on one and on several processes. Usage: see paraview_case.py."""
 import json
 import re
+import textwrap
 import unittest
 
+import numpy as np
+
 from paraview_case import ParaViewCase, command
+
+# Writes down what each rank has: as read, on the way to the first pass, and to the second.
+SCATTER = """
+import numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from tetfusion_ranks import grids, ranks, reading, redistribution
+own = ranks.Ranks()
+def save(grid, stage):
+    table, layout = {{}}, []
+    if grids.cells_of(grid):
+        corners = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 4)
+        points = vtk_to_numpy(grid.GetPoints().GetData())[corners]
+        table = {{"ids": grids.ids_of(grid)[corners], "points": points, "place": points[:, 0].min(axis=0).round(1)}}
+        for kind, data in ("point", grid.GetPointData()), ("cell", grid.GetCellData()):
+            for i in range(data.GetNumberOfArrays()):
+                name, values = data.GetArrayName(i), vtk_to_numpy(data.GetArray(i))
+                table[kind + " " + name] = values[corners] if kind == "point" else values
+                layout.append((kind, name, data.IsArrayAnAttribute(i)))
+        table["layout"] = repr(layout)
+    numpy.savez("{folder}/" + str(stage) + "-" + str(own.rank) + ".npz", **table)
+grid = reading.with_global_ids(reading.read("{mesh}", own), own)
+save(grid, 0)
+for number in 0, 1:
+    grid = redistribution.redistribute(grid, own, number)
+    save(grid, number + 1)
+"""
 
 
 class Distributed(ParaViewCase):
@@ -18,6 +47,14 @@ class Distributed(ParaViewCase):
 
     def distributed(self, arguments, processes, symmetric=False, code=0):
         run = self.run_pvbatch([self.plugin / "python" / "distributed.py", *arguments], processes=processes, symmetric=symmetric, load=False)
+        self.assertEqual(run.returncode, code, run.stdout)
+        return run.stdout
+
+    def on_ranks(self, text, processes, code=0):
+        """What a script says that runs on all ranks at once, with the modules of distributed.py to be changed."""
+        script = self.folder / "on_ranks.py"
+        script.write_text(f"import sys\nsys.path.insert(0, {str(self.plugin / 'python')!r})\n" + textwrap.dedent(text))
+        run = self.run_pvbatch([script], processes=processes, symmetric=True, load=False)
         self.assertEqual(run.returncode, code, run.stdout)
         return run.stdout
 
@@ -56,6 +93,7 @@ class Distributed(ParaViewCase):
                 self.assertEqual(len(lines), passes * processes, said)
                 point_type = re.search(r"points .*\((Float\d\d)\)", command("info", out)).group(1)
                 self.assertEqual(point_type, "Float32")
+                self.assertRegex(command("info", out), r"temperature .*\[active Scalars\]\n +point front .*\n +point velocity .*\[active Vectors\]")
 
     def test_makes_global_ids_where_there_are_none(self):
         bare = self.folder / "bare.pvtu"
@@ -105,6 +143,73 @@ class Distributed(ParaViewCase):
         inside = [x for x, y, z in zip(numbers[::3], numbers[1::3], numbers[2::3]) if all(0.02 < c < 0.98 for c in (x, y, z))]
         near = max(sum(abs(x - place) < 0.02 for x in inside) for place in (0.48, 0.5, 0.52))
         self.assertLess(near, 3 * 0.04 * len(inside))
+
+    def test_ends_where_cells_were_lost_between_ranks(self):
+        """One cell on one rank, on the way to the first pass or to the second."""
+        out = self.folder / "lossy.pvtu"
+        for lossy in 1, 2:
+            with self.subTest(lossy=lossy):
+                said = self.on_ranks(f"""
+                    import numpy
+                    import distributed
+                    from tetfusion_ranks import grids, redistribution
+                    exchange, calls = redistribution.exchange, []
+                    def lossy(parts, ranks):
+                        got = exchange(parts, ranks)
+                        calls.append(got)
+                        if len(calls) == {lossy} and ranks.rank == 1:
+                            got[0] = grids.take_cells(got[0], numpy.arange(grids.cells_of(got[0])) > 0)
+                        return got
+                    redistribution.exchange = lossy
+                    distributed.run([{str(self.mesh)!r}, "-o", {str(out)!r}, "--reduction", "50%"])
+                    """, 2, code=4)
+                self.assertEqual(said.count("error: cells were lost on their way between the ranks"), 1, said)
+                self.assertEqual(said.count("pass 1, rank"), 2 * (lossy - 1), said)
+                self.assertEqual(list(self.folder.glob("lossy*")), [])
+
+    def test_scatters_where_ranks_are_uneven_and_before_the_second_pass(self):
+        pieces = {1: self.mesh, 3: self.in_pieces, 2: self.folder / "two.pvtu"}
+        command("simplify", self.mesh, "-o", pieces[2], "--reduction", "0", "--pieces", "2", "--encoding", "inline", "--quiet")
+        for count, goal, scattered in (
+                (1, "--reduction=50%", [0, 1]), (3, "--reduction=50%", [0, 1]), (2, "--reduction=50%", [1]),
+                (3, "--max-error=5%", [0]), (2, "--max-error=5%", [])):
+            with self.subTest(pieces=count, goal=goal):
+                said = self.on_ranks(f"""
+                    import distributed
+                    from tetfusion_ranks import job, ranks
+                    redistribute = job.redistribute
+                    def watched(grid, ranks, number):
+                        ranks.say(f"scattered before pass {{number}}")
+                        return redistribute(grid, ranks, number)
+                    job.redistribute = watched
+                    distributed.run([{str(pieces[count])!r}, "-o", {str(self.folder / "scattered.pvtu")!r}, "--array=front", {goal!r}])
+                    """, 2)
+                self.assertEqual(list(map(int, re.findall(r"scattered before pass (\d)", said))), scattered, said)
+
+    def test_scattering_keeps_cells_and_arrays(self):
+        """On the way to the first pass, and then to the second: the same cells with the same values, once each, cut at other places."""
+        for processes in 2, 3, 4:
+            with self.subTest(processes=processes):
+                self.on_ranks(SCATTER.format(mesh=str(self.in_pieces), folder=str(self.folder)), processes)
+                stages = [[np.load(self.folder / f"{stage}-{rank}.npz") for rank in range(processes)] for stage in range(3)]
+                read, *scattered = ([rank for rank in stage if "ids" in rank.files] for stage in stages)
+                before = self.joined(read)
+                for ranks in scattered:
+                    after = self.joined(ranks)
+                    for name in before:
+                        self.assertEqual(before[name].dtype, after[name].dtype, name)
+                        np.testing.assert_array_equal(before[name], after[name], name)
+                    for rank in ranks:
+                        self.assertEqual(str(rank["layout"]), str(read[0]["layout"]))
+                    sizes = [len(rank["ids"]) for rank in ranks]
+                    self.assertEqual(len(sizes), processes)
+                    self.assertLess(max(sizes), 1.1 * np.mean(sizes))
+                self.assertNotEqual(*(sorted(tuple(rank["place"]) for rank in ranks) for ranks in scattered))
+
+    def joined(self, ranks):
+        """The cells of all ranks with their values, in the order of their corners' ids."""
+        order = np.lexsort(np.concatenate([rank["ids"] for rank in ranks]).T)
+        return {name: np.concatenate([rank[name] for rank in ranks])[order] for name in ranks[0].files if name not in ("layout", "place")}
 
     def test_is_found_however_it_is_started(self):
         script = self.plugin / "python" / "distributed.py"

@@ -37,6 +37,14 @@ def active_arrays(grid):
     return found
 
 
+def put_in_order(data, order):
+    """The arrays as `order` has them: vtkAppendFilter sorts them by their names."""
+    for name in map(order.GetArrayName, range(order.GetNumberOfArrays())):
+        array = data.GetAbstractArray(name)
+        data.RemoveArray(name)
+        data.AddArray(array)
+
+
 def exchange(parts, ranks):
     """What all ranks have for this one, in their order; `parts`: what this one has for each.
 
@@ -91,6 +99,8 @@ def redistribute(grid, ranks, number):
     out = append.GetOutput() if got else vtkUnstructuredGrid()
     if got:
         out.GetFieldData().ShallowCopy(got[0].GetFieldData())
+        put_in_order(out.GetPointData(), got[0].GetPointData())
+        put_in_order(out.GetCellData(), got[0].GetCellData())
         out.GetPointData().SetActiveAttribute(IDS, out.GetPointData().GLOBALIDS)
         out = join_by_ids(with_vtks_id_type(out), anew=True)
         kinds = out.GetPointData().NUM_ATTRIBUTES
