@@ -185,7 +185,8 @@ struct OwnedArray {
 };
 
 // What comes out: points that cells use, tetrahedra, and then the cells of lower dimension. The
-// arrays are those of the input, by order, name and type.
+// arrays are those of the input, by order, name and type, and after them that of
+// Options::original_ids.
 struct OwnedMesh {
   OwnedValues points;
   OwnedValues connectivity;  // the type of the input's
@@ -261,6 +262,11 @@ struct Options {
   // With kFuse: an array of the points, of finite values >= 0; errors count so many times as much
   // there. Empty: all count alike.
   std::string weight;
+
+  // The result has an array of the points more, OriginalPointIds (kInt64): the number that a point
+  // which stayed has in the input, -1 of one that is new. Where cells are split or straightened,
+  // points that no cell uses are not counted.
+  bool original_ids = false;
 
   bool tetrahedralize = false;  // split hexahedra, voxels, wedges and pyramids
   bool linearize = false;       // take ten-node tetrahedra as straight ones

@@ -144,7 +144,8 @@ void Job::begin() {
   }
   open_input();
   refuse_pieces_of_input();
-  if (sink_ == nullptr) tell_left_out(request_.output, description_of_output(), context_);
+  const MeshDescription output = description_of_output();
+  if (sink_ == nullptr) tell_left_out(request_.output, output, context_);
   plan_memory();
 }
 

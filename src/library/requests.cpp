@@ -86,6 +86,7 @@ SimplifyRequest to_request(const Options& o) {
   b.interest = o.roi;
   b.weight = o.weight;
   b.chunk_tets = o.chunk_tets;
+  b.original_ids = o.original_ids;
   b.tetrahedralize = o.tetrahedralize;
   b.linearize = o.linearize;
   request.performance.threads = o.threads;

@@ -138,6 +138,9 @@ TEST_F(LibraryErrors, BadOptionsAreNamedInItsOwnWords) {
   EXPECT_THAT(message(), HasSubstr("no array \"nothing\" to steer by; point arrays: wave"));
   options.arrays = {{"wave", false, -0.5}};
   EXPECT_THAT(message(), HasSubstr("must be greater than 0"));
+  input.mesh().point_arrays.back().name = "OriginalPointIds";
+  options.original_ids = true;
+  EXPECT_THAT(message(), HasSubstr("leave original_ids out"));
   options.regions = std::vector<std::string>{"nothing"};
   EXPECT_THAT(message(), HasSubstr("there is no integer cell array"));
   options.chunk_tets = 0;

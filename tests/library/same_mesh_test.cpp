@@ -121,6 +121,7 @@ TEST_F(SameMesh, ChunksAndThreadsAndArraysAndCellsOfLowerDimension) {
   same.chunk_tets = 400;
   for (const int threads : {1, 3}) {
     options.threads = threads;
+    options.original_ids = same.original_ids = threads == 3;
     expect_same<std::int64_t>(rich_box(8), same);
     expect_same<std::int32_t>(with_float_points(rich_box(8)), same);
   }
@@ -156,6 +157,7 @@ TEST_F(SameMesh, EveryOptionReachesTheDriver) {
   options.aspect_ratio = 20;
   options.max_volume = 1.5;
   options.weight = "ids";
+  options.original_ids = true;
   BehaviourOptions same;
   same.max_error = 0.02;
   same.arrays = {"f", "cell:stress:0.03"};
@@ -165,6 +167,7 @@ TEST_F(SameMesh, EveryOptionReachesTheDriver) {
   same.aspect_ratio = 20;
   same.max_volume = 1.5;
   same.weight = "ids";
+  same.original_ids = true;
   expect_same<std::int64_t>(file, same);
 
   options = {};

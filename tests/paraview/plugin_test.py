@@ -101,6 +101,9 @@ report = json.loads(result.GetProperty("Report")[0])
 assert report["output"]["boundary_triangles"] == report["input"]["boundary_triangles"]
 assert abs(report["output"]["volume"] - report["input"]["volume"]) < 1e-5
 assert same(result, TetFusion(Input=mesh, MaximumError=0.01, SteeringPointArrays=["temperature"]))
+assert "OriginalPointIds" not in result.PointData.keys()
+result.OriginalIds = 1
+assert code(result) == 0 and result.PointData["OriginalPointIds"].GetRange()[0] == -1
 result.SteeringCellArrays = ["region"]
 result.SteeringPointArrays = ["front"]
 result.SteeringPointArrays = ["velocity"]

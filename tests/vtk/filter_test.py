@@ -276,6 +276,34 @@ class Filter(FilterTest):
         self.assertTrue(all(tuple(p) in left for p in xyz[shared]))
         self.assertLess(out.GetNumberOfCells(), (~high).sum() // 2)
 
+    def test_original_ids(self):
+        """Points that stayed have the input's place and values; unused points, and those of ghosts alone, are counted."""
+        grid = box(14)
+        ids = numbers(grid)["connectivity"].reshape(-1, 4) + 5
+        points = vtkPoints()
+        points.SetData(numpy_to_vtk(np.concatenate([np.full((5, 3), 99.0), numbers(grid)["points"]]), deep=1))
+        unused_first = vtkUnstructuredGrid()
+        unused_first.SetPoints(points)
+        set_cells(unused_first, VTK_TETRA, ids)
+        add(unused_first.GetPointData(), "wave", np.concatenate([np.zeros(5), numbers(grid)["point wave"]]), np.float32)
+        add(unused_first.GetCellData(), "vtkGhostType", np.arange(len(ids)) % 14 ** 3 >= 12 * 14 ** 2, np.uint8)
+        before = numbers(unused_first)
+        out = vtktetfusion.simplify(unused_first, 0.6, original_ids=True, chunk_tets=3000)
+        self.assertEqual(out.GetPointData().GetArrayName(1), "OriginalPointIds")
+        after = numbers(out)
+        found = after["point OriginalPointIds"]
+        self.assertEqual(found.dtype, np.int64)
+        stayed = found >= 0
+        self.assertTrue((found[~stayed] == -1).all())
+        self.assertGreater((~stayed).sum(), 10)
+        np.testing.assert_array_equal(after["points"][stayed], before["points"][found[stayed]])
+        np.testing.assert_array_equal(after["point wave"][stayed], before["point wave"][found[stayed]])
+        empty = vtktetfusion.simplify(vtkUnstructuredGrid(), 0.6, original_ids=True)
+        self.assertEqual(empty.GetPointData().GetArray("OriginalPointIds").GetNumberOfTuples(), 0)
+        with self.assertRaises(TetFusionError) as caught:
+            vtktetfusion.simplify(out, 0.5, original_ids=True)
+        self.assertIn("leave original_ids out", str(caught.exception))
+
     def test_empty_pieces(self):
         grid = box(2)
         only_ghosts = box(2)
@@ -374,8 +402,9 @@ class Filter(FilterTest):
     def test_settings_are_printed_and_kept(self):
         run = self.run_on(box(2), TargetReduction=0.25, MaximumError=0.01, BoundaryMode=vtkTetFusion.PLANAR)
         run.AddSteeringArray(vtkDataObject.FIELD_ASSOCIATION_POINTS, "wave", 0.1)
+        run.OriginalIdsOn()
         text = str(run)
-        for part in "TargetReduction: 0.25", "BoundaryMode: planar", "SteeringArrays: wave", "Method: fuse":
+        for part in "OriginalIds: 1", "TargetReduction: 0.25", "BoundaryMode: planar", "SteeringArrays: wave", "Method: fuse":
             self.assertIn(part, text)
         before = run.GetMTime()
         run.SetTargetReduction(0.25)

@@ -44,6 +44,13 @@ vtkSmartPointer<vtkDataArray> make_array(vtkDataArray* original) {
   return array;
 }
 
+// That of Options::original_ids, which the input does not have.
+vtkSmartPointer<vtkDataArray> make_original_ids() {
+  auto array = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(VTK_TYPE_INT64));
+  array->SetName("OriginalPointIds");
+  return array;
+}
+
 void mark_active(const std::vector<vtkSmartPointer<vtkDataArray>>& originals,
                  vtkDataSetAttributes* from, vtkDataSetAttributes* to) {
   for (int kind = 0; kind < vtkDataSetAttributes::NUM_ATTRIBUTES; ++kind) {
@@ -57,7 +64,8 @@ void mark_active(const std::vector<vtkSmartPointer<vtkDataArray>>& originals,
 void fill_attributes(const CarriedArrays& carried, vtkDataSetAttributes* from,
                      std::vector<tetfusion::OwnedArray>* arrays, vtkDataSetAttributes* to) {
   for (std::size_t i = 0; i < arrays->size(); ++i) {
-    const auto array = make_array(carried.originals[i]);
+    const auto array =
+        i < carried.originals.size() ? make_array(carried.originals[i]) : make_original_ids();
     hand_over(&(*arrays)[i].values, array);
     to->AddArray(array);
   }
@@ -108,11 +116,12 @@ void fill_grid(const GridView& view, vtkUnstructuredGrid* input, tetfusion::Owne
   output->GetFieldData()->ShallowCopy(input->GetFieldData());
 }
 
-void fill_empty_grid(vtkUnstructuredGrid* input, vtkUnstructuredGrid* output) {
+void fill_empty_grid(vtkUnstructuredGrid* input, bool original_ids, vtkUnstructuredGrid* output) {
   vtkNew<vtkPoints> points;
   if (input->GetPoints() != nullptr) points->SetDataType(input->GetPoints()->GetDataType());
   output->SetPoints(points);
   empty_like(input->GetPointData(), output->GetPointData());
+  if (original_ids) output->GetPointData()->AddArray(make_original_ids());
   empty_like(input->GetCellData(), output->GetCellData());
   output->GetFieldData()->ShallowCopy(input->GetFieldData());
 }

@@ -12,4 +12,4 @@ void fill_grid(const GridView& view, vtkUnstructuredGrid* input, tetfusion::Owne
                vtkUnstructuredGrid* output);
 
 // The same for a mesh without cells.
-void fill_empty_grid(vtkUnstructuredGrid* input, vtkUnstructuredGrid* output);
+void fill_empty_grid(vtkUnstructuredGrid* input, bool original_ids, vtkUnstructuredGrid* output);

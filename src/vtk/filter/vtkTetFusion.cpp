@@ -157,6 +157,7 @@ tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const 
   if (filter->KeepRegions && !regions.empty()) o.regions = regions;
   o.roi = roi;
   if (filter->WeightArrayName != nullptr) o.weight = filter->WeightArrayName;
+  o.original_ids = filter->OriginalIds;
   o.tetrahedralize = filter->Tetrahedralize;
   o.linearize = filter->Linearize;
   o.threads = filter->NumberOfThreads;
@@ -261,7 +262,7 @@ int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVecto
   Internals& own = *this->Internal;
   own.stop_sentence = own.report = own.notices = "";
   if (!has_own_cells(input)) {
-    fill_empty_grid(input, output);
+    fill_empty_grid(input, this->OriginalIds, output);
     return 1;
   }
   const auto fail = [&](tetfusion::Code code, const std::string& message) {
@@ -314,7 +315,8 @@ void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
   for (const std::string& name : this->Internal->regions) os << " " << name;
   os << "\n" << indent << "RegionsOfInterest:";
   for (const std::string& region : this->Internal->roi) os << " " << region;
-  os << "\n" << indent << "Tetrahedralize: " << this->Tetrahedralize << "\n";
+  os << "\n" << indent << "OriginalIds: " << this->OriginalIds << "\n";
+  os << indent << "Tetrahedralize: " << this->Tetrahedralize << "\n";
   os << indent << "Linearize: " << this->Linearize << "\n";
   os << indent << "NumberOfThreads: " << this->NumberOfThreads << "\n";
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";

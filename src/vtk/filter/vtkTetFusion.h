@@ -236,6 +236,17 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
+   * Has the output the point array OriginalPointIds: the number that a point which stayed has in
+   * the input, -1 of one that is new? Where cells are split or straightened, points that no cell
+   * uses are not counted; of a mesh in parts each counts its own. Default: no.
+   */
+  vtkSetMacro(OriginalIds, bool);
+  vtkGetMacro(OriginalIds, bool);
+  vtkBooleanMacro(OriginalIds, bool);
+  ///@}
+
+  ///@{
+  /**
    * Split hexahedra, voxels, wedges and pyramids into tetrahedra? Else such cells are an error, the
    * default.
    */
@@ -322,6 +333,7 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   double MaximumVolume = 0;
   bool BoundaryTetsStay = false;
   bool KeepRegions = true;
+  bool OriginalIds = false;
   bool Tetrahedralize = false;
   bool Linearize = false;
   int NumberOfThreads = 0;

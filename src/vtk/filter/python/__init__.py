@@ -31,8 +31,8 @@ class TetFusionError(RuntimeError):
 
 def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=False, method="fuse", boundary="exact",
              min_quality=None, conserve=False, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
-             boundary_tets_stay=False, arrays=None, regions=None, roi=(), weight=None, tetrahedralize=False,
-             linearize=False, threads=0, memory=0, scratch=None, chunk_tets=200000, progress=None):
+             boundary_tets_stay=False, arrays=None, regions=None, roi=(), weight=None, original_ids=False,
+             tetrahedralize=False, linearize=False, threads=0, memory=0, scratch=None, chunk_tets=200000, progress=None):
     """Return a grid with fewer tetrahedra than `grid`, which stays as it is; of a composite data set each block for itself.
 
     reduction: the share of the tetrahedra that is to go, as in 0.9.
@@ -51,6 +51,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     regions: names of integer cell arrays whose interfaces are kept, or "none"; default: those named like materials.
     roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
     weight: the name of a point array: errors count so many times as much there, so that the mesh stays finer.
+    original_ids: the result has the point array OriginalPointIds: the number of a point of `grid` that stayed, -1 of a new one.
     tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take ten-node tetrahedra as straight ones.
     threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
     chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it.
@@ -70,6 +71,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     run.SetStrict(strict)
     run.SetConserve(conserve)
     run.SetBoundaryTetsStay(boundary_tets_stay)
+    run.SetOriginalIds(original_ids)
     run.SetTetrahedralize(tetrahedralize)
     run.SetLinearize(linearize)
     run.SetNumberOfThreads(threads)
