@@ -105,9 +105,9 @@ void parse_boundary(const std::string& text, BehaviourOptions* behaviour) {
 }
 
 // A share of a field's range.
-double parse_error(std::string_view option, const std::string& text) {
+double parse_error(std::string_view option, const std::string& text, std::string_view example) {
   const auto share = parse_share(text);
-  if (!share) refuse(fmt::format("{} {}: give a share, as in 1%", option, text));
+  if (!share) refuse(fmt::format("{} {}: give a share, as in {}", option, text, example));
   if (*share > 1) {
     refuse(fmt::format("{} {}: that is {:.6g} % of the range; give 100% or less, as in 5% or 0.05",
                        option, text, 100 * *share));
@@ -122,9 +122,9 @@ void parse_arguments(Arguments* a) {
     if (!floor) refuse(fmt::format("--min-quality {}: give a number, as in 0.1", a->min_quality));
     b.min_quality = *floor;
   }
-  if (!a->max_rms.empty()) b.max_rms = parse_error("--max-rms", a->max_rms);
+  if (!a->max_rms.empty()) b.max_rms = parse_error("--max-rms", a->max_rms, "0.1%");
   parse_boundary(a->boundary, &b);
-  if (!a->max_error.empty()) b.max_error = parse_error("--max-error", a->max_error);
+  if (!a->max_error.empty()) b.max_error = parse_error("--max-error", a->max_error, "1%");
   if (!a->reduction.empty()) {
     b.reduction = parse_share(a->reduction);
     if (!b.reduction)
