@@ -69,6 +69,8 @@ class Job {
   template <class Real>
   void commit(const std::string& generation, const RunState<Real>& state);
   bool looks_at_result() const { return request_.verify || !request_.map.empty(); }
+  // Who has the result in memory does not come back for the rest.
+  bool keeps_work() const { return sink_ == nullptr && request_.performance.keep_work; }
   bool keeps_logs() const { return !request_.progressive.empty(); }
   bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
@@ -180,7 +182,7 @@ SimplifyReport Job::run() {
 // A run that has come far enough to go on from says how; of any other nothing is left.
 void Job::fail_with_hint(const Error& error) {
   logs_.reset();
-  if (!committed_ || sink_ != nullptr || !request_.performance.keep_work) {
+  if (!committed_) {
     if (scratch_) {
       try {
         scratch_->remove();
@@ -456,7 +458,7 @@ void Job::plan_output(std::uint64_t tets) {
 template <class Real>
 void Job::commit(const std::string& generation, const RunState<Real>& state) {
   // Of a run with its way back the logs would have to be taken up again, too.
-  if (!on_disk_ || state.input.mesh.whole || keeps_logs()) return;
+  if (!on_disk_ || !keeps_work() || state.input.mesh.whole || keeps_logs()) return;
   scratch_->commit(generation, save(state));
   committed_ = true;
 }

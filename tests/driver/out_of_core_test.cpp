@@ -17,6 +17,7 @@
 #include "base/resources.h"
 #include "driver/memory_plan.h"
 #include "driver/simplify.h"
+#include "support/faulty_file_system.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 
@@ -208,6 +209,24 @@ TEST_F(OutOfCore, RemovedPointsTakeMemory) {
   EXPECT_EQ(needs(0).out_of_core, needs(1).out_of_core);  // less than its tetrahedra
   EXPECT_EQ(needs(2000).out_of_core - needs(1000).out_of_core, 2u * 6 * 2 * 700 * 1000);
   EXPECT_EQ(needs(2000).pieces, needs(0).pieces);
+}
+
+// Else the end of a run, or of one that is stopped, would have to wait for the disk.
+TEST_F(OutOfCore, NothingIsSyncedWhereNobodyGoesOn) {
+  const std::string expected = run_in_core();
+  request.performance.on_disk = true;
+  request.performance.keep_work = false;
+  std::atomic<bool> in_rounds{false};
+  std::atomic<int> syncs{0};
+  RunContext context;
+  context.progress = [&](std::string_view phase, double) { in_rounds = phase == "fusing"; };
+  testing::FaultyFileSystem system;
+  system.before([&](testing::FaultyFileSystem::Call call) {
+    if (in_rounds && call == testing::FaultyFileSystem::Call::kSync) ++syncs;
+  });
+  EXPECT_GT(simplify(request, context).lods.size(), 2u);
+  EXPECT_EQ(syncs, 0);
+  EXPECT_TRUE(take_output() == expected);
 }
 
 TEST_F(OutOfCore, TheScratchFolderMayBeElsewhere) {
