@@ -230,12 +230,11 @@ void run(Arguments* a) {
   parse_arguments(a);
   if (!a->report.empty()) {
     std::vector<std::string> others = a->inputs;
-    others.insert(others.end(), {a->request.output, a->request.map});
+    for (const Stage& level : plan_stages(a->request, kMaxTets)) {
+      others.insert(others.end(), {level.path, level.map});
+    }
     refuse_same_file("--report", a->report, others);
     check_output_path(a->report);
-  }
-  for (const Stage& level : plan_stages(a->request, std::numeric_limits<std::uint32_t>::max())) {
-    refuse_same_file("--report", a->report, {level.path, level.map});
   }
   std::vector<std::string> others = a->inputs;
   others.push_back(a->request.output);

@@ -10,6 +10,8 @@
 #include "driver/carried_arrays.h"
 #include "driver/error_limits.h"
 #include "driver/round_plan.h"
+#include "io/mesh_sink.h"
+#include "io/pieces_output.h"
 #include "verify/result_seam.h"
 
 namespace tetfusion {
@@ -104,6 +106,10 @@ Verification verify_output(const WrittenOutput& output, const Promise& promise,
   result_seam().written(output.path);
   Verification verification = verify_result(original, output.path, promise, sides, context);
   verification.path = output.name;
+  if (!is_pieces_name(output.name) && output_format(output.name) != MeshFormat::kVtu) {
+    verification.not_verified.push_back(
+        "what its format has no place for: the mesh was verified before it was brought into that");
+  }
   if (verification.kept()) return verification;
   throw Error(ErrorCode::kBroken,
               fmt::format("{} was not written, and what had that name stays, as --verify has found "

@@ -26,10 +26,8 @@
 #include "driver/stages.h"
 #include "driver/steering.h"
 #include "follow/make_map.h"
-#include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 #include "io/output_file.h"
-#include "io/pieces_output.h"
 #include "mesh/region_of_interest.h"
 
 namespace tetfusion {
@@ -47,7 +45,6 @@ class Job {
  private:
   void begin();
   void open_input();
-  void refuse_pieces_of_input() const;
   MeshDescription description_of_output() const;
   void plan_memory();
   void open_scratch();
@@ -145,7 +142,7 @@ void Job::begin() {
     if (keeps_logs()) check_output_path(request_.progressive);
   }
   open_input();
-  refuse_pieces_of_input();
+  refuse_outputs_among(source_->description().files, request_);
   const MeshDescription output = description_of_output();
   if (sink_ == nullptr) tell_left_out(request_.output, output, context_);
   plan_memory();
@@ -214,22 +211,6 @@ void Job::open_input() {
   interest_ = RegionOfInterest(request_.behaviour.interest, request_.input,
                                source_->description().point_data);
   context_.check();
-}
-
-// A piece that is written over takes the mesh with it whose piece it is.
-void Job::refuse_pieces_of_input() const {
-  std::vector<std::string> outputs{request_.progressive};
-  for (const Stage& stage : plan_stages(request_, kMaxTets)) {
-    outputs.insert(outputs.end(), {stage.path, stage.map});
-  }
-  for (const std::string& piece : source_->description().files) {
-    for (const std::string& output : outputs) {
-      std::error_code not_there;
-      if (!std::filesystem::equivalent(piece, output, not_there)) continue;
-      throw Error(ErrorCode::kUsage, fmt::format("{}: that is a piece of {}; give another name",
-                                                 output, request_.input));
-    }
-  }
 }
 
 // As far as its arrays go.
@@ -554,9 +535,6 @@ void Job::verify(const std::string& output, const std::string& path, const Input
   const Promise promise = promise_of(request_.behaviour, choices, facts, lower, written);
   report_.verified.push_back(
       verify_output({output, path}, promise, source_.get(), context_, budget_.get()));
-  if (is_pieces_name(output) || output_format(output) == MeshFormat::kVtu) return;
-  report_.verified.back().not_verified.push_back(
-      "what its format has no place for: the mesh was verified before it was brought into that");
   clock_.begin("write");
 }
 

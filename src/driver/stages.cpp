@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <string_view>
 
 #include "base/error.h"
@@ -158,6 +159,20 @@ void check_options(const SimplifyRequest& request) {
   }
   check_map(request);
   check_progressive(request);
+}
+
+void refuse_outputs_among(const std::vector<std::string>& files, const SimplifyRequest& request) {
+  std::vector<std::string> outputs{request.progressive};
+  for (const Stage& stage : plan_stages(request, kMaxTets)) {
+    outputs.insert(outputs.end(), {stage.path, stage.map});
+  }
+  for (const std::string& file : files) {
+    for (const std::string& output : outputs) {
+      std::error_code not_there;
+      if (!std::filesystem::equivalent(file, output, not_there)) continue;
+      refuse(fmt::format("{}: that is a piece of {}; give another name", output, request.input));
+    }
+  }
 }
 
 }  // namespace tetfusion

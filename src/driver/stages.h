@@ -20,6 +20,10 @@ struct Stage {
   std::string map;  // of the file that says where points went; empty: none is wanted
 };
 
+// Throws Error(kUsage) where one of these files, which the input consists of, would be written
+// over: a piece takes the mesh with it whose piece it is.
+void refuse_outputs_among(const std::vector<std::string>& files, const SimplifyRequest& request);
+
 // The stages for a mesh of so many tetrahedra, ascending by reduction; at least one.
 std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tets);
 

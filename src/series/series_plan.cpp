@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "driver/export.h"
+#include "driver/stages.h"
 #include "io/output_file.h"
 #include "io/pieces_output.h"
 #include "io/pvd_file.h"
@@ -187,6 +188,8 @@ std::vector<std::string> label_steps(const std::vector<std::string>& paths) {
 
 SeriesPlan plan_series(const SeriesRequest& request) {
   check_request(request);
+  check_options(request.job);
+  if (!request.job.map.empty()) check_output_path(request.job.map);
   SeriesPlan plan;
   std::string pattern = request.job.output;
   if (is_pvd_name(pattern)) {

@@ -338,9 +338,13 @@ class Refused(SeriesTest):
             self.assertIn("out_007.vtu", self.refuse(steps, option, self.folder / "out_007.vtu"))
             self.refuse(steps, option, self.folder / "all.pvd", out="all.pvd")
         rows = "".join(f'<DataSet timestep="{i}" file="{p.name}"/>' for i, p in enumerate(steps))
-        (self.folder / "a.pvd").write_text(f"<VTKFile><Collection>{rows}</Collection></VTKFile>")
+        (self.folder / "a.pvd").write_text(f"<VTKFile type='Collection'><Collection>{rows}</Collection></VTKFile>")
         for option in ("--report", "--map"):
             self.assertIn("step_007.vtu", self.refuse([self.folder / "a.pvd"], option, steps[1]))
+        self.assertIn("a list of the steps", finish("info", self.folder / "a.pvd").stderr.decode())
+        self.refuse(steps, "--map", "-")
+        said = self.refuse([steps[0], self.folder / "none.vtu"], "--map", self.folder / "no" / "o.map", code=IO)
+        self.assertIn("o.map", said)  # before any work
         self.refuse(steps, "--array", "bump", "--array", "bump:2%")
         self.refuse(steps, out="none/out_{step}.vtu", code=IO)
         (self.folder / "a.pvd").write_text("<VTKFile><Collection/></VTKFile>")
