@@ -67,7 +67,7 @@ def main():
         for (encoding, writer), found in runs.items():
             wall, cpu, size = (statistics.median(values) for values in zip(*found))
             base = [statistics.median(values) for values in zip(*runs[encoding, "VTK"])]
-            print(f"| {encoding} | {writer} | {wall:.2f} | {base[0] / wall:.1f} | {cpu:.2f} | {base[1] / cpu:.1f} | {size / 1e6:.1f} "
+            print(f"| {encoding} | {writer} | {wall:.3f} | {base[0] / wall:.1f} | {cpu:.3f} | {base[1] / cpu:.1f} | {size / 1e6:.1f} "
                   f"| {100 * size / base[2]:.1f} % |")
 
 
