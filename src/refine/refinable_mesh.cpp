@@ -39,14 +39,21 @@ std::uint64_t RefinableMesh::bytes_for(const ProgressiveCounts& counts, std::siz
 void RefinableMesh::expect(std::span<const VertexId> kept, std::span<const TetId> tets) const {
   const auto is_there = [this](VertexId v) { return v < stars_.size(); };
   const std::size_t n = kept.size();
-  if (n > 2 && is_there(kept[2])) stars_.expect(kept[2]);
-  if (n > 1 && is_there(kept[1])) stars_.expect_entries(kept[1]);
+  if (n > 3 && is_there(kept[3])) stars_.expect(kept[3]);
+  if (n > 2 && is_there(kept[2])) stars_.expect_entries(kept[2]);
+  if (n > 1 && is_there(kept[1])) {
+    for (const TetId t : stars_.of(kept[1])) __builtin_prefetch(&corners_[t]);
+    __builtin_prefetch(point_row(kept[1]), 1);
+  }
   if (n > 0 && is_there(kept[0])) {
-    for (const TetId t : stars_.of(kept[0])) __builtin_prefetch(&corners_[t]);
-    __builtin_prefetch(point_row(kept[0]), 1);
+    for (const TetId t : stars_.of(kept[0])) {
+      for (const VertexId v : corners_[t]) stars_.expect(v);
+    }
   }
   for (const TetId t : tets) {
-    if (t < types_.size()) __builtin_prefetch(&corners_[t], 1);
+    if (t >= types_.size()) continue;
+    __builtin_prefetch(&corners_[t], 1);
+    __builtin_prefetch(&types_[t], 1);
   }
 }
 
@@ -176,6 +183,7 @@ void RefinableMesh::find_codes(const FusionRecord& record) {
   const auto add = [&](VertexId v) {
     if (stars_.stamp(v) == stamped_) return;
     stars_.stamp(v) = stamped_;
+    stars_.expect_end(v);
     codes_.push_back(v);
   };
   add(record.kept);

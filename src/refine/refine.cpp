@@ -13,6 +13,7 @@
 #include "base/resources.h"
 #include "io/file_system.h"
 #include "mesh/region_of_interest.h"
+#include "refine/blocks_ahead.h"
 #include "refine/fusion_needs.h"
 #include "refine/fusion_spool.h"
 #include "refine/points_inside.h"
@@ -214,10 +215,11 @@ std::unique_ptr<RefinableMesh> Job::read_base() {
 template <class F>
 void Job::for_each_fusion(double from, double to, const RefinableMesh* mesh, F f) const {
   std::uint64_t number = 0;
+  BlocksAhead blocks(file_);
   for (std::size_t b = 0; b < file_.blocks(); ++b) {
     context_.check();
     context_.report("refining", from, to, b, file_.blocks());
-    FusionBlock block = file_.block(b);
+    FusionBlock block = blocks.take();
     for (std::size_t i = 0; i < block.size(); ++i) {
       const FusionRecord record = block.next();
       expect_next(block, mesh);
@@ -297,11 +299,12 @@ void Job::undo_everywhere(RefinableMesh* mesh) {
   if (report_.on_disk) spool_.emplace(folder_);
   tets_ = mesh->tets();
   std::size_t left = 0, b = 0;
+  BlocksAhead blocks(file_);
   for (; b < file_.blocks() && report_.undone < end_ && left == 0; ++b) {
     context_.check();
     context_.report("refining", 0, kRefineShare, b, file_.blocks());
     if (b > 0 && facts.rounds[b] != facts.rounds[b - 1]) undo_spooled(mesh);
-    FusionBlock block = file_.block(b);
+    FusionBlock block = blocks.take();
     left = undo_block(&block, mesh);
     note_rest(block.errors().last(left));
   }

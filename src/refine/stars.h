@@ -34,6 +34,10 @@ class Stars {
     for (std::uint32_t i = 0; i < lists_[v].count; i += kLine) __builtin_prefetch(begin + i);
   }
 
+  void expect_end(VertexId v) const {
+    __builtin_prefetch(entries_.data() + at(lists_[v].begin) + lists_[v].count, 1);
+  }
+
   std::uint64_t size() const { return lists_.size(); }
   void let_go() const;
 
