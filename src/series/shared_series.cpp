@@ -25,6 +25,7 @@
 #include "io/map_file.h"
 #include "io/output_file.h"
 #include "series/combined_fields.h"
+#include "series/combined_regions.h"
 #include "series/other_arrays.h"
 #include "series/result_mesh.h"
 #include "series/step_mesh.h"
@@ -93,6 +94,7 @@ class SharedSeries {
   std::vector<SteeringChoice> arrays_;  // that steer, of the first step
   std::optional<PointSet> used_;
   std::unique_ptr<CombinedFields> sums_;
+  std::optional<CombinedRegions> regions_;
   std::unique_ptr<MapFile> map_;
   // The fitted values of the arrays that steer, step after step.
   std::optional<RowFile> fitted_;
@@ -124,7 +126,8 @@ void SharedSeries::look_at_steps() {
     if (i == 0) {
       arrays_ = choose_steering(mesh, request_.job.behaviour.arrays);
       // Names that are none are refused here, where the mesh has its own arrays.
-      static_cast<void>(choose_regions(mesh, request_.job.behaviour.regions));
+      regions_.emplace(folder_.path(), mesh, stream->cells(),
+                       choose_regions(mesh, request_.job.behaviour.regions));
       static_cast<void>(weight_column(request_.job.behaviour.weight, mesh, CarriedArrays(mesh)));
       if (request_.job.behaviour.arrays.empty() && !arrays_.empty()) {
         say_what_steers({arrays_[0].name}, context_);
@@ -147,10 +150,15 @@ void SharedSeries::look_at_steps() {
                               mesh.path, kOriginalIds));
     }
     sums_->add(i, mesh, *stream, context_);
+    regions_->add(mesh, *stream, context_);
     report_.steps.push_back(
         {plan_.steps[i].label, plan_.steps[i].input, plan_.steps[i].output, {}, {}});
   }
   sums_->finish(context_);
+  for (const std::string& name : regions_->changing()) {
+    context_.say(fmt::format(
+        "cell array {} changes from step to step: what any step tells apart stays so", name));
+  }
 }
 
 void SharedSeries::add_up_again(std::uint64_t way) {
@@ -202,8 +210,16 @@ std::unique_ptr<MeshSource> SharedSeries::summed_mesh() const {
     arrays.points.push_back(own_array(mesh, Association::kPoint, weight));
   }
   for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
-    if (is_float(mesh.cell_data.arrays[i].type)) continue;
-    arrays.cells.push_back(own_array(mesh, Association::kCell, i));
+    const ArrayInfo& info = mesh.cell_data.arrays[i];
+    if (is_float(info.type)) continue;
+    if (!regions_->changes(info.name)) {
+      arrays.cells.push_back(own_array(mesh, Association::kCell, i));
+      continue;
+    }
+    arrays.cells.push_back(
+        {{info.name, ValueType::kInt64, 1, {}, info.tuples},
+         [this, name = info.name](const MeshStream&, std::uint64_t first,
+                                  std::span<std::byte> out) { regions_->read(name, first, out); }});
   }
   arrays.cells.push_back({cell_numbers_info(mesh),
                           [](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {

@@ -141,6 +141,23 @@ class Shared(SeriesTest):
             np.testing.assert_array_equal(cells["when"], original["when"][0])
             self.assertEqual(len(np.unique(cells["where"])), len(after.tets))
 
+    def test_regions_that_change_from_step_to_step(self):
+        """What any step tells apart stays so, in each step's own values."""
+        def make(mesh, time):
+            made = wave(mesh, time)
+            axis = int(time) // 2 % 2
+            where = np.array(mesh.points)[np.array(mesh.tets)].mean(axis=1)[:, axis] > 5
+            made.arrays.insert(2, ["CellData", "material", "UInt8", 1, where.astype(int).tolist()])
+            return made
+        steps = self.steps(3, make=make)
+        said = finish("simplify", *steps, "-o", self.folder / "out_{step}.vtu", "--reduction", "40%").stderr
+        self.assertIn(b"cell array material changes from step to step", said)
+        for step, path in zip(steps, self.outputs()):
+            material = next(a for a in report_of("compare", step, path)["arrays"] if a["name"] == "material")
+            self.assertEqual(material["differing"], 0)
+        said = finish("simplify", steps[0], steps[2], "-o", self.folder / "same_{step}.vtu", "--reduction", "40%").stderr
+        self.assertNotIn(b"changes from step to step", said)
+
     def test_cells_of_lower_dimension_come_along(self):
         steps = [self.write(mesh_of_all_sorts(), f"all{i}.vtu") for i in range(2)]
         alone = self.folder / "alone.vtu"
