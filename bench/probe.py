@@ -18,7 +18,8 @@ import time
 from measure import print_table, write_csv
 
 TOLERANCE = 0.01
-MADE = {"five1m": ["generate", "five", "--tets", "1M", "--jitter", "0.3", "--quiet", "-o"]}
+GENERATED = {"five1m": ["five", "--tets", "1M", "--jitter", "0.3"]}
+BALLS = {"ball1m": "1M"}
 
 
 def evaluate(original, simplified):
@@ -136,10 +137,15 @@ def arguments():
 
 def find_mesh(args, name):
     path = args.work / f"{name}.vtu"
-    if name not in MADE:
+    if name not in GENERATED and name not in BALLS:
         return args.data / f"{name}.vtu"
-    if not path.exists():
-        subprocess.run([args.command, *MADE[name], path], check=True)
+    if path.exists():
+        return path
+    if name in BALLS:
+        make = [sys.executable, pathlib.Path(__file__).with_name("ball.py"), path, "--tets", BALLS[name]]
+    else:
+        make = [args.command, "generate", *GENERATED[name], "--quiet", "-o", path]
+    subprocess.run(make, check=True)
     return path
 
 

@@ -267,7 +267,9 @@ Comparison compare(const Arguments& a, const Bounds& bounds) {
   const RunContext context = console.context();
   const auto original = open_mesh(a.original, a.open);
   const auto simplified = open_mesh(a.simplified, a.open);
-  require_arrays(bounds, original->description(), simplified->description());
+  refuse_piece(a.report, original->description());
+  refuse_piece(a.report, simplified->description());
+  require_arrays(bounds, original->description());
   const std::uint64_t memory = a.memory != 0 ? a.memory : memory_limit() / 2;
   const std::uint64_t sides = plan_comparison(original.get(), simplified.get(), memory);
   const Comparison comparison = compare_meshes(original.get(), simplified.get(), context, sides);

@@ -43,30 +43,38 @@ BoundResult judge(const ArrayComparison& a, bool rms, double limit) {
 }
 
 BoundResult lost(const std::string& array, bool rms, double limit) {
-  return {rms ? "max_rms" : "max_error",
-          array,
-          limit,
-          std::numeric_limits<double>::infinity(),
-          true,
-          fmt::format("{} is broken: the simplified mesh has no point array {}",
-                      rms ? "--max-rms" : "--max-error", array)};
+  return {
+      rms ? "max_rms" : "max_error",
+      array,
+      limit,
+      std::numeric_limits<double>::infinity(),
+      true,
+      fmt::format("{} is broken: the simplified mesh has no point array {}, or one with another "
+                  "number of components",
+                  rms ? "--max-rms" : "--max-error", array)};
+}
+
+// Of those that bounds are for.
+std::vector<std::string> lost_arrays(const Comparison& comparison, const Bounds& bounds) {
+  if (bounds.arrays.empty()) return comparison.missing_fields;
+  std::vector<std::string> names = bounds.arrays;
+  for (const ArrayComparison* a : bounded_arrays(comparison, bounds)) {
+    std::erase(names, a->info.name);
+  }
+  return names;
 }
 
 }  // namespace
 
-void require_arrays(const Bounds& bounds, const MeshDescription& original,
-                    const MeshDescription& simplified) {
-  const ArrayMatch match = match_arrays(original, simplified);
+void require_arrays(const Bounds& bounds, const MeshDescription& original) {
   for (const std::string& name : bounds.arrays) {
-    const auto& fields = match.points.fields;
-    if (std::any_of(fields.begin(), fields.end(),
-                    [&](const Field& field) { return field.info.name == name; })) {
+    const std::size_t i = original.point_data.find(name);
+    if (i != AttributeSet::npos && original.point_data.arrays[i].type != ValueType::kString) {
       continue;
     }
-    throw Error(ErrorCode::kUsage,
-                fmt::format("--array {}: {} and {} have no numeric point array of that name in "
-                            "common, with as many components; see 'tetfusion info'",
-                            name, original.path, simplified.path));
+    throw Error(ErrorCode::kUsage, fmt::format("--array {}: {} has no numeric point array of that "
+                                               "name; see 'tetfusion info'",
+                                               name, original.path));
   }
 }
 
@@ -76,8 +84,7 @@ std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds
     if (bounds.max_rms) results.push_back(judge(*a, true, *bounds.max_rms));
     if (bounds.max_error) results.push_back(judge(*a, false, *bounds.max_error));
   }
-  for (const std::string& name : comparison.missing_fields) {
-    if (!bounds.arrays.empty()) break;  // they are there
+  for (const std::string& name : lost_arrays(comparison, bounds)) {
     if (bounds.max_rms) results.push_back(lost(name, true, *bounds.max_rms));
     if (bounds.max_error) results.push_back(lost(name, false, *bounds.max_error));
   }

@@ -43,7 +43,7 @@ ArrayComparison summarize(const Field& field, const Errors& errors, const FieldV
   a.rms = share_of(errors.rms(), *scale);
   a.max = share_of(errors.max(), *scale);
   a.max_at = errors.max_at;
-  a.differing = share_of(errors.differing.value(), errors.weights.value());
+  a.differing = share_of(errors.differing, errors.weights);
   a.rounding = share_of(rounding_of(field.info.type) * values.largest, *scale);
   return a;
 }
@@ -152,8 +152,7 @@ class Comparer {
       if (!field.integer) {
         a.cell_rms = share_of(cells.errors[f].rms(), scale);
         a.cell_max = share_of(cells.errors[f].max(), scale);
-        a.gradient_rms = std::sqrt(
-            share_of(cells.gradient_errors[f].value(), cells.gradient_squares[f].value()));
+        a.gradient_rms = std::sqrt(share_of(cells.gradient_errors[f], cells.gradient_squares[f]));
         a.integral_change = share_of(change_of(cells.integrals[f], simplified[f]),
                                      cells.integrals[f].length.value());
         a.integral_rounding =

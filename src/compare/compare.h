@@ -109,10 +109,8 @@ struct BoundResult {
   std::string sentence;  // if it is broken
 };
 
-// Throws Error(kUsage) for a name of bounds.arrays that is no numeric point array of both meshes,
-// with as many components.
-void require_arrays(const Bounds& bounds, const MeshDescription& original,
-                    const MeshDescription& simplified);
+// Throws Error(kUsage) for a name of bounds.arrays that is no numeric point array of the original.
+void require_arrays(const Bounds& bounds, const MeshDescription& original);
 
 // What rounding to the type of the array or the coordinates can do is not held against them. A
 // bound is broken, too, where all of the original's values are finite, and some of the simplified

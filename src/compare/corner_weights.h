@@ -18,23 +18,33 @@ inline Determinant volume_at(const Corners& corners, std::size_t corner, const P
   return determinant(p, corners[face[0]], corners[face[1]], corners[face[2]]);
 }
 
-// The same for all corners at once.
-inline std::array<Determinant, 4> volumes_at(const Corners& corners, const Point& p) {
-  std::array<Point, 4> q;
-  std::array<double, 4> largest;
-  for (std::size_t i = 0; i < 4; ++i) {
-    q[i] = corners[i] - p;
-    largest[i] = largest_part(q[i]);
+// The same for all corners.
+class CornerVolumes {
+ public:
+  CornerVolumes(const Corners& corners, const Point& p) {
+    for (std::size_t i = 0; i < 4; ++i) from_p_[i] = corners[i] - p;
+    const Point first = cross(from_p_[0], from_p_[1]), last = cross(from_p_[2], from_p_[3]);
+    values_ = {dot(from_p_[1], last), -dot(from_p_[0], last), dot(from_p_[3], first),
+               -dot(from_p_[2], first)};
   }
-  const Point first = cross(q[0], q[1]), last = cross(q[2], q[3]);
-  const auto error = [&](std::size_t u, std::size_t v, std::size_t w) {
-    return determinant_error(largest[u], largest[v], largest[w]);
-  };
-  return {{{dot(q[1], last), error(2, 3, 1)},
-           {-dot(q[0], last), error(2, 3, 0)},
-           {dot(q[3], first), error(0, 1, 3)},
-           {-dot(q[2], first), error(0, 1, 2)}}};
-}
+
+  const std::array<double, 4>& values() const { return values_; }
+  // Whether the point is certainly beyond the face opposite to the corner.
+  bool beyond(std::size_t corner) const {
+    // Most corners are done here, without a bound on the error.
+    return !(values_[corner] >= 0) && !(values_[corner] >= -error(corner));
+  }
+
+ private:
+  double error(std::size_t corner) const {
+    const std::size_t partner = corner ^ 1, pair = 2 - (corner & 2);  // the others: pair, pair + 1
+    return determinant_error(largest_part(from_p_[pair]), largest_part(from_p_[pair + 1]),
+                             largest_part(from_p_[partner]));
+  }
+
+  std::array<Point, 4> from_p_;
+  std::array<double, 4> values_;
+};
 
 // Weights, 0 to 1 with sum 1, of shares that may be a little negative, by rounding.
 inline std::array<double, 4> weights_of(std::array<double, 4> shares) {
@@ -49,14 +59,11 @@ inline std::array<double, 4> weights_of(std::array<double, 4> shares) {
 
 // None if the point is certainly beyond one of the faces.
 inline std::optional<std::array<double, 4>> weights_in(const Corners& corners, const Point& p) {
-  const std::array<Determinant, 4> volumes = volumes_at(corners, p);
-  std::array<double, 4> shares;
+  const CornerVolumes volumes(corners, p);
   for (std::size_t corner = 0; corner < 4; ++corner) {
-    const Determinant& d = volumes[corner];
-    if (d.value < -d.error) return std::nullopt;
-    shares[corner] = d.value;
+    if (volumes.beyond(corner)) return std::nullopt;
   }
-  return weights_of(shares);
+  return weights_of(volumes.values());
 }
 
 }  // namespace tetfusion

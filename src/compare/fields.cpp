@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <string_view>
 
 #include "mesh/region_names.h"
@@ -38,8 +40,8 @@ void match(const AttributeSet& original, const AttributeSet& simplified, std::st
     }
     const bool integer = !is_float(a.type) && !is_float(b.type);
     const bool region = common == &result->cells && integer && looks_like_region(a);
-    common->fields.push_back({a, i, other, integer, region, common->width});
-    common->width += a.components;
+    common->fields.push_back({a, i, other, integer, region, common->components});
+    common->components += a.components;
   }
 }
 
@@ -50,6 +52,9 @@ ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& 
   match(original.point_data, simplified.point_data, "", &result, &result.points);
   match(original.cell_data, simplified.cell_data, "cell:", &result, &result.cells);
   match(original.field_data, simplified.field_data, "field:", &result, nullptr);
+  result.cells.width = result.cells.components;
+  result.points.width = result.points.components;
+  for (Field& field : result.points.fields) field.length = result.points.width++;
   return result;
 }
 
@@ -67,6 +72,23 @@ void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
       }
     }
   });
+}
+
+double length_of(const Field& field, const double* values) {
+  double squared = 0;
+  for (std::size_t c = 0; c < field.info.components; ++c) {
+    if (!std::isfinite(values[c])) return std::numeric_limits<double>::quiet_NaN();
+    squared += values[c] * values[c];
+  }
+  return field.info.components == 1 ? std::abs(*values) : std::sqrt(squared);
+}
+
+void fill_lengths(const FieldSet& fields, std::size_t rows, double* out) {
+  for (std::size_t i = 0; i < rows; ++i, out += fields.width) {
+    for (const Field& field : fields.fields) {
+      out[field.length] = length_of(field, out + field.offset);
+    }
+  }
 }
 
 double rounding_of(ValueType type) {

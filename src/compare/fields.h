@@ -20,12 +20,14 @@ struct Field {
   bool integer;                      // in both
   bool region;                       // an integer array of cells that is named like a material
   std::size_t offset;                // of its first component in a row
+  std::size_t length = 0;            // where a row of a point has the Euclidean length of the value
 };
 
 // All arrays of points, or of cells. A row has the components of one point or cell, as doubles:
-// integers beyond 2^53 are rounded.
+// integers beyond 2^53 are rounded. Those of points have the fields' lengths behind them.
 struct FieldSet {
   std::vector<Field> fields;
+  std::size_t components = 0;
   std::size_t width = 0;  // of a row
 };
 
@@ -54,6 +56,11 @@ struct RowTarget {
 };
 void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
                    const RowTarget& target);
+
+// The length of a field's values in a row; NaN if one of them is not finite.
+double length_of(const Field& field, const double* values);
+// Puts it where the rows of points have it.
+void fill_lengths(const FieldSet& fields, std::size_t rows, double* out);
 
 // What rounding may have done to a value written in that type: four units in the last place, as a
 // share of the array's largest one. 0 of integers.

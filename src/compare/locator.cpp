@@ -47,20 +47,17 @@ Place Locator::locate(const Point& p, LocatorHint* hint) const {
 bool Locator::walk(const Point& p, TetId* tet, Place* place) const {
   TetId from = kNoTet;
   for (int step = 0; step < kMostSteps; ++step) {
-    const std::array<Determinant, 4> volumes = volumes_at(mesh_.corners(*tet), p);
+    const CornerVolumes volumes(mesh_.corners(*tet), p);
     const auto& neighbours = mesh_.neighbours[*tet];
-    std::array<double, 4> shares;
     std::size_t exit = 4;
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      const Determinant& d = volumes[corner];
-      shares[corner] = d.value;
-      if (d.value >= -d.error) continue;
+      if (!volumes.beyond(corner)) continue;
       exit = corner;
       if (neighbours[corner] != from) break;
     }
     if (exit == 4) {
       if (mesh_.flat[*tet] != 0) return false;
-      *place = {*tet, weights_of(shares), false, 0};
+      *place = {*tet, weights_of(volumes.values()), false, 0};
       return true;
     }
     if (neighbours[exit] == kNoTet) return false;

@@ -1,6 +1,6 @@
 #include "compare/measure.h"
 
-#include <limits>
+#include <cmath>
 
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
@@ -15,6 +15,9 @@ template <class T>
 void add_all(std::vector<T>* sums, const std::vector<T>& others) {
   for (std::size_t i = 0; i < sums->size(); ++i) (*sums)[i].add(others[i]);
 }
+void add_all(std::vector<double>* sums, const std::vector<double>& others) {
+  for (std::size_t i = 0; i < sums->size(); ++i) (*sums)[i] += others[i];
+}
 
 Integral empty_integral(const Field& field) {
   return {std::vector<CompensatedSum>(field.info.components), {}};
@@ -25,9 +28,9 @@ FieldValues no_values(const Field& field) { return {std::vector<Range>(field.inf
 }  // namespace
 
 void Errors::add(double weight, double squared, const Point& at) {
-  squares.add(weight * squared);
-  weights.add(weight);
-  if (squared > 0) differing.add(weight);
+  squares += weight * squared;
+  weights += weight;
+  if (squared > 0) differing += weight;
   if (squared > max_squared) {
     max_squared = squared;
     max_at = at;
@@ -35,9 +38,9 @@ void Errors::add(double weight, double squared, const Point& at) {
 }
 
 void Errors::add(const Errors& other) {
-  squares.add(other.squares);
-  weights.add(other.weights);
-  differing.add(other.differing);
+  squares += other.squares;
+  weights += other.weights;
+  differing += other.differing;
   if (other.max_squared > max_squared) {
     max_squared = other.max_squared;
     max_at = other.max_at;
@@ -46,9 +49,7 @@ void Errors::add(const Errors& other) {
   undefined += other.undefined;
 }
 
-double Errors::rms() const {
-  return weights.value() > 0 ? std::sqrt(squares.value() / weights.value()) : 0;
-}
+double Errors::rms() const { return weights > 0 ? std::sqrt(squares / weights) : 0; }
 
 double Errors::max() const { return std::sqrt(max_squared); }
 
@@ -118,36 +119,8 @@ void CellMeasures::add(const CellMeasures& other) {
   }
 }
 
-double length_of(const Field& field, const double* row) {
-  if (!all_finite(row, field.info.components)) return std::numeric_limits<double>::quiet_NaN();
-  if (field.info.components == 1) return std::abs(*row);
-  double squared = 0;
-  for (std::size_t c = 0; c < field.info.components; ++c) squared += row[c] * row[c];
-  return std::sqrt(squared);
-}
-
-Vector<double> lengths_of(const FieldSet& fields, const Vector<double>& rows) {
-  const std::size_t count = fields.fields.size();
-  Vector<double> lengths(count == 0 ? 0 : rows.size() / fields.width * count);
-  for_each_block(count == 0 ? 0 : lengths.size() / count, kBlock,
-                 [&](std::size_t, std::size_t begin, std::size_t end) {
-                   for (std::size_t i = begin; i < end; ++i) {
-                     for (std::size_t f = 0; f < count; ++f) {
-                       const Field& field = fields.fields[f];
-                       lengths[i * count + f] =
-                           length_of(field, rows.data() + i * fields.width + field.offset);
-                     }
-                   }
-                 });
-  return lengths;
-}
-
 Vector<std::uint32_t> curve_order(std::span<const Point> points) {
-  PointBox box;
-  for (const Point& p : points) box.add(p);
-  Vector<std::uint32_t> keys(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) keys[i] = morton_key(points[i], box);
-  return sorted_by_key(keys);
+  return curve_order(points.size(), box_of(points), [&](std::size_t i) { return points[i]; });
 }
 
 VertexId nearest_corner(const SimplifiedMesh& mesh, const Place& place) {
@@ -162,7 +135,7 @@ double volume_of(const SimplifiedMesh& mesh, TetId t) {
   return std::abs(determinant(mesh.points, mesh.tets[t]).value) / 6;
 }
 
-// add(tet, field, integral) for all tetrahedra and fields.
+// add(tet, volume, integrals) for all tetrahedra, block by block.
 template <class F>
 std::vector<Integral> integrate(const SimplifiedMesh& mesh, const FieldSet& fields, F add) {
   std::vector<Integral> empty;
@@ -170,9 +143,7 @@ std::vector<Integral> integrate(const SimplifiedMesh& mesh, const FieldSet& fiel
   std::vector<std::vector<Integral>> parts(block_count(mesh.tets.size(), kBlock), empty);
   for_each_block(mesh.tets.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      for (std::size_t f = 0; f < empty.size(); ++f) {
-        add(static_cast<TetId>(t), fields.fields[f], &parts[b][f]);
-      }
+      add(static_cast<TetId>(t), volume_of(mesh, static_cast<TetId>(t)), &parts[b]);
     }
   });
   std::vector<Integral> sums = empty;
@@ -183,22 +154,30 @@ std::vector<Integral> integrate(const SimplifiedMesh& mesh, const FieldSet& fiel
 }  // namespace
 
 std::vector<Integral> integrate_points(const SimplifiedMesh& mesh, const FieldSet& fields) {
-  return integrate(mesh, fields, [&](TetId t, const Field& field, Integral* sum) {
-    const CornerRows rows = corner_rows(mesh.point_rows, fields.width, mesh.tets[t], field.offset);
-    double length = 0;
-    for (const double* row : rows) length += length_of(field, row);
-    if (std::isnan(length)) return;
-    sum->add(volume_of(mesh, t) / 4, length,
-             [&](std::size_t c) { return (rows[0][c] + rows[1][c]) + (rows[2][c] + rows[3][c]); });
+  return integrate(mesh, fields, [&](TetId t, double volume, std::vector<Integral>* sums) {
+    const CornerRows rows = corner_rows(mesh.point_rows, fields.width, mesh.tets[t]);
+    for (std::size_t f = 0; f < fields.fields.size(); ++f) {
+      const Field& field = fields.fields[f];
+      const double length = lengths_at(rows, field);
+      if (field.integer || std::isnan(length)) continue;
+      (*sums)[f].add(volume / 4, length, [&](std::size_t i) {
+        const std::size_t c = field.offset + i;
+        return (rows[0][c] + rows[1][c]) + (rows[2][c] + rows[3][c]);
+      });
+    }
   });
 }
 
 std::vector<Integral> integrate_cells(const SimplifiedMesh& mesh, const FieldSet& fields) {
-  return integrate(mesh, fields, [&](TetId t, const Field& field, Integral* sum) {
-    const double* row = mesh.cell_rows.data() + std::size_t{t} * fields.width + field.offset;
-    const double length = length_of(field, row);
-    if (std::isnan(length)) return;
-    sum->add(volume_of(mesh, t), length, [&](std::size_t c) { return row[c]; });
+  return integrate(mesh, fields, [&](TetId t, double volume, std::vector<Integral>* sums) {
+    for (std::size_t f = 0; f < fields.fields.size(); ++f) {
+      const Field& field = fields.fields[f];
+      if (field.integer) continue;
+      const double* row = mesh.cell_rows.data() + std::size_t{t} * fields.width + field.offset;
+      const double length = length_of(field, row);
+      if (std::isnan(length)) continue;
+      (*sums)[f].add(volume, length, [&](std::size_t c) { return row[c]; });
+    }
   });
 }
 

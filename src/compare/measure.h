@@ -12,6 +12,7 @@
 #include "compare/locator.h"
 #include "compare/original_mesh.h"
 #include "compare/simplified_mesh.h"
+#include "mesh/blocks.h"
 #include "mesh/statistics.h"
 #include "mesh/sums.h"
 
@@ -19,9 +20,10 @@ namespace tetfusion {
 
 // Differences of a field at places in space.
 struct Errors {
-  CompensatedSum squares;  // of the Euclidean differences, times the weights
-  CompensatedSum weights;
-  CompensatedSum differing;  // weights of the places where the values differ at all
+  // Of what is never negative, so that rounding takes no more than it adds up to block by block.
+  double squares = 0;  // of the Euclidean differences, times the weights
+  double weights = 0;
+  double differing = 0;  // weights of the places where the values differ at all
   double max_squared = 0;
   Point max_at{};                // the first place where the difference is that large
   std::uint64_t non_finite = 0;  // places left out: the original's value is not finite there
@@ -86,7 +88,7 @@ struct CellMeasures {
   std::vector<Integral> integrals;
   // Squares of the lengths, times volume: that of the cell there, or of the simplified mesh's cell
   // if it is smaller, so that a sliver does not count for more than it is.
-  std::vector<CompensatedSum> gradient_squares, gradient_errors;
+  std::vector<double> gradient_squares, gradient_errors;
   // One a cell field:
   std::vector<Errors> cell_errors;
   std::vector<FieldValues> cell_values;
@@ -110,25 +112,24 @@ inline bool all_finite(const double* row, std::size_t components) {
   return true;
 }
 
-// The length of a field's values in a row; NaN if one of them is not finite.
-double length_of(const Field& field, const double* row);
-// Of each field in each row, row by row.
-Vector<double> lengths_of(const FieldSet& fields, const Vector<double>& rows);
-
-// The values of a point field at the corners of a tetrahedron: rows of its components.
+// The rows of the point fields at the corners of a tetrahedron.
 using CornerRows = std::array<const double*, 4>;
-inline CornerRows corner_rows(const Vector<double>& rows, std::size_t width, const Tet& tet,
-                              std::size_t offset) {
+inline CornerRows corner_rows(const Vector<double>& rows, std::size_t width, const Tet& tet) {
   CornerRows corners;
-  for (std::size_t i = 0; i < 4; ++i) corners[i] = rows.data() + tet[i] * width + offset;
+  for (std::size_t i = 0; i < 4; ++i) corners[i] = rows.data() + tet[i] * width;
   return corners;
 }
-// A component between the corners' values. A corner without weight has no influence.
+// The sum of the lengths of a field's values there; NaN if one of them is not finite.
+inline double lengths_at(const CornerRows& rows, const Field& field) {
+  return (rows[0][field.length] + rows[1][field.length]) +
+         (rows[2][field.length] + rows[3][field.length]);
+}
+// What is at that place in the rows, between the corners. A corner without weight has no influence.
 inline double interpolate(const CornerRows& rows, const std::array<double, 4>& weights,
-                          std::size_t component) {
+                          std::size_t place) {
   double value = 0;
   for (std::size_t i = 0; i < 4; ++i) {
-    if (weights[i] > 0) value += weights[i] * rows[i][component];
+    if (weights[i] > 0) value += weights[i] * rows[i][place];
   }
   return value;
 }
@@ -145,9 +146,18 @@ double squared_difference(const Field& field, const double* row, Value value) {
   return sum;
 }
 
-// So many places are taken together, each as near to the last one as it can be.
+// So many places are taken together.
 inline constexpr std::size_t kPlaces = std::size_t{1} << 14;
-// The order in which the points are near one another.
+// An order in which one place is near the last one, all of them in the box; at(i) is called from
+// several threads.
+template <class At>
+Vector<std::uint32_t> curve_order(std::size_t places, const PointBox& box, At at) {
+  Vector<std::uint32_t> keys(places);
+  for_each_block(places, kPlaces, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) keys[i] = morton_key(at(i), box);
+  });
+  return sorted_by_key(keys);
+}
 Vector<std::uint32_t> curve_order(std::span<const Point> points);
 
 // Deterministic for any number of threads. `report` is called with a share from 0 to 1; it may

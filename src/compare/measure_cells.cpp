@@ -1,6 +1,9 @@
 // Errors, gradients and integrals at the centres of the original's tetrahedra.
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <utility>
+#include <vector>
 
 #include "compare/measure.h"
 #include "mesh/blocks.h"
@@ -33,81 +36,142 @@ Shape shape_of(const Corners& c) {
   return shape;
 }
 
-// Of a component of a field.
-Point gradient(const Shape& shape, const CornerRows& rows, std::size_t c) {
-  const double first = rows[0][c];
-  return (rows[1][c] - first) * shape.slopes[0] + (rows[2][c] - first) * shape.slopes[1] +
-         (rows[3][c] - first) * shape.slopes[2];
+// Two components at a time. Every operation rounds as it does for one.
+using Pair = double __attribute__((vector_size(2 * sizeof(double))));
+
+// The last one may have no partner but a length, as what follows it in a row.
+Pair pair_at(const double* row, std::size_t c) {
+  Pair pair;
+  std::memcpy(&pair, row + c, sizeof pair);
+  return pair;
 }
+
+using Pairs = std::array<Pair, 4>;  // at the corners of a tetrahedron
+Pairs pairs_at(const CornerRows& rows, std::size_t c) {
+  return {pair_at(rows[0], c), pair_at(rows[1], c), pair_at(rows[2], c), pair_at(rows[3], c)};
+}
+
+std::array<Pair, 3> gradient(const Shape& shape, const Pairs& values) {
+  const Pair u = values[1] - values[0], v = values[2] - values[0], w = values[3] - values[0];
+  const auto& s = shape.slopes;
+  return {u * s[0].x + v * s[1].x + w * s[2].x, u * s[0].y + v * s[1].y + w * s[2].y,
+          u * s[0].z + v * s[1].z + w * s[2].z};
+}
+
+Pair squared_length(const std::array<Pair, 3>& a) {
+  return a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+}
+
+Point centre_of(const OriginalCells& window, const Tet& t) {
+  const Vector<Point>& p = window.points.points;
+  return 0.25 * ((p[t[0]] + p[t[1]]) + (p[t[2]] + p[t[3]]));
+}
+
+// What a cell needs lies apart from what the last one did: it is asked for so many cells earlier.
+constexpr std::size_t kAhead = 2;
 
 // One block of cells.
 class Block {
  public:
-  // `lengths`: of the point fields, at the window's points.
-  Block(const Meshes& meshes, const OriginalCells& window, const Vector<double>& lengths,
-        CellMeasures* out)
-      : meshes_(meshes), window_(window), lengths_(lengths), out_(out) {}
+  Block(const Meshes& meshes, const OriginalCells& window, CellMeasures* out)
+      : meshes_(meshes),
+        window_(window),
+        out_(out),
+        components_((meshes.point_fields.components + 1) / 2) {}
 
-  void measure(std::size_t cell, const Point& centre) {
+  void measure(std::size_t cell) {
     const Tet& t = window_.tets[cell];
     const auto& p = window_.points.points;
     shape_ = shape_of({p[t[0]], p[t[1]], p[t[2]], p[t[3]]});
     out_->volume.add(shape_.volume);
     out_->volume_error.add(shape_.error);
-    centre_ = centre;
+    centre_ = centre_of(window_, t);
     place_ = meshes_.locator.locate(centre_, &hint_);
     if (place_.outside) ++out_->outside;
     if (place_.tet != shaped_) {
       shaped_ = place_.tet;
       other_ = shape_of(meshes_.simplified.corners(shaped_));
     }
-    for (std::size_t f = 0; f < meshes_.point_fields.fields.size(); ++f) measure_points(t, f);
+    const CornerRows rows = corner_rows(window_.points.rows, meshes_.point_fields.width, t);
+    compare_components(rows);
+    for (std::size_t f = 0; f < meshes_.point_fields.fields.size(); ++f) measure_points(rows, f);
     for (std::size_t f = 0; f < meshes_.cell_fields.fields.size(); ++f) measure_cell(cell, f);
   }
 
+  void prefetch(std::size_t cell) const {
+    const std::size_t width = meshes_.point_fields.width;
+    for (const VertexId v : window_.tets[cell]) {
+      __builtin_prefetch(&window_.points.points[v]);
+      __builtin_prefetch(window_.points.rows.data() + v * width);
+    }
+  }
+
  private:
-  void measure_points(const Tet& t, std::size_t f) {
-    const std::size_t fields = meshes_.point_fields.fields.size();
+  // Of two components of the arrays of points.
+  struct Components {
+    Pair sum;            // of the values at the corners
+    Pair squared;        // of the difference in the centre
+    Pair slope_squared;  // of the gradient
+    Pair slope_error;    // of the difference from it, squared
+  };
+
+  // All components, whatever arrays they belong to.
+  void compare_components(const CornerRows& rows) {
+    const FieldSet& set = meshes_.point_fields;
+    const SimplifiedMesh& mesh = meshes_.simplified;
+    const CornerRows other_rows = corner_rows(mesh.point_rows, set.width, mesh.tets[place_.tet]);
+    for (std::size_t c = 0; c < set.components; c += 2) {
+      const Pairs values = pairs_at(rows, c);
+      const Pairs others = pairs_at(other_rows, c);
+      Pair interpolated{};
+      for (std::size_t i = 0; i < 4; ++i) {  // a corner without weight has no influence
+        if (place_.weights[i] > 0) interpolated += place_.weights[i] * others[i];
+      }
+      Components& to = components_[c / 2];
+      to.sum = (values[0] + values[1]) + (values[2] + values[3]);
+      const Pair difference = interpolated - 0.25 * to.sum;
+      to.squared = difference * difference;
+      const std::array<Pair, 3> slope = gradient(shape_, values);
+      std::array<Pair, 3> error = gradient(other_, others);
+      for (std::size_t i = 0; i < 3; ++i) error[i] -= slope[i];
+      to.slope_squared = squared_length(slope);
+      to.slope_error = squared_length(error);
+    }
+  }
+
+  // Adds up a field's components.
+  double total(const Field& field, Pair Components::*what) const {
+    double sum = 0;
+    for (std::size_t c = field.offset; c < field.offset + field.info.components; ++c) {
+      sum += (components_[c / 2].*what)[c % 2];
+    }
+    return sum;
+  }
+
+  void measure_points(const CornerRows& rows, std::size_t f) {
     const Field& field = meshes_.point_fields.fields[f];
     if (field.integer) return;
-    double length = 0;
-    for (const VertexId v : t) length += lengths_[v * fields + f];
+    const double length = lengths_at(rows, field);
     if (std::isnan(length)) {
       ++out_->errors[f].non_finite;
       return;
     }
-    const std::size_t width = meshes_.point_fields.width;
-    const SimplifiedMesh& mesh = meshes_.simplified;
-    const CornerRows rows = corner_rows(window_.points.rows, width, t, field.offset);
-    const CornerRows others =
-        corner_rows(mesh.point_rows, width, mesh.tets[place_.tet], field.offset);
-    double squared = 0;
-    out_->integrals[f].add(shape_.volume / 4, length, [&](std::size_t c) {
-      const double sum = (rows[0][c] + rows[1][c]) + (rows[2][c] + rows[3][c]);
-      const double d = interpolate(others, place_.weights, c) - sum / 4;
-      squared += d * d;
-      return sum;
+    out_->integrals[f].add(shape_.volume / 4, length, [&](std::size_t i) {
+      const std::size_t c = field.offset + i;
+      return components_[c / 2].sum[c % 2];
     });
+    const double squared = total(field, &Components::squared);
     if (!std::isfinite(squared)) {
       ++out_->errors[f].undefined;
       return;
     }
     out_->errors[f].add(shape_.volume, squared, centre_);
-    if (!shape_.flat && !other_.flat) measure_gradient(rows, others, f);
-  }
-
-  void measure_gradient(const CornerRows& rows, const CornerRows& others, std::size_t f) {
-    double squares = 0, errors = 0;
-    for (std::size_t c = 0; c < meshes_.point_fields.fields[f].info.components; ++c) {
-      const Point g = gradient(shape_, rows, c);
-      const Point e = gradient(other_, others, c) - g;
-      squares += dot(g, g);
-      errors += dot(e, e);
-    }
-    if (!std::isfinite(errors)) return;
+    if (shape_.flat || other_.flat) return;
+    const double error = total(field, &Components::slope_error);
+    if (!std::isfinite(error)) return;
     const double weight = std::min(shape_.volume, other_.volume);
-    out_->gradient_squares[f].add(weight * squares);
-    out_->gradient_errors[f].add(weight * errors);
+    out_->gradient_squares[f] += weight * total(field, &Components::slope_squared);
+    out_->gradient_errors[f] += weight * error;
   }
 
   void measure_cell(std::size_t cell, std::size_t f) {
@@ -121,39 +185,40 @@ class Block {
       return;
     }
     out_->cell_values[f].add(row);
-    out_->cell_integrals[f].add(shape_.volume, length, [&](std::size_t c) { return row[c]; });
-    if (field.region) out_->cell_regions[f][*row].add(shape_.volume);
+    if (field.region) add_to_region(f, *row);
     const double* other = meshes_.simplified.cell_rows.data() + place_.tet * width + field.offset;
     const double squared = squared_difference(field, row, [&](std::size_t c) { return other[c]; });
+    if (!field.integer) {
+      out_->cell_integrals[f].add(shape_.volume, length, [&](std::size_t c) { return row[c]; });
+    }
     if (!std::isfinite(squared)) {
       ++errors.undefined;
       return;
     }
     errors.add(shape_.volume, squared, centre_);
-    out_->cell_differences[f].add(shape_.volume * std::sqrt(squared));
+    if (!field.integer) out_->cell_differences[f].add(shape_.volume * std::sqrt(squared));
+  }
+
+  void add_to_region(std::size_t f, double value) {
+    RegionVolumes& regions = out_->cell_regions[f];
+    if (region_.first != &regions || region_.second->first != value) {
+      region_ = {&regions, regions.try_emplace(value).first};
+    }
+    region_.second->second.add(shape_.volume);
   }
 
   const Meshes& meshes_;
   const OriginalCells& window_;
-  const Vector<double>& lengths_;
   CellMeasures* out_;
+  std::vector<Components> components_;
   LocatorHint hint_;
   Shape shape_, other_;
   TetId shaped_ = kNoTet;  // the simplified mesh's tetrahedron that other_ is of
   Point centre_{};         // of the cell in hand
+  // The region that was met last.
+  std::pair<const RegionVolumes*, RegionVolumes::iterator> region_{};
   Place place_{};
 };
-
-// Of cells [begin, end).
-Vector<Point> centres_of(const OriginalCells& window, std::size_t begin, std::size_t end) {
-  const Vector<Point>& p = window.points.points;
-  Vector<Point> centres(end - begin);
-  for (std::size_t i = 0; i < centres.size(); ++i) {
-    const Tet& t = window.tets[begin + i];
-    centres[i] = 0.25 * ((p[t[0]] + p[t[1]]) + (p[t[2]] + p[t[3]]));
-  }
-  return centres;
-}
 
 }  // namespace
 
@@ -161,16 +226,17 @@ CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double
   const CellMeasures nothing(meshes.point_fields, meshes.cell_fields);
   CellMeasures sums = nothing;
   meshes.original.for_each_cells([&](const OriginalCells& window, double share) {
-    const Vector<double> lengths = lengths_of(meshes.point_fields, window.points.rows);
     std::vector<CellMeasures> parts(block_count(window.tets.size(), kPlaces), nothing);
-    for_each_block(window.tets.size(), kPlaces,
-                   [&](std::size_t b, std::size_t begin, std::size_t end) {
-                     Block block(meshes, window, lengths, &parts[b]);
-                     const Vector<Point> centres = centres_of(window, begin, end);
-                     for (const std::uint32_t i : curve_order(centres)) {
-                       block.measure(begin + i, centres[i]);
-                     }
-                   });
+    const Vector<std::uint32_t> order =
+        curve_order(window.tets.size(), box_of(window.points.points),
+                    [&](std::size_t cell) { return centre_of(window, window.tets[cell]); });
+    for_each_block(order.size(), kPlaces, [&](std::size_t b, std::size_t begin, std::size_t end) {
+      Block block(meshes, window, &parts[b]);
+      for (std::size_t k = begin; k < end; ++k) {
+        if (k + kAhead < end) block.prefetch(order[k + kAhead]);
+        block.measure(order[k]);
+      }
+    });
     for (const CellMeasures& part : parts) sums.add(part);
     report(share);
   });

@@ -26,19 +26,20 @@ class Block {
     }
     const auto& fields = meshes_.point_fields.fields;
     for (std::size_t f = 0; f < fields.size(); ++f) {
-      measure_field(fields[f], row + fields[f].offset, p, f);
+      measure_field(fields[f], row, p, f);
     }
   }
 
  private:
   void measure_field(const Field& field, const double* row, const Point& p, std::size_t f) {
     Errors& errors = out_->errors[f];
-    if (!all_finite(row, field.info.components)) {
+    if (std::isnan(row[field.length])) {
       ++errors.non_finite;
       return;
     }
-    out_->values[f].add(row);
-    const double squared = least_difference(field, row);
+    const double* values = row + field.offset;
+    out_->values[f].add(values);
+    const double squared = least_difference(field, values);
     if (std::isfinite(squared)) {
       errors.add(1, squared, p);
     } else {
@@ -47,19 +48,19 @@ class Block {
   }
 
   // Of several points in one place, as on the two sides of a crack, the most similar one counts.
-  double least_difference(const Field& field, const double* row) const {
+  double least_difference(const Field& field, const double* values) const {
     const SimplifiedMesh& mesh = meshes_.simplified;
     const std::size_t width = meshes_.point_fields.width;
     const auto at_vertex = [&](VertexId v) {
-      const double* values = mesh.point_rows.data() + v * width + field.offset;
-      return squared_difference(field, row, [&](std::size_t c) { return values[c]; });
+      const double* others = mesh.point_rows.data() + v * width + field.offset;
+      return squared_difference(field, values, [&](std::size_t c) { return others[c]; });
     };
     if (vertices_.empty()) {
       if (field.integer) return at_vertex(nearest_corner(mesh, place_));
-      const CornerRows rows =
-          corner_rows(mesh.point_rows, width, mesh.tets[place_.tet], field.offset);
-      return squared_difference(
-          field, row, [&](std::size_t c) { return interpolate(rows, place_.weights, c); });
+      const CornerRows rows = corner_rows(mesh.point_rows, width, mesh.tets[place_.tet]);
+      return squared_difference(field, values, [&](std::size_t c) {
+        return interpolate(rows, place_.weights, field.offset + c);
+      });
     }
     double least = std::numeric_limits<double>::infinity();
     for (const VertexId v : vertices_) {
@@ -84,14 +85,13 @@ PointMeasures measure_points(const Meshes& meshes, const std::function<void(doub
   PointMeasures sums = nothing;
   meshes.original.for_each_points([&](const OriginalPoints& window, double share) {
     std::vector<PointMeasures> parts(block_count(window.points.size(), kPlaces), nothing);
-    for_each_block(window.points.size(), kPlaces,
-                   [&](std::size_t b, std::size_t begin, std::size_t end) {
-                     Block block(meshes, &parts[b]);
-                     const std::span<const Point> points(&window.points[begin], end - begin);
-                     for (const std::uint32_t i : curve_order(points)) {
-                       block.measure(points[i], window.rows.data() + (begin + i) * width);
-                     }
-                   });
+    const Vector<std::uint32_t> order = curve_order(window.points);
+    for_each_block(order.size(), kPlaces, [&](std::size_t b, std::size_t begin, std::size_t end) {
+      Block block(meshes, &parts[b]);
+      for (std::size_t k = begin; k < end; ++k) {
+        block.measure(window.points[order[k]], window.rows.data() + order[k] * width);
+      }
+    });
     for (const PointMeasures& part : parts) sums.add(part);
     report(share);
   });

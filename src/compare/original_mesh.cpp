@@ -240,6 +240,7 @@ void OriginalMesh::gather_run(const PointSet& set, std::uint64_t first, std::uin
         field.info, bytes,
         {fields.width, field.offset, rows.size(), rows, out->rows.data() + to * fields.width});
   }
+  fill_lengths(fields, rows.size(), out->rows.data() + to * fields.width);
 }
 
 void OriginalMesh::gather_cell_rows(std::uint64_t first, std::uint64_t count,

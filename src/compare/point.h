@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 
 #include "mesh/geometry.h"
 
@@ -47,6 +48,8 @@ struct PointBox {
   Point extent() const { return empty() ? Point{0, 0, 0} : high - low; }
   Point centre() const { return empty() ? Point{0, 0, 0} : low + 0.5 * (high - low); }
 };
+
+PointBox box_of(std::span<const Point> points);
 
 // Where items that lie near one another have numbers that do, too: 10 bits an axis, interleaved.
 // `box` is not empty.

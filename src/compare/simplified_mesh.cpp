@@ -34,6 +34,11 @@ class Loader {
     geometry_.points = {};
     read_rows(Association::kPoint, point_fields, rows_of(geometry_.point_source, points_),
               &mesh_.point_rows);
+    for_each_block(mesh_.points.size(), kBlock,
+                   [&](std::size_t, std::size_t begin, std::size_t end) {
+                     fill_lengths(point_fields, end - begin,
+                                  mesh_.point_rows.data() + begin * point_fields.width);
+                   });
     read_rows(Association::kCell, cell_fields, rows_of(geometry_.tet_source, tets_),
               &mesh_.cell_rows);
     mesh_.point_ids = std::move(points_);

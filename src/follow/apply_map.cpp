@@ -120,7 +120,7 @@ class Mover {
 
   void measure(const RunContext& context) {
     const Field field{info_, 0, 0, false, false, 0};
-    FieldSet set{{field}, width_};
+    FieldSet set{{field}, width_, width_};
     Sums all = nothing(set);
     Vector<double> values, rows;
     spread_values(info_, moved_.array.bytes, target(map_.counts().points, &values));

@@ -351,7 +351,8 @@ void Verifier::judge_error(const Comparison& comparison, const PromisedError& pr
       return a.association == Association::kPoint && a.info.name == bound.array;
     };
     const auto a = std::find_if(comparison.arrays.begin(), comparison.arrays.end(), is_it);
-    if (a->range == 0) continue;  // it has not steered
+    if (a == comparison.arrays.end()) continue;  // another check tells of it
+    if (a->range == 0) continue;                 // it has not steered
     judge_measure(
         {"error:" + bound.array, bound.value, bound.limit, !bound.broken,
          fmt::format("the largest error of {} is {:.4g} % of its range, above {:.4g} %, "

@@ -22,6 +22,15 @@ class Compare(FolderTest):
         mesh.array("temperature")[4][index] += by
         return self.pair(TinyVtu(), mesh)
 
+    def test_a_named_array_that_is_lost_breaks_the_bound(self):
+        path, other = self.generate(tets="1k"), self.folder / "in.mesh"
+        run("convert", path, other, "--quiet")
+        for options in ([], ["--array", "temperature"]):
+            said = finish("compare", path, other, "--max-error", "1%", *options, "--quiet")
+            self.assertEqual(said.returncode, 1)
+            self.assertIn(b"no point array temperature", said.stderr)
+        self.assertEqual(finish("compare", path, other, "--max-error", "1%", "--array", "none").returncode, USAGE)
+
     def test_a_mesh_and_itself(self):
         path = self.write(mesh_of_all_sorts())
         report = report_of("compare", path, path)

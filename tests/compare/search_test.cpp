@@ -273,5 +273,18 @@ TEST(Locator, AllPointsInOnePlace) {
   EXPECT_TRUE(found.empty());
 }
 
+// More than one block of them.
+TEST(SortedByKey, IsStable) {
+  Vector<std::uint32_t> keys(100'001);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    keys[i] = static_cast<std::uint32_t>(uniform(7, i) * (i % 2 == 0 ? 1 << 30 : 1 << 10));
+  }
+  Vector<std::uint32_t> expected = count_up<std::uint32_t>(keys.size());
+  std::stable_sort(expected.begin(), expected.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+  EXPECT_EQ(sorted_by_key(keys), expected);
+  EXPECT_TRUE(sorted_by_key({}).empty());
+}
+
 }  // namespace
 }  // namespace tetfusion
