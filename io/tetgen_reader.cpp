@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -85,11 +86,22 @@ void for_each_number(const Table& table, std::uint64_t first, std::uint64_t rows
   read_guarded(table.file.file, [&] { table.tokens->for_each(table.columns, first, rows, f); });
 }
 
-bool is_small_integer(std::string_view token) {
-  std::int32_t value = 0;
+template <class T>
+std::optional<T> parse(std::string_view token) {
+  T value = 0;
   const char* const end = token.data() + token.size();
   const std::from_chars_result result = std::from_chars(token.data(), end, value);
-  return result.ec == std::errc() && result.ptr == end;
+  if (result.ec != std::errc() || result.ptr != end) return std::nullopt;
+  return value;
+}
+
+// TetGen's attributes are real numbers; of those that say regions "1", "1.0" and "1e0" are one.
+std::optional<std::int64_t> whole_number(std::string_view token) {
+  if (const auto whole = parse<std::int64_t>(token)) return whole;
+  constexpr double kExact = 0x1p53;  // from here on not all whole numbers are doubles
+  const auto real = parse<double>(token);
+  if (!real || std::floor(*real) != *real || std::abs(*real) >= kExact) return std::nullopt;
+  return static_cast<std::int64_t>(*real);
 }
 
 // Faces or edges: where a row has its corners and its marker.
@@ -268,9 +280,9 @@ class TetgenReader final : public FormatReader {
     const bool has_markers = std::any_of(
         sides_.begin(), sides_.end(), [](const Sides& sides) { return sides.marker.has_value(); });
     for (std::uint64_t k = 0; k < std::max<std::uint64_t>(attributes, has_markers ? 1 : 0); ++k) {
-      const bool whole = k >= attributes || is_whole(1 + tets_.at(1) + k);
-      d.cell_data.arrays.push_back(
-          {reference(k), whole ? ValueType::kInt32 : ValueType::kFloat64, 1, {}, d.cells});
+      const ValueType type =
+          k >= attributes ? ValueType::kInt32 : type_of_attribute(1 + tets_.at(1) + k);
+      d.cell_data.arrays.push_back({reference(k), type, 1, {}, d.cells});
     }
   }
 
@@ -278,13 +290,18 @@ class TetgenReader final : public FormatReader {
     return k == 0 ? "tetgen:ref" : "tetgen:ref" + std::to_string(k + 1);
   }
 
-  bool is_whole(std::uint64_t column) const {
-    std::atomic<bool> whole = true;
+  // Int32 or Int64 where all values are whole numbers, else Float64.
+  ValueType type_of_attribute(std::uint64_t column) const {
+    std::atomic<bool> whole = true, small = true;
     for_each_number(tets_, 0, tets_.rows,
                     [&](std::uint64_t, std::uint64_t c, std::string_view token) {
-                      if (c == column && !is_small_integer(token)) whole = false;
+                      if (c != column) return;
+                      const auto number = whole_number(token);
+                      if (!number) whole = false;
+                      if (number && static_cast<std::int32_t>(*number) != *number) small = false;
                     });
-    return whole;
+    if (!whole) return ValueType::kFloat64;
+    return small ? ValueType::kInt32 : ValueType::kInt64;
   }
 
   void check_number(std::uint64_t row, std::string_view token) const {
@@ -320,10 +337,18 @@ class TetgenReader final : public FormatReader {
                       const auto put = [&](auto value) {
                         std::memcpy(out + (row - first) * sizeof value, &value, sizeof value);
                       };
+                      const auto put_whole = [&]<class T>(T) {
+                        const auto whole = whole_number(token);
+                        const bool fits = whole && static_cast<T>(*whole) == *whole;
+                        // What does not fit is told of there.
+                        put(fits ? static_cast<T>(*whole) : table.file.number<T>(token));
+                      };
                       if (type == ValueType::kFloat64) {
                         put(table.file.number<double>(token));
+                      } else if (type == ValueType::kInt64) {
+                        put_whole(std::int64_t{});
                       } else {
-                        put(table.file.number<std::int32_t>(token));
+                        put_whole(std::int32_t{});
                       }
                     });
   }

@@ -89,6 +89,23 @@ TEST_F(Tetgen, AttributesMayBeFractions) {
               ElementsAre(5, 6, 0, 0));
 }
 
+TEST_F(Tetgen, WholeAttributesAreIntegersHoweverTheyAreWritten) {
+  const auto type_with = [&](const std::string& first, const std::string& second) {
+    write("mesh.node", "5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n");
+    write("mesh.ele", "2 4 1\n1 1 2 3 4 " + first + "\n2 2 3 4 5 " + second + "\n");
+    return open_named("mesh.ele")->read_array(Association::kCell, 0);
+  };
+  const DataArray small = type_with("1.0", "2e0");
+  ASSERT_EQ(small.info.type, ValueType::kInt32);
+  EXPECT_EQ(small.as<const std::int32_t>()[1], 2);
+  const DataArray large = type_with("3000000000", "-3e9");
+  ASSERT_EQ(large.info.type, ValueType::kInt64);
+  EXPECT_EQ(large.as<const std::int64_t>()[0], 3'000'000'000);
+  EXPECT_EQ(large.as<const std::int64_t>()[1], -3'000'000'000);
+  EXPECT_EQ(type_with("1", "2.5").info.type, ValueType::kFloat64);
+  EXPECT_EQ(type_with("1", "1e17").info.type, ValueType::kFloat64);
+}
+
 // With -o2 there are points in the middle of sides, with -nn the tetrahedra beside faces.
 TEST_F(Tetgen, MoreColumns) {
   write("a.face", "1 1\n1 2 3 4 7 1 -1\n");
