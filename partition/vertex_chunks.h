@@ -51,6 +51,10 @@ class VertexChunks {
   // from several threads.
   void chunks_of(VertexId v, Vector<std::uint32_t>* chunks) const;
 
+  bool is_used(VertexId v) const {
+    return (places_[v] & kAtHome) != 0 || (places_[v] & kNoneAway) != kNoneAway;
+  }
+
   std::size_t points() const { return places_.size(); }
 
  private:

@@ -12,9 +12,9 @@
 #include "driver/rounds.h"
 #include "driver/scatter.h"
 #include "driver/steering.h"
+#include "driver/stream_coincident.h"
 #include "mesh/blocks.h"
 #include "mesh/chunk_inspection.h"
-#include "mesh/coincident.h"
 #include "mesh/faces.h"
 #include "mesh/inspect.h"
 #include "mesh/interface_inspection.h"
@@ -29,7 +29,6 @@ constexpr std::uint64_t kPointWindow = std::uint64_t{1} << 18;
 // Of a point, beside what scattering needs: flags, and two forests one after the other.
 constexpr std::uint64_t kPointBytes = 5;
 constexpr std::size_t kMostOddCells = std::size_t{1} << 22;
-constexpr std::uint64_t kCoincidenceBytes = std::uint64_t{32} << 20;  // at a time
 
 void unite_corners(const std::array<VertexId, 3>& triangle, UnionFind* sets) {
   sets->unite(triangle[0], triangle[1]);
@@ -73,7 +72,6 @@ class Examiner {
   void find_samples();
   Vector<Vec3<Real>> positions_of(const Vector<VertexId>& ascending) const;
   void find_coincident();
-  void find_coincident(std::uint32_t first_shard, std::uint32_t end_shard);
 
   const MeshDescription& description_;
   const MeshStream& stream_;
@@ -355,55 +353,26 @@ Vector<Vec3<Real>> Examiner<Real>::positions_of(const Vector<VertexId>& ascendin
   return result;
 }
 
-// Points with the same coordinates are of the same shard: as many shards at a time as fit.
 template <class Real>
 void Examiner<Real>::find_coincident() {
-  const std::uint64_t bytes = points_ * (sizeof(Vec3<Real>) + 20);
-  const std::uint64_t turns =
-      std::clamp<std::uint64_t>(block_count(bytes, kCoincidenceBytes), 1, kCoordinateShards);
-  for (std::uint64_t i = 0; i < turns; ++i) {
-    context_.report("inspecting", 0.9, 1, i, turns);
-    find_coincident(static_cast<std::uint32_t>(kCoordinateShards * i / turns),
-                    static_cast<std::uint32_t>(kCoordinateShards * (i + 1) / turns));
-  }
+  tetfusion::find_coincident<Real>(
+      stream_, context_,
+      [&](std::size_t v) {
+        return (flags_[v] & (kUnusedVertex | kCarriedVertex)) != kUnusedVertex;
+      },
+      [&](std::uint64_t turn, std::uint64_t turns) {
+        context_.report("inspecting", 0.9, 1, turn, turns);
+      },
+      [&](VertexId later, VertexId) {
+        ++out_.mesh.coincident_points;
+        coincident_.add(later);
+      });
   if (description_.pieces != 1) return;
   constexpr auto kKind = static_cast<std::size_t>(Defect::kCoincidentPoint);
   const std::vector<std::uint32_t>& ids = coincident_.ids();
   out_.mesh.samples[kKind].assign(ids.begin(), ids.end());
   for (const Vec3<Real>& p : positions_of(Vector<VertexId>(ids.begin(), ids.end()))) {
     out_.mesh.places[kKind].push_back({p.x, p.y, p.z});
-  }
-}
-
-template <class Real>
-void Examiner<Real>::find_coincident(std::uint32_t first_shard, std::uint32_t end_shard) {
-  struct Window {
-    Vector<VertexId> ids;
-    Vector<Vec3<Real>> positions;
-  };
-  std::vector<Window> windows(block_count(points_, kPointWindow));
-  for_each_block(points_, kPointWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
-    context_.check();
-    Vector<Vec3<Real>> positions(end - begin);
-    stream_.read_points(begin, end - begin, std::as_writable_bytes(std::span(positions)));
-    for (std::size_t v = begin; v < end; ++v) {
-      if ((flags_[v] & (kUnusedVertex | kCarriedVertex)) == kUnusedVertex) continue;
-      const std::uint32_t shard = coordinate_shard(positions[v - begin]);
-      if (shard < first_shard || shard >= end_shard) continue;
-      windows[w].ids.push_back(static_cast<VertexId>(v));
-      windows[w].positions.push_back(positions[v - begin]);
-    }
-  });
-  Vector<VertexId> ids;
-  Vector<Vec3<Real>> positions;
-  for (Window& window : windows) {
-    ids.insert(ids.end(), window.ids.begin(), window.ids.end());
-    positions.insert(positions.end(), window.positions.begin(), window.positions.end());
-    window = {};
-  }
-  for (const auto& [later, earlier] : coincident_points(Points(std::move(positions)))) {
-    ++out_.mesh.coincident_points;
-    coincident_.add(ids[later]);
   }
 }
 

@@ -84,6 +84,7 @@ ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& ca
   facts.unused_points = stream.points() - facts.points + stream.dropped_points();
   facts.merged_points = stream.merged_points();
   facts.ghost_cells = from.ghost_cells;
+  facts.coincident_points = from.coincident_points;
   out.lower = std::move(from.lower);
   return out;
 }

@@ -19,7 +19,8 @@ struct InputFacts {
   std::uint64_t unused_points = 0;
   std::uint64_t merged_points = 0;
   std::uint64_t ghost_cells = 0;
-  std::uint64_t locked_vertices = 0;  // for another reason than the boundary
+  std::uint64_t coincident_points = 0;  // locked, where surfaces move
+  std::uint64_t locked_vertices = 0;    // for another reason than the boundary
 };
 
 }  // namespace tetfusion

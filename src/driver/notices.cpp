@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "base/numbers.h"
+#include "mesh/region_names.h"
 
 namespace tetfusion {
 
@@ -19,8 +20,7 @@ void say_what_steers(const std::vector<std::string>& arrays, const RunContext& c
   }
 }
 
-void say_what_is_odd(const InputFacts& facts, const std::vector<std::string>& regions,
-                     const RunContext& context) {
+void say_what_is_odd(const InputFacts& facts, const RunContext& context) {
   const auto say = [&](std::uint64_t count, std::string_view what) {
     if (count > 0) context.say(fmt::format("{} {}", format_count(count), what));
   };
@@ -34,9 +34,29 @@ void say_what_is_odd(const InputFacts& facts, const std::vector<std::string>& re
   say(facts.unused_points, "points are used by no cell: dropped");
   say(facts.merged_points, "points at the seams of pieces were merged");
   say(facts.ghost_cells, "ghost cells were dropped");
-  for (const std::string& name : regions) {
+  say(facts.coincident_points,
+      "points lie where others do (cracks, contacts, or points that were not merged): the boundary "
+      "stays as it is there");
+}
+
+void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::size_t>& regions,
+                           bool by_name, const RunContext& context) {
+  const auto& arrays = mesh.cell_data.arrays;
+  for (const std::size_t i : regions) {
     context.say(fmt::format(
-        "interfaces of cell array {} are kept (--regions none switches that off)", name));
+        "interfaces of cell array {} are kept (--regions none switches that off)", arrays[i].name));
+  }
+  for (const ArrayInfo& array : arrays) {
+    if (!by_name && is_reference(array) && is_float(array.type)) {
+      context.say(fmt::format(
+          "cell array {} has numbers that are not whole: it says no regions, and no interfaces are "
+          "kept for it",
+          array.name));
+    }
+    if (by_name || !may_be_region(array)) continue;
+    context.say(fmt::format(
+        "cell array {} may be regions, too: its interfaces are not kept (--regions keeps them)",
+        array.name));
   }
 }
 

@@ -7,6 +7,7 @@
 #include "base/run_context.h"
 #include "driver/input_facts.h"
 #include "driver/options.h"
+#include "io/mesh_source.h"
 
 namespace tetfusion {
 
@@ -16,8 +17,12 @@ std::string boundary_name(const BehaviourOptions& behaviour);
 // For arrays that nobody has named.
 void say_what_steers(const std::vector<std::string>& arrays, const RunContext& context);
 
-// What was turned, dropped, or left as it is; and the cell arrays whose interfaces are kept.
-void say_what_is_odd(const InputFacts& facts, const std::vector<std::string>& regions,
-                     const RunContext& context);
+// What was turned, dropped, or left as it is.
+void say_what_is_odd(const InputFacts& facts, const RunContext& context);
+
+// The cell arrays whose interfaces are kept, and those that may want it, unless the user has chosen
+// by name.
+void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::size_t>& regions,
+                           bool by_name, const RunContext& context);
 
 }  // namespace tetfusion

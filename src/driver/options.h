@@ -133,6 +133,8 @@ struct SimplifyRequest {
   // A file from which every level up to the original can be had (io/progressive_file.h). Empty:
   // none.
   std::string progressive;
+  // Another file that the caller will write, as a report: refused where the input consists of it.
+  std::string also_written;
 };
 
 }  // namespace tetfusion

@@ -43,4 +43,11 @@ std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
   return regions;
 }
 
+std::vector<std::string> names_of_cell_arrays(const MeshDescription& mesh,
+                                              const std::vector<std::size_t>& arrays) {
+  std::vector<std::string> names;
+  for (const std::size_t i : arrays) names.push_back(mesh.cell_data.arrays[i].name);
+  return names;
+}
+
 }  // namespace tetfusion

@@ -16,4 +16,7 @@ namespace tetfusion {
 std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
                                         const std::optional<std::vector<std::string>>& names);
 
+std::vector<std::string> names_of_cell_arrays(const MeshDescription& mesh,
+                                              const std::vector<std::size_t>& arrays);
+
 }  // namespace tetfusion

@@ -88,7 +88,7 @@ ImportSettings import_settings(const BehaviourOptions& behaviour, const CarriedA
   ImportSettings settings;
   settings.chunk_tets = behaviour.chunk_tets;
   settings.quadric_width = quadric_width(behaviour, steering_width);
-  settings.has_deviations = surfaces_move(behaviour);
+  settings.has_deviations = settings.lock_coincident = surfaces_move(behaviour);
   if (surfaces_move(behaviour)) return settings;
   const std::vector<std::uint32_t> columns = region_columns(carried, regions);
   settings.regions.assign(columns.begin(), columns.end());

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <span>
 
+#include "driver/stream_coincident.h"
 #include "driver/windows.h"
 #include "mesh/blocks.h"
 #include "partition/vertex_chunks.h"
@@ -82,6 +83,7 @@ class Scatterer {
   void keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chunk_of);
   void join_lower();
   void scatter_points(PieceStore* to);
+  void find_coincident();
   void keep_sampled(std::size_t begin, Vector<std::uint32_t>* chunk_of) const;
   void scatter_point_window(std::size_t window, std::uint64_t first, std::uint64_t count,
                             PieceStore* to);
@@ -129,6 +131,7 @@ class Scatterer {
   std::vector<SteeringBox> boxes_;
   std::vector<std::uint64_t> ghosts_;
   std::atomic<std::uint64_t> tet_count_{0};
+  Vector<bool> coincident_;  // of points; empty: there are none, or nobody asked
 };
 
 template <class Real>
@@ -290,9 +293,26 @@ void Scatterer<Real>::join_lower() {
   all.vertices.erase(std::unique(all.vertices.begin(), all.vertices.end()), all.vertices.end());
 }
 
+// Among those that tetrahedra use.
+template <class Real>
+void Scatterer<Real>::find_coincident() {
+  const auto is_used = [&](std::size_t v) { return table_.is_used(static_cast<VertexId>(v)); };
+  coincident_.assign(stream_.points(), false);
+  tetfusion::find_coincident<Real>(
+      stream_, context_, is_used, [](std::uint64_t, std::uint64_t) {},
+      [&](VertexId later, VertexId earlier) {
+        for (const VertexId v : {later, earlier}) {
+          if (!coincident_[v]) ++out_.coincident_points;
+          coincident_[v] = true;
+        }
+      });
+  if (out_.coincident_points == 0) coincident_ = {};
+}
+
 template <class Real>
 void Scatterer<Real>::scatter_points(PieceStore* to) {
   const std::uint64_t points = stream_.points();
+  if (settings_.lock_coincident) find_coincident();
   loose_.resize(block_count(points, settings_.point_window));
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const std::size_t width = steering_.width();
@@ -350,6 +370,10 @@ void Scatterer<Real>::scatter_point_window(std::size_t window, std::uint64_t fir
       all_inside += inside[i];
     }
     std::atomic_ref(out_.interesting_points).fetch_add(all_inside, std::memory_order_relaxed);
+  }
+
+  for (std::size_t i = 0; i < count && !coincident_.empty(); ++i) {
+    if (coincident_[first + i]) locked[i] = 1;
   }
 
   // A point on the interface goes to several chunks.

@@ -36,6 +36,9 @@ struct ScatterSettings {
   BoundarySample* sample = nullptr;
   // Points that are locked; null: none. Outlives this.
   const RegionOfInterest* interest = nullptr;
+  // Points that share their place with another one are locked: the two sides of a crack, or of a
+  // contact, would move apart.
+  bool lock_coincident = false;
 };
 
 // What is not simplified but belongs to the result: cells of lower dimension, with their rows, and
@@ -63,6 +66,7 @@ struct ScatteredMesh {
   std::uint64_t tet_count = 0;
   std::uint64_t ghost_cells = 0;
   std::uint64_t interesting_points = 0;  // in the region of interest
+  std::uint64_t coincident_points = 0;   // that were locked for it
   Box box;                               // of all points
   Vector<Vec3<Real>> samples;            // points, for cuts; none where the mesh is in one piece
   LowerPart<Real> lower;

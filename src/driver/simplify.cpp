@@ -111,7 +111,7 @@ RunPlan Job::plan(std::uint64_t sample_tets) {
   plan.input.points = mesh.points;
   plan.input.tets = mesh.cells;
   for (const SteeringChoice& choice : steering_choices_) plan.steering.push_back(choice.name);
-  for (const std::size_t i : regions_) plan.regions.push_back(mesh.cell_data.arrays[i].name);
+  plan.regions = names_of_cell_arrays(mesh, regions_);
   plan.chunks = (mesh.cells + request_.behaviour.chunk_tets - 1) / request_.behaviour.chunk_tets;
   plan.needs = needs_;
   plan.memory = budget_->total();
@@ -142,7 +142,7 @@ void Job::begin() {
     if (keeps_logs()) check_output_path(request_.progressive);
   }
   open_input();
-  refuse_outputs_among(source_->description().files, request_);
+  refuse_outputs_among(source_->description(), request_);
   const MeshDescription output = description_of_output();
   if (sink_ == nullptr) tell_left_out(request_.output, output, context_);
   plan_memory();
@@ -401,7 +401,9 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
     planner_.limit_errors(error_limits(request_.behaviour, state->fields));
   }
   describe_input(state->input.facts);
-  say_what_is_odd(state->input.facts, report_.regions, context_);
+  say_what_is_odd(state->input.facts, context_);
+  say_which_are_regions(source_->description(), regions_, request_.behaviour.regions.has_value(),
+                        context_);
   if (!interest_.empty() && state->input.interesting_points == 0) {
     context_.say("no point of the mesh is in the region of interest (--roi): it keeps nothing");
   }
@@ -420,9 +422,7 @@ void Job::describe_input(const InputFacts& facts) {
   report_.oddities = {facts.rewound,        facts.degenerate,          facts.inverted,
                       facts.duplicate_tets, facts.nonconforming_faces, facts.unused_points,
                       facts.merged_points,  facts.ghost_cells,         facts.locked_vertices};
-  for (const std::size_t i : regions_) {
-    report_.regions.push_back(source_->description().cell_data.arrays[i].name);
-  }
+  report_.regions = names_of_cell_arrays(source_->description(), regions_);
 }
 
 void Job::plan_output(std::uint64_t tets) {

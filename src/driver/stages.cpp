@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <string_view>
 
 #include "base/error.h"
+#include "io/mesh_sink.h"
 #include "io/pieces_output.h"
 #include "io/pvtu_reader.h"
 
@@ -25,8 +25,10 @@ std::uint64_t tets_left(std::uint64_t tets, double reduction) {
 
 std::string level_path(const std::string& pattern, std::size_t level) {
   std::string path = pattern;
-  const std::size_t at = path.find(kLodField);
-  if (at != std::string::npos) path.replace(at, kLodField.size(), std::to_string(level));
+  const std::string number = std::to_string(level);
+  for (std::size_t at = path.find(kLodField); at != std::string::npos; at = path.find(kLodField)) {
+    path.replace(at, kLodField.size(), number);
+  }
   return path;
 }
 
@@ -161,17 +163,12 @@ void check_options(const SimplifyRequest& request) {
   check_progressive(request);
 }
 
-void refuse_outputs_among(const std::vector<std::string>& files, const SimplifyRequest& request) {
-  std::vector<std::string> outputs{request.progressive};
+void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& request) {
+  refuse_piece(request.progressive, mesh);
+  refuse_piece(request.also_written, mesh);
   for (const Stage& stage : plan_stages(request, kMaxTets)) {
-    outputs.insert(outputs.end(), {stage.path, stage.map});
-  }
-  for (const std::string& file : files) {
-    for (const std::string& output : outputs) {
-      std::error_code not_there;
-      if (!std::filesystem::equivalent(file, output, not_there)) continue;
-      refuse(fmt::format("{}: that is a piece of {}; give another name", output, request.input));
-    }
+    refuse_piece(stage.path, mesh);
+    refuse_piece(stage.map, mesh);
   }
 }
 

@@ -20,9 +20,9 @@ struct Stage {
   std::string map;  // of the file that says where points went; empty: none is wanted
 };
 
-// Throws Error(kUsage) where one of these files, which the input consists of, would be written
-// over: a piece takes the mesh with it whose piece it is.
-void refuse_outputs_among(const std::vector<std::string>& files, const SimplifyRequest& request);
+// Throws Error(kUsage) where one of the files that the input consists of would be written over: a
+// piece takes the mesh with it whose piece it is.
+void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& request);
 
 // The stages for a mesh of so many tetrahedra, ascending by reduction; at least one.
 std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tets);

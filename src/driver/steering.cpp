@@ -207,8 +207,8 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
       width_ += array.components;
       arrays_.push_back(std::move(array));
     } else {
-      context.say(
-          fmt::format("array {} has the same value everywhere: it does not steer", choice.name));
+      context.say(fmt::format("array {} has no two different finite values: it does not steer",
+                              choice.name));
     }
   }
 }

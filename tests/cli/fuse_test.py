@@ -1,7 +1,11 @@
 #!/usr/bin/env python3
 """simplify --method fuse, from file to file. Usage: fuse_test.py TETFUSION"""
+import collections
+import itertools
+
 from harness import USAGE, FolderTest, finish, main, report_of
 from independent_check import Vtu, judge_pair, load
+from sample_meshes import rebuilt
 from tiny_vtu import TinyVtu
 
 
@@ -64,6 +68,35 @@ class Fuse(FolderTest):
         out, report = self.fuse(path, "--reduction", "90%", "--boundary", "planar", "--regions", "none")
         self.assertEqual(report["stop_reason"], "goal")
         self.assertLess(abs(report["output"]["volume"] / report["input"]["volume"] - 1), 1e-6)
+
+    def test_coincident_sheets_stay_together(self):
+        """The sides of a slit that ends inside, and of two parts in contact, where the boundary may move."""
+        for slit_ends in (4, 99):
+            mesh = TinyVtu(8)
+            middle = [v for v, p in enumerate(mesh.points) if p[0] == 4 and p[1] < slit_ends]
+            twin = {v: len(mesh.points) + i for i, v in enumerate(middle)}
+            mesh.points += [mesh.points[v] for v in middle]
+            beyond = lambda t: sum(mesh.points[v][0] for v in t) > 16
+            mesh.tets = [[twin.get(v, v) for v in t] if beyond(t) else t for t in mesh.tets]
+            path = self.write(rebuilt(mesh))
+
+            def sheet(path):
+                """The boundary's triangles in the middle, by coordinates, and how often each is there."""
+                made, faces = Vtu(path), collections.Counter()
+                for tet in made.tets.tolist():
+                    faces.update(tuple(sorted(f)) for f in itertools.combinations(tet, 3))
+                outer = [f for f, n in faces.items() if n == 1 and all(made.points[v][0] == 4 for v in f)]
+                return collections.Counter(tuple(sorted(tuple(made.points[v]) for v in f)) for f in outer)
+            before = sheet(path)
+            self.assertEqual(set(before.values()), {2})
+            for boundary in ("planar", "2%"):
+                for options in ([], ["--chunk-tets", "500"]):
+                    out, report = self.fuse(path, "--boundary", boundary, "--reduction", "70%", *options)
+                    self.assertLess(report["output"]["tets"], report["input"]["tets"] / 2)
+                    self.assertEqual(set(sheet(out).values()), {2})
+            said = finish("simplify", path, "-o", self.folder / "out.vtu", "--boundary", "planar", "--reduction", "70%").stderr
+            self.assertIn(f"{2 * len(middle)} points lie where others do".encode(), said)
+
     def test_what_it_promises_for_every_point(self):
         path = self.generate("--jitter", "0.5", tets="40k")
         left = []
