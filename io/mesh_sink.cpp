@@ -6,10 +6,12 @@
 #include <array>
 #include <cctype>
 #include <filesystem>
+#include <initializer_list>
 #include <string_view>
 #include <vector>
 
 #include "base/error.h"
+#include "io/gmsh_head.h"
 #include "io/gmsh_writer.h"
 #include "io/legacy_writer.h"
 #include "io/medit_head.h"
@@ -77,14 +79,37 @@ std::vector<std::string> arrays_left_out_of_gmsh(const MeshDescription& mesh) {
   return names;
 }
 
+// In lower case.
+std::string suffix_of(const std::string& path) {
+  std::string suffix = std::filesystem::path(path).extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix;
+}
+
+// What Gmsh's files have doubles for, though they do not hold all of it.
+std::vector<std::string> long_integers(const MeshDescription& mesh) {
+  std::vector<std::string> names;
+  const auto add = [&](const AttributeSet& set, std::initializer_list<std::size_t> tags) {
+    for (std::size_t i = 0; i < set.arrays.size(); ++i) {
+      const ArrayInfo& array = set.arrays[i];
+      const bool is_long = array.type == ValueType::kInt64 || array.type == ValueType::kUInt64;
+      const bool is_tag = std::find(tags.begin(), tags.end(), i) != tags.end();
+      if (is_long && !is_tag) names.push_back(array.name);
+    }
+  };
+  add(mesh.point_data, {});
+  add(mesh.cell_data, {find_references(mesh.cell_data, Association::kCell, kGmshPhysical),
+                       find_references(mesh.cell_data, Association::kCell, kGmshGeometrical)});
+  return names;
+}
+
 }  // namespace
 
 MeshFormat output_format(const std::string& path) {
   std::error_code error;
   if (path == "-" || std::filesystem::is_other(path, error)) return MeshFormat::kVtu;
-  std::string suffix = std::filesystem::path(path).extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string suffix = suffix_of(path);
   for (const Suffix& known : kSuffixes) {
     if (suffix == known.end) return known.format;
   }
@@ -95,6 +120,25 @@ MeshFormat output_format(const std::string& path) {
                   ".meshb (Medit), .msh (Gmsh), .node and .ele (TetGen), and - for a .vtu to "
                   "standard output",
                   path));
+}
+
+std::vector<std::string> files_of_mesh(const std::string& path) {
+  const std::string suffix = suffix_of(path);
+  if (suffix == ".node" || suffix == ".ele") return tetgen_files(path);
+  return {path};
+}
+
+void refuse_piece(const std::string& path, const MeshDescription& mesh) {
+  for (const std::string& file : mesh.files) {
+    std::error_code not_there;
+    if (path.empty() || !std::filesystem::equivalent(path, file, not_there)) continue;
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{}: that is a piece of {}; give another name", path, mesh.path));
+  }
+}
+
+void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh) {
+  if (files_of_mesh(path).size() == 1) refuse_piece(path, mesh);
 }
 
 void check_mesh_output(const std::string& path, Encoding encoding) {
@@ -129,11 +173,21 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
 std::string left_out_of(const std::string& path, const MeshDescription& mesh) {
   const MeshFormat format = output_format(path);
   if (format == MeshFormat::kVtu || format == MeshFormat::kLegacyVtk) return {};
+  const bool gmsh = format == MeshFormat::kGmsh;
   const std::vector<std::string> names =
-      format == MeshFormat::kGmsh ? arrays_left_out_of_gmsh(mesh) : arrays_left_out(format, mesh);
-  if (names.empty()) return {};
-  return fmt::format("{} has no place for these arrays, which are left out: {}", path,
-                     fmt::join(names, ", "));
+      gmsh ? arrays_left_out_of_gmsh(mesh) : arrays_left_out(format, mesh);
+  std::vector<std::string> sentences;
+  if (!names.empty()) {
+    sentences.push_back(fmt::format("{} has no place for these arrays, which are left out: {}",
+                                    path, fmt::join(names, ", ")));
+  }
+  const std::vector<std::string> rounded = gmsh ? long_integers(mesh) : std::vector<std::string>{};
+  if (!rounded.empty()) {
+    sentences.push_back(
+        fmt::format("{} has doubles for these integers, which are rounded from 2^53 on: {}", path,
+                    fmt::join(rounded, ", ")));
+  }
+  return fmt::format("{}", fmt::join(sentences, "; "));
 }
 
 }  // namespace tetfusion

@@ -34,6 +34,16 @@ void check_mesh_output(const std::string& path, Encoding encoding = Encoding::kR
 // in the memory of a few windows and these cells, where the source can be read in windows.
 void write_mesh(MeshSource* source, const std::string& path, const WriteOptions& options);
 
+// All files that a mesh of that name consists of, as far as the name tells: of TetGen several.
+std::vector<std::string> files_of_mesh(const std::string& path);
+
+// Throws Error(kUsage) where a file that is to be written is one of those that the mesh consists of
+// beside its own (MeshDescription::files). An empty name is none.
+void refuse_piece(const std::string& path, const MeshDescription& mesh);
+// The same for a mesh that is to be written, but where it has several files, too: these replace the
+// others' together.
+void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh);
+
 // A sentence about what of that mesh a file of that name cannot hold; empty where it holds all.
 std::string left_out_of(const std::string& path, const MeshDescription& mesh);
 

@@ -76,6 +76,8 @@ void run(Arguments* a) {
   context.report("reading", 0);
   const MapFile map = MapFile::open(a->map);
   auto source = open_mesh(a->input, a->open);
+  refuse_piece_as_mesh(a->output, source->description());
+  refuse_piece(a->report, source->description());
   const std::vector<MovedArray> arrays = apply_map(map, source.get(), a->arrays, context);
   const auto result = open_moved(map, arrays, source.get());
   const bool has_cell_arrays = !source->description().cell_data.arrays.empty();
@@ -109,8 +111,8 @@ void add_apply_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "apply", "Bring the point arrays of another step or program onto a simplified mesh");
   command->footer(
-      "IN has the points of the mesh that was simplified, in the same order; its cells and "
-      "coordinates do not matter.\n"
+      "IN is a mesh of tetrahedra with the points of the one that was simplified, in the same "
+      "order; where they lie, and which tetrahedra there are, does not matter.\n"
       "A point that stayed keeps its value, any other one gets what the original mesh has at its "
       "place.");
   command->add_option("MAP", a->map, "The file that 'tetfusion simplify --map' wrote")->required();

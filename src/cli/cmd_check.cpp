@@ -178,6 +178,8 @@ Answer check(const Arguments& a) {
   try {
     context.report("reading", 0);
     const auto source = open_mesh(a.input, a.open);
+    refuse_piece(a.report, source->description());
+    refuse_piece_as_mesh(a.fixed, source->description());
     const Examination examination = examine(source.get(), a.examine, context);
     Answer result = answer(a, a.input, examination);
     if (!a.fixed.empty()) fix(a, source.get(), examination, &console, &result);
@@ -191,9 +193,9 @@ Answer check(const Arguments& a) {
 void run(const Arguments& a) {
   const double start = wall_seconds();
   set_thread_count(a.threads);
+  refuse_same_file("--report", a.report, {a.input, a.fixed});
   if (!a.fixed.empty()) {
     check_mesh_output(a.fixed, a.write.encoding);
-    refuse_same_file("--report", a.report, {a.fixed});
     if (a.fixed == "-" && (a.report == "-" || !a.console.quiet)) {
       throw Error(ErrorCode::kUsage,
                   "the mesh and what was found cannot both go to standard output: give a name "

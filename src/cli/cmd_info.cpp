@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -70,7 +71,10 @@ std::string describe_range(const ArrayLine& line) {
   if (range.empty()) {
     text = "no finite values";
   } else if (s.constant() && scalar) {
-    text = fmt::format("{:.6g} everywhere", range.min);
+    // Statistics are doubles: from here on different integers may be one of them.
+    const bool rounded =
+        !is_float(line.info.type) && std::max(std::abs(range.min), std::abs(range.max)) >= 0x1p53;
+    text = fmt::format("{:.6g}{}", range.min, rounded ? ", rounded" : " everywhere");
   } else {
     text = fmt::format("{}{:.6g} .. {:.6g}", scalar ? "" : "length ", range.min, range.max);
     if (s.constant()) text += ", constant";
@@ -185,6 +189,7 @@ Answer describe(const Arguments& a) {
   context.report("reading", 0);
   const auto source = open_mesh(a.input, a.open);
   const MeshDescription& mesh = source->description();
+  refuse_piece(a.report, mesh);
   const std::vector<ArrayLine> arrays = measure_arrays(source.get(), context);
   const InspectionSummary summary = examine(source.get(), a.examine, context).mesh;
   const std::vector<Finding> findings = list_findings(summary);
@@ -200,6 +205,7 @@ Answer describe(const Arguments& a) {
 }
 
 void run(const Arguments& a) {
+  refuse_same_file("--report", a.report, {a.input});
   set_thread_count(a.threads);
   const Answer answer = describe(a);
   if (!a.report.empty()) write_text(a.report, dump(answer.json));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -172,35 +173,40 @@ void refuse_foreign_options(const CLI::App& command, Method method) {
   }
 }
 
-void print_estimate(const RunPlan& plan) {
+void add_estimate(const RunPlan& plan, std::string* text) {
+  const auto to = std::back_inserter(*text);
   const RunEstimate& e = plan.estimate;
-  fmt::print("boundary   about {:.3g} % of the points\n", 100 * e.boundary_share);
-  fmt::print("reachable  about {:.3g} % less tetrahedra{}\n", 100 * e.reduction,
-             e.goal && !e.reaches_goal() ? "; the goal is out of reach" : "");
-  fmt::print("time       about {:.2g} s with {} threads, without waiting for disks\n", e.seconds,
-             plan.threads);
-  fmt::print(
-      "basis      {}, simplified on one thread in {:.2g} s; the input was read once\n",
+  fmt::format_to(to, "boundary   about {:.3g} % of the points\n", 100 * e.boundary_share);
+  fmt::format_to(to, "reachable  about {:.3g} % less tetrahedra{}\n", 100 * e.reduction,
+                 e.goal && !e.reaches_goal() ? "; the goal is out of reach" : "");
+  fmt::format_to(to, "time       about {:.2g} s with {} threads, without waiting for disks\n",
+                 e.seconds, plan.threads);
+  fmt::format_to(
+      to, "basis      {}, simplified on one thread in {:.2g} s; the input was read once\n",
       e.is_whole() ? "the whole mesh" : format_count(e.sample_tets) + " tetrahedra from its middle",
       e.sample_seconds);
 }
 
-void print_plan(const RunPlan& plan) {
+std::string describe(const RunPlan& plan) {
+  std::string text;
+  const auto to = std::back_inserter(text);
   const auto names = [](const std::vector<std::string>& all) {
     return all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", "));
   };
-  fmt::print("input      {}: {} cells, {} points\n", plan.input.path, format_count(plan.input.tets),
-             format_count(plan.input.points));
-  fmt::print("steering   {}\nregions    {}\nchunks     {}\n", names(plan.steering),
-             names(plan.regions), plan.chunks);
-  fmt::print("memory     about {}, of {} that it may use; {} would keep the mesh in memory\n",
-             format_bytes(plan.memory_needed()), format_bytes(plan.memory),
-             format_bytes(plan.needs.in_core));
-  fmt::print("scratch    {}\n",
-             plan.on_disk
-                 ? fmt::format("about {} in {}", format_bytes(plan.needs.scratch), plan.scratch)
-                 : "none");
-  print_estimate(plan);
+  fmt::format_to(to, "input      {}: {} cells, {} points\n", plan.input.path,
+                 format_count(plan.input.tets), format_count(plan.input.points));
+  fmt::format_to(to, "steering   {}\nregions    {}\nchunks     {}\n", names(plan.steering),
+                 names(plan.regions), plan.chunks);
+  fmt::format_to(to,
+                 "memory     about {}, of {} that it may use; {} would keep the mesh in memory\n",
+                 format_bytes(plan.memory_needed()), format_bytes(plan.memory),
+                 format_bytes(plan.needs.in_core));
+  fmt::format_to(to, "scratch    {}\n",
+                 plan.on_disk
+                     ? fmt::format("about {} in {}", format_bytes(plan.needs.scratch), plan.scratch)
+                     : "none");
+  add_estimate(plan, &text);
+  return text;
 }
 
 void refuse_unreached_goal(const SimplifyReport& report) {
@@ -235,6 +241,7 @@ void run(Arguments* a) {
     }
     refuse_same_file("--report", a->report, others);
     check_output_path(a->report);
+    a->request.also_written = a->report;
   }
   std::vector<std::string> others = a->inputs;
   others.push_back(a->request.output);
@@ -248,7 +255,7 @@ void run(Arguments* a) {
       Console console(a->console);
       plan = plan_run(a->request, console.context());
     }
-    if (a->report != "-") print_plan(plan);
+    if (a->report != "-") write_text("-", describe(plan));
     if (!a->report.empty()) write_text(a->report, to_json(plan));
     return;
   }

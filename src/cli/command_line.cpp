@@ -2,8 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <memory>
 #include <new>
 #include <string>
+#include <string_view>
 
 #include "base/error.h"
 #include "base/version.h"
@@ -14,11 +16,24 @@ namespace tetfusion {
 
 namespace {
 
+// "TEXT ..." for options that take several values at once, but not for those that are given again.
+class Formatter : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    std::string text = CLI::Formatter::make_option_opts(option);
+    constexpr std::string_view kSeveral = " ...";
+    const std::size_t at = text.find(kSeveral);
+    if (at != std::string::npos && !option->get_allow_extra_args()) text.erase(at, kSeveral.size());
+    return text;
+  }
+};
+
 int parse_and_run(int argc, const char* const* argv) {
   CLI::App app{
       "Simplifies tetrahedral meshes: TetFusion (Chopra & Meyer, IEEE Visualization 2002)"};
   app.set_version_flag("--version", "tetfusion " + version());
   app.require_subcommand(1);
+  app.formatter(std::make_shared<Formatter>());
   app.get_formatter()->column_width(34);
   app.footer("'tetfusion COMMAND --help' explains a command.");
   add_simplify_command(app);

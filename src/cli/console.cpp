@@ -184,14 +184,16 @@ void refuse_same_file(std::string_view option, const std::string& path,
   const auto plain = [](const std::string& p) {
     return std::filesystem::absolute(p).lexically_normal();
   };
-  for (const std::string& other : others) {
-    if (other.empty() || other == "-") continue;
-    std::error_code not_there;
-    if (!std::filesystem::equivalent(path, other, not_there) && plain(path) != plain(other)) {
-      continue;
+  for (const std::string& name : others) {
+    if (name.empty() || name == "-") continue;
+    for (const std::string& other : files_of_mesh(name)) {
+      std::error_code not_there;
+      if (!std::filesystem::equivalent(path, other, not_there) && plain(path) != plain(other)) {
+        continue;
+      }
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("{} {}: that is {}; give it a name of its own", option, path, other));
     }
-    throw Error(ErrorCode::kUsage,
-                fmt::format("{} {}: that is {}; give it a name of its own", option, path, other));
   }
 }
 

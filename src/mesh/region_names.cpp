@@ -5,6 +5,7 @@
 #include <cctype>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tetfusion {
 
@@ -13,31 +14,69 @@ namespace {
 // What Medit and TetGen call references, where their files become arrays.
 constexpr std::array<std::string_view, 2> kReferences{"medit:ref", "tetgen:ref"};
 
+// "CellEntityIds", "cell_entity_ids", "gmsh:geometrical" in lower case.
+std::vector<std::string> words_of(std::string_view name) {
+  std::vector<std::string> words(1);
+  bool was_lower = false;
+  for (const char c : name) {
+    const auto letter = static_cast<unsigned char>(c);
+    if (std::isalpha(letter) == 0 || (was_lower && std::isupper(letter) != 0)) {
+      words.emplace_back();
+    }
+    if (std::isalpha(letter) != 0) words.back() += static_cast<char>(std::tolower(letter));
+    was_lower = std::islower(letter) != 0;
+  }
+  return words;
+}
+
+template <std::size_t N>
+bool has_word(const std::vector<std::string>& words, const std::array<std::string_view, N>& known) {
+  return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
+    const std::string_view one = word.ends_with('s') ? word.substr(0, word.size() - 1) : word;
+    return std::find(known.begin(), known.end(), word) != known.end() ||
+           std::find(known.begin(), known.end(), one) != known.end();
+  });
+}
+
 bool is_named_like_material(std::string_view name) {
-  constexpr std::array<std::string_view, 8> kWords{"material", "region", "physical", "tissue",
-                                                   "block",    "zone",   "part",     "label"};
-  // A partition's rank says who computed a cell, not what it is made of.
-  constexpr std::array<std::string_view, 3> kPartitions{"partition", "particle", "parallel"};
+  constexpr std::array<std::string_view, 7> kParts{"material", "region", "physical", "tissue",
+                                                   "block",    "zone",   "label"};
+  constexpr std::array<std::string_view, 3> kWords{"part", "partid", "partno"};
+  // A rank says who computed a cell, not what it is made of.
+  constexpr std::array<std::string_view, 6> kRanks{"rank",      "proc", "process",
+                                                   "processor", "mpi",  "parallel"};
+  const std::vector<std::string> words = words_of(name);
   std::string lower(name);
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto contains = [&](std::string_view word) {
-    return lower.find(word) != std::string::npos;
-  };
-  return std::any_of(kWords.begin(), kWords.end(), contains) &&
-         std::none_of(kPartitions.begin(), kPartitions.end(), contains);
+  const bool named = std::any_of(kParts.begin(), kParts.end(), [&](std::string_view part) {
+    return lower.find(part) != std::string::npos;
+  });
+  return (named || has_word(words, kWords)) && !has_word(words, kRanks) &&
+         lower.find("partition") == std::string::npos;
 }
 
 }  // namespace
+
+bool is_reference(const ArrayInfo& array) {
+  return std::find(kReferences.begin(), kReferences.end(), array.name) != kReferences.end();
+}
 
 bool can_be_region(const ArrayInfo& array) {
   return array.components == 1 && !is_float(array.type) && array.type != ValueType::kString;
 }
 
 bool looks_like_region(const ArrayInfo& array) {
-  const bool reference =
-      std::find(kReferences.begin(), kReferences.end(), array.name) != kReferences.end();
-  return can_be_region(array) && (reference || is_named_like_material(array.name));
+  return can_be_region(array) && (is_reference(array) || is_named_like_material(array.name));
+}
+
+bool may_be_region(const ArrayInfo& array) {
+  constexpr std::array<std::string_view, 16> kWords{
+      "mat",    "domain",      "subdomain", "tag",      "phase",     "body",
+      "bodies", "group",       "entity",    "entities", "component", "attribute",
+      "elset",  "geometrical", "object",    "composite"};
+  return can_be_region(array) && !looks_like_region(array) &&
+         has_word(words_of(array.name), kWords);
 }
 
 }  // namespace tetfusion

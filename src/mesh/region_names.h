@@ -5,6 +5,9 @@
 
 namespace tetfusion {
 
+// What Medit and TetGen call references: medit:ref, tetgen:ref.
+bool is_reference(const ArrayInfo& array);
+
 // An integer array of one component.
 bool can_be_region(const ArrayInfo& array);
 
@@ -12,5 +15,10 @@ bool can_be_region(const ArrayInfo& array);
 // label), or the references of Medit (medit:ref) and TetGen (tetgen:ref); a partition's rank is
 // none.
 bool looks_like_region(const ArrayInfo& array);
+
+// Not one of those, but an integer array of one component with a name that may well mean regions:
+// one of its words, as in mat_id or CellEntityIds, is mat, domain, tag, phase, body, group, entity,
+// component, attribute, elset, geometrical, object, composite or their plural.
+bool may_be_region(const ArrayInfo& array);
 
 }  // namespace tetfusion

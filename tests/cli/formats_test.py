@@ -9,6 +9,7 @@ import numpy as np
 
 from harness import BAD, IO, USAGE, FolderTest, finish, main, report_of, run
 from independent_check import Vtu
+from tiny_vtu import TinyVtu
 
 try:
     import meshio
@@ -95,6 +96,14 @@ class Formats(FolderTest):
             run("convert", original, copy)
             self.assertEqual(made.read_bytes(), copy.read_bytes())
         self.assertFalse([name for name in self.files() if "part" in name])
+
+    def test_long_integers_that_a_format_rounds_are_told_of(self):
+        mesh = TinyVtu()
+        mesh.arrays.insert(0, ["PointData", "gid", "Int64", 1, [10**17 + i for i in range(len(mesh.points))]])
+        path = self.write(mesh)
+        said = finish("convert", path, self.folder / "out.msh").stderr.decode()
+        self.assertIn("rounded from 2^53 on: gid", said)
+        self.assertNotIn("rounded", finish("convert", path, self.folder / "out.vtk").stderr.decode())
 
     def test_levels(self):
         original = self.mesh()

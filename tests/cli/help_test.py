@@ -40,6 +40,11 @@ class Help(unittest.TestCase):
                 self.assertIn(option, listed, command)
             self.assertGreater(len(result.stdout.splitlines()), 8)
 
+    def test_options_that_are_given_again_take_one_value_each(self):
+        text = run("simplify", "--help").decode()
+        self.assertIn("IN TEXT ... REQUIRED", text)
+        self.assertRegex(text, r"--array TEXT +An array")
+
     def test_options_are_grouped(self):
         text = run("simplify", "--help").decode()
         found = [text.index(f"\n{group}:\n") for group in ("Output", "Goal", "Criteria", "Input", "Performance", "Messages")]

@@ -203,11 +203,30 @@ class Pieces(FolderTest):
         run("simplify", path, "-o", many, "--pieces", "2", "--reduction", "30%", "--quiet")
         piece = self.folder / "many_pieces" / self.pieces()[0]
         before = piece.read_bytes()
-        for options in (["-o", piece], ["-o", self.folder / "o.vtu", "--map", piece]):
+        for options in (["-o", piece], ["-o", self.folder / "o.vtu", "--map", piece], ["-o", self.folder / "o.vtu", "--report", piece]):
             said = finish("simplify", many, *options, "--reduction", "10%")
             self.assertEqual(said.returncode, USAGE)
             self.assertIn("is a piece of", said.stderr.decode())
+        for command in (["info", many, "--report", piece], ["check", many, "--report", piece], ["check", many, "--fix", piece],
+                        ["compare", many, many, "--report", piece], ["convert", many, piece]):
+            said = finish(*command)
+            self.assertEqual(said.returncode, USAGE, command)
+            self.assertIn("is a piece of", said.stderr.decode())
         self.assertEqual(piece.read_bytes(), before)
+
+    def test_a_report_is_not_written_over_the_mesh(self):
+        path = self.generate(tets="3k")
+        run("convert", path, self.folder / "in.node", "--quiet")
+        tetgen = self.folder / "in.ele"
+        before = path.read_bytes(), tetgen.read_bytes()
+        for command in (["info", path, "--report", path], ["check", path, "--report", path],
+                        ["check", path, "--fix", self.folder / "o.vtu", "--report", path],
+                        ["info", self.folder / "in.node", "--report", tetgen], ["check", self.folder / "in.node", "--report", tetgen],
+                        ["compare", path, self.folder / "in.node", "--report", tetgen],
+                        ["simplify", self.folder / "in.node", "-o", self.folder / "o.vtu", "--report", tetgen],
+                        ["simplify", path, "-o", self.folder / "o.node", "--report", self.folder / "o.ele"]):
+            self.assertEqual(finish(*command).returncode, USAGE, command)
+        self.assertEqual((path.read_bytes(), tetgen.read_bytes()), before)
 
     def test_what_is_refused(self):
         path = self.generate()

@@ -106,6 +106,16 @@ class Report(FolderTest):
         self.assertNotIn(b"steers", finish("simplify", path, "-o", out, "--array", "temperature").stderr)
         self.assertEqual(b"", finish("simplify", path, "-o", out, "--quiet").stderr)
 
+    def test_arrays_that_may_be_regions_are_told_of_where_nobody_chose(self):
+        mesh, out = TinyVtu(), self.folder / "out.vtu"
+        mesh.array("id")[1] = "cell_tags"
+        path = self.folder / "tagged.vtu"
+        path.write_bytes(mesh.bytes())
+        notice = b"cell array cell_tags may be regions, too"
+        self.assertIn(notice, finish("simplify", path, "-o", out).stderr)
+        for chosen in ("none", "cell_tags"):
+            self.assertNotIn(notice, finish("simplify", path, "-o", out, "--regions", chosen).stderr)
+
 
 if __name__ == "__main__":
     main()

@@ -1,0 +1,40 @@
+#include "mesh/region_names.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace tetfusion {
+namespace {
+
+ArrayInfo integers(const std::string& name) { return {name, ValueType::kInt32, 1, {}, 0}; }
+
+TEST(RegionNames, AreThoseOfMaterials) {
+  for (const char* name : {"material", "MaterialIds", "gmsh:physical", "tetgen:ref", "ZoneId",
+                           "PartIds", "partid", "part_3", "subregions"}) {
+    EXPECT_TRUE(looks_like_region(integers(name))) << name;
+    EXPECT_FALSE(may_be_region(integers(name))) << name;  // it is taken, so not told of
+  }
+  for (const char* name : {"partition", "particle", "department", "party", "rank_block",
+                           "process_region", "parallel_part"}) {
+    EXPECT_FALSE(looks_like_region(integers(name))) << name;
+  }
+  EXPECT_FALSE(looks_like_region({"material", ValueType::kFloat32, 1, {}, 0}));
+  EXPECT_FALSE(looks_like_region({"material", ValueType::kInt32, 2, {}, 0}));
+}
+
+TEST(RegionNames, MayMeanRegionsByAWord) {
+  for (const char* name : {"mat", "MAT_ID", "CellEntityIds", "gmsh:geometrical", "domains", "tag1",
+                           "cell_tags", "bodyId", "ElementGroups"}) {
+    EXPECT_TRUE(may_be_region(integers(name))) << name;
+    EXPECT_FALSE(looks_like_region(integers(name))) << name;
+  }
+  for (const char* name :
+       {"matrix", "formatted", "vtkGhostType", "rank", "partition", "index", "stage", ""}) {
+    EXPECT_FALSE(may_be_region(integers(name))) << name;
+  }
+  EXPECT_FALSE(may_be_region({"mat", ValueType::kFloat64, 1, {}, 0}));
+}
+
+}  // namespace
+}  // namespace tetfusion
