@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "partition/hilbert.h"
+#include "mesh/hilbert.h"
 
 namespace tetfusion {
 

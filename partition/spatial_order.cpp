@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "partition/hilbert.h"
+#include "mesh/hilbert.h"
 #include "partition/radix_sort.h"
 
 namespace tetfusion {

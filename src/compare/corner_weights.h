@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "compare/point.h"
@@ -34,6 +35,20 @@ class CornerVolumes {
     // Most corners are done here, without a bound on the error.
     return !(values_[corner] >= 0) && !(values_[corner] >= -error(corner));
   }
+  // The corner opposite to a face beyond which the point certainly lies, mostly the one with the
+  // most volume between it and the point; kNone if there is none.
+  std::size_t exit() const {
+    const auto& v = values_;
+    const std::size_t first = v[1] < v[0] ? 1 : 0, last = v[3] < v[2] ? 3 : 2;
+    const std::size_t least = v[last] < v[first] ? last : first;
+    const bool overflow = std::isnan((v[0] + v[1]) + (v[2] + v[3]));
+    if (v[least] >= 0 && !overflow) return kNone;
+    if (beyond(least)) return least;
+    std::size_t corner = 0;
+    while (corner < kNone && !beyond(corner)) ++corner;
+    return corner;
+  }
+  static constexpr std::size_t kNone = 4;
 
  private:
   double error(std::size_t corner) const {

@@ -7,11 +7,14 @@
 #include <limits>
 #include <string_view>
 
+#include "mesh/blocks.h"
 #include "mesh/region_names.h"
 
 namespace tetfusion {
 
 namespace {
+
+constexpr std::size_t kBlock = 16384;
 
 std::string describe(const ArrayInfo& info) {
   if (info.components == 1) return std::string(vtk_name(info.type));
@@ -62,15 +65,18 @@ void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
                    const RowTarget& target) {
   visit_type(info.type, [&](auto zero) {
     using T = decltype(zero);
-    for (std::size_t i = 0; i < target.rows; ++i) {
-      const std::size_t row = target.row_of.empty() ? i : target.row_of[i];
-      double* to = target.out + i * target.width + target.offset;
-      for (std::size_t c = 0; c < info.components; ++c) {
-        T value;
-        std::memcpy(&value, tuples.data() + (row * info.components + c) * sizeof(T), sizeof value);
-        to[c] = static_cast<double>(value);
+    for_each_block(target.rows, kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t row = target.row_of.empty() ? i : target.row_of[i];
+        double* to = target.out + i * target.width + target.offset;
+        for (std::size_t c = 0; c < info.components; ++c) {
+          T value;
+          std::memcpy(&value, tuples.data() + (row * info.components + c) * sizeof(T),
+                      sizeof value);
+          to[c] = static_cast<double>(value);
+        }
       }
-    }
+    });
   });
 }
 

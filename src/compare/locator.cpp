@@ -1,7 +1,5 @@
 #include "compare/locator.h"
 
-#include <bit>
-
 #include "compare/corner_weights.h"
 
 namespace tetfusion {
@@ -13,25 +11,19 @@ constexpr int kMostSteps = 32;
 
 double epsilon(ValueType type) { return type == ValueType::kFloat32 ? 0x1p-23 : 0x1p-52; }
 
-std::uint64_t mix(std::uint64_t x) {
-  x ^= x >> 32;
-  x *= 0xD6E8FEB86659FD93u;
-  return x ^ x >> 32;
-}
-
 }  // namespace
 
 Locator::Locator(const SimplifiedMesh* mesh, ValueType coarsest_point_type)
     : mesh_(*mesh),
       rounding_(4 * epsilon(coarsest_point_type)),
       largest_extent_(largest_part(mesh->box.extent())),
-      boundary_(&mesh->boundary) {
+      boundary_(&mesh->boundary),
+      vertices_(mesh->points) {
   tree_.build(mesh_.tets.size(), mesh_.box.centre(), [&](std::size_t t) {
     PointBox box;
     for (const Point& p : mesh_.corners(static_cast<TetId>(t))) box.add(p);
     return box;
   });
-  hash_points();
 }
 
 Place Locator::locate(const Point& p, LocatorHint* hint) const {
@@ -45,24 +37,15 @@ Place Locator::locate(const Point& p, LocatorHint* hint) const {
 
 // From tetrahedron to tetrahedron, each time through a face beyond which the point lies.
 bool Locator::walk(const Point& p, TetId* tet, Place* place) const {
-  TetId from = kNoTet;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMostSteps && *tet != kNoTet; ++step) {
     const CornerVolumes volumes(mesh_.corners(*tet), p);
-    const auto& neighbours = mesh_.neighbours[*tet];
-    std::size_t exit = 4;
-    for (std::size_t corner = 0; corner < 4; ++corner) {
-      if (!volumes.beyond(corner)) continue;
-      exit = corner;
-      if (neighbours[corner] != from) break;
-    }
-    if (exit == 4) {
+    const std::size_t exit = volumes.exit();
+    if (exit == CornerVolumes::kNone) {
       if (mesh_.flat[*tet] != 0) return false;
       *place = {*tet, weights_of(volumes.values()), false, 0};
       return true;
     }
-    if (neighbours[exit] == kNoTet) return false;
-    from = *tet;
-    *tet = neighbours[exit];
+    *tet = mesh_.neighbours[*tet][exit];
   }
   return false;
 }
@@ -123,23 +106,6 @@ Place Locator::find_on_boundary(const Point& p, LocatorHint* hint) const {
   place.outside = place.distance > tolerance(p, largest_part(box.extent()));
   if (!place.outside) place.distance = 0;
   return place;
-}
-
-std::size_t Locator::slot_of(const Point& p) const {
-  // -0 and 0 are the same coordinate.
-  std::uint64_t hash = mix(std::bit_cast<std::uint64_t>(p.x + 0.0));
-  hash = mix(hash + std::bit_cast<std::uint64_t>(p.y + 0.0));
-  hash = mix(hash + std::bit_cast<std::uint64_t>(p.z + 0.0));
-  return hash & (slots_.size() - 1);
-}
-
-void Locator::hash_points() {
-  slots_.assign(std::bit_ceil(2 * mesh_.points.size() + 1), kNoVertex);
-  for (VertexId v = 0; v < mesh_.points.size(); ++v) {
-    std::size_t slot = slot_of(mesh_.points[v]);
-    while (slots_[slot] != kNoVertex) slot = (slot + 1) & (slots_.size() - 1);
-    slots_[slot] = v;
-  }
 }
 
 }  // namespace tetfusion

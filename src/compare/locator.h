@@ -7,6 +7,7 @@
 #include "base/vector.h"
 #include "compare/box_tree.h"
 #include "compare/point.h"
+#include "compare/point_table.h"
 #include "compare/simplified_mesh.h"
 #include "compare/triangles.h"
 
@@ -47,10 +48,7 @@ class Locator {
   // Calls f(vertex) for all points of the mesh with the very coordinates of p.
   template <class F>
   void for_each_vertex_at(const Point& p, F f) const {
-    for (std::size_t slot = slot_of(p); slots_[slot] != kNoVertex;
-         slot = (slot + 1) & (slots_.size() - 1)) {
-      if (mesh_.points[slots_[slot]] == p) f(slots_[slot]);
-    }
+    vertices_.for_each_at(p, f);
   }
 
  private:
@@ -59,15 +57,13 @@ class Locator {
   bool find_close(const Point& p, Place* place) const;
   Place find_on_boundary(const Point& p, LocatorHint* hint) const;
   double tolerance(const Point& p, double extent) const;
-  std::size_t slot_of(const Point& p) const;
-  void hash_points();
 
   const SimplifiedMesh& mesh_;
   const double rounding_;
   double largest_extent_ = 0;  // of the mesh's box
   BoxTree tree_;
   TriangleFinder boundary_;
-  Vector<VertexId> slots_;  // a hash table of the points, a power of two
+  PointTable vertices_;
 };
 
 }  // namespace tetfusion

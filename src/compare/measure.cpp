@@ -27,16 +27,6 @@ FieldValues no_values(const Field& field) { return {std::vector<Range>(field.inf
 
 }  // namespace
 
-void Errors::add(double weight, double squared, const Point& at) {
-  squares += weight * squared;
-  weights += weight;
-  if (squared > 0) differing += weight;
-  if (squared > max_squared) {
-    max_squared = squared;
-    max_at = at;
-  }
-}
-
 void Errors::add(const Errors& other) {
   squares += other.squares;
   weights += other.weights;
@@ -184,8 +174,11 @@ std::vector<Integral> integrate_cells(const SimplifiedMesh& mesh, const FieldSet
 RegionVolumes measure_regions(const SimplifiedMesh& mesh, const FieldSet& fields,
                               const Field& field) {
   RegionVolumes volumes;
+  auto last = volumes.end();
   for (TetId t = 0; t < mesh.tets.size(); ++t) {
-    volumes[mesh.cell_rows[t * fields.width + field.offset]].add(volume_of(mesh, t));
+    const double region = mesh.cell_rows[t * fields.width + field.offset];
+    if (last == volumes.end() || last->first != region) last = volumes.try_emplace(region).first;
+    last->second.add(volume_of(mesh, t));
   }
   return volumes;
 }

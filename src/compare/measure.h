@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compare/fields.h"
+#include "compare/hilbert_curve.h"
 #include "compare/locator.h"
 #include "compare/original_mesh.h"
 #include "compare/simplified_mesh.h"
@@ -29,7 +30,15 @@ struct Errors {
   std::uint64_t non_finite = 0;  // places left out: the original's value is not finite there
   std::uint64_t undefined = 0;   // places left out: only the simplified mesh's value is not finite
 
-  void add(double weight, double squared, const Point& at);
+  void add(double weight, double squared, const Point& at) {
+    squares += weight * squared;
+    weights += weight;
+    if (squared > 0) differing += weight;
+    if (squared > max_squared) {
+      max_squared = squared;
+      max_at = at;
+    }
+  }
   void add(const Errors& other);
   double rms() const;
   double max() const;
@@ -152,9 +161,10 @@ inline constexpr std::size_t kPlaces = std::size_t{1} << 14;
 // several threads.
 template <class At>
 Vector<std::uint32_t> curve_order(std::size_t places, const PointBox& box, At at) {
+  const HilbertCurve curve(box);
   Vector<std::uint32_t> keys(places);
   for_each_block(places, kPlaces, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) keys[i] = morton_key(at(i), box);
+    for (std::size_t i = begin; i < end; ++i) keys[i] = curve.key(at(i));
   });
   return sorted_by_key(keys);
 }

@@ -67,8 +67,10 @@ Point centre_of(const OriginalCells& window, const Tet& t) {
   return 0.25 * ((p[t[0]] + p[t[1]]) + (p[t[2]] + p[t[3]]));
 }
 
-// What a cell needs lies apart from what the last one did: it is asked for so many cells earlier.
-constexpr std::size_t kAhead = 2;
+// What a cell needs lies apart from what the last one did: its corners' numbers, and then what they
+// are the numbers of, are asked for so many cells earlier.
+constexpr std::size_t kTetAhead = 8;
+constexpr std::size_t kAhead = 3;
 
 // One block of cells.
 class Block {
@@ -233,6 +235,7 @@ CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double
     for_each_block(order.size(), kPlaces, [&](std::size_t b, std::size_t begin, std::size_t end) {
       Block block(meshes, window, &parts[b]);
       for (std::size_t k = begin; k < end; ++k) {
+        if (k + kTetAhead < end) __builtin_prefetch(&window.tets[order[k + kTetAhead]]);
         if (k + kAhead < end) block.prefetch(order[k + kAhead]);
         block.measure(order[k]);
       }

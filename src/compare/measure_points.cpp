@@ -8,6 +8,9 @@ namespace tetfusion {
 
 namespace {
 
+// What a point needs lies apart from what the last one did: it is asked for so many points earlier.
+constexpr std::size_t kAhead = 4;
+
 // One block of points.
 class Block {
  public:
@@ -89,6 +92,10 @@ PointMeasures measure_points(const Meshes& meshes, const std::function<void(doub
     for_each_block(order.size(), kPlaces, [&](std::size_t b, std::size_t begin, std::size_t end) {
       Block block(meshes, &parts[b]);
       for (std::size_t k = begin; k < end; ++k) {
+        if (k + kAhead < end) {
+          __builtin_prefetch(&window.points[order[k + kAhead]]);
+          __builtin_prefetch(window.rows.data() + order[k + kAhead] * width);
+        }
         block.measure(window.points[order[k]], window.rows.data() + order[k] * width);
       }
     });

@@ -34,7 +34,7 @@ class PointSet {
   // How many of the set are smaller than id. id <= points.
   std::uint64_t number_of(std::uint64_t id) const {
     const std::uint64_t below = words_[id / 64] & ((std::uint64_t{1} << id % 64) - 1);
-    return before_[id / 64] + static_cast<std::uint64_t>(std::popcount(below));
+    return before_[id / 64] + ones_in(below);
   }
   std::uint64_t size() const { return number_of(points_); }
   // Which of the set has that number. number < size().
@@ -45,6 +45,13 @@ class PointSet {
   bool any_in_word(std::uint64_t word) const { return words_[word] != 0; }
 
  private:
+  // std::popcount() is a call where not every processor has an instruction for it.
+  static std::uint64_t ones_in(std::uint64_t bits) {
+    bits -= bits >> 1 & 0x5555555555555555u;
+    bits = (bits & 0x3333333333333333u) + (bits >> 2 & 0x3333333333333333u);
+    return ((bits + (bits >> 4)) & 0x0F0F0F0F0F0F0F0Fu) * 0x0101010101010101u >> 56;
+  }
+
   std::uint64_t points_;
   Vector<std::uint64_t> words_;
   Vector<std::uint32_t> before_;  // in all words before

@@ -51,10 +51,6 @@ struct PointBox {
 
 PointBox box_of(std::span<const Point> points);
 
-// Where items that lie near one another have numbers that do, too: 10 bits an axis, interleaved.
-// `box` is not empty.
-std::uint32_t morton_key(const Point& p, const PointBox& box);
-
 // The numbers of the keys in ascending order of these; equal keys keep their order. Keys have 30
 // bits.
 Vector<std::uint32_t> sorted_by_key(const Vector<std::uint32_t>& keys);

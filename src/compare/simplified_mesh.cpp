@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "compare/face_match.h"
+#include "compare/hilbert_curve.h"
 #include "mesh/blocks.h"
 #include "mesh/faces.h"
 #include "mesh/predicates.h"
@@ -56,24 +58,34 @@ class Loader {
           }
         },
         geometry_.points);
-    for (const Tet& t : geometry_.tets) {
-      for (const VertexId v : t) mesh_.box.add(all_points_[v]);
-    }
+    const Vector<Tet>& tets = geometry_.tets;
+    std::vector<PointBox> boxes(block_count(tets.size(), kBlock));
+    for_each_block(tets.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+      PointBox box;
+      for (std::size_t t = begin; t < end; ++t) {
+        for (const VertexId v : tets[t]) box.add(all_points_[v]);
+      }
+      boxes[b] = box;
+    });
+    for (const PointBox& box : boxes) mesh_.box.add(box);
   }
 
   void order_tets() {
     const Vector<Tet>& tets = geometry_.tets;
+    const HilbertCurve curve(mesh_.box);
     Vector<std::uint32_t> keys(tets.size());
     for_each_block(tets.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
         const Point pair = all_points_[tets[t][0]] + all_points_[tets[t][1]];
         const Point other = all_points_[tets[t][2]] + all_points_[tets[t][3]];
-        keys[t] = morton_key(0.25 * (pair + other), mesh_.box);
+        keys[t] = curve.key(0.25 * (pair + other));
       }
     });
     tets_ = sorted_by_key(keys);
     mesh_.tets.resize(tets.size());
-    for (std::size_t t = 0; t < tets.size(); ++t) mesh_.tets[t] = tets[tets_[t]];
+    for_each_block(tets.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) mesh_.tets[t] = tets[tets_[t]];
+    });
   }
 
   // In the order in which tetrahedra use them.

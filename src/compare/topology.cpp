@@ -1,28 +1,46 @@
 #include "compare/topology.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <vector>
 
+#include "mesh/blocks.h"
+#include "mesh/incidence.h"
 #include "mesh/union_find.h"
 
 namespace tetfusion {
 
+namespace {
+
+constexpr std::size_t kBlock = 4096;
+
+}  // namespace
+
 SurfaceTopology topology_of(const TriangleSet& set) {
-  UnionFind parts(set.points.size());
-  Vector<std::uint64_t> edges;
-  edges.reserve(3 * set.triangles.size());
-  for (const auto& triangle : set.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto [low, high] = std::minmax(triangle[i], triangle[(i + 1) % 3]);
-      edges.push_back(std::uint64_t{low} << 32 | high);
-      parts.unite(low, high);
+  const std::size_t points = set.points.size();
+  Vector<std::uint32_t> begins, corners;
+  build_incidence<3>(points, set.triangles, &begins, &corners);
+  UnionFind parts(points);
+  std::vector<std::int64_t> edges(block_count(points, kBlock), 0);  // to larger numbers
+  for_each_block(points, kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t> others;
+    for (std::size_t p = begin; p < end; ++p) {
+      others.clear();
+      for (std::uint32_t i = begins[p]; i < begins[p + 1]; ++i) {
+        for (const std::uint32_t other : set.triangles[corners[i] / 3]) {
+          if (other > p) others.push_back(other);
+        }
+      }
+      std::sort(others.begin(), others.end());
+      others.erase(std::unique(others.begin(), others.end()), others.end());
+      edges[b] += static_cast<std::int64_t>(others.size());
+      for (const std::uint32_t other : others) parts.unite(static_cast<std::uint32_t>(p), other);
     }
-  }
-  std::sort(edges.begin(), edges.end());
-  const auto end = std::unique(edges.begin(), edges.end());
+  });
   SurfaceTopology result;
-  result.euler = static_cast<std::int64_t>(set.points.size() + set.triangles.size()) -
-                 static_cast<std::int64_t>(end - edges.begin());
-  for (std::uint32_t p = 0; p < set.points.size(); ++p) result.parts += parts.find(p) == p ? 1 : 0;
+  result.euler = static_cast<std::int64_t>(points + set.triangles.size());
+  for (const std::int64_t count : edges) result.euler -= count;
+  for (std::uint32_t p = 0; p < points; ++p) result.parts += parts.is_root(p) ? 1 : 0;
   return result;
 }
 

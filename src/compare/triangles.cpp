@@ -3,15 +3,18 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
-#include <tuple>
 #include <vector>
 
+#include "compare/hilbert_curve.h"
+#include "compare/point_table.h"
 #include "mesh/blocks.h"
 #include "mesh/sums.h"
 
 namespace tetfusion {
 
 namespace {
+
+constexpr std::size_t kBlock = 2048;
 
 // The corners are given relative to the point.
 using Triangle3 = std::array<Point, 3>;
@@ -53,13 +56,14 @@ NearestOnTriangle nearest_on_triangle(const Point& p, const std::array<Point, 3>
 }
 
 Vector<std::uint32_t> order_triangles(TriangleSet* set) {
-  PointBox box;
-  for (const Point& p : set->points) box.add(p);
+  const HilbertCurve curve(box_of(set->points));
   Vector<std::uint32_t> keys(set->triangles.size());
-  for (std::size_t t = 0; t < keys.size(); ++t) {
-    const auto [a, b, c] = set->corners(t);
-    keys[t] = morton_key((1.0 / 3) * (a + b + c), box);
-  }
+  for_each_block(keys.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const auto [a, b, c] = set->corners(t);
+      keys[t] = curve.key((1.0 / 3) * (a + b + c));
+    }
+  });
   Vector<std::uint32_t> order = sorted_by_key(keys);
   Vector<std::array<std::uint32_t, 3>> triangles(order.size());
   for (std::size_t t = 0; t < order.size(); ++t) triangles[t] = set->triangles[order[t]];
@@ -89,8 +93,6 @@ TriangleFinder::Found TriangleFinder::nearest(const Point& p, std::uint32_t hint
 }
 
 namespace {
-
-constexpr std::size_t kBlock = 2048;
 
 // Calls measure(item, &hint) for all items, by blocks.
 template <class F>
@@ -141,25 +143,18 @@ OneSidedDistance measure_one_side(const TriangleSet& from, const TriangleFinder&
 // Numbers for all points of both sets, the same for the same coordinates.
 std::array<Vector<std::uint32_t>, 2> number_points(const TriangleSet& first,
                                                    const TriangleSet& second) {
-  struct Numbered {
-    Point p;
-    std::uint32_t set, id;
-  };
-  Vector<Numbered> all;
-  all.reserve(first.points.size() + second.points.size());
-  for (std::uint32_t i = 0; i < first.points.size(); ++i) all.push_back({first.points[i], 0, i});
-  for (std::uint32_t i = 0; i < second.points.size(); ++i) all.push_back({second.points[i], 1, i});
-  std::sort(all.begin(), all.end(), [](const Numbered& a, const Numbered& b) {
-    return std::tie(a.p.x, a.p.y, a.p.z) < std::tie(b.p.x, b.p.y, b.p.z);
-  });
+  Vector<Point> all(first.points);
+  all.insert(all.end(), second.points.begin(), second.points.end());
+  const PointTable table(all);
   std::array<Vector<std::uint32_t>, 2> numbers;
   numbers[0].resize(first.points.size());
   numbers[1].resize(second.points.size());
-  std::uint32_t number = 0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (i > 0 && !(all[i].p == all[i - 1].p)) ++number;
-    numbers[all[i].set][all[i].id] = number;
-  }
+  for_each_block(all.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t set = i < numbers[0].size() ? 0 : 1;
+      numbers[set][i - set * numbers[0].size()] = table.first_at(all[i]);
+    }
+  });
   return numbers;
 }
 
@@ -177,7 +172,10 @@ Vector<std::array<std::uint32_t, 3>> numbered(const TriangleSet& set,
 // The centre of a triangle that only one of them has; none if they are the same.
 std::optional<Point> find_difference(const TriangleSet& first, const TriangleSet& second) {
   const auto numbers = number_points(first, second);
-  const auto a = numbered(first, numbers[0]), b = numbered(second, numbers[1]);
+  Vector<std::array<std::uint32_t, 3>> a, b;
+  for_each_block(2, 1, [&](std::size_t set, std::size_t, std::size_t) {
+    (set == 0 ? a : b) = numbered(set == 0 ? first : second, numbers[set]);
+  });
   if (a == b) return std::nullopt;
   const auto [in_a, in_b] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
   // The smaller one of the two is not in the other list, which ascends as well.

@@ -1,4 +1,4 @@
-#include "partition/hilbert.h"
+#include "mesh/hilbert.h"
 
 #include <gtest/gtest.h>
 
@@ -15,13 +15,12 @@ struct Cell {
 TEST(Hilbert, VisitsEveryCellOnceAndStepsToAFaceNeighbour) {
   constexpr int kBits = 4;
   constexpr int kSide = 1 << kBits;
-  constexpr int kShift = kHilbertBits - kBits;
   std::map<std::uint64_t, Cell> along;
   for (int x = 0; x < kSide; ++x) {
     for (int y = 0; y < kSide; ++y) {
       for (int z = 0; z < kSide; ++z) {
-        const auto at = [](int i) { return static_cast<std::uint32_t>(i) << kShift; };
-        along[hilbert_key(at(x), at(y), at(z)) >> (3 * kShift)] = {x, y, z};
+        const auto at = [](int i) { return static_cast<std::uint32_t>(i); };
+        along[hilbert_key(at(x), at(y), at(z), kBits)] = {x, y, z};
       }
     }
   }
@@ -33,6 +32,13 @@ TEST(Hilbert, VisitsEveryCellOnceAndStepsToAFaceNeighbour) {
                      std::abs(a->second.z - b->second.z);
     ASSERT_EQ(step, 1) << "after key " << a->first;
   }
+}
+
+TEST(Hilbert, FinerCellsLieInTheCoarseOnesOfTheirKey) {
+  constexpr std::uint32_t kX = 9, kY = 3, kZ = 14;
+  constexpr int kShift = kHilbertBits - 4;
+  EXPECT_EQ(hilbert_key(kX << kShift, kY << kShift, kZ << kShift) >> (3 * kShift),
+            hilbert_key(kX, kY, kZ, 4));
 }
 
 TEST(Hilbert, UsesAllBits) {

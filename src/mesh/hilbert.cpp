@@ -1,4 +1,4 @@
-#include "partition/hilbert.h"
+#include "mesh/hilbert.h"
 
 #include <array>
 
@@ -72,11 +72,10 @@ constexpr unsigned octant_at(std::uint32_t x, std::uint32_t y, std::uint32_t z, 
 
 }  // namespace
 
-std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bits) {
   std::uint64_t key = 0;
   unsigned state = 0;
-  static_assert(kHilbertBits % 2 == 0);
-  for (int bit = kHilbertBits - 1; bit > 0; bit -= 2) {
+  for (int bit = bits - 1; bit > 0; bit -= 2) {
     const unsigned octants = octant_at(x, y, z, bit) << 3 | octant_at(x, y, z, bit - 1);
     const Step step = kTable[state][octants];
     key = key << 6 | step.place;
