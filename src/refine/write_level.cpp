@@ -1,16 +1,23 @@
 #include "refine/write_level.h"
 
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <vector>
+
 #include "io/mesh_output.h"
 #include "io/vtu_writer.h"
+#include "mesh/blocks.h"
 
 namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kRunBytes = std::size_t{1} << 20;
-// Points or cells after which somebody looks at the memory; and looks after which the numbers go.
-constexpr std::size_t kCellsAtOnce = std::size_t{1} << 12;
-constexpr std::size_t kNumbersKept = 64;
+// Points or cells that are gathered at once, after which somebody looks at the memory; those that
+// one thread takes; and looks after which the numbers go.
+constexpr std::size_t kWindow = std::size_t{1} << 15;
+constexpr std::size_t kBlock = std::size_t{1} << 12;
+constexpr std::size_t kNumbersKept = 8;
 
 class LevelWriter {
  public:
@@ -20,7 +27,7 @@ class LevelWriter {
     std::int64_t next = 0;
     for (std::size_t v = 0; v < numbers_.size(); ++v) {
       numbers_[v] = mesh.has_point(v) ? next++ : -1;
-      if (v % kCellsAtOnce == 0) this->keep();
+      if (v % kWindow == 0) this->keep();
     }
   }
 
@@ -46,14 +53,6 @@ class LevelWriter {
  private:
   static std::size_t stride(const ArrayInfo& info) { return info.components * size_of(info.type); }
 
-  template <class F>
-  void for_each_cell(F f) const {
-    for (std::size_t c = 0; c < file_.counts().cells; ++c) {
-      if (mesh_.type_of(c) != 0) f(c);
-      if (c % kCellsAtOnce == 0) keep();
-    }
-  }
-
   void keep() const {
     keep_();
     if (++kept_ % kNumbersKept == 0) numbers_.let_go();
@@ -64,7 +63,10 @@ class LevelWriter {
     VtuLayout out;
     out.points = mesh_.points();
     out.cells = mesh_.cells();
-    for_each_cell([&](std::size_t c) { out.corners += mesh_.corners_of(c).size(); });
+    for (std::size_t c = 0; c < file_.counts().cells; ++c) {
+      if (mesh_.type_of(c) != 0) out.corners += mesh_.corners_of(c).size();
+      if (c % kWindow == 0) keep();
+    }
     out.point_type = d.point_type;
     out.point_data = d.point_data;
     out.cell_data = d.cell_data;
@@ -75,69 +77,92 @@ class LevelWriter {
 
   // Bytes from `at` on of each point's row. Returns how many.
   std::size_t put_points(std::size_t at, std::size_t bytes, VtuWriter* writer) {
-    Run run(writer);
-    for (std::size_t v = 0; v < numbers_.size(); ++v) {
-      if (numbers_[v] >= 0) run.put(mesh_.point_row(v) + at, bytes);
-      if (v % kCellsAtOnce == 0) keep();
-    }
-    run.end();
+    put(
+        numbers_.size(), kBlock, [&](std::size_t v) { return numbers_[v] >= 0 ? bytes : 0; },
+        [&](std::size_t v, std::byte* out) { std::memcpy(out, mesh_.point_row(v) + at, bytes); },
+        writer);
     return bytes;
   }
 
   std::size_t put_cells(std::size_t at, std::size_t bytes, VtuWriter* writer) {
-    Run run(writer);
-    for_each_cell([&](std::size_t c) { run.put(mesh_.cell_row(c) + at, bytes); });
-    run.end();
+    put_of_cells(
+        kBlock, bytes,
+        [&](std::size_t c, std::byte* out) { std::memcpy(out, mesh_.cell_row(c) + at, bytes); },
+        writer);
     return bytes;
   }
 
   void put_corners(VtuWriter* writer) {
-    Run run(writer);
-    for_each_cell([&](std::size_t c) {
-      for (const VertexId v : mesh_.corners_of(c)) run.put(&numbers_[v], sizeof numbers_[v]);
-    });
-    run.end();
+    put(
+        file_.counts().cells, kBlock,
+        [&](std::size_t c) {
+          return mesh_.type_of(c) != 0 ? mesh_.corners_of(c).size() * sizeof(std::int64_t) : 0;
+        },
+        [&](std::size_t c, std::byte* out) {
+          for (const VertexId v : mesh_.corners_of(c)) {
+            std::memcpy(out, &numbers_[v], sizeof numbers_[v]);
+            out += sizeof numbers_[v];
+          }
+        },
+        writer);
   }
 
   void put_ends_and_types(VtuWriter* writer) {
-    Run run(writer);
     std::int64_t end = 0;
-    for_each_cell([&](std::size_t c) {
-      end += static_cast<std::int64_t>(mesh_.corners_of(c).size());
-      run.put(&end, sizeof end);
-    });
-    run.end();
-    for_each_cell([&](std::size_t c) {
-      const std::uint8_t type = mesh_.type_of(c);
-      run.put(&type, sizeof type);
-    });
-    run.end();
+    put_of_cells(
+        kWindow, sizeof end,  // one block after the other
+        [&](std::size_t c, std::byte* out) {
+          end += static_cast<std::int64_t>(mesh_.corners_of(c).size());
+          std::memcpy(out, &end, sizeof end);
+        },
+        writer);
+    put_of_cells(
+        kBlock, 1,
+        [&](std::size_t c, std::byte* out) { *out = static_cast<std::byte>(mesh_.type_of(c)); },
+        writer);
   }
 
-  // Gathers values of the writer's current array.
-  class Run {
-   public:
-    explicit Run(VtuWriter* writer) : writer_(writer) {}
-    void put(const void* value, std::size_t count) {
-      const auto* begin = static_cast<const std::byte*>(value);
-      bytes_.insert(bytes_.end(), begin, begin + count);
-      if (bytes_.size() >= kRunBytes) end();
-    }
-    // To be called last.
-    void end() {
-      if (!bytes_.empty()) writer_->put(bytes_);
-      bytes_.clear();
-    }
+  template <class Fill>
+  void put_of_cells(std::size_t block, std::size_t bytes, Fill fill, VtuWriter* writer) {
+    put(
+        file_.counts().cells, block,
+        [&](std::size_t c) { return mesh_.type_of(c) != 0 ? bytes : 0; }, fill, writer);
+  }
 
-   private:
-    VtuWriter* writer_;
-    Vector<std::byte> bytes_;
-  };
+  // An array of the file: fill(item, out) writes bytes_of(item) bytes, 0 of those that are not
+  // there. From several threads, but for what is in one block.
+  template <class BytesOf, class Fill>
+  void put(std::size_t items, std::size_t block, BytesOf bytes_of, Fill fill, VtuWriter* writer) {
+    for (std::size_t first = 0; first < items; first += kWindow) {
+      const std::size_t count = std::min(kWindow, items - first);
+      ends_.assign(block_count(count, block), 0);
+      for_each_block(count, block, [&](std::size_t b, std::size_t begin, std::size_t end) {
+        std::size_t bytes = 0;
+        for (std::size_t i = first + begin; i < first + end; ++i) bytes += bytes_of(i);
+        ends_[b] = bytes;
+      });
+      std::partial_sum(ends_.begin(), ends_.end(), ends_.begin());
+      bytes_.resize(ends_.back());
+      for_each_block(count, block, [&](std::size_t b, std::size_t begin, std::size_t end) {
+        std::byte* out = bytes_.data() + (b == 0 ? 0 : ends_[b - 1]);
+        for (std::size_t i = first + begin; i < first + end; ++i) {
+          const std::size_t bytes = bytes_of(i);
+          if (bytes == 0) continue;
+          fill(i, out);
+          out += bytes;
+        }
+      });
+      if (!bytes_.empty()) writer->put(bytes_);
+      keep();
+    }
+  }
 
   const RefinableMesh& mesh_;
   const ProgressiveFile& file_;
   const std::function<void()>& keep_;
   mutable std::uint64_t kept_ = 0;
+  Vector<std::byte> bytes_;           // of the window in hand
+  std::vector<std::size_t> ends_;     // of its blocks, in these
   PagedArray<std::int64_t> numbers_;  // in the file that is written, of each point; -1: not there
 };
 
