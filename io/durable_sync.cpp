@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -29,10 +30,19 @@ void DurableSync::commit(std::shared_ptr<Generation> generation, bool durable) {
   changed_.notify_all();
 }
 
+void DurableSync::keep(std::shared_ptr<Generation> generation, bool durable) {
+  const std::lock_guard lock(mutex_);
+  generation->set_needed(true);
+  kept_.push_back(std::move(generation));
+  if (durable) durable_kept_ = kept_.size();
+}
+
 bool DurableSync::holds(const std::string& name) const {
   const std::lock_guard lock(mutex_);
-  return (newest_ != nullptr && newest_->name() == name) ||
-         (durable_ != nullptr && durable_->name() == name);
+  const auto is_it = [&](const std::shared_ptr<Generation>& g) {
+    return g != nullptr && g->name() == name;
+  };
+  return is_it(newest_) || is_it(durable_) || std::any_of(kept_.begin(), kept_.end(), is_it);
 }
 
 bool DurableSync::empty() const {
@@ -47,6 +57,9 @@ void DurableSync::drop_all() {
     if (*generation != nullptr) (*generation)->set_needed(false);
     generation->reset();
   }
+  for (const auto& generation : kept_) generation->set_needed(false);
+  kept_.clear();
+  durable_kept_ = 0;
 }
 
 void DurableSync::stop() noexcept {
@@ -68,7 +81,7 @@ void DurableSync::work() {
     // Spares that the generation before this one had no use for.
     folder_->trim_spares(false);
     try {
-      if (sync(*generation)) keep(generation);
+      if (sync(*generation)) note_durable(generation);
     } catch (const std::exception& e) {
       folder_->remember_failure(e.what());
       lock.lock();
@@ -81,7 +94,7 @@ void DurableSync::work() {
 }
 
 // It is durable; what was durable before goes.
-void DurableSync::keep(const std::shared_ptr<Generation>& generation) {
+void DurableSync::note_durable(const std::shared_ptr<Generation>& generation) {
   std::shared_ptr<Generation> dropped;
   {
     const std::lock_guard lock(mutex_);
@@ -97,10 +110,10 @@ bool DurableSync::superseded(const Generation& generation) const {
   return stop_ || newest_.get() != &generation;
 }
 
-bool DurableSync::sync(const Generation& generation) {
+bool DurableSync::sync_files(const Generation& generation, const Generation& newest) {
   FileSystem& system = file_system();
   for (const Generation::File& entry : generation.files()) {
-    if (superseded(generation)) return false;
+    if (superseded(newest)) return false;
     const std::string name = scratch_name(generation.name(), entry.source);
     const Descriptor file = folder_->open(name);
     if (retry([&] { return system.fsync(file.get()); }) != 0) {
@@ -108,6 +121,23 @@ bool DurableSync::sync(const Generation& generation) {
                                               folder_->path_of(name), std::strerror(errno)));
     }
   }
+  return true;
+}
+
+bool DurableSync::sync(const Generation& generation) {
+  FileSystem& system = file_system();
+  for (;;) {
+    std::shared_ptr<Generation> kept;
+    {
+      const std::lock_guard lock(mutex_);
+      if (durable_kept_ == kept_.size()) break;
+      kept = kept_[durable_kept_];
+    }
+    if (!sync_files(*kept, generation)) return false;
+    const std::lock_guard lock(mutex_);
+    ++durable_kept_;
+  }
+  if (!sync_files(generation, generation)) return false;
   // Some network file systems cannot sync a folder.
   if (retry([&] { return system.fsync(folder_->fd()); }) != 0 && errno != EINVAL) {
     throw Error(ErrorCode::kIo,

@@ -4,7 +4,9 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "io/manifest.h"
 #include "io/piece_store_disk.h"
@@ -12,15 +14,17 @@
 
 namespace tetfusion {
 
-// Holds the generations that a resumed run may need: the newest committed one and the newest
-// durable one. The others go. Failures are left in the folder (ScratchFolder::throw_failure).
+// Holds the generations that a resumed run may need: the newest committed one, the newest durable
+// one, and those that are kept. The others go. Failures are left in the folder (ScratchFolder::throw_failure).
 // Thread-safe.
 class DurableSync {
  public:
   DurableSync(std::shared_ptr<ScratchFolder> folder, std::shared_ptr<Manifest> manifest);
   ~DurableSync();  // gives up what is not finished; the generations stay on the disk
 
+  // Those that are kept before are made durable first.
   void commit(std::shared_ptr<Generation> generation, bool durable = false);
+  void keep(std::shared_ptr<Generation> generation, bool durable = false);
   bool holds(const std::string& name) const;
   bool empty() const;
   // Stops for good; nothing is needed any more.
@@ -28,8 +32,10 @@ class DurableSync {
 
  private:
   void work();
-  bool sync(const Generation& generation);  // false: failed, or given up
-  void keep(const std::shared_ptr<Generation>& generation);
+  bool sync(const Generation& generation);  // false: given up
+  // The files of `generation`, for the sake of `newest`. False: given up.
+  bool sync_files(const Generation& generation, const Generation& newest);
+  void note_durable(const std::shared_ptr<Generation>& generation);
   bool superseded(const Generation& generation) const;
   void stop() noexcept;
 
@@ -39,6 +45,8 @@ class DurableSync {
   std::condition_variable changed_;
   std::shared_ptr<Generation> newest_;
   std::shared_ptr<Generation> durable_;
+  std::vector<std::shared_ptr<Generation>> kept_;
+  std::size_t durable_kept_ = 0;  // of these, the first ones
   bool failed_ = false;
   bool stop_ = false;
   std::thread worker_;  // from the first commit on

@@ -16,6 +16,7 @@ namespace {
 constexpr std::uint32_t kFingerprint = 1;
 constexpr std::uint32_t kCommit = 2;
 constexpr std::uint32_t kDurable = 3;
+constexpr std::uint32_t kKept = 4;
 
 // More than any run writes: a fingerprint, and some records of a hundred bytes a round.
 constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20;
@@ -53,6 +54,15 @@ T get(std::span<const std::byte> bytes, std::size_t at) {
   T value;
   std::memcpy(&value, bytes.data() + at, sizeof(T));
   return value;
+}
+
+std::vector<std::byte> payload_of(std::uint64_t files, std::uint64_t digest,
+                                  std::string_view name) {
+  std::vector<std::byte> payload;
+  put(&payload, files);
+  put(&payload, digest);
+  put_text(&payload, name);
+  return payload;
 }
 
 }  // namespace
@@ -95,11 +105,18 @@ bool Manifest::take(std::uint32_t kind, std::span<const std::byte> payload) {
     blank_ = false;
     return true;
   }
-  if (kind == kCommit) {
+  if (kind == kCommit || kind == kKept) {
     constexpr std::size_t kNumbers = 2 * sizeof(std::uint64_t);
     if (payload.size() < kNumbers) return false;
-    commits_.push_back({text_of(payload.subspan(kNumbers)), get<std::uint64_t>(payload, 0),
-                        get<std::uint64_t>(payload, sizeof(std::uint64_t)), false});
+    const std::string name = text_of(payload.subspan(kNumbers));
+    const auto files = get<std::uint64_t>(payload, 0);
+    const auto digest = get<std::uint64_t>(payload, sizeof(std::uint64_t));
+    if (kind == kCommit) {
+      commits_.push_back({name, files, digest, false, kept_});
+    } else {
+      std::erase_if(kept_, [&](const KeptGeneration& k) { return k.name == name; });
+      kept_.push_back({name, files, digest});
+    }
     return true;
   }
   if (kind != kDurable) return false;
@@ -120,17 +137,18 @@ void Manifest::start(const std::string& fingerprint) {
   end_ = sizeof(head);
   has_tail_ = false;
   commits_.clear();
+  kept_.clear();
   append(kFingerprint, std::as_bytes(std::span(fingerprint)));
   fingerprint_ = fingerprint;
   blank_ = false;
 }
 
+void Manifest::keep(const KeptGeneration& generation) {
+  append(kKept, payload_of(generation.files, generation.digest, generation.name));
+}
+
 void Manifest::commit(const Commit& commit) {
-  std::vector<std::byte> payload;
-  put(&payload, commit.files);
-  put(&payload, commit.digest);
-  put_text(&payload, commit.name);
-  append(kCommit, payload);
+  append(kCommit, payload_of(commit.files, commit.digest, commit.name));
 }
 
 void Manifest::mark_durable(std::string_view name) {

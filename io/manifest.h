@@ -13,11 +13,18 @@
 
 namespace tetfusion {
 
+struct KeptGeneration {
+  std::string name;
+  std::uint64_t files = 0;
+  std::uint64_t digest = 0;
+};
+
 struct Commit {
   std::string name;
   std::uint64_t files = 0;   // of pieces
   std::uint64_t digest = 0;  // of all files, the state too
   bool durable = false;
+  std::vector<KeptGeneration> kept = {};  // that belong to it
 };
 
 // Thread-safe.
@@ -38,7 +45,8 @@ class Manifest {
 
   // Begins anew, for the run of this fingerprint. The functions below throw Error(kIo) too.
   void start(const std::string& fingerprint);
-  void commit(const Commit& commit);
+  void keep(const KeptGeneration& generation);
+  void commit(const Commit& commit);  // with all that was kept before
   void mark_durable(std::string_view name);
   int sync();  // 0 or errno
 
@@ -54,6 +62,7 @@ class Manifest {
   bool blank_ = true;
   std::string fingerprint_;
   std::vector<Commit> commits_;
+  std::vector<KeptGeneration> kept_;  // as they were found
   std::mutex mutex_;
   std::uint64_t end_ = 0;  // of the last whole record
   bool has_tail_ = false;  // something stands behind it

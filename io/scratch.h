@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -19,11 +20,13 @@
 
 namespace tetfusion {
 
-// What a committed generation left: its pieces, sealed, and the state that was committed with it.
+// What a committed generation left: its pieces, sealed, and the state that was committed with it;
+// and what was kept before that, by name.
 struct Checkpoint {
   std::string generation;
   std::unique_ptr<PieceStore> pieces;
   Vector<std::byte> state;
+  std::map<std::string, std::unique_ptr<PieceStore>> kept;
 };
 
 class Scratch {
@@ -40,6 +43,10 @@ class Scratch {
   // nothing that was committed; a machine that loses its power at most what was not durable yet.
   // Throws Error(kIo), also for what has failed behind the run's back since.
   virtual void commit(const std::string& name, std::span<const std::byte> state) = 0;
+
+  // This generation, which is sealed, belongs to all that is committed from here on: it stays until
+  // remove(), whoever destroys its store. Throws what commit() throws.
+  virtual void keep(const std::string& name) = 0;
 
   // Takes back what an interrupted run left: the latest committed generation that is whole. Nothing
   // when there is none. Call once, first.

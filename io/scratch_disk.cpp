@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -28,10 +29,16 @@ namespace tetfusion {
 
 namespace {
 
-// A committed generation that is whole.
+// A generation that is whole.
 struct Found {
   std::shared_ptr<Generation> generation;
   std::vector<SectionTable> tables;  // of all its files
+};
+
+// A committed one, and what belongs to it.
+struct FoundCommit {
+  Found found;
+  std::vector<Found> kept;
 };
 
 std::unique_ptr<BucketPieces> map_sections(const std::shared_ptr<Generation>& generation,
@@ -53,13 +60,19 @@ class DiskScratch : public Scratch {
 
   std::unique_ptr<PieceStore> begin(const std::string& name) override;
   void commit(const std::string& name, std::span<const std::byte> state) override;
+  void keep(const std::string& name) override;
   std::optional<Checkpoint> resume() override;
   void remove() override;
   std::uint64_t peak_bytes() const override { return folder_->peak_bytes(); }
 
  private:
-  Found find(const Commit& commit, const std::vector<std::string>& names) const;
-  Checkpoint open(const Found& found);
+  std::shared_ptr<Generation> begun(const std::string& name) const;
+  Found find(const KeptGeneration& record, bool durable,
+             const std::vector<std::string>& names) const;
+  Found find_pieces(const Commit& commit, const std::vector<std::string>& names) const;
+  FoundCommit find(const Commit& commit, const std::vector<std::string>& names) const;
+  std::unique_ptr<PieceStore> open(const Found& found, Vector<std::byte>* state);
+  Checkpoint open(const FoundCommit& commit);
 
   std::shared_ptr<ScratchFolder> folder_;
   std::shared_ptr<Manifest> manifest_;
@@ -89,12 +102,24 @@ std::unique_ptr<PieceStore> DiskScratch::begin(const std::string& name) {
   return std::make_unique<DiskPieceStore>(std::move(generation));
 }
 
+std::shared_ptr<Generation> DiskScratch::begun(const std::string& name) const {
+  const auto found = begun_.find(name);
+  std::shared_ptr<Generation> generation = found == begun_.end() ? nullptr : found->second.lock();
+  if (generation == nullptr) throw std::logic_error("no such generation: " + name);
+  return generation;
+}
+
+void DiskScratch::keep(const std::string& name) {
+  folder_->throw_failure();
+  const std::shared_ptr<Generation> generation = begun(name);
+  const std::vector<Generation::File> files = generation->files();
+  manifest_->keep({name, files.size(), Generation::digest(files)});
+  sync_.keep(generation);
+}
+
 void DiskScratch::commit(const std::string& name, std::span<const std::byte> state) {
   folder_->throw_failure();
-  const auto found = begun_.find(name);
-  const std::shared_ptr<Generation> generation =
-      found == begun_.end() ? nullptr : found->second.lock();
-  if (generation == nullptr) throw std::logic_error("no such generation: " + name);
+  const std::shared_ptr<Generation> generation = begun(name);
   std::vector<PieceRef> pieces;
   if (!state.empty()) pieces.push_back({0, state});
   const std::uint64_t files = generation->files().size();
@@ -103,16 +128,17 @@ void DiskScratch::commit(const std::string& name, std::span<const std::byte> sta
   sync_.commit(generation);
 }
 
-// Throws DamagedFile unless the files of a commit are what was committed: by their tables, and by
-// all their bytes where a loss of power may have taken some.
-Found DiskScratch::find(const Commit& commit, const std::vector<std::string>& names) const {
+// Throws DamagedFile unless the files of a generation are what was recorded: by their tables, and
+// by all their bytes where a loss of power may have taken some.
+Found DiskScratch::find(const KeptGeneration& record, bool durable,
+                        const std::vector<std::string>& names) const {
   Found found;
-  found.generation = std::make_shared<Generation>(folder_, commit.name);
+  found.generation = std::make_shared<Generation>(folder_, record.name);
   // Nothing of it is lost before something newer takes its place.
   found.generation->set_needed(true);
   for (const std::string& name : names) {
     const auto parsed = parse_scratch_name(name);
-    if (!parsed || parsed->generation != commit.name) continue;
+    if (!parsed || parsed->generation != record.name) continue;
     SectionTable table = read_sections(folder_->open(name).get(), folder_->path_of(name));
     if (table.generation != found.generation->id() || table.source != parsed->source) {
       throw_damaged(folder_->path_of(name), "it was written as another file");
@@ -121,18 +147,31 @@ Found DiskScratch::find(const Commit& commit, const std::vector<std::string>& na
     found.tables.push_back(std::move(table));
   }
   const std::vector<Generation::File> files = found.generation->files();
-  if (files.size() != commit.files + 1 || Generation::digest(files) != commit.digest) {
-    throw_damaged(folder_->path(), "not the files of generation " + commit.name);
+  if (files.size() != record.files || Generation::digest(files) != record.digest) {
+    throw_damaged(folder_->path(), "not the files of generation " + record.name);
   }
-  if (!commit.durable) {
+  if (!durable) {
     for (const SectionTable& table : found.tables) map_sections(found.generation, table);
   }
   return found;
 }
 
-Checkpoint DiskScratch::open(const Found& found) {
-  Checkpoint checkpoint;
-  checkpoint.generation = found.generation->name();
+// Without what belongs to it.
+Found DiskScratch::find_pieces(const Commit& commit, const std::vector<std::string>& names) const {
+  // The state is a file more.
+  return find({commit.name, commit.files + 1, commit.digest}, commit.durable, names);
+}
+
+FoundCommit DiskScratch::find(const Commit& commit, const std::vector<std::string>& names) const {
+  FoundCommit result{find_pieces(commit, names), {}};
+  for (const KeptGeneration& kept : commit.kept) {
+    result.kept.push_back(find(kept, commit.durable, names));
+  }
+  return result;
+}
+
+// The state, if there is one, goes there.
+std::unique_ptr<PieceStore> DiskScratch::open(const Found& found, Vector<std::byte>* state) {
   auto store = std::make_unique<DiskPieceStore>(found.generation);
   for (const SectionTable& table : found.tables) {
     if (table.source != kStateSource) {
@@ -141,12 +180,22 @@ Checkpoint DiskScratch::open(const Found& found) {
     }
     const auto mapped = map_sections(found.generation, table);
     if (mapped->pieces().empty()) continue;
-    const auto state = mapped->pieces().front();
-    checkpoint.state.assign(state.begin(), state.end());
+    const auto bytes = mapped->pieces().front();
+    state->assign(bytes.begin(), bytes.end());
   }
   store->seal();
-  begun_[checkpoint.generation] = found.generation;
-  checkpoint.pieces = std::move(store);
+  begun_[found.generation->name()] = found.generation;
+  return store;
+}
+
+Checkpoint DiskScratch::open(const FoundCommit& commit) {
+  Checkpoint checkpoint;
+  checkpoint.generation = commit.found.generation->name();
+  checkpoint.pieces = open(commit.found, &checkpoint.state);
+  for (const Found& kept : commit.kept) {
+    Vector<std::byte> none;
+    checkpoint.kept.emplace(kept.generation->name(), open(kept, &none));
+  }
   return checkpoint;
 }
 
@@ -156,17 +205,26 @@ std::optional<Checkpoint> DiskScratch::resume() {
   std::optional<Checkpoint> checkpoint;
   std::shared_ptr<Generation> newest;
   std::shared_ptr<Generation> durable;
+  std::set<std::string> needed;
   const std::vector<Commit>& commits = manifest_->commits();
   for (auto commit = commits.rbegin(); commit != commits.rend() && !durable; ++commit) {
     // Behind one that is not durable stays the last one that is.
     if (checkpoint && !commit->durable) continue;
     try {
-      const Found found = find(*commit, names);
-      if (!checkpoint) {
-        checkpoint = open(found);
-        newest = found.generation;
+      if (checkpoint) {
+        // What belongs to it belongs to the newer one, too.
+        durable = find_pieces(*commit, names).generation;
+      } else {
+        const FoundCommit whole = find(*commit, names);
+        checkpoint = open(whole);
+        newest = whole.found.generation;
+        if (commit->durable) durable = newest;
+        for (const Found& kept : whole.kept) {
+          needed.insert(kept.generation->name());
+          sync_.keep(kept.generation, commit->durable);
+        }
       }
-      if (commit->durable) durable = found.generation;
+      needed.insert(commit->name);
     } catch (const DamagedFile&) {
       // Not whole: an older one may be.
     }
@@ -174,9 +232,7 @@ std::optional<Checkpoint> DiskScratch::resume() {
   for (const std::string& name : names) {
     const auto parsed = parse_scratch_name(name);
     if (!parsed || parsed->kind == ScratchFileName::Kind::kManifest) continue;
-    if (newest && parsed->generation == newest->name()) continue;
-    if (durable && parsed->generation == durable->name()) continue;
-    folder_->unlink(name);
+    if (!needed.contains(parsed->generation)) folder_->unlink(name);
   }
   if (durable) sync_.commit(durable, true);
   if (newest && newest != durable) sync_.commit(newest);

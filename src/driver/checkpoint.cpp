@@ -70,6 +70,8 @@ void pass(Stream stream, State& state) {
   stream.value(mesh.facing.box());
   stream.all(mesh.facing.cells());
   stream.value(state.input.box);
+  stream.all(state.input.steering_box.low);
+  stream.all(state.input.steering_box.high);
   stream.value(state.input.facts);
   auto& lower = state.input.lower;
   stream.all(lower.cells.types);
@@ -85,6 +87,7 @@ void pass(Stream stream, State& state) {
   stream.value(state.steering_width);
   stream.all(state.lods);
   pass_strings(stream, state.outputs);
+  stream.all(state.log_slices);
   stream.value(state.chunk_tets);
   stream.value(state.shrink);
   stream.value(state.spread);

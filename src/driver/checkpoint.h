@@ -1,6 +1,7 @@
 // What a run must remember, besides the pieces of its macroLoD, to go on where it was killed.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct RunState : RoundsState {
   std::vector<std::string> field_names;
   std::uint32_t steering_width = 0;
   std::vector<std::string> outputs;  // files that are written already: one a stage
+  std::vector<std::uint32_t> log_slices;  // of the rounds whose fusions are kept
 };
 
 // The mesh must be in pieces.

@@ -88,6 +88,7 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   text +=
       fmt::format("output: {}\nencoding: {}\n", request.output, static_cast<int>(request.encoding));
   text += fmt::format("pieces: {}\n", request.pieces);
+  text += fmt::format("progressive: {}\n", request.progressive);
   text += fmt::format("input: {}\ninput bytes: {}\n", mesh.path, mesh.file_bytes);
   struct stat status {};
   if (mesh.spooled_checksum) {

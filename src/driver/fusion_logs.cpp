@@ -6,6 +6,8 @@
 #include <queue>
 #include <utility>
 
+#include "base/error.h"
+
 namespace tetfusion {
 
 namespace {
@@ -39,9 +41,11 @@ struct Turn {
 FusionLogs::FusionLogs(Scratch* scratch, std::uint64_t bytes_per_tet)
     : scratch_(scratch), bytes_per_tet_(bytes_per_tet) {}
 
+std::string FusionLogs::name_of(std::size_t round) { return fmt::format("log-{}", round); }
+
 void FusionLogs::begin(std::uint64_t tets) {
   current_ = {};  // its name is free again
-  current_.store = scratch_->begin(fmt::format("log-{}", rounds_.size() + 1));
+  current_.store = scratch_->begin(name_of(rounds_.size() + 1));
   current_.slices = static_cast<std::uint32_t>(
       std::clamp<std::uint64_t>(tets * bytes_per_tet_ / kSliceBytes, 1, kMaxSlices));
 }
@@ -78,6 +82,29 @@ void FusionLogs::add(std::uint32_t chunk, const FusionLog& log) {
 void FusionLogs::end() {
   current_.store->seal();
   rounds_.push_back(std::exchange(current_, {}));
+}
+
+void FusionLogs::keep() {
+  while (kept_ < rounds_.size()) scratch_->keep(name_of(++kept_));
+}
+
+std::vector<std::uint32_t> FusionLogs::slices() const {
+  std::vector<std::uint32_t> slices;
+  for (const Round& round : rounds_) slices.push_back(round.slices);
+  return slices;
+}
+
+void FusionLogs::resume(std::span<const std::uint32_t> slices, Checkpoint* from) {
+  for (const std::uint32_t count : slices) {
+    const auto store = from->kept.find(name_of(rounds_.size() + 1));
+    if (store == from->kept.end() || store->second == nullptr || count == 0) {
+      throw Error(ErrorCode::kIo,
+                  "the work in the scratch folder lacks fusions: remove the folder, and start the "
+                  "run again");
+    }
+    rounds_.push_back({std::move(store->second), count});
+  }
+  kept_ = rounds_.size();
 }
 
 void FusionLogs::take_backwards(const Take& take) {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "io/scratch.h"
@@ -28,6 +30,12 @@ class FusionLogs {
   void add(std::uint32_t chunk, const FusionLog& log);
   void end();
 
+  // So that the run can be gone on with: what rounds there are is kept, and resume() takes it up
+  // again, before the first round; `slices` are those of each.
+  void keep();
+  std::vector<std::uint32_t> slices() const;
+  void resume(std::span<const std::uint32_t> slices, Checkpoint* from);
+
   // All fusions of all rounds, the last round first; rounds are counted from 1. They are gone then.
   // The same for any number of slices.
   using Take =
@@ -39,12 +47,14 @@ class FusionLogs {
     std::unique_ptr<PieceStore> store;
     std::uint32_t slices = 1;
   };
+  static std::string name_of(std::size_t round);  // counted from 1
   void take_slice(std::uint32_t slice, const Take& take) const;
 
   Scratch* scratch_;
   std::uint64_t bytes_per_tet_;
   Round current_;
   std::vector<Round> rounds_;
+  std::size_t kept_ = 0;  // of these
 };
 
 }  // namespace tetfusion

@@ -64,7 +64,7 @@ class Job {
   template <class Real>
   void end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state);
   template <class Real>
-  void commit(const std::string& generation, const RunState<Real>& state);
+  void commit(const std::string& generation, RunState<Real>* state);
   bool looks_at_result() const { return request_.verify || !request_.map.empty(); }
   // Who has the result in memory does not come back for the rest.
   bool keeps_work() const { return sink_ == nullptr && request_.performance.keep_work; }
@@ -230,12 +230,8 @@ MeshDescription Job::description_of_output() const {
 void Job::plan_memory() {
   const std::uint64_t total =
       request_.performance.memory != 0 ? request_.performance.memory : memory_limit() / 2;
-  std::uint32_t width = 0;
   const MeshDescription& mesh = source_->description();
-  for (const SteeringChoice& choice : steering_choices_) {
-    const bool of_cells = choice.association == Association::kCell;
-    width += (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index].components;
-  }
+  const std::uint32_t width = components_of(steering_choices_, mesh);
   const bool removed_points =
       error_limits(request_.behaviour, limits_of(steering_choices_)).at_points;
   std::uint64_t steering_bytes = width * sizeof(double);
@@ -311,13 +307,14 @@ void Job::run_with() {
   if (checkpoint_) {
     load(checkpoint_->state, &state);
     state.input.mesh.pieces = std::move(checkpoint_->pieces);
-    checkpoint_.reset();
     committed_ = true;
     report_.lods = state.lods;
     report_.outputs = state.outputs;
     context_.say(fmt::format("going on after {} rounds, with {} tetrahedra left", state.lods.size(),
                              format_count(state.input.mesh.tets)));
     const auto layout = begin(state.steering_width);
+    if (keeps_logs()) logs_->resume(state.log_slices, &*checkpoint_);
+    checkpoint_.reset();
     describe_input(state.input.facts);
     plan_output(state.input.facts.tets);
     report_.steering = state.field_names;
@@ -409,7 +406,7 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
   }
   plan_output(state->input.facts.tets);
   if (!state->input.first_round_done) {
-    commit("import", *state);
+    commit("import", state);
     return;
   }
   const InterfaceTable marks = std::move(state->input.mesh.interface);
@@ -437,10 +434,13 @@ void Job::plan_output(std::uint64_t tets) {
 }
 
 template <class Real>
-void Job::commit(const std::string& generation, const RunState<Real>& state) {
-  // Of a run with its way back the logs would have to be taken up again, too.
-  if (!on_disk_ || !keeps_work() || state.input.mesh.whole || keeps_logs()) return;
-  scratch_->commit(generation, save(state));
+void Job::commit(const std::string& generation, RunState<Real>* state) {
+  if (!on_disk_ || !keeps_work() || state->input.mesh.whole) return;
+  if (keeps_logs()) {
+    logs_->keep();
+    state->log_slices = logs_->slices();
+  }
+  scratch_->commit(generation, save(*state));
   committed_ = true;
 }
 
@@ -573,7 +573,7 @@ template <class Real>
 void Job::end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state) {
   planner_.note(plan, round, state);
   trim_memory();
-  commit(fmt::format("round-{}", plan.settings.number), *state);
+  commit(fmt::format("round-{}", plan.settings.number), state);
 }
 
 }  // namespace

@@ -66,7 +66,6 @@ void check_progressive(const SimplifyRequest& request) {
   refuse_with(!b.lods.empty(), "--lods", "the file holds all levels, for 'tetfusion refine'");
   refuse_with(b.tetrahedralize, "--tetrahedralize", "convert the mesh first");
   refuse_with(b.linearize, "--linearize", "convert the mesh first");
-  refuse_with(request.performance.resume, "--resume", "start the run anew");
 }
 
 void check_map(const SimplifyRequest& request) {

@@ -104,6 +104,16 @@ Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
 
 }  // namespace
 
+std::uint32_t components_of(const std::vector<SteeringChoice>& choices,
+                            const MeshDescription& mesh) {
+  std::uint32_t width = 0;
+  for (const SteeringChoice& choice : choices) {
+    const bool of_cells = choice.association == Association::kCell;
+    width += (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index].components;
+  }
+  return width;
+}
+
 std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
                                             const std::vector<std::string>& names) {
   std::vector<SteeringChoice> choices;

@@ -26,6 +26,10 @@ struct SteeringChoice {
 std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
                                             const std::vector<std::string>& names);
 
+// Values a point, of all of them.
+std::uint32_t components_of(const std::vector<SteeringChoice>& choices,
+                            const MeshDescription& mesh);
+
 // The values of the arrays that steer, at any window of points, each field in a unit of its own
 // that is a power of two: its range lies between a half and one.
 class Steering {

@@ -99,7 +99,7 @@ class Refine(FolderTest):
         run("refine", path, "-o", new, code=BAD)
         run("refine", self.folder / "none.tfp", "-o", new, code=IO)
         run("refine", back, "-o", self.folder / "no" / "where.vtu", code=IO)
-        for options in (["--conserve"], ["--lods", "10%,20%"], ["--resume"], ["--tetrahedralize"]):
+        for options in (["--conserve"], ["--lods", "10%,20%"], ["--tetrahedralize"]):
             name = "l_{lod}.vtu" if "--lods" in options else "out.vtu"
             run("simplify", path, "-o", self.folder / name, "--progressive", self.folder / "2.tfp", "--reduction", "50%",
                 *options, code=USAGE)
@@ -157,25 +157,29 @@ class Refine(FolderTest):
                 *options, code=MEMORY)
         self.assertEqual(self.files(), [path.name])
 
-    def test_a_run_that_was_killed_starts_anew(self):
-        """What it left in its scratch folder is in nobody's way, and the bytes are the same."""
+    def test_a_run_that_was_killed_goes_on(self):
+        """The bytes of both files are those of a run that was left alone."""
         path = self.generate("--jitter", "0.5", tets="400k")
         options = ("simplify", path, "-o", self.folder / "out.vtu", "--progressive", self.folder / "run.tfp", "--reduction", "80%",
-                   "--chunk-tets", "20k", "--memory", "110M", "--threads", "1", "--quiet")
-        run(*options)
-        whole = (self.folder / "run.tfp").read_bytes()
-        (self.folder / "run.tfp").unlink()
-        (self.folder / "out.vtu").unlink()
-        for seconds in (0.2, 0.5, 1):
-            job = subprocess.Popen([command(), *map(str, options)])
+                   "--chunk-tets", "20k", "--memory", "110M", "--threads", "1")
+        run(*options, "--quiet")
+        whole = [(self.folder / name).read_bytes() for name in ("run.tfp", "out.vtu")]
+        gone_on = 0
+        for seconds in (0.2, 0.5, 1, 1.5):
+            (self.folder / "run.tfp").unlink()
+            (self.folder / "out.vtu").unlink()
+            job = subprocess.Popen([command(), *map(str, options), "--quiet"])
             time.sleep(seconds)
             job.kill()
-            if job.wait() == 0:
-                break
-            self.assertFalse((self.folder / "run.tfp").exists())
-        run(*options)
-        self.assertTrue((self.folder / "run.tfp").read_bytes() == whole)
-        self.assertEqual(self.files(), [path.name, "out.vtu", "run.tfp"])
+            if job.wait() != 0:
+                self.assertFalse((self.folder / "run.tfp").exists())
+                resumed = finish(*options, "--resume")
+                self.assertEqual(resumed.returncode, 0, resumed.stderr)
+                gone_on += b"going on after" in resumed.stderr
+            for name, expected in zip(("run.tfp", "out.vtu"), whole):
+                self.assertTrue((self.folder / name).read_bytes() == expected, (seconds, name))
+            self.assertEqual(self.files(), [path.name, "out.vtu", "run.tfp"])
+        self.assertGreater(gone_on, 0)
 
     def test_ghost_cells_are_refused(self):
         mesh = TinyVtu()

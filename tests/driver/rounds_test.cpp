@@ -433,6 +433,7 @@ class WatchedScratch : public Scratch {
     return std::make_unique<WatchedStore>(scratch_->begin(name), added_);
   }
   void commit(const std::string&, std::span<const std::byte>) override {}
+  void keep(const std::string&) override {}
   std::optional<Checkpoint> resume() override { return {}; }
   void remove() override {}
   std::uint64_t peak_bytes() const override { return 0; }

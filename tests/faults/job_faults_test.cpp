@@ -53,10 +53,12 @@ struct Trials {
 // The parameter: of how many points one is tried. The first ones and the last ones always are.
 class JobFaults : public ::testing::TestWithParam<int> {
  protected:
-  JobFaults() {
+  // With the way back, which is one more output.
+  explicit JobFaults(bool progressive = false) {
     request_.input = folder_.file("in.vtu");
     fs::create_directory(disk_);
     request_.output = disk_ + "/out.vtu";
+    if (progressive) request_.progressive = disk_ + "/out.tfp";
     request_.behaviour.reduction = 0.4;
     request_.behaviour.chunk_tets = 150;
     request_.performance.threads = 1;
@@ -64,6 +66,7 @@ class JobFaults : public ::testing::TestWithParam<int> {
     testing::rich_box(5).write(request_.input);
     simplify(request_);
     new_ = bytes_of(request_.output);
+    if (progressive) new_progressive_ = bytes_of(request_.progressive);
     FaultyFileSystem system;
     simplify(request_);
     calls_ = system.calls();
@@ -81,6 +84,7 @@ class JobFaults : public ::testing::TestWithParam<int> {
     fs::remove_all(disk_);
     fs::create_directory(disk_);
     testing::write_file(request_.output, kOld);
+    if (!request_.progressive.empty()) testing::write_file(request_.progressive, kOld);
     request_.performance.resume = false;
   }
 
@@ -106,8 +110,12 @@ class JobFaults : public ::testing::TestWithParam<int> {
   }
 
   void expect_old_or_new(bool ended_well) {
-    const std::string found = fs::exists(request_.output) ? bytes_of(request_.output) : "";
-    EXPECT_TRUE(found == new_ || (!ended_well && found == kOld)) << found.size() << " bytes";
+    const auto expect = [&](const std::string& path, const std::string& expected) {
+      const std::string found = fs::exists(path) ? bytes_of(path) : "";
+      EXPECT_TRUE(found == expected || (!ended_well && found == kOld)) << path << found.size();
+    };
+    expect(request_.output, new_);
+    if (!request_.progressive.empty()) expect(request_.progressive, new_progressive_);
   }
 
   // What a user does next.
@@ -130,9 +138,10 @@ class JobFaults : public ::testing::TestWithParam<int> {
       fs::remove_all(request_.output + ".tetfusion");
       EXPECT_TRUE(run());
     }
-    EXPECT_EQ(bytes_of(request_.output) == new_, true);
+    expect_old_or_new(true);
     for (const auto& entry : fs::directory_iterator(disk_)) {
-      EXPECT_TRUE(entry.path() == request_.output || entry.path().extension() == ".part")
+      EXPECT_TRUE(entry.path() == request_.output || entry.path() == request_.progressive ||
+                  entry.path().extension() == ".part")
           << entry.path();
     }
   }
@@ -198,7 +207,7 @@ class JobFaults : public ::testing::TestWithParam<int> {
   TempDir folder_ = TempDir::in_memory();
   std::string disk_ = folder_.file("disk");
   SimplifyRequest request_;
-  std::string new_;
+  std::string new_, new_progressive_;
   std::int64_t calls_ = 0;
   Trials trials_;
 };
@@ -353,6 +362,27 @@ TEST_P(JobFaults, AReservationIsRefused) {
   EXPECT_GT(trials_.points, 50);
 }
 
+class ProgressiveJobFaults : public JobFaults {
+ protected:
+  ProgressiveJobFaults() : JobFaults(true) {}
+};
+
+TEST_P(ProgressiveJobFaults, ACallFails) {
+  with_fault_at_every_call([](FaultyFileSystem* system, std::int64_t n) { system->fail(n, EIO); });
+}
+
+TEST_P(ProgressiveJobFaults, TheProcessIsKilledWhileItWrites) {
+  with_fault_at_every_call([](FaultyFileSystem* system, std::int64_t n) { system->die_torn(n); });
+}
+
+TEST_P(ProgressiveJobFaults, ThePowerGoesAndTakesSomeOfAll) {
+  lose_power_at_every_call(VolatileDisk::Keeps::kSome);
+}
+
+INSTANTIATE_TEST_SUITE_P(Some, ProgressiveJobFaults, ::testing::Values(97),
+                         [](const auto&) { return "Points"; });
+INSTANTIATE_TEST_SUITE_P(All, ProgressiveJobFaults, ::testing::Values(1),
+                         [](const auto&) { return "Points"; });
 INSTANTIATE_TEST_SUITE_P(Some, JobFaults, ::testing::Values(97),
                          [](const auto&) { return "Points"; });
 INSTANTIATE_TEST_SUITE_P(All, JobFaults, ::testing::Values(1),

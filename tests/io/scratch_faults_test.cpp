@@ -44,6 +44,8 @@ void expect_round(const PieceStore& store, int round) {
   EXPECT_EQ(pieces_in(store, 1), std::vector<std::string>{"1"}) << round;
 }
 
+std::string log_of(int round) { return "log-" + std::to_string(round); }
+
 // What a job does, from where it stands to the end, checking all that it reads. `*committed` is the
 // last round that commit() has returned for; -1 in the end.
 void run_job(const std::string& folder, bool resume, std::atomic<int>* committed) {
@@ -59,6 +61,11 @@ void run_job(const std::string& folder, bool resume, std::atomic<int>* committed
     round = std::stoi(testing::text(checkpoint->state)) + 1;
     ASSERT_EQ(checkpoint->generation, name_of(round - 1));
     expect_round(*checkpoint->pieces, round - 1);
+    for (int kept = 0; kept < round; ++kept) {
+      ASSERT_TRUE(checkpoint->kept.contains(log_of(kept))) << kept;
+      EXPECT_EQ(pieces_in(*checkpoint->kept.at(log_of(kept)), 0),
+                std::vector<std::string>{piece_of(kept, 7)});
+    }
   }
   ASSERT_GE(round, *committed + 1) << "a committed round was lost";
   for (; round < kRounds; ++round) {
@@ -68,6 +75,11 @@ void run_job(const std::string& folder, bool resume, std::atomic<int>* committed
     store->seal();
     store->will_read(0);
     if (before) expect_round(*before, round - 1);
+    auto log = scratch->begin(log_of(round));
+    add_pieces(log.get(), 0, {{0, piece_of(round, 7)}});
+    log->seal();
+    scratch->keep(log_of(round));
+    log.reset();
     const std::string state = std::to_string(round);
     scratch->commit(name_of(round), std::as_bytes(std::span(state)));
     *committed = round;

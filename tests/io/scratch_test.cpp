@@ -57,6 +57,21 @@ class DiskScratchTest : public ::testing::Test {
     return store;
   }
 
+  static void keep(Scratch* scratch, const std::string& name) {
+    const auto store = scratch->begin(name);
+    add_pieces(store.get(), 2, {{1, "of " + name}});
+    store->seal();
+    scratch->keep(name);
+  }
+
+  static void expect_kept(const Checkpoint& checkpoint, const std::vector<std::string>& names) {
+    EXPECT_EQ(checkpoint.kept.size(), names.size());
+    for (const std::string& name : names) {
+      ASSERT_TRUE(checkpoint.kept.contains(name)) << name;
+      EXPECT_THAT(pieces_in(*checkpoint.kept.at(name), 1), ElementsAre("of " + name));
+    }
+  }
+
   static void expect_whole(const std::optional<Checkpoint>& checkpoint, const std::string& name) {
     ASSERT_TRUE(checkpoint.has_value());
     EXPECT_EQ(checkpoint->generation, name);
@@ -135,6 +150,33 @@ TEST_F(DiskScratchTest, GoesOnWithTheLatestCommit) {
   }
   const auto scratch = open(true);
   expect_whole(scratch->resume(), "three");
+}
+
+TEST_F(DiskScratchTest, WhatIsKeptBelongsToAllThatIsCommittedLater) {
+  {
+    const auto scratch = open();
+    keep(scratch.get(), "log-1");
+    run(scratch.get(), "one");
+    keep(scratch.get(), "log-2");
+    run(scratch.get(), "two");
+    EXPECT_THROW(scratch->begin("log-1"), std::logic_error);
+    keep(scratch.get(), "log-3");  // nothing is committed after that
+  }
+  {
+    const auto scratch = open(true);
+    const auto checkpoint = scratch->resume();
+    expect_whole(checkpoint, "two");
+    expect_kept(*checkpoint, {"log-1", "log-2"});
+    keep(scratch.get(), "log-3");
+    run(scratch.get(), "three");
+    ASSERT_TRUE(soon([&] { return is_durable("three"); }));
+  }
+  const auto scratch = open(true);
+  const auto checkpoint = scratch->resume();
+  expect_whole(checkpoint, "three");
+  expect_kept(*checkpoint, {"log-1", "log-2", "log-3"});
+  scratch->remove();
+  EXPECT_FALSE(fs::exists(folder_));
 }
 
 TEST_F(DiskScratchTest, KeepsWhatIsDurableUntilSomethingNewerIs) {
@@ -351,7 +393,9 @@ class DamagedScratch : public DiskScratchTest {
   // Two generations, not durable unless the disk is quick.
   void prepare() {
     const auto scratch = open();
+    keep(scratch.get(), "log-1");
     run(scratch.get(), "one");
+    keep(scratch.get(), "log-2");
     run(scratch.get(), "two");
   }
 
@@ -362,6 +406,11 @@ class DamagedScratch : public DiskScratchTest {
       const auto checkpoint = scratch->resume();
       if (!checkpoint) return "nothing";
       expect_whole(checkpoint, checkpoint->generation);
+      if (checkpoint->generation == "two") {
+        expect_kept(*checkpoint, {"log-1", "log-2"});
+      } else if (!checkpoint->kept.empty()) {
+        expect_kept(*checkpoint, {"log-1"});
+      }
       return checkpoint->generation;
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ErrorCode::kIo) << e.what();
@@ -444,6 +493,22 @@ TEST_F(DamagedScratch, AMissingFileLeavesTheGenerationBefore) {
     ASSERT_TRUE(soon([&] { return is_durable("two"); }));
     // "one" is held by its store, so its files are still there.
     fs::remove(folder_ + "/two.3.pieces");
+    fs::copy(folder_, dir_.file("kept"));
+  }
+  fs::remove_all(folder_);
+  fs::rename(dir_.file("kept"), folder_);
+  EXPECT_EQ(outcome(), "one");
+}
+
+TEST_F(DamagedScratch, AMissingFileOfWhatIsKeptLeavesTheGenerationBefore) {
+  {
+    const auto scratch = open();
+    const auto one = run(scratch.get(), "one");
+    ASSERT_TRUE(soon([&] { return is_durable("one"); }));
+    keep(scratch.get(), "log-1");
+    const auto two = run(scratch.get(), "two");
+    ASSERT_TRUE(soon([&] { return is_durable("two"); }));
+    fs::remove(folder_ + "/log-1.2.pieces");
     fs::copy(folder_, dir_.file("kept"));
   }
   fs::remove_all(folder_);
