@@ -259,8 +259,8 @@ struct Options {
   // Where the mesh stays as it is, as in "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS",
   // "pressure>0.5".
   std::vector<std::string> roi;
-  // With kFuse: an array of the points, of finite values >= 0; errors count so many times as much
-  // there. Empty: all count alike.
+  // With kFuse: an array of the points, or "cell:NAME" of the cells, of finite values >= 0; errors
+  // count so many times as much there. Empty: all count alike.
   std::string weight;
 
   // The result has an array of the points more, OriginalPointIds (kInt64): the number that a point

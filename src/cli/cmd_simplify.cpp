@@ -408,9 +408,9 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       ->group(kGroup);
   command
       .add_option("--weight", a->request.behaviour.weight,
-                  "With --method fuse: a point array of numbers >= 0 that says how much errors "
-                  "count: where it is 2 one is as bad as one twice as large where it is 1, so that "
-                  "the mesh stays finer there; --max-rms is divided by it")
+                  "With --method fuse: a point array, or cell:NAME, of numbers >= 0 that says how "
+                  "much errors count: where it is 2 one is as bad as one twice as large where it "
+                  "is 1, so that the mesh stays finer there; --max-rms is divided by it")
       ->check(not_empty)
       ->group(kGroup);
 }

@@ -59,7 +59,7 @@ class Trial {
   ImportedMesh<Real> input_;
   std::vector<SteeringField> fields_;
   std::vector<std::uint32_t> regions_;  // columns whose interfaces move
-  std::uint32_t weights_ = kNoColumn;
+  WeightColumn weights_;
   RoundsState state_;
   RunEstimate out_;
   double free_ = 0;    // vertices of the sample that may go

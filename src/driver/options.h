@@ -79,8 +79,8 @@ struct BehaviourOptions {
   // Where the mesh stays as it is (mesh/region_of_interest.h).
   std::vector<std::string> interest;
 
-  // With kFuse: a point array, >= 0; errors count so many times as much there. Empty: all count
-  // alike.
+  // With kFuse: a point array, or "cell:NAME", >= 0; errors count so many times as much there.
+  // Empty: all count alike.
   std::string weight;
 
   // Levels to write on the way: reductions in [0, 1), ascending. The output's name then holds

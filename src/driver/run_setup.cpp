@@ -34,30 +34,51 @@ std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
   return columns;
 }
 
-std::uint32_t weight_column(const std::string& name, const MeshDescription& mesh,
-                            const CarriedArrays& carried) {
-  if (name.empty()) return kNoColumn;
-  const std::size_t index = carried.point_data.find(name);
-  if (index == AttributeSet::npos || carried.point_data.arrays[index].components != 1) {
-    throw Error(ErrorCode::kUsage,
-                fmt::format("{}: --weight {}: there is no point array of one component with that "
-                            "name; the point arrays are: {}",
-                            mesh.path, name, names_of(mesh.point_data)));
+SteeringChoice choose_weights(const std::string& name, const MeshDescription& mesh) {
+  const auto choice = find_array(mesh, name);
+  const auto is_scalar = [&](const AttributeSet& set) {
+    const ArrayInfo& info = set.arrays[choice->index];
+    return info.components == 1 && info.type != ValueType::kString;
+  };
+  if (choice &&
+      is_scalar(choice->association == Association::kCell ? mesh.cell_data : mesh.point_data)) {
+    return *choice;
   }
-  return static_cast<std::uint32_t>(index);
+  throw Error(ErrorCode::kUsage,
+              fmt::format("{}: --weight {}: there is no array of one component with that name; "
+                          "point arrays: {}; cell arrays (name them cell:NAME): {}",
+                          mesh.path, name, names_of(mesh.point_data), names_of(mesh.cell_data)));
+}
+
+WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
+                           const CarriedArrays& carried) {
+  if (name.empty()) return {};
+  const SteeringChoice choice = choose_weights(name, mesh);
+  const bool of_cells = choice.association == Association::kCell;
+  const std::vector<std::size_t>& indices =
+      of_cells ? carried.cell_indices : carried.point_indices;
+  const auto at = std::find(indices.begin(), indices.end(), choice.index);
+  if (at == indices.end()) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{}: --weight {}: that marks ghosts, and says nothing of errors",
+                            mesh.path, name));
+  }
+  return {static_cast<std::uint32_t>(at - indices.begin()), of_cells};
 }
 
 void check_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
                    const RunContext& context) {
   constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
-  const std::size_t index = mesh.point_data.find(name);
-  const ArrayInfo& info = mesh.point_data.arrays[index];
+  const SteeringChoice choice = choose_weights(name, mesh);
+  const bool of_cells = choice.association == Association::kCell;
+  const ArrayInfo& info = (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index];
+  const std::uint64_t all = of_cells ? stream.cells() : stream.points();
   Vector<std::byte> rows;
-  for (std::uint64_t first = 0; first < stream.points(); first += kWindow) {
+  for (std::uint64_t first = 0; first < all; first += kWindow) {
     context.check();
-    const std::uint64_t count = std::min(kWindow, stream.points() - first);
+    const std::uint64_t count = std::min(kWindow, all - first);
     rows.resize(count * size_of(info.type));
-    stream.read_rows(Association::kPoint, index, first, count, rows);
+    stream.read_rows(choice.association, choice.index, first, count, rows);
     const Vector<double> values = to_doubles(info.type, rows);
     const auto wrong = std::find_if(values.begin(), values.end(), [](double value) {
       return !(value >= 0 && value <= std::numeric_limits<float>::max());
@@ -65,10 +86,10 @@ void check_weights(const std::string& name, const MeshDescription& mesh, const M
     if (wrong == values.end()) continue;
     throw Error(
         ErrorCode::kBadInput,
-        fmt::format("{}: --weight {}: point {} has the value {}; weights are finite numbers "
+        fmt::format("{}: --weight {}: {} {} has the value {}; weights are finite numbers "
                     "of 0 or more",
-                    mesh.path, name, first + static_cast<std::uint64_t>(wrong - values.begin()),
-                    *wrong));
+                    mesh.path, name, of_cells ? "cell" : "point",
+                    first + static_cast<std::uint64_t>(wrong - values.begin()), *wrong));
   }
 }
 

@@ -21,10 +21,12 @@ bool surfaces_move(const BehaviourOptions& behaviour);
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
                                           const std::vector<std::size_t>& regions);
 
-// The point column that says how much errors count, or kNoColumn. Throws Error(kUsage) where the
-// mesh has no such array of one component.
-std::uint32_t weight_column(const std::string& name, const MeshDescription& mesh,
-                            const CarriedArrays& carried);
+// The array that says how much errors count: "NAME" of points, "cell:NAME" of cells. Of a chunk,
+// its column; none for an empty name. Throws Error(kUsage) where the mesh has no such array of one
+// component.
+SteeringChoice choose_weights(const std::string& name, const MeshDescription& mesh);
+WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
+                           const CarriedArrays& carried);
 
 // Throws Error(kBadInput) where such an array has a value that is negative or not finite.
 void check_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,

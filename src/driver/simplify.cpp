@@ -89,7 +89,7 @@ class Job {
   RegionOfInterest interest_;
   std::vector<std::size_t> regions_;
   std::vector<std::uint32_t> region_columns_;  // the same, of the columns of chunks
-  std::uint32_t weight_column_ = kNoColumn;
+  WeightColumn weight_column_;
   MemoryNeeds needs_;
   std::unique_ptr<MemoryBudget> budget_;
   bool on_disk_ = false;

@@ -12,9 +12,7 @@
 
 namespace tetfusion {
 
-namespace {
-
-std::optional<SteeringChoice> find_choice(const MeshDescription& mesh, const std::string& name) {
+std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name) {
   constexpr std::string_view kCellPrefix = "cell:";
   SteeringChoice choice;
   choice.name = name;
@@ -28,12 +26,14 @@ std::optional<SteeringChoice> find_choice(const MeshDescription& mesh, const std
   return std::nullopt;
 }
 
+namespace {
+
 SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
-  if (auto choice = find_choice(mesh, text)) return *choice;
+  if (auto choice = find_array(mesh, text)) return *choice;
   const std::size_t colon = text.rfind(':');
   if (colon != std::string::npos) {
     const auto tolerance = parse_share(text.substr(colon + 1));
-    auto choice = find_choice(mesh, text.substr(0, colon));
+    auto choice = find_array(mesh, text.substr(0, colon));
     if (choice && (!tolerance || !(*tolerance > 0))) {
       throw Error(ErrorCode::kUsage,
                   fmt::format("--array {}: the tolerance \"{}\" must be greater than 0, a share of "

@@ -20,6 +20,9 @@ struct SteeringChoice {
   std::string name;                 // as in the file; "cell:NAME" for a cell array
 };
 
+// "NAME" of the points, "cell:NAME" of the cells.
+std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name);
+
 // Resolves the user's names ("NAME", "NAME:0.5%", "cell:NAME"); with none, VTK's active scalars,
 // else the first floating-point point array, else nothing. Throws Error(kUsage) naming the arrays
 // there are, or for an array that is named twice.

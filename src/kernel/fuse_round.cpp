@@ -91,13 +91,20 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
 template <class Real>
 void FuseRound<Real>::begin_weights() {
   weights_.clear();
-  if (limits_->weights == kNoColumn) return;
-  const Column& column = mesh_->point_columns[limits_->weights];
+  const auto [number, of_cells] = limits_->weights;
+  if (number == kNoColumn) return;
+  const Column& column = of_cells ? mesh_->cell_columns[number] : mesh_->point_columns[number];
+  if (of_cells) weights_.assign(mesh_->vertex_count(), 0);
   visit_type(column.type, [&](auto zero) {
     using T = decltype(zero);
-    const std::span<const T> rows(reinterpret_cast<const T*>(column.rows.data()),
-                                  mesh_->vertex_count());
-    for (const T value : rows) weights_.push_back(static_cast<float>(value));
+    const T* const rows = reinterpret_cast<const T*>(column.rows.data());
+    for (std::size_t v = 0; v < mesh_->vertex_count() && !of_cells; ++v) {
+      weights_.push_back(static_cast<float>(rows[v]));
+    }
+    for (TetId t = 0; t < mesh_->tets.size() && of_cells; ++t) {
+      const auto weight = static_cast<float>(rows[t]);
+      for (const VertexId v : mesh_->tets[t]) weights_[v] = std::max(weights_[v], weight);
+    }
   });
 }
 

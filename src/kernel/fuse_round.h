@@ -32,6 +32,14 @@ enum class Method : std::uint8_t {
   kFuse,     // neighbours become one, cheapest first
 };
 
+// A column of one finite value >= 0 a row: errors count so many times as much there, and fusions
+// cost its square. Of cells: at a vertex the largest one round it counts. kNoColumn: all count
+// alike.
+struct WeightColumn {
+  std::uint32_t column = kNoColumn;
+  bool of_cells = false;
+};
+
 struct FuseLimits {
   // No fusion costs more: the mean of the squared deviations, as shares of the fields' ranges, of
   // the fused vertex's fields from those of the original mesh that it stands for.
@@ -56,9 +64,7 @@ struct FuseLimits {
   double deviation_before = 0;
   double sheet_weight = 0;             // as in EdgeCosts::begin()
   std::vector<std::uint32_t> regions;  // cell columns: sheets lie where their values differ
-  // A point column of one finite value >= 0 a vertex: errors count so many times as much there, and
-  // fusions cost its square. kNoColumn: all count alike.
-  std::uint32_t weights = kNoColumn;
+  WeightColumn weights;
   // Ways the boundary looks at the beginning of the round: no part of it rises where another part
   // that faces it may be in reach. Null: there is none.
   const FacingGrid* facing = nullptr;

@@ -156,6 +156,12 @@ void SharedSeries::look_at_steps() {
   }
   sums_->finish(context_);
   for (const std::string& name : regions_->changing()) {
+    if ("cell:" + name == request_.job.behaviour.weight) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("--weight cell:{}: the array says regions, too, and changes from step "
+                              "to step: give another one, or --regions none",
+                              name));
+    }
     context_.say(fmt::format(
         "cell array {} changes from step to step: what any step tells apart stays so", name));
   }
@@ -205,13 +211,15 @@ std::unique_ptr<MeshSource> SharedSeries::summed_mesh() const {
                              }});
   }
   const MeshDescription& mesh = source->description();
-  const std::size_t weight = mesh.point_data.find(request_.job.behaviour.weight);
-  if (weight != AttributeSet::npos) {
-    arrays.points.push_back(own_array(mesh, Association::kPoint, weight));
+  const auto weights = find_array(mesh, request_.job.behaviour.weight);
+  if (weights && weights->association == Association::kPoint) {
+    arrays.points.push_back(own_array(mesh, Association::kPoint, weights->index));
   }
   for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
     const ArrayInfo& info = mesh.cell_data.arrays[i];
-    if (is_float(info.type)) continue;
+    const bool is_weight =
+        weights && weights->association == Association::kCell && weights->index == i;
+    if (is_float(info.type) && !is_weight) continue;
     if (!regions_->changes(info.name)) {
       arrays.cells.push_back(own_array(mesh, Association::kCell, i));
       continue;

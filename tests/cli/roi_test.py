@@ -114,6 +114,34 @@ class Weight(FolderTest):
             self.assertLess(light, 0.5 * light_before, options)
             self.assertGreater(heavy, 1.5 * heavy_before, options)
 
+    def test_an_array_of_cells_says_it_as_well(self):
+        """Where a cell has the weight its points have, the result is the same to the bit."""
+        cells = len(TinyVtu(8).tets)
+        files = []
+        for association, count, name in (("PointData", 9 ** 3, "heavy"), ("CellData", cells, "cell:heavy")):
+            mesh = TinyVtu(8)
+            mesh.array("temperature")[4] = [math.sin(x) + 0.3 * math.cos(2 * y * z) for x, y, z in mesh.points]
+            mesh.arrays.insert(1, [association, "heavy", "Float32", 1, [3.0] * count])
+            path = self.write(mesh)
+            run("simplify", path, "-o", self.folder / "out.vtu", *self.OPTIONS, "--max-rms", "1%", "--weight", name, "--chunk-tets", "500")
+            run("convert", self.folder / "out.vtu", self.folder / "out.mesh", "--quiet")  # without the weights
+            files.append((self.folder / "out.mesh").read_bytes())
+        self.assertEqual(*files)
+
+    def test_the_mesh_stays_finer_round_heavy_cells(self):
+        mesh = TinyVtu(12)
+        centres = [[sum(mesh.points[v][k] for v in tet) / 4 for k in range(3)] for tet in mesh.tets]
+        middle = max(p[0] for p in mesh.points) / 2
+        mesh.arrays.insert(1, ["CellData", "heavy", "Float64", 1, [50.0 if c[0] > middle else 0.1 for c in centres]])
+        mesh.array("temperature")[4] = [math.sin(x) + 0.3 * math.cos(2 * y * z) for x, y, z in mesh.points]
+        path = self.write(mesh)
+        shares = []
+        for more in ((), ("--weight", "cell:heavy")):
+            run("simplify", path, "-o", self.folder / "out.vtu", *self.OPTIONS, "--reduction", "40%", "--chunk-tets", "2k", *more)
+            points = Vtu(self.folder / "out.vtu").points
+            shares.append(float((points[:, 0] > middle).mean()))
+        self.assertGreater(shares[1], shares[0] + 0.05)
+
     def test_a_bound_holds_where_the_weight_is_one(self):
         path = self.generate("--jitter", "0.5", "--time", "8", tets="100k")
         light, heavy = self.points(path, "--max-rms", "0.1%", "--weight", "front")
@@ -154,8 +182,9 @@ class Weight(FolderTest):
 
     def test_what_makes_no_sense_is_refused(self):
         path = self.write(self.with_weights([1.0] * 7 + [-1.0] + [1.0] * (9 ** 3 - 8)))
-        for options, code, why in ((("--weight", "nothing"), USAGE, "--weight nothing: there is no point array of one component"),
-                                   (("--weight", "id"), USAGE, "the point arrays are: temperature, heavy"),
+        for options, code, why in ((("--weight", "nothing"), USAGE, "--weight nothing: there is no array of one component"),
+                                   (("--weight", "id"), USAGE, "point arrays: temperature, heavy"),
+                                   (("--weight", "cell:nothing"), USAGE, "cell arrays (name them cell:NAME): "),
                                    (("--weight", ""), USAGE, "--weight"),
                                    (("--weight", "heavy", "--method", "tetfuse"), USAGE, "--weight belongs to --method fuse"),
                                    (("--weight", "heavy"), BAD, "--weight heavy: point 7 has the value -1")):

@@ -227,8 +227,9 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
-   * A point array of finite numbers of 0 or more, with the method fuse: errors count so many times
-   * as much there, so that the mesh stays finer. None, the default: all count alike.
+   * A point array of finite numbers of 0 or more, or "cell:NAME" for a cell array, with the method
+   * fuse: errors count so many times as much there, so that the mesh stays finer. None, the
+   * default: all count alike.
    */
   vtkSetStringMacro(WeightArrayName);
   vtkGetStringMacro(WeightArrayName);
