@@ -248,7 +248,8 @@ void run(Arguments* a) {
   refuse_same_file("--map", a->request.map, others);
   others.insert(others.end(), {a->request.map, a->report});
   refuse_same_file("--progressive", a->request.progressive, others);
-  if (!a->series.empty() || is_series(a->inputs, a->request.output)) return run_series(a);
+  if (!a->series.empty() || is_series(a->inputs, a->request.output, a->request.behaviour.arrays))
+    return run_series(a);
   if (a->request.performance.dry_run) {
     RunPlan plan;
     {
@@ -384,9 +385,9 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
           "--array", a->request.behaviour.arrays,
           "An array that steers: NAME, NAME:0.5% (in place of --max-error or --scalar-tolerance), "
           "cell:NAME; may be "
-          "given again. Default: the active scalars, else the first floating-point point array. "
-          "All "
-          "arrays are carried along")
+          "given again. \"pressure_{step}\" stands for the point arrays of one mesh that are the "
+          "steps of a series. Default: the active scalars, else the first floating-point point "
+          "array. All arrays are carried along")
       ->allow_extra_args(false)
       ->group(kGroup);
   command

@@ -16,7 +16,9 @@ struct SeriesRequest {
   // What is asked for each step. Its input is not looked at; its output is that of the steps, and
   // holds "{step}", or is the name of a .pvd file that is to name them.
   SimplifyRequest job;
-  std::vector<std::string> inputs;  // files, or one .pvd file
+  // Files, or one .pvd file; or one mesh whose point arrays are the steps: those that a name among
+  // job.behaviour.arrays stands for which holds "{step}". Then the output is one mesh, too.
+  std::vector<std::string> inputs;
   // One simplification for all steps; else each is simplified by itself.
   bool shared = true;
 };
@@ -42,8 +44,9 @@ struct SeriesReport {
   double total_seconds = 0;
 };
 
-// Is that one, by its names?
-bool is_series(const std::vector<std::string>& inputs, const std::string& output);
+// Is that one, by its names? `arrays` are those that steer.
+bool is_series(const std::vector<std::string>& inputs, const std::string& output,
+               const std::vector<std::string>& arrays);
 
 // Throws what simplify() throws; Error(kUsage) for what a series cannot be asked for, before any
 // work; Error(kBadInput) for a step that is missing, or, of a shared series, has another mesh than

@@ -6,16 +6,20 @@
 #include <cctype>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include "base/error.h"
 #include "base/numbers.h"
 #include "driver/export.h"
 #include "driver/stages.h"
+#include "io/mesh_source.h"
 #include "io/output_file.h"
 #include "io/pieces_output.h"
 #include "io/pvd_file.h"
+#include "mesh/array_names.h"
 
 namespace tetfusion {
 
@@ -116,22 +120,90 @@ void check_request(const SeriesRequest& request) {
   }
 }
 
+bool holds_step(const std::string& name) { return name.find(kStepField) != std::string::npos; }
+
+void sort_by_number(std::vector<Step>* steps) {
+  if (!std::all_of(steps->begin(), steps->end(),
+                   [](const Step& step) { return is_number(step.label); })) {
+    return;
+  }
+  std::stable_sort(steps->begin(), steps->end(), [](const Step& a, const Step& b) {
+    return std::stoull(a.label) < std::stoull(b.label);
+  });
+}
+
+// What stands for {step} in that name, if it is one of the pattern's.
+std::optional<std::string> label_in(const std::string& name, const std::string& pattern) {
+  const std::size_t begin = pattern.find(kStepField);
+  const std::string end = pattern.substr(begin + std::string_view(kStepField).size());
+  if (name.size() <= begin + end.size() || !name.starts_with(pattern.substr(0, begin)) ||
+      !name.ends_with(end)) {
+    return std::nullopt;
+  }
+  return name.substr(begin, name.size() - begin - end.size());
+}
+
+// The steps are point arrays of one mesh. `names` are as the user has them, with {step} and maybe a
+// share behind.
+std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::string>& names) {
+  const auto source = open_mesh(path);
+  const MeshDescription& mesh = source->description();
+  std::vector<Step> steps;
+  std::string first;
+  for (const std::string& name : names) {
+    if (!holds_step(name)) {
+      refuse(fmt::format("--array {}: where steps are the arrays of one mesh, each array that "
+                         "steers holds {}",
+                         name, kStepField));
+    }
+    // As everywhere the last colon may begin a share.
+    std::string pattern = name;
+    const auto find = [&] {
+      std::vector<std::pair<std::string, std::string>> found;
+      for (const ArrayInfo& array : mesh.point_data.arrays) {
+        if (const auto label = label_in(array.name, pattern)) found.emplace_back(*label, array.name);
+      }
+      return found;
+    };
+    auto found = find();
+    const std::size_t colon = name.rfind(':');
+    if (found.empty() && colon != std::string::npos && colon > name.find(kStepField)) {
+      pattern = name.substr(0, colon);
+      found = find();
+    }
+    if (found.empty()) {
+      refuse(fmt::format("{}: no point array is named like {}; the point arrays are: {}", path,
+                         pattern, names_of(mesh.point_data)));
+    }
+    if (first.empty()) {
+      first = pattern;
+      for (const auto& [label, array] : found) steps.push_back({path, label, {}, "", {}});
+    }
+    for (Step& step : steps) {
+      const auto own = std::find_if(found.begin(), found.end(),
+                                    [&](const auto& one) { return one.first == step.label; });
+      if (own == found.end() || found.size() != steps.size()) {
+        refuse(fmt::format("{}: {} and {} have not the same steps", path, first, pattern));
+      }
+      step.arrays[pattern] = own->second;
+    }
+  }
+  sort_by_number(&steps);
+  return steps;
+}
+
 std::vector<Step> find_steps(const std::vector<std::string>& inputs) {
   std::vector<Step> steps;
   if (inputs.size() == 1 && is_pvd_name(inputs[0])) {
-    for (const PvdStep& step : read_pvd(inputs[0])) steps.push_back({step.path, "", step.time, ""});
+    for (const PvdStep& step : read_pvd(inputs[0])) steps.push_back({step.path, "", step.time, "", {}});
   } else {
-    for (const std::string& path : inputs) steps.push_back({path, "", {}, ""});
+    for (const std::string& path : inputs) steps.push_back({path, "", {}, "", {}});
   }
   std::vector<std::string> paths;
   for (const Step& step : steps) paths.push_back(step.input);
   const std::vector<std::string> labels = label_steps(paths);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i].label = labels[i];
-  if (!steps[0].time && std::all_of(labels.begin(), labels.end(), is_number)) {
-    std::stable_sort(steps.begin(), steps.end(), [](const Step& a, const Step& b) {
-      return std::stoull(a.label) < std::stoull(b.label);
-    });
-  }
+  if (!steps[0].time) sort_by_number(&steps);
   return steps;
 }
 
@@ -156,7 +228,7 @@ void check_outputs(const SeriesPlan& plan, const std::vector<std::string>& input
     if (is_pieces_name(step.output)) refuse("the output of a series is one file a step, no .pvtu");
     refuse_input(step.output);
     const auto [twin, is_new] = written.emplace(plain(step.output), step.input);
-    if (!is_new) {
+    if (!is_new && !plan.in_one_mesh()) {
       refuse(fmt::format("{} would be the output of both {} and {}: the name after -o must hold {}",
                          step.output, twin->second, step.input, kStepField));
     }
@@ -166,10 +238,11 @@ void check_outputs(const SeriesPlan& plan, const std::vector<std::string>& input
 
 }  // namespace
 
-bool is_series(const std::vector<std::string>& inputs, const std::string& output) {
+bool is_series(const std::vector<std::string>& inputs, const std::string& output,
+               const std::vector<std::string>& arrays) {
   return inputs.size() > 1 || is_pvd_name(output) ||
-         (inputs.size() == 1 && is_pvd_name(inputs[0])) ||
-         output.find(kStepField) != std::string::npos;
+         (inputs.size() == 1 && is_pvd_name(inputs[0])) || holds_step(output) ||
+         std::any_of(arrays.begin(), arrays.end(), holds_step);
 }
 
 std::vector<std::string> label_steps(const std::vector<std::string>& paths) {
@@ -194,7 +267,7 @@ SeriesPlan plan_series(const SeriesRequest& request) {
   std::string pattern = request.job.output;
   if (is_pvd_name(pattern)) {
     plan.list = pattern;
-    if (pattern.find(kStepField) != std::string::npos) {
+    if (holds_step(pattern)) {
       refuse(
           fmt::format("{}: a .pvd file is one for all steps: leave {} out", pattern, kStepField));
     }
@@ -202,7 +275,16 @@ SeriesPlan plan_series(const SeriesRequest& request) {
         std::filesystem::path(pattern).replace_extension().string() + "_" + kStepField + ".vtu";
     check_output_path(plan.list);
   }
-  plan.steps = find_steps(request.inputs);
+  const std::vector<std::string>& arrays = request.job.behaviour.arrays;
+  const bool in_one_mesh = request.inputs.size() == 1 && !is_pvd_name(request.inputs[0]) &&
+                           std::any_of(arrays.begin(), arrays.end(), holds_step);
+  if (in_one_mesh && (!request.shared || !plan.list.empty() || holds_step(pattern))) {
+    refuse(fmt::format("{}: where steps are the arrays of one mesh, the result is one mesh with all "
+                       "of them: give one name after -o, and not --series each",
+                       request.inputs[0]));
+  }
+  plan.steps =
+      in_one_mesh ? find_steps_in(request.inputs[0], arrays) : find_steps(request.inputs);
   for (Step& step : plan.steps) step.output = with_label(pattern, step.label);
   check_outputs(plan, request.inputs, request.job);
   return plan;

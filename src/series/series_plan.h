@@ -1,6 +1,7 @@
 // Which files are the steps of a series, and what becomes of each.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,11 +17,15 @@ struct Step {
   std::string label;           // what stands for {step}
   std::optional<double> time;  // as the .pvd file has it
   std::string output;
+  // Of steps that are arrays of one mesh: those of this step, by the names that hold {step}.
+  std::map<std::string, std::string> arrays;
 };
 
 struct SeriesPlan {
   std::vector<Step> steps;  // at least one
   std::string list;         // the .pvd file to write; empty: none
+
+  bool in_one_mesh() const { return !steps[0].arrays.empty(); }
 };
 
 // The labels of files: what differs between their names, whole numbers at least; of a single one
@@ -29,7 +34,7 @@ struct SeriesPlan {
 std::vector<std::string> label_steps(const std::vector<std::string>& paths);
 
 // Steps come in the order of their times, of their labels where these are numbers, else as given.
-// Throws Error(kUsage) for options that a series cannot have, for an output that is an input or
+// With steps in one mesh its arrays are looked at. Throws Error(kUsage) for options that a series cannot have, for an output that is an input or
 // another step's output; what opening a .pvd file throws.
 SeriesPlan plan_series(const SeriesRequest& request);
 

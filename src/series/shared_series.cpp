@@ -46,6 +46,22 @@ constexpr int kLessTries = 5, kMostTries = 12;
 constexpr double kNear = 0.6, kAim = 0.85, kMostAtOnce = 8;
 constexpr int kMoreTries = 2;
 
+// What stands for that array where steps are arrays of one mesh, if it is one of this step.
+std::optional<std::string> pattern_of(const Step& step, const std::string& name) {
+  for (const auto& [pattern, own] : step.arrays) {
+    if (own == name) return pattern;
+  }
+  return std::nullopt;
+}
+
+std::vector<DataArray> field_data_of(MeshSource* source) {
+  std::vector<DataArray> arrays;
+  for (std::size_t f = 0; f < source->description().field_data.arrays.size(); ++f) {
+    arrays.push_back(source->read_array(Association::kField, f));
+  }
+  return arrays;
+}
+
 class SharedSeries {
  public:
   SharedSeries(const SeriesRequest& request, SeriesPlan* plan, const RunContext& context)
@@ -70,10 +86,11 @@ class SharedSeries {
   }
 
  private:
-  std::unique_ptr<MeshSource> open(const Step& step) const {
+  std::unique_ptr<MeshSource> open_file(const Step& step) const {
     const BehaviourOptions& b = request_.job.behaviour;
     return open_mesh(step.input, {b.tetrahedralize, b.linearize, folder_.path()});
   }
+  std::unique_ptr<MeshSource> open(const Step& step) const;
   RunContext part(double from, double to) const;
   void look_at_steps();
   void add_up_again(std::uint64_t way);
@@ -84,8 +101,11 @@ class SharedSeries {
   double fit_steps(const RunContext& context);
   void write_steps();
   void write_step(std::size_t i, const ResultMesh& result, const RunContext& context);
+  DataArray fitted(std::size_t step, std::size_t array, const ArrayInfo& info) const;
+  void write_mesh(MeshSource* source, StepArrays arrays, const ResultMesh& result,
+                  const std::string& path, const RunContext& context);
+  void write_in_one_mesh(const ResultMesh& result, const RunContext& context);
   void reserve(std::uint64_t points, std::uint64_t cells) const;
-  std::uint64_t row_offset(std::size_t step) const { return step * step_bytes_; }
 
   const SeriesRequest& request_;
   SeriesPlan& plan_;
@@ -96,12 +116,47 @@ class SharedSeries {
   std::unique_ptr<CombinedFields> sums_;
   std::optional<CombinedRegions> regions_;
   std::unique_ptr<MapFile> map_;
-  // The fitted values of the arrays that steer, step after step.
+  // The fitted values of the arrays that steer, step after step; and where each begins in these.
   std::optional<RowFile> fitted_;
   std::uint64_t step_bytes_ = 0;
+  std::vector<std::uint64_t> array_offsets_;
   PhaseClock clock_;
   SeriesReport report_;
 };
+
+// An array of the mesh itself.
+ArrayFrom own_array(const MeshDescription& mesh, Association association, std::size_t index) {
+  const bool of_points = association == Association::kPoint;
+  const ArrayInfo& info = (of_points ? mesh.point_data : mesh.cell_data).arrays[index];
+  const std::uint64_t row = info.components * size_of(info.type);
+  return {info, [association, index, row](const MeshStream& stream, std::uint64_t first,
+                                          std::span<std::byte> out) {
+            stream.read_rows(association, index, first, out.size() / row, out);
+          }};
+}
+
+// Where steps are arrays of one mesh, its other steps' arrays are left out, and the own ones have
+// the names that hold {step}.
+std::unique_ptr<MeshSource> SharedSeries::open(const Step& step) const {
+  auto source = open_file(step);
+  if (!plan_.in_one_mesh()) return source;
+  const MeshDescription& mesh = source->description();
+  OtherArrays arrays;
+  for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {
+    const std::string& name = mesh.point_data.arrays[i].name;
+    if (const auto pattern = pattern_of(step, name)) {
+      arrays.points.push_back(own_array(mesh, Association::kPoint, i));
+      arrays.points.back().info.name = *pattern;
+    } else if (std::none_of(plan_.steps.begin(), plan_.steps.end(),
+                            [&](const Step& other) { return pattern_of(other, name); })) {
+      arrays.points.push_back(own_array(mesh, Association::kPoint, i));
+    }
+  }
+  for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
+    arrays.cells.push_back(own_array(mesh, Association::kCell, i));
+  }
+  return with_arrays(std::move(source), std::move(arrays));
+}
 
 // Of the whole run, for a part of it.
 RunContext SharedSeries::part(double from, double to) const {
@@ -138,7 +193,7 @@ void SharedSeries::look_at_steps() {
       context_.report_size(mesh.cells);
       sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_,
                                                plan_.steps.size());
-    } else {
+    } else if (!plan_.in_one_mesh()) {
       const auto first = open(plan_.steps[0]);
       require_same_mesh(print, first.get(), print_of(mesh, *stream, context_), mesh, *stream);
     }
@@ -150,7 +205,7 @@ void SharedSeries::look_at_steps() {
                               mesh.path, kOriginalIds));
     }
     sums_->add(i, mesh, *stream, context_);
-    regions_->add(mesh, *stream, context_);
+    if (i == 0 || !plan_.in_one_mesh()) regions_->add(mesh, *stream, context_);
     report_.steps.push_back(
         {plan_.steps[i].label, plan_.steps[i].input, plan_.steps[i].output, {}, {}});
   }
@@ -184,17 +239,6 @@ double SharedSeries::bound_of(std::size_t array) const {
   if (request_.job.behaviour.method != Method::kFuse) return kInfinity;
   const ErrorLimits limits = error_limits(request_.job.behaviour, limits_of(arrays_));
   return arrays_[array].tolerance.value_or(limits.max_error);
-}
-
-// An array of the mesh itself.
-ArrayFrom own_array(const MeshDescription& mesh, Association association, std::size_t index) {
-  const bool of_points = association == Association::kPoint;
-  const ArrayInfo& info = (of_points ? mesh.point_data : mesh.cell_data).arrays[index];
-  const std::uint64_t row = info.components * size_of(info.type);
-  return {info, [association, index, row](const MeshStream& stream, std::uint64_t first,
-                                          std::span<std::byte> out) {
-            stream.read_rows(association, index, first, out.size() / row, out);
-          }};
 }
 
 // The first step's mesh, with the sums in place of its arrays, and the weights if there are any; of
@@ -337,17 +381,19 @@ double SharedSeries::fit_steps(const RunContext& context) {
     const std::vector<MovedArray> moved = apply_map(*map_, source.get(), names, quiet, fits);
     if (i == 0) {
       // Any later step may have values twice as wide.
+      array_offsets_.clear();
       for (const MovedArray& array : moved) {
+        array_offsets_.push_back(step_bytes_);
         step_bytes_ += array.array.info.values() * sizeof(double);
       }
       fitted_.emplace(folder_.path(), step_bytes_ * plan_.steps.size());
     }
-    std::uint64_t at = row_offset(i);
     report_.steps[i].arrays.clear();
+    const auto& own_names = plan_.steps[i].arrays;
     for (std::size_t a = 0; a < moved.size(); ++a) {
-      fitted_->write(at, moved[a].array.bytes);
-      at += moved[a].array.info.values() * sizeof(double);
-      report_.steps[i].arrays.push_back({names[a], moved[a].rms, moved[a].max, moved[a].max_at});
+      fitted_->write(i * step_bytes_ + array_offsets_[a], moved[a].array.bytes);
+      const std::string& name = plan_.in_one_mesh() ? own_names.at(names[a]) : names[a];
+      report_.steps[i].arrays.push_back({name, moved[a].rms, moved[a].max, moved[a].max_at});
       if (fits[a].bound == kInfinity || !is_float(moved[a].array.info.type)) continue;
       used = std::max(used, std::max(moved[a].max - moved[a].rounding, 0.0) / fits[a].bound);
     }
@@ -379,6 +425,14 @@ void SharedSeries::reserve(std::uint64_t points, std::uint64_t cells) const {
 
 void SharedSeries::write_steps() {
   const ResultMesh result(folder_.mesh(), *map_);
+  report_.runs[0].output.path = request_.job.output;
+  report_.runs[0].steering.clear();
+  for (const SteeringChoice& array : arrays_) report_.runs[0].steering.push_back(array.name);
+  if (plan_.in_one_mesh()) {
+    write_in_one_mesh(result, part(0.7, 1));
+    report_.runs[0].outputs = {request_.job.output};
+    return;
+  }
   for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
     const auto share = [&](std::size_t done) {
       return 0.7 + 0.3 * static_cast<double>(done) / static_cast<double>(plan_.steps.size());
@@ -394,9 +448,15 @@ void SharedSeries::write_steps() {
     report_.runs[0].outputs.resize(i);
     report_.runs[0].outputs.push_back(plan_.steps[i].output);
   }
-  report_.runs[0].output.path = request_.job.output;
-  report_.runs[0].steering.clear();
-  for (const SteeringChoice& array : arrays_) report_.runs[0].steering.push_back(array.name);
+}
+
+DataArray SharedSeries::fitted(std::size_t step, std::size_t array, const ArrayInfo& info) const {
+  DataArray out;
+  out.info = info;
+  out.info.tuples = map_->counts().points;
+  out.bytes.resize(out.info.values() * size_of(info.type));
+  fitted_->read(step * step_bytes_ + array_offsets_[array], out.bytes);
+  return out;
 }
 
 void SharedSeries::write_step(std::size_t i, const ResultMesh& result, const RunContext& context) {
@@ -420,40 +480,68 @@ void SharedSeries::write_step(std::size_t i, const ResultMesh& result, const Run
   for (const ArrayInfo& info : mesh.point_data.arrays) {
     if (is_ghost_mark(info.name)) continue;
     const auto choice = steers(info.name);
-    if (choice == arrays_.end()) {
-      arrays.points.push_back(std::move(moved[next++].array));
-      continue;
-    }
-    std::uint64_t at = row_offset(i);
-    for (auto before = arrays_.begin(); before != choice; ++before) {
-      const ArrayInfo& first = mesh.point_data.arrays[mesh.point_data.find(before->name)];
-      at += map_->counts().points * first.components * sizeof(double);
-    }
-    DataArray array;
-    array.info = info;
-    array.info.tuples = map_->counts().points;
-    array.bytes.resize(array.info.values() * size_of(info.type));
-    fitted_->read(at, array.bytes);
-    arrays.points.push_back(std::move(array));
+    arrays.points.push_back(
+        choice == arrays_.end()
+            ? std::move(moved[next++].array)
+            : fitted(i, static_cast<std::size_t>(choice - arrays_.begin()), info));
   }
-  arrays.cells = result.cell_arrays(source.get(), context);
-  for (std::size_t f = 0; f < mesh.field_data.arrays.size(); ++f) {
-    arrays.field_data.push_back(source->read_array(Association::kField, f));
-    const DataArray& array = arrays.field_data.back();
+  write_mesh(source.get(), std::move(arrays), result, plan_.steps[i].output, context);
+  for (const DataArray& array : field_data_of(source.get())) {
     if (array.info.name != "TimeValue" || array.info.values() != 1) continue;
     if (plan_.steps[i].time || !is_float(array.info.type)) continue;
     plan_.steps[i].time =
         array.info.type == ValueType::kFloat32 ? array.as<float>()[0] : array.as<double>()[0];
   }
   report_.steps[i].time = plan_.steps[i].time;
-  const auto out = result.with(std::move(arrays), mesh);
+}
+
+// All steps' arrays, in the order that they have there.
+void SharedSeries::write_in_one_mesh(const ResultMesh& result, const RunContext& context) {
+  const auto source = open_file(plan_.steps[0]);
+  const MeshDescription& mesh = source->description();
+  RunContext quiet = context;
+  quiet.progress = {};
+  // Which step's, and which of those that steer.
+  const auto place_of = [&](const std::string& name) {
+    std::optional<std::pair<std::size_t, std::size_t>> place;
+    for (std::size_t i = 0; i < plan_.steps.size() && !place; ++i) {
+      const auto pattern = pattern_of(plan_.steps[i], name);
+      for (std::size_t a = 0; a < arrays_.size() && pattern; ++a) {
+        if (arrays_[a].name == *pattern) place = {i, a};
+      }
+    }
+    return place;
+  };
+  std::vector<std::string> others;
+  for (const ArrayInfo& info : mesh.point_data.arrays) {
+    if (!place_of(info.name) && !is_ghost_mark(info.name)) others.push_back(info.name);
+  }
+  std::vector<MovedArray> moved;
+  if (!others.empty()) moved = apply_map(*map_, source.get(), others, quiet);
+  StepArrays arrays;
+  std::size_t next = 0;
+  for (const ArrayInfo& info : mesh.point_data.arrays) {
+    if (is_ghost_mark(info.name)) continue;
+    const auto place = place_of(info.name);
+    arrays.points.push_back(place ? fitted(place->first, place->second, info)
+                                  : std::move(moved[next++].array));
+  }
+  write_mesh(source.get(), std::move(arrays), result, request_.job.output, context);
+}
+
+// With the source's arrays of cells, and its field data.
+void SharedSeries::write_mesh(MeshSource* source, StepArrays arrays, const ResultMesh& result,
+                              const std::string& path, const RunContext& context) {
+  arrays.cells = result.cell_arrays(source, context);
+  arrays.field_data = field_data_of(source);
+  const auto out = result.with(std::move(arrays), source->description());
   WriteOptions write;
   write.encoding = request_.job.encoding;
   write.progress = [&](double share) {
     context.check();
     context.report("writing", share);
   };
-  convert_mesh(out.get(), plan_.steps[i].output, write);
+  convert_mesh(out.get(), path, write);
 }
 
 }  // namespace

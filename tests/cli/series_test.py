@@ -70,6 +70,51 @@ class Shared(SeriesTest):
                 self.assertAlmostEqual(array["max"], compared[array["name"]]["max"], delta=1e-9)
             self.assertEqual([a["name"] for a in entry["arrays"]], ["bump", "drift"])
 
+    def in_one_mesh(self, count=5):
+        """The same steps as arrays of one mesh, and one array that is none of them."""
+        arrays = {"mass": ("Float64", np.array(jittered(10).points)[:, 0])}
+        for i in reversed(range(count)):
+            step = wave(jittered(10), 2.0 * i)
+            for name in ("bump", "drift"):
+                array = step.array(name)
+                flat = np.array(array[4])
+                arrays[f"{name}_{7 * i}"] = (array[2], flat.reshape(-1, 3) if array[3] == 3 else flat)
+        return self.write(with_arrays(jittered(10), **arrays), "all.vtu")
+
+    def test_steps_may_be_arrays_of_one_mesh(self):
+        """The result is that of the same steps in files of their own, to the bit."""
+        steps, path = self.steps(), self.in_one_mesh()
+        out = self.folder / "all_out.vtu"
+        for options in (["--reduction", "60%"], ["--max-error", "3%"]):
+            self.simplify(steps, *options, "--array", "bump", "--array", "drift")
+            report = self.simplify([path], *options, "--array", "bump_{step}", "--array", "drift_{step}", out="all_out.vtu")
+            self.assertEqual([s["step"] for s in report["steps"]], [str(7 * i) for i in range(5)])
+            self.assertEqual(report["steps"][1]["arrays"][1]["name"], "drift_7")
+            self.assertEqual(report["outputs"], [str(out)])
+            result = Vtu(out)
+            self.assertEqual(list(result.arrays["point"]), list(Vtu(path).arrays["point"]))
+            for i, other in enumerate(map(Vtu, self.outputs())):
+                np.testing.assert_array_equal(result.points, other.points)
+                np.testing.assert_array_equal(result.tets, other.tets)
+                for name in ("bump", "drift"):
+                    np.testing.assert_array_equal(values(result, f"{name}_{7 * i}"), values(other, name))
+            np.testing.assert_allclose(values(result, "mass"), result.points[:, 0], atol=1e-5)
+        for i in range(5):
+            run("compare", path, out, "--array", f"bump_{7 * i}", "--max-error", "3%")
+
+    def test_arrays_of_one_mesh_that_are_no_series(self):
+        path = self.in_one_mesh(3)
+        for options, out, why in ((["--array", "none_{step}"], "o.vtu", "no point array is named like none_{step}"),
+                                  (["--array", "bump_{step}", "--array", "mass"], "o.vtu", "each array that steers holds {step}"),
+                                  (["--array", "bump_{step}"], "o_{step}.vtu", "the result is one mesh"),
+                                  (["--array", "bump_{step}"], "o.pvd", "the result is one mesh"),
+                                  (["--array", "bump_{step}", "--series", "each"], "o.vtu", "the result is one mesh"),
+                                  (["--array", "bump_{step}", "--array", "bump_1{step}"], "o.vtu", "have not the same steps")):
+            result = finish("simplify", path, "-o", self.folder / out, *GOAL, *options)
+            self.assertEqual(result.returncode, USAGE, options)
+            self.assertIn(why, result.stderr.decode())
+            self.assertEqual(self.files(), ["all.vtu"])
+
     def test_linear_fields_stay_linear(self):
         mesh = jittered(8)
         x, y, z = np.array(mesh.points).T

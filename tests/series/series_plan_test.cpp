@@ -39,11 +39,13 @@ TEST(StepLabels, CountWhereNamesTellNothing) {
 }
 
 TEST(StepNames, SayWhetherItIsASeries) {
-  EXPECT_FALSE(is_series({"a.vtu"}, "b.vtu"));
-  EXPECT_TRUE(is_series({"a.vtu", "b.vtu"}, "c.vtu"));
-  EXPECT_TRUE(is_series({"a.vtu"}, "{step}.vtu"));
-  EXPECT_TRUE(is_series({"a.PVD"}, "b.vtu"));
-  EXPECT_TRUE(is_series({"a.vtu"}, "b.pvd"));
+  EXPECT_FALSE(is_series({"a.vtu"}, "b.vtu", {}));
+  EXPECT_TRUE(is_series({"a.vtu", "b.vtu"}, "c.vtu", {}));
+  EXPECT_TRUE(is_series({"a.vtu"}, "{step}.vtu", {}));
+  EXPECT_TRUE(is_series({"a.PVD"}, "b.vtu", {}));
+  EXPECT_TRUE(is_series({"a.vtu"}, "b.pvd", {}));
+  EXPECT_TRUE(is_series({"a.vtu"}, "b.vtu", {"f", "g_{step}:1%"}));
+  EXPECT_FALSE(is_series({"a.vtu"}, "b.vtu", {"f"}));
 }
 
 TEST(PvdFile, ComesBackAsItWasWritten) {
