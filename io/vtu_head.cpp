@@ -1,5 +1,7 @@
 #include "io/vtu_head.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <limits>
@@ -9,6 +11,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "io/format_file.h"
 #include "io/xml_scan.h"
 
 namespace tetfusion {
@@ -41,7 +44,12 @@ class HeadParser {
       fail("no <VTKFile> element: this is not a VTK XML file");
     }
     if (!result) {
-      fail(std::string("the XML head is damaged or cut off: ") + result.description());
+      // The parser has changed the text.
+      const std::string text = scan_xml_head(file_).text;
+      const auto at = std::min(static_cast<std::size_t>(result.offset), text.size());
+      const std::string rest = text.substr(at);
+      fail(fmt::format("the XML head is damaged or cut off: {}, {}", result.description(),
+                       rest.empty() ? "at its end" : "where it says " + quoted(rest)));
     }
     const pugi::xml_node root = document_.child("VTKFile");
     if (!root) fail("no <VTKFile> element: this is not a VTK XML file");

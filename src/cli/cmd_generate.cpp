@@ -65,7 +65,12 @@ void add_shape_options(CLI::App& command, GenerateOptions* options) {
       ->capture_default_str();
   command.add_flag("--shuffle", options->shuffle, "Points and tetrahedra in pseudo-random order");
   command.add_option("--seed", options->seed, "Seed of jitter and order, a whole number")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            return text.starts_with('-') ? std::string("it is a whole number of 0 or more")
+                                         : std::string();
+          },
+          ""))
       ->capture_default_str();
   command
       .add_option(

@@ -97,6 +97,7 @@ file_case("other XML", b'<?xml version="1.0"?><svg></svg>', BAD)
 file_case("other VTK type", changed(set_member("file_type", "PolyData")), BAD, "PolyData|UnstructuredGrid")
 # Truncated at every structural point.
 file_case("cut in the XML head", cut_after(b"<Piece "), BAD)
+file_case("a tag that ends another", TinyVtu().bytes().replace(b"</Points>", b"</Pints>"), BAD, "where it says '.*Pints>")
 file_case("cut in an attribute", cut_after(b'NumberOfPoints="'), BAD)
 file_case("cut before the appended data", cut_after(b"</UnstructuredGrid>"), BAD)
 file_case("cut at the underscore", cut_after(b'encoding="raw">\n'), BAD)
