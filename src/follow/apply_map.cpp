@@ -32,14 +32,14 @@ class Mover {
         info_(arrays.arrays[index]),
         width_(info_.components) {}
 
-  MovedArray run(const RunContext& context, const ArrayFit* wanted) {
+  MovedArray run(const RunContext& context, const ArrayFit* wanted, bool measured) {
     moved_.array.info = info_;
     moved_.array.info.tuples = map_.counts().points;
     moved_.array.bytes.resize(map_.counts().points * stride());
     std::fill(moved_.array.bytes.begin(), moved_.array.bytes.end(), std::byte{0});
     visit_type(info_.type, [&](auto value) { move<decltype(value)>(context); });
     if (is_float(info_.type) && wanted != nullptr) fit(context, wanted->bound);
-    if (is_float(info_.type)) measure(context);
+    if (is_float(info_.type) && measured) measure(context);
     return std::move(moved_);
   }
 
@@ -221,7 +221,7 @@ std::vector<std::size_t> choose(const MeshDescription& mesh,
 
 std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
                                   const std::vector<std::string>& names, const RunContext& context,
-                                  const std::vector<ArrayFit>& fits) {
+                                  const std::vector<ArrayFit>& fits, bool measured) {
   const MeshDescription& mesh = source->description();
   const std::vector<std::size_t> chosen = choose(mesh, names);
   const auto stream = open_stream(source);
@@ -239,8 +239,8 @@ std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
     const auto fit = std::find_if(fits.begin(), fits.end(), [&](const ArrayFit& f) {
       return f.name == mesh.point_data.arrays[i].name;
     });
-    arrays.push_back(
-        Mover(map, *stream, mesh.point_data, i).run(context, fit == fits.end() ? nullptr : &*fit));
+    arrays.push_back(Mover(map, *stream, mesh.point_data, i)
+                         .run(context, fit == fits.end() ? nullptr : &*fit, measured));
   }
   map.check();
   return arrays;

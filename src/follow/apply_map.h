@@ -38,11 +38,11 @@ struct ArrayFit {
 // it: a point that stayed keeps its value to the bit; any other one's is interpolated, or, of
 // integers, that of the original's point with the largest weight; but for those that are fitted.
 // In memory are these arrays alone.
-// The same for any number of threads. Throws Error(kBadInput) where the mesh has not as many points
-// as the map, Error(kUsage) for a name that is none of its arrays; what reading throws.
+// Without `measured` nothing is said of errors. The same for any number of threads. Throws
+// Error(kBadInput) where the mesh has not as many points as the map, Error(kUsage) for a name that is none of its arrays; what reading throws.
 std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
                                   const std::vector<std::string>& names, const RunContext& context,
-                                  const std::vector<ArrayFit>& fits = {});
+                                  const std::vector<ArrayFit>& fits = {}, bool measured = true);
 
 // The simplified mesh with these arrays, the markers of `source`, and its field data. Refers to the
 // map and the arrays.

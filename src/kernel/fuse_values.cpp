@@ -1,5 +1,6 @@
 // Of fuse_round.h: the values of the new vertex.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -11,6 +12,42 @@ namespace {
 
 // What quadrics cannot tell, in single precision: this share of the differences in a cavity.
 constexpr double kSingle = 1e-4;
+
+// The least and the most of kAtOnce values in the cavity. What is in hand stays in registers.
+template <std::size_t kAtOnce, class Real>
+void find_ranges(const WorkMesh<Real>& mesh, const FuseCavity<Real>& cavity, std::size_t first,
+                 double* least_out, double* most_out) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double* const steering = mesh.steering.data() + first;
+  const std::size_t width = mesh.steering_width;
+  std::array<double, kAtOnce> least, most;
+  least.fill(kInfinity);
+  most.fill(-kInfinity);
+  const auto look = [&](TetId t) {
+    for (const VertexId c : mesh.tets[t]) {
+      const double* const values = steering + c * width;
+      for (std::size_t k = 0; k < kAtOnce; ++k) {
+        least[k] = std::min(least[k], values[k]);
+        most[k] = std::max(most[k], values[k]);
+      }
+    }
+  };
+  for (const std::uint32_t entry : cavity.affected()) look(entry >> 2);
+  for (const TetId t : cavity.deleted()) look(t);
+  std::copy_n(least.begin(), kAtOnce, least_out + first);
+  std::copy_n(most.begin(), kAtOnce, most_out + first);
+}
+
+template <class Real>
+void find_ranges(const WorkMesh<Real>& mesh, const FuseCavity<Real>& cavity, double* least,
+                 double* most) {
+  constexpr std::size_t kMany = 4;
+  std::size_t k = 0;
+  for (; k + kMany <= mesh.steering_width; k += kMany) {
+    find_ranges<kMany>(mesh, cavity, k, least, most);
+  }
+  for (; k < mesh.steering_width; ++k) find_ranges<1>(mesh, cavity, k, least, most);
+}
 
 }  // namespace
 
@@ -42,17 +79,9 @@ void FuseRound<Real>::choose_values(VertexId v, VertexId partner) {
   const MergedQuadric& merged = edge_costs_.merged();
   const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
   const double* steering = mesh_->steering.data();
+  find_ranges(*mesh_, cavity_, least_.data(), most_.data());
   for (std::size_t k = 0; k < width_; ++k) {
-    double& least = least_[k] = std::numeric_limits<double>::infinity();
-    double& most = most_[k] = -least;
-    const auto look = [&](TetId t) {
-      for (const VertexId c : mesh_->tets[t]) {
-        least = std::min(least, steering[c * width_ + k]);
-        most = std::max(most, steering[c * width_ + k]);
-      }
-    };
-    for (const std::uint32_t entry : cavity_.affected()) look(entry >> 2);
-    for (const TetId t : cavity_.deleted()) look(t);
+    const double least = least_[k], most = most_[k];
     const double before = interpolate(interpolation_, steering, width_, k);
     const double best = steering[v * width_ + k] +
                         double{best_value(merged.sum.data(), k, u)} / edge_costs_.scale(k);

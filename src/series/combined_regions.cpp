@@ -1,10 +1,12 @@
 #include "series/combined_regions.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
 
+#include "mesh/blocks.h"
 #include "mesh/region_names.h"
 
 namespace tetfusion {
@@ -12,6 +14,7 @@ namespace tetfusion {
 namespace {
 
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::uint64_t kBlock = std::uint64_t{1} << 14;
 
 // splitmix64's finaliser.
 std::uint64_t mix(std::uint64_t h) {
@@ -42,6 +45,7 @@ void CombinedRegions::add(Labels* labels, const MeshDescription& mesh, const Mes
   if (index == AttributeSet::npos || !can_be_region(mesh.cell_data.arrays[index])) return;
   const std::size_t width = size_of(mesh.cell_data.arrays[index].type);
   Vector<std::byte> bytes;
+  std::array<std::uint64_t, kWindow / kBlock> prints;  // of the window's blocks
   std::uint64_t print = 0;
   for (std::uint64_t begin = 0; begin < labels->of_cells.size(); begin += kWindow) {
     context.check();
@@ -50,15 +54,20 @@ void CombinedRegions::add(Labels* labels, const MeshDescription& mesh, const Mes
     stream.read_rows(Association::kCell, index, begin, count, bytes);
     visit_type(mesh.cell_data.arrays[index].type, [&](auto zero) {
       using T = decltype(zero);
-      for (std::uint64_t i = 0; i < count; ++i) {
-        T value;
-        std::memcpy(&value, bytes.data() + i * sizeof value, sizeof value);
-        std::uint64_t& label = labels->of_cells[begin + i];
-        const auto number = static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
-        print = mix(print ^ number);
-        label = mix(label ^ number);
-      }
+      for_each_block(count, kBlock, [&](std::size_t b, std::size_t from, std::size_t to) {
+        std::uint64_t print_of_block = 0;
+        for (std::size_t i = from; i < to; ++i) {
+          T value;
+          std::memcpy(&value, bytes.data() + i * sizeof value, sizeof value);
+          std::uint64_t& label = labels->of_cells[begin + i];
+          const auto number = static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
+          print_of_block = mix(print_of_block ^ number);
+          label = mix(label ^ number);
+        }
+        prints[b] = print_of_block;
+      });
     });
+    for (std::size_t b = 0; b < block_count(count, kBlock); ++b) print = mix(print ^ prints[b]);
     labels->of_cells.let_go();
   }
   if (first_) labels->print = print;

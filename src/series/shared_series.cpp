@@ -474,7 +474,7 @@ void SharedSeries::write_step(std::size_t i, const ResultMesh& result, const Run
       others.push_back(info.name);
   }
   std::vector<MovedArray> moved;
-  if (!others.empty()) moved = apply_map(*map_, source.get(), others, quiet);
+  if (!others.empty()) moved = apply_map(*map_, source.get(), others, quiet, {}, false);
   StepArrays arrays;
   std::size_t next = 0;
   for (const ArrayInfo& info : mesh.point_data.arrays) {
@@ -517,7 +517,7 @@ void SharedSeries::write_in_one_mesh(const ResultMesh& result, const RunContext&
     if (!place_of(info.name) && !is_ghost_mark(info.name)) others.push_back(info.name);
   }
   std::vector<MovedArray> moved;
-  if (!others.empty()) moved = apply_map(*map_, source.get(), others, quiet);
+  if (!others.empty()) moved = apply_map(*map_, source.get(), others, quiet, {}, false);
   StepArrays arrays;
   std::size_t next = 0;
   for (const ArrayInfo& info : mesh.point_data.arrays) {
