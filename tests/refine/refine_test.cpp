@@ -265,7 +265,6 @@ TEST_F(Refine, WhatDoesNotGoTogetherYetIsRefused) {
   refuses([](auto* r) { r->behaviour.conserve = true; }, ErrorCode::kUsage);
   refuses([](auto* r) { r->behaviour.tetrahedralize = true; }, ErrorCode::kUsage);
   refuses([](auto* r) { r->behaviour.linearize = true; }, ErrorCode::kUsage);
-  refuses([](auto* r) { r->performance.resume = true; }, ErrorCode::kUsage);
   refuses([](auto* r) { r->progressive = "-"; }, ErrorCode::kUsage);
   refuses(
       [&](auto* r) {
