@@ -80,15 +80,6 @@ void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
   });
 }
 
-double length_of(const Field& field, const double* values) {
-  double squared = 0;
-  for (std::size_t c = 0; c < field.info.components; ++c) {
-    if (!std::isfinite(values[c])) return std::numeric_limits<double>::quiet_NaN();
-    squared += values[c] * values[c];
-  }
-  return field.info.components == 1 ? std::abs(*values) : std::sqrt(squared);
-}
-
 void fill_lengths(const FieldSet& fields, std::size_t rows, double* out) {
   for (std::size_t i = 0; i < rows; ++i, out += fields.width) {
     for (const Field& field : fields.fields) {

@@ -1,8 +1,10 @@
 // Which arrays two meshes have in common, and their values as rows of numbers.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -58,7 +60,14 @@ void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
                    const RowTarget& target);
 
 // The length of a field's values in a row; NaN if one of them is not finite.
-double length_of(const Field& field, const double* values);
+inline double length_of(const Field& field, const double* values) {
+  double squared = 0;
+  for (std::size_t c = 0; c < field.info.components; ++c) {
+    if (!std::isfinite(values[c])) return std::numeric_limits<double>::quiet_NaN();
+    squared += values[c] * values[c];
+  }
+  return field.info.components == 1 ? std::abs(*values) : std::sqrt(squared);
+}
 // Puts it where the rows of points have it.
 void fill_lengths(const FieldSet& fields, std::size_t rows, double* out);
 

@@ -10,33 +10,35 @@
 
 namespace tetfusion {
 
-// Hilbert's curve through a box.
+// Hilbert's curve through a box, which is not empty, with so many bits an axis: an even number.
 class HilbertCurve {
  public:
-  static constexpr int kAxisBits = 10;
+  static constexpr int kMostBits = 10;
 
-  explicit HilbertCurve(const PointBox& box) : low_(box.low) {  // not empty
-    const auto steps_in = [](double extent) {
-      const double steps = (1 << kAxisBits) / extent;
+  explicit HilbertCurve(const PointBox& box, int bits = kMostBits)
+      : bits_(bits), last_((1 << bits) - 1), low_(box.low) {
+    const auto steps_in = [&](double extent) {
+      const double steps = (last_ + 1) / extent;
       return std::isfinite(steps) ? steps : 0;
     };
     const Point extent = box.extent();
     steps_ = {steps_in(extent.x), steps_in(extent.y), steps_in(extent.z)};
   }
 
-  // Of 3 * kAxisBits bits.
+  int key_bits() const { return 3 * bits_; }
   std::uint32_t key(const Point& p) const {
     return static_cast<std::uint32_t>(
         hilbert_key(step((p.x - low_.x) * steps_.x), step((p.y - low_.y) * steps_.y),
-                    step((p.z - low_.z) * steps_.z), kAxisBits));
+                    step((p.z - low_.z) * steps_.z), bits_));
   }
 
  private:
-  static std::uint32_t step(double x) {
-    constexpr double kLast = (1 << kAxisBits) - 1;
-    return static_cast<std::uint32_t>(std::min(std::max(0.0, x), kLast));
+  std::uint32_t step(double x) const {
+    return static_cast<std::uint32_t>(std::min(std::max(0.0, x), last_));
   }
 
+  int bits_;
+  double last_;
   Point low_;
   Point steps_;  // in the unit of length
 };

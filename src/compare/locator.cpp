@@ -38,6 +38,8 @@ Place Locator::locate(const Point& p, LocatorHint* hint) const {
 // From tetrahedron to tetrahedron, each time through a face beyond which the point lies.
 bool Locator::walk(const Point& p, TetId* tet, Place* place) const {
   for (int step = 0; step < kMostSteps && *tet != kNoTet; ++step) {
+    const auto& neighbours = mesh_.neighbours[*tet];
+    __builtin_prefetch(&neighbours);
     const CornerVolumes volumes(mesh_.corners(*tet), p);
     const std::size_t exit = volumes.exit();
     if (exit == CornerVolumes::kNone) {
@@ -45,7 +47,7 @@ bool Locator::walk(const Point& p, TetId* tet, Place* place) const {
       *place = {*tet, weights_of(volumes.values()), false, 0};
       return true;
     }
-    *tet = mesh_.neighbours[*tet][exit];
+    *tet = neighbours[exit];
   }
   return false;
 }

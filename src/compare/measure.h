@@ -161,12 +161,13 @@ inline constexpr std::size_t kPlaces = std::size_t{1} << 14;
 // several threads.
 template <class At>
 Vector<std::uint32_t> curve_order(std::size_t places, const PointBox& box, At at) {
-  const HilbertCurve curve(box);
+  constexpr int kBits = 8;  // enough for a window
+  const HilbertCurve curve(box, kBits);
   Vector<std::uint32_t> keys(places);
   for_each_block(places, kPlaces, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) keys[i] = curve.key(at(i));
   });
-  return sorted_by_key(keys);
+  return sorted_by_key(keys, curve.key_bits());
 }
 Vector<std::uint32_t> curve_order(std::span<const Point> points);
 

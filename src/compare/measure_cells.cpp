@@ -62,6 +62,21 @@ Pair squared_length(const std::array<Pair, 3>& a) {
   return a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
 }
 
+// Two compensated sums (CompensatedSum).
+class PairSum {
+ public:
+  void add(Pair x) {
+    const Pair t = sum_ + x;
+    const Pair added = t - sum_;
+    compensation_ += (sum_ - (t - added)) + (x - added);
+    sum_ = t;
+  }
+  CompensatedSum operator[](std::size_t i) const { return {sum_[i], compensation_[i]}; }
+
+ private:
+  Pair sum_{}, compensation_{};
+};
+
 Point centre_of(const OriginalCells& window, const Tet& t) {
   const Vector<Point>& p = window.points.points;
   return 0.25 * ((p[t[0]] + p[t[1]]) + (p[t[2]] + p[t[3]]));
@@ -79,14 +94,14 @@ class Block {
       : meshes_(meshes),
         window_(window),
         out_(out),
-        components_((meshes.point_fields.components + 1) / 2) {}
+        components_((meshes.point_fields.components + 1) / 2),
+        integrals_((meshes.point_fields.width + 1) / 2) {}
 
   void measure(std::size_t cell) {
     const Tet& t = window_.tets[cell];
     const auto& p = window_.points.points;
     shape_ = shape_of({p[t[0]], p[t[1]], p[t[2]], p[t[3]]});
-    out_->volume.add(shape_.volume);
-    out_->volume_error.add(shape_.error);
+    volumes_.add(Pair{shape_.volume, shape_.error});
     centre_ = centre_of(window_, t);
     place_ = meshes_.locator.locate(centre_, &hint_);
     if (place_.outside) ++out_->outside;
@@ -96,8 +111,25 @@ class Block {
     }
     const CornerRows rows = corner_rows(window_.points.rows, meshes_.point_fields.width, t);
     compare_components(rows);
+    integrate(rows);
     for (std::size_t f = 0; f < meshes_.point_fields.fields.size(); ++f) measure_points(rows, f);
     for (std::size_t f = 0; f < meshes_.cell_fields.fields.size(); ++f) measure_cell(cell, f);
+  }
+
+  // After all cells of the block.
+  void finish() {
+    out_->volume.add(volumes_[0]);
+    out_->volume_error.add(volumes_[1]);
+    const auto sum_of = [&](std::size_t column) { return integrals_[column / 2][column % 2]; };
+    for (std::size_t f = 0; f < meshes_.point_fields.fields.size(); ++f) {
+      const Field& field = meshes_.point_fields.fields[f];
+      if (field.integer) continue;
+      Integral& integral = out_->integrals[f];
+      for (std::size_t c = 0; c < field.info.components; ++c) {
+        integral.components[c].add(sum_of(field.offset + c));
+      }
+      integral.length.add(sum_of(field.length));
+    }
   }
 
   void prefetch(std::size_t cell) const {
@@ -141,6 +173,39 @@ class Block {
     }
   }
 
+  // All columns of the rows: components, and behind them lengths. A field of which a value is not
+  // finite is left out.
+  void integrate(const CornerRows& rows) {
+    const FieldSet& set = meshes_.point_fields;
+    const Pair weight = {shape_.volume / 4, shape_.volume / 4};
+    double lengths = 0;
+    for (std::size_t c = 0; c < set.width; c += 2) {
+      Pair sum;
+      if (c < set.components) {
+        sum = components_[c / 2].sum;
+      } else if (c + 1 < set.width) {
+        const Pairs values = pairs_at(rows, c);
+        sum = (values[0] + values[1]) + (values[2] + values[3]);
+      } else {
+        sum = Pair{(rows[0][c] + rows[1][c]) + (rows[2][c] + rows[3][c]), 0};
+      }
+      if (c + 1 >= set.components) lengths += sum[1];
+      if (c >= set.components) lengths += sum[0];
+      sums_[c / 2] = weight * sum;
+    }
+    if (std::isnan(lengths)) leave_out_what_is_not_finite(rows);
+    for (std::size_t i = 0; i < integrals_.size(); ++i) integrals_[i].add(sums_[i]);
+  }
+
+  void leave_out_what_is_not_finite(const CornerRows& rows) {
+    for (const Field& field : meshes_.point_fields.fields) {
+      if (!std::isnan(lengths_at(rows, field))) continue;
+      const auto clear = [&](std::size_t column) { sums_[column / 2][column % 2] = 0; };
+      for (std::size_t c = 0; c < field.info.components; ++c) clear(field.offset + c);
+      clear(field.length);
+    }
+  }
+
   // Adds up a field's components.
   double total(const Field& field, Pair Components::*what) const {
     double sum = 0;
@@ -153,15 +218,10 @@ class Block {
   void measure_points(const CornerRows& rows, std::size_t f) {
     const Field& field = meshes_.point_fields.fields[f];
     if (field.integer) return;
-    const double length = lengths_at(rows, field);
-    if (std::isnan(length)) {
+    if (std::isnan(lengths_at(rows, field))) {
       ++out_->errors[f].non_finite;
       return;
     }
-    out_->integrals[f].add(shape_.volume / 4, length, [&](std::size_t i) {
-      const std::size_t c = field.offset + i;
-      return components_[c / 2].sum[c % 2];
-    });
     const double squared = total(field, &Components::squared);
     if (!std::isfinite(squared)) {
       ++out_->errors[f].undefined;
@@ -213,6 +273,9 @@ class Block {
   const OriginalCells& window_;
   CellMeasures* out_;
   std::vector<Components> components_;
+  std::vector<PairSum> integrals_;              // of columns
+  std::vector<Pair> sums_{integrals_.size()};   // of the cell in hand
+  PairSum volumes_;                             // and their errors
   LocatorHint hint_;
   Shape shape_, other_;
   TetId shaped_ = kNoTet;  // the simplified mesh's tetrahedron that other_ is of
@@ -239,6 +302,7 @@ CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double
         if (k + kAhead < end) block.prefetch(order[k + kAhead]);
         block.measure(order[k]);
       }
+      block.finish();
     });
     for (const CellMeasures& part : parts) sums.add(part);
     report(share);

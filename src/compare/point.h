@@ -51,8 +51,8 @@ struct PointBox {
 
 PointBox box_of(std::span<const Point> points);
 
-// The numbers of the keys in ascending order of these; equal keys keep their order. Keys have 30
-// bits.
-Vector<std::uint32_t> sorted_by_key(const Vector<std::uint32_t>& keys);
+// The numbers of the keys, of so many bits, in ascending order of these; equal keys keep their
+// order.
+Vector<std::uint32_t> sorted_by_key(const Vector<std::uint32_t>& keys, int bits);
 
 }  // namespace tetfusion

@@ -81,7 +81,7 @@ class Loader {
         keys[t] = curve.key(0.25 * (pair + other));
       }
     });
-    tets_ = sorted_by_key(keys);
+    tets_ = sorted_by_key(keys, curve.key_bits());
     mesh_.tets.resize(tets.size());
     for_each_block(tets.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) mesh_.tets[t] = tets[tets_[t]];

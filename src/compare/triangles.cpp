@@ -64,7 +64,7 @@ Vector<std::uint32_t> order_triangles(TriangleSet* set) {
       keys[t] = curve.key((1.0 / 3) * (a + b + c));
     }
   });
-  Vector<std::uint32_t> order = sorted_by_key(keys);
+  Vector<std::uint32_t> order = sorted_by_key(keys, curve.key_bits());
   Vector<std::array<std::uint32_t, 3>> triangles(order.size());
   for (std::size_t t = 0; t < order.size(); ++t) triangles[t] = set->triangles[order[t]];
   set->triangles.swap(triangles);

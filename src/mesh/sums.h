@@ -7,6 +7,10 @@ namespace tetfusion {
 // an addition, which needs not know the larger term. The result depends on the order of the terms.
 class CompensatedSum {
  public:
+  CompensatedSum() = default;
+  // Of somebody who has done the same elsewhere.
+  CompensatedSum(double sum, double compensation) : sum_(sum), compensation_(compensation) {}
+
   void add(double x) {
     const double t = sum_ + x;
     const double added = t - sum_;

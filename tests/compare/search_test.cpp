@@ -282,8 +282,8 @@ TEST(SortedByKey, IsStable) {
   Vector<std::uint32_t> expected = count_up<std::uint32_t>(keys.size());
   std::stable_sort(expected.begin(), expected.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
-  EXPECT_EQ(sorted_by_key(keys), expected);
-  EXPECT_TRUE(sorted_by_key({}).empty());
+  EXPECT_EQ(sorted_by_key(keys, 30), expected);
+  EXPECT_TRUE(sorted_by_key({}, 30).empty());
 }
 
 }  // namespace
