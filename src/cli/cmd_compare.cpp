@@ -319,7 +319,8 @@ void add_bound_options(CLI::App& command, Arguments* a) {
       ->group(kGroup);
   command
       .add_option("--surface", a->surface,
-                  "The distance between the surfaces, either way, as share of the diagonal")
+                  "The distance between the surfaces, either way, as share of the diagonal; "
+                  "measured at corners and centres of their triangles")
       ->check(not_empty)
       ->group(kGroup);
   command

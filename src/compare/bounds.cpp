@@ -25,7 +25,13 @@ std::vector<const ArrayComparison*> bounded_arrays(const Comparison& comparison,
   return arrays;
 }
 
-BoundResult judge(const ArrayComparison& a, bool rms, double limit) {
+// Nothing could be compared, but there is something now.
+bool is_made_up(const ArrayComparison& a, const Comparison& comparison) {
+  return a.non_finite > 0 && a.non_finite == comparison.original.points &&
+         a.simplified_non_finite < comparison.simplified.points;
+}
+
+BoundResult judge(const ArrayComparison& a, const Comparison& comparison, bool rms, double limit) {
   BoundResult r{rms ? "max_rms" : "max_error", a.info.name, limit, rms ? a.rms : a.max, false, {}};
   const char* option = rms ? "--max-rms" : "--max-error";
   if (a.undefined > 0 && a.non_finite == 0) {
@@ -33,6 +39,11 @@ BoundResult judge(const ArrayComparison& a, bool rms, double limit) {
     r.sentence = fmt::format(
         "{} is broken: {} has values that are not finite where the original's are, at {} points",
         option, a.info.name, a.undefined);
+  } else if (is_made_up(a, comparison)) {
+    r.broken = true;
+    r.sentence = fmt::format(
+        "{} is broken: no value of {} in the original is finite, but the simplified mesh has such",
+        option, a.info.name);
   } else if (!(r.value <= limit + a.rounding)) {
     r.broken = true;
     r.sentence =
@@ -81,8 +92,8 @@ void require_arrays(const Bounds& bounds, const MeshDescription& original) {
 std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds& bounds) {
   std::vector<BoundResult> results;
   for (const ArrayComparison* a : bounded_arrays(comparison, bounds)) {
-    if (bounds.max_rms) results.push_back(judge(*a, true, *bounds.max_rms));
-    if (bounds.max_error) results.push_back(judge(*a, false, *bounds.max_error));
+    if (bounds.max_rms) results.push_back(judge(*a, comparison, true, *bounds.max_rms));
+    if (bounds.max_error) results.push_back(judge(*a, comparison, false, *bounds.max_error));
   }
   for (const std::string& name : lost_arrays(comparison, bounds)) {
     if (bounds.max_rms) results.push_back(lost(name, true, *bounds.max_rms));

@@ -84,11 +84,8 @@ void FusionLogs::end() {
   rounds_.push_back(std::exchange(current_, {}));
 }
 
-void FusionLogs::keep() {
+std::vector<std::uint32_t> FusionLogs::keep() {
   while (kept_ < rounds_.size()) scratch_->keep(name_of(++kept_));
-}
-
-std::vector<std::uint32_t> FusionLogs::slices() const {
   std::vector<std::uint32_t> slices;
   for (const Round& round : rounds_) slices.push_back(round.slices);
   return slices;

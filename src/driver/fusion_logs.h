@@ -31,9 +31,8 @@ class FusionLogs {
   void end();
 
   // So that the run can be gone on with: what rounds there are is kept, and resume() takes it up
-  // again, before the first round; `slices` are those of each.
-  void keep();
-  std::vector<std::uint32_t> slices() const;
+  // again, before the first round; `slices`, which keep() returns, are those of each.
+  std::vector<std::uint32_t> keep();
   void resume(std::span<const std::uint32_t> slices, Checkpoint* from);
 
   // All fusions of all rounds, the last round first; rounds are counted from 1. They are gone then.

@@ -86,8 +86,7 @@ void check_weights(const std::string& name, const MeshDescription& mesh, const M
     if (wrong == values.end()) continue;
     throw Error(
         ErrorCode::kBadInput,
-        fmt::format("{}: --weight {}: {} {} has the value {}; weights are finite numbers "
-                    "of 0 or more",
+        fmt::format("{}: --weight {}: {} {} has the value {}; weights are numbers from 0 to 3.4e38",
                     mesh.path, name, of_cells ? "cell" : "point",
                     first + static_cast<std::uint64_t>(wrong - values.begin()), *wrong));
   }

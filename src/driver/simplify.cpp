@@ -28,6 +28,7 @@
 #include "follow/make_map.h"
 #include "io/mesh_source.h"
 #include "io/output_file.h"
+#include "io/section_file.h"
 #include "mesh/region_of_interest.h"
 
 namespace tetfusion {
@@ -189,6 +190,7 @@ void Job::fail_with_hint(const Error& error) {
     }
     throw error;
   }
+  if (dynamic_cast<const DamagedFile*>(&error) != nullptr) throw error;  // nobody goes on from it
   throw Error(
       error.code(),
       fmt::format("{}; the work so far is kept in {}: the same command with --resume goes on "
@@ -436,10 +438,7 @@ void Job::plan_output(std::uint64_t tets) {
 template <class Real>
 void Job::commit(const std::string& generation, RunState<Real>* state) {
   if (!on_disk_ || !keeps_work() || state->input.mesh.whole) return;
-  if (keeps_logs()) {
-    logs_->keep();
-    state->log_slices = logs_->slices();
-  }
+  if (keeps_logs()) state->log_slices = logs_->keep();
   scratch_->commit(generation, save(*state));
   committed_ = true;
 }

@@ -147,8 +147,11 @@ std::unique_ptr<MeshSource> SharedSeries::open(const Step& step) const {
     if (const auto pattern = pattern_of(step, name)) {
       arrays.points.push_back(own_array(mesh, Association::kPoint, i));
       arrays.points.back().info.name = *pattern;
-    } else if (std::none_of(plan_.steps.begin(), plan_.steps.end(),
-                            [&](const Step& other) { return pattern_of(other, name); })) {
+    }
+    const bool is_step =
+        std::any_of(plan_.steps.begin(), plan_.steps.end(),
+                    [&](const Step& other) { return pattern_of(other, name).has_value(); });
+    if (!is_step || name == request_.job.behaviour.weight) {
       arrays.points.push_back(own_array(mesh, Association::kPoint, i));
     }
   }
@@ -189,7 +192,7 @@ void SharedSeries::look_at_steps() {
       }
       used_.emplace(stream->points());
       print = print_of(mesh, *stream, context_, &*used_);
-      tell_left_out(plan_.steps[0].output, mesh, context_);
+      tell_left_out(plan_.steps[0].output, open_file(plan_.steps[0])->description(), context_);
       context_.report_size(mesh.cells);
       sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_,
                                                plan_.steps.size());
@@ -204,7 +207,12 @@ void SharedSeries::look_at_steps() {
                               "rename or remove the array",
                               mesh.path, kOriginalIds));
     }
-    sums_->add(i, mesh, *stream, context_);
+    try {
+      sums_->add(i, mesh, *stream, context_);
+    } catch (const Error& error) {
+      if (!plan_.in_one_mesh() || error.code() != ErrorCode::kBadInput) throw;
+      throw Error(error.code(), fmt::format("step {}: {}", plan_.steps[i].label, error.what()));
+    }
     if (i == 0 || !plan_.in_one_mesh()) regions_->add(mesh, *stream, context_);
     report_.steps.push_back(
         {plan_.steps[i].label, plan_.steps[i].input, plan_.steps[i].output, {}, {}});

@@ -58,6 +58,14 @@ class Compare(FolderTest):
         text = run("compare", simplified, simplified, "--max-error", "1%").decode()
         self.assertIn("no floating-point point array to hold against the bounds", text)
 
+    def test_values_out_of_nothing_break_bounds(self):
+        nothing = TinyVtu()
+        nothing.array("temperature")[4] = [float("nan")] * len(nothing.points)
+        original, simplified = self.pair(nothing, TinyVtu())
+        text = run("compare", original, simplified, "--max-error", "1%", code=INVALID).decode()
+        self.assertIn("no value of temperature in the original is finite, but the simplified mesh has such", text)
+        run("compare", original, original, "--max-error", "1%")
+
     def test_one_value_that_is_another(self):
         original, simplified = self.changed()
         array = report_of("compare", original, simplified)["arrays"][0]

@@ -115,6 +115,24 @@ class Shared(SeriesTest):
             self.assertIn(why, result.stderr.decode())
             self.assertEqual(self.files(), ["all.vtu"])
 
+    def test_integers_cannot_steer_a_series(self):
+        whole = [self.write(with_arrays(jittered(6), f=("Int32", np.arange(7 ** 3) % (5 + i))), f"i{i}.vtu") for i in range(2)]
+        result = finish("simplify", *whole, "-o", self.folder / "out_{step}.vtu", "--array", "f", *GOAL)
+        self.assertEqual(result.returncode, BAD)
+        self.assertIn('the array "f", which steers, has integers', result.stderr.decode())
+        self.assertEqual(self.outputs(), [])
+
+    def test_messages_of_steps_in_one_mesh_name_what_is_there(self):
+        path = self.in_one_mesh(2)
+        both = ["--array", "bump_{step}", *GOAL[:2]]
+        self.simplify([path], *both, "--weight", "bump_7", out="o.vtu")
+        left_out = finish("simplify", path, "-o", self.folder / "o.mesh", *both).stderr.decode()
+        self.assertIn("bump_7", left_out)
+        self.assertNotIn("{step}", left_out)
+        mesh = with_arrays(jittered(6), f_0=("Float32", np.arange(7.0 ** 3)), f_1=("Float32", np.zeros((7 ** 3, 2))))
+        odd = finish("simplify", self.write(mesh, "odd.vtu"), "-o", self.folder / "o.vtu", "--array", "f_{step}", *GOAL).stderr.decode()
+        self.assertIn("step 1: ", odd)
+
     def test_linear_fields_stay_linear(self):
         mesh = jittered(8)
         x, y, z = np.array(mesh.points).T

@@ -88,12 +88,32 @@ class Trouble(FolderTest):
                     self.assertEqual(out.read_bytes(), b"precious")
                     self.assertEqual(self.files(), ["generated.vtu", "out.vtu"])
 
+    def test_work_that_is_damaged_is_not_recommended(self):
+        mesh, scratch = self.generate("--jitter", "0.5", tets="400k"), self.folder / "s"
+        job = ["simplify", mesh, "-o", self.folder / "out.vtu", "--progressive", self.folder / "run.tfp", "--reduction", "80%",
+               "--chunk-tets", "20k", "--memory", "110M", "--threads", "1", "--scratch", scratch]
+        process = self.start(*job, until="writing")
+        process.kill()
+        self.end(process)
+        for log in scratch.glob("log-*.pieces"):
+            damaged = bytearray(log.read_bytes())
+            if len(damaged) > 10000:
+                damaged[-100] ^= 1
+                log.write_bytes(damaged)
+        result = finish(*job, "--resume")
+        if result.returncode != 0:  # else the damage was found in time, and the work begun anew
+            self.assertEqual(result.returncode, IO)
+            self.assertIn(b"start the run again", result.stderr)
+            self.assertNotIn(b"the work so far is kept", result.stderr)
+
     def test_a_full_device(self):
         mesh = self.write(TinyVtu())
         for arguments in (["simplify", mesh, "-o", "/dev/full"], ["convert", mesh, "/dev/full"],
                           ["generate", "five", "--tets", "1k", "-o", "/dev/full"], ["info", mesh, "--report", "/dev/full"]):
             self.assertIn(b"no space left", finish(*arguments).stderr)
             run(*arguments, code=IO)
+        with open("/dev/full", "wb") as full:
+            self.assertEqual(subprocess.run([command(), "--help"], stdout=full, stderr=subprocess.DEVNULL).returncode, IO)
 
 
 if __name__ == "__main__":
