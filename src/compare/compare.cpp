@@ -37,7 +37,7 @@ ArrayComparison summarize(const Field& field, const Errors& errors, const FieldV
   a.integer = field.integer;
   a.range = values.diagonal();
   for (const Range& range : values.ranges) a.component_ranges.push_back(range.width());
-  *scale = a.range > 0 ? a.range : values.largest;
+  *scale = a.range > 0 ? a.range : values.largest + std::abs(static_cast<double>(field.base));
   a.non_finite = errors.non_finite;
   a.undefined = errors.undefined;
   a.rms = share_of(errors.rms(), *scale);
@@ -73,6 +73,8 @@ class Comparer {
 
   Comparison run() {
     context_.report("reading", 0);
+    original_.choose_bases(Association::kPoint, &match_.points);
+    original_.choose_bases(Association::kCell, &match_.cells);
     const SimplifiedMesh mesh = load_simplified(simplified_, match_.points, match_.cells);
     context_.check();
     context_.report("surface", 0.1);
@@ -199,7 +201,7 @@ class Comparer {
 
   const RunContext& context_;
   const std::uint64_t sides_;
-  const ArrayMatch match_;
+  ArrayMatch match_;
   OriginalMesh original_;
   MeshSource* simplified_;
   const ValueType point_type_;

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 #include <string_view>
+#include <type_traits>
 
 #include "mesh/blocks.h"
 #include "mesh/region_names.h"
@@ -61,6 +62,19 @@ ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& 
   return result;
 }
 
+namespace {
+
+template <class T>
+double difference(T value, std::int64_t base) {
+  if constexpr (std::is_floating_point_v<T>) return value;
+  if (base == 0) return static_cast<double>(value);
+  // Modulo 2^64, as two that differ by less than half of that may lie on both sides of it.
+  return static_cast<double>(static_cast<std::int64_t>(static_cast<std::uint64_t>(value) -
+                                                       static_cast<std::uint64_t>(base)));
+}
+
+}  // namespace
+
 void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
                    const RowTarget& target) {
   visit_type(info.type, [&](auto zero) {
@@ -73,7 +87,7 @@ void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
           T value;
           std::memcpy(&value, tuples.data() + (row * info.components + c) * sizeof(T),
                       sizeof value);
-          to[c] = static_cast<double>(value);
+          to[c] = difference(value, target.base);
         }
       }
     });

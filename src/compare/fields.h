@@ -23,10 +23,12 @@ struct Field {
   bool region;                       // an integer array of cells that is named like a material
   std::size_t offset;                // of its first component in a row
   std::size_t length = 0;            // where a row of a point has the Euclidean length of the value
+  // Of integers of 64 bits, which doubles may not hold: values are counted from here.
+  std::int64_t base = 0;
 };
 
 // All arrays of points, or of cells. A row has the components of one point or cell, as doubles:
-// integers beyond 2^53 are rounded. Those of points have the fields' lengths behind them.
+// integers more than 2^53 from their field's base are rounded. Those of points have the fields' lengths behind them.
 struct FieldSet {
   std::vector<Field> fields;
   std::size_t components = 0;
@@ -48,13 +50,15 @@ struct ArrayMatch {
 
 ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& simplified);
 
-// Where values go: row i of `out` gets tuple row_of[i] of the array, or i where row_of is empty.
+// Where values go: row i of `out` gets tuple row_of[i] of the array, or i where row_of is empty; of
+// integers their difference from `base`.
 struct RowTarget {
   std::size_t width;
   std::size_t offset;
   std::size_t rows;
   std::span<const std::uint64_t> row_of;
   double* out;
+  std::int64_t base = 0;
 };
 void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
                    const RowTarget& target);

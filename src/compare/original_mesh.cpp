@@ -95,6 +95,19 @@ OriginalMesh::OriginalMesh(MeshSource* source, const FieldSet& point_fields,
       stream_(open_stream(source)),
       used_(stream_->points()) {}
 
+void OriginalMesh::choose_bases(Association association, FieldSet* fields) const {
+  const std::uint64_t rows =
+      association == Association::kPoint ? stream_->points() : stream_->cells();
+  for (Field& field : fields->fields) {
+    const ValueType type = field.info.type;
+    const bool is_long = type == ValueType::kInt64 || type == ValueType::kUInt64;
+    if (!is_long || !field.integer || field.region || rows == 0) continue;
+    Vector<std::byte> first(field.info.components * sizeof field.base);
+    stream_->read_rows(association, field.original, 0, 1, first);
+    std::memcpy(&field.base, first.data(), sizeof field.base);
+  }
+}
+
 void OriginalMesh::survey(std::size_t most_sides, const RunContext& context) {
   const ReadCells read = [&](const auto& take) {
     const bool first_time = tets_ == 0;
@@ -238,7 +251,8 @@ void OriginalMesh::gather_run(const PointSet& set, std::uint64_t first, std::uin
     stream_->read_rows(Association::kPoint, field.original, first, count, bytes);
     spread_values(
         field.info, bytes,
-        {fields.width, field.offset, rows.size(), rows, out->rows.data() + to * fields.width});
+        {fields.width, field.offset, rows.size(), rows, out->rows.data() + to * fields.width,
+         field.base});
   }
   fill_lengths(fields, rows.size(), out->rows.data() + to * fields.width);
 }
@@ -254,7 +268,7 @@ void OriginalMesh::gather_cell_rows(std::uint64_t first, std::uint64_t count,
     bytes.resize(count * field.info.components * size_of(field.info.type));
     stream_->read_rows(Association::kCell, field.original, first, count, bytes);
     spread_values(field.info, bytes,
-                  {fields.width, field.offset, window.tets.size(), rows, out->data()});
+                  {fields.width, field.offset, window.tets.size(), rows, out->data(), field.base});
   }
 }
 

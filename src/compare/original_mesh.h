@@ -77,6 +77,9 @@ class OriginalMesh {
   // Opens a stream over the source, which must outlive this.
   OriginalMesh(MeshSource* source, const FieldSet& point_fields, const FieldSet& cell_fields);
 
+  // Sets the bases of those of the fields that have integers of 64 bits, but for regions.
+  void choose_bases(Association association, FieldSet* fields) const;
+
   // Finds the boundary and what the mesh consists of: call it first. About `most_sides` sides of
   // triangles are in memory at once.
   void survey(std::size_t most_sides, const RunContext& context);

@@ -188,7 +188,7 @@ class Loader {
     for (const Field& field : set.fields) {
       const DataArray array = source_->read_array(association, field.simplified);
       spread_values(array.info, array.bytes,
-                    {set.width, field.offset, rows.size(), rows, out->data()});
+                    {set.width, field.offset, rows.size(), rows, out->data(), field.base});
     }
   }
 

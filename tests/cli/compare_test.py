@@ -58,6 +58,18 @@ class Compare(FolderTest):
         text = run("compare", simplified, simplified, "--max-error", "1%").decode()
         self.assertIn("no floating-point point array to hold against the bounds", text)
 
+    def test_long_integers_are_told_apart(self):
+        for kind, start in (("Int64", 2 ** 60), ("UInt64", 2 ** 64 - 1000), ("Int64", -2 ** 63)):
+            meshes = []
+            for more in (0, 1):
+                mesh = TinyVtu()
+                mesh.arrays.insert(1, ["PointData", "n", kind, 1, [start + i + more for i in range(len(mesh.points))]])
+                meshes.append(mesh)
+            array = next(a for a in report_of("compare", *self.pair(*meshes))["arrays"] if a["name"] == "n")
+            count = len(meshes[0].points)
+            self.assertEqual((array["range"], array["differing"]), (count - 1, 1))
+            self.assertAlmostEqual(array["max"], 1 / (count - 1))
+
     def test_values_out_of_nothing_break_bounds(self):
         nothing = TinyVtu()
         nothing.array("temperature")[4] = [float("nan")] * len(nothing.points)
