@@ -170,13 +170,20 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
   file.commit();
 }
 
+std::string unread_of(const MeshDescription& mesh) {
+  if (mesh.unread.empty()) return {};
+  return fmt::format("these arrays have strings or bits, and are left out: {}",
+                     fmt::join(mesh.unread, ", "));
+}
+
 std::string left_out_of(const std::string& path, const MeshDescription& mesh) {
   const MeshFormat format = output_format(path);
-  if (format == MeshFormat::kVtu || format == MeshFormat::kLegacyVtk) return {};
+  if (format == MeshFormat::kVtu || format == MeshFormat::kLegacyVtk) return unread_of(mesh);
+  std::vector<std::string> sentences;
+  if (!mesh.unread.empty()) sentences.push_back(unread_of(mesh));
   const bool gmsh = format == MeshFormat::kGmsh;
   const std::vector<std::string> names =
       gmsh ? arrays_left_out_of_gmsh(mesh) : arrays_left_out(format, mesh);
-  std::vector<std::string> sentences;
   if (!names.empty()) {
     sentences.push_back(fmt::format("{} has no place for these arrays, which are left out: {}",
                                     path, fmt::join(names, ", ")));

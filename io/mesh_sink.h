@@ -44,7 +44,10 @@ void refuse_piece(const std::string& path, const MeshDescription& mesh);
 // others' together.
 void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh);
 
-// A sentence about what of that mesh a file of that name cannot hold; empty where it holds all.
+// A sentence about what of that mesh was not read; empty where all was.
+std::string unread_of(const MeshDescription& mesh);
+
+// The same, and what a file of that name cannot hold.
 std::string left_out_of(const std::string& path, const MeshDescription& mesh);
 
 // A mesh that goes to memory. Cells are VTK's, as MeshView has them: tetrahedra first.

@@ -30,6 +30,8 @@ struct MeshDescription {
   AttributeSet point_data;
   AttributeSet cell_data;
   AttributeSet field_data;
+  // Arrays of points and cells that have strings or bits: nothing is done with them.
+  std::vector<std::string> unread;
 };
 
 struct OpenOptions {

@@ -92,6 +92,7 @@ bool PvtuSource::add(const std::string& path) {
     d.points += piece.points;
     d.cells += piece.cells;
   }
+  if (d.unread.empty()) d.unread = input.head.unread;
   d.pieces += input.head.pieces.size();
   d.file_bytes += input.file.size();
   d.files.push_back(path);

@@ -141,9 +141,7 @@ class HeadParser {
     if (!parse_vtk_type(type, &array.info.type)) {
       fail(label + ": unknown type \"" + std::string(type) + "\"");
     }
-    if (array.info.type == ValueType::kString && tuples) {
-      fail(label + ": strings are read in field data only");
-    }
+    if (array.info.type == ValueType::kString && tuples) fail(label + ": strings are no numbers");
     parse_components(node, label, &array.info);
     if (!tuples) {
       const pugi::xml_attribute own = node.attribute("NumberOfTuples");
@@ -311,6 +309,13 @@ class HeadParser {
                         std::vector<VtuArray>* arrays) {
     for (const pugi::xml_node child : node.children()) {
       if (!is_array(child)) continue;
+      const std::string_view type = child.attribute("type").value();
+      if (type == "String" || type == "Bit") {
+        const std::string name = child.attribute("Name").value();
+        auto& unread = head_.unread;
+        if (std::find(unread.begin(), unread.end(), name) == unread.end()) unread.push_back(name);
+        continue;
+      }
       const std::string unnamed = "unnamed_" + std::to_string(arrays->size());
       arrays->push_back(parse_array(child, kind, unnamed, tuples));
     }

@@ -39,6 +39,7 @@ struct VtuHead {
   std::vector<VtuArray> field_data;
   AttributeSet point_data;  // tuples: all pieces together
   AttributeSet cell_data;
+  std::vector<std::string> unread;  // MeshDescription's
 };
 
 // Parses the head. All pieces have the same arrays of the same type, and no array claims more

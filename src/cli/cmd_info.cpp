@@ -152,6 +152,9 @@ std::string table(const MeshDescription& mesh, const InspectionSummary& i,
       100 * static_cast<double>(i.boundary_vertices) / points, format_count(i.surface_components),
       i.surface_components == 1 ? "" : "s", i.surface_euler());
   add_arrays(arrays, &text);
+  if (!mesh.unread.empty()) {
+    fmt::format_to(out, "not read      {} (strings or bits)\n", fmt::join(mesh.unread, ", "));
+  }
   add_oddities(i, findings, &text);
   return text;
 }
@@ -199,6 +202,7 @@ Answer describe(const Arguments& a) {
             {"pieces", mesh.pieces}, {"point_type", vtk_name(mesh.point_type)}};
   json.update(counts_json(summary));
   json["arrays"] = arrays_json(arrays);
+  json["unread_arrays"] = mesh.unread;
   json.update(findings_json(findings));
   console.detail_resources();
   return {json, table(mesh, summary, arrays, findings)};

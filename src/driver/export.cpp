@@ -261,7 +261,7 @@ void check_export(const std::string& path, Encoding encoding) {
 
 void tell_left_out(const std::string& path, const MeshDescription& mesh,
                    const RunContext& context) {
-  const std::string left_out = is_pieces_name(path) ? std::string() : left_out_of(path, mesh);
+  const std::string left_out = is_pieces_name(path) ? unread_of(mesh) : left_out_of(path, mesh);
   if (!left_out.empty()) context.say(left_out);
 }
 

@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from harness import FolderTest, main, report_of, run
+from harness import FolderTest, finish, main, report_of, run
 from independent_check import Vtu
 from sample_meshes import rebuilt
 from tiny_vtu import TinyVtu
@@ -46,6 +46,21 @@ class Info(FolderTest):
         mesh.array("temperature")[1] = 'a"\\b'.replace('"', "&quot;")
         report = report_of("info", self.write(mesh))
         self.assertIn('a"\\b', [a["name"] for a in report["arrays"]])
+
+    def test_arrays_of_strings_and_bits_are_left_out(self):
+        text = TinyVtu(encoding="ascii").bytes()
+        odd = (b'<Array type="String" Name="label" format="ascii">112 0</Array>'
+               b'<DataArray type="Bit" Name="bits" format="ascii">1</DataArray>')
+        start = text.index(b">", text.index(b"<PointData")) + 1
+        path = self.write(text[:start] + odd + text[start:])
+        self.assertEqual(report_of("info", path)["unread_arrays"], ["label", "bits"])
+        self.assertIn(b"not read      label, bits", run("info", path))
+        plain = self.write(TinyVtu(encoding="ascii"), "plain.vtu")
+        for name in ("o.vtu", "o.pvtu", "o.mesh"):
+            said = finish("simplify", path, "-o", self.folder / name, "--reduction", "20%").stderr
+            self.assertIn(b"these arrays have strings or bits, and are left out: label, bits", said)
+        run("simplify", plain, "-o", self.folder / "p.vtu", "--reduction", "20%")
+        self.assertEqual((self.folder / "p.vtu").read_bytes(), (self.folder / "o.vtu").read_bytes())
 
     def test_values_that_are_not_finite(self):
         mesh = TinyVtu(1)
