@@ -162,7 +162,6 @@ TEST_F(VtuDamage, RefusesAHeadThatMakesNoSense) {
            {"NumberOfComponents=\"3\"", "NumberOfComponents=\"2\"", "expected 3"},
            {"NumberOfComponents=\"3\"", "NumberOfComponents=\"0\"", "NumberOfComponents"},
            {"type=\"Float32\"", "type=\"Float16\"", "unknown type"},
-           {"type=\"Float32\"", "type=\"String\"", "field data only"},
            {"Name=\"types\"", "Name=\"typos\"", "\"types\" is missing"},
            {"Name=\"types\"", "Name=\"offsets\"", "two arrays"},
            {"type=\"UInt8\" Name=\"types\"", "type=\"Float32\" Name=\"types\"", "integers"},
