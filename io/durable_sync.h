@@ -15,8 +15,8 @@
 namespace tetfusion {
 
 // Holds the generations that a resumed run may need: the newest committed one, the newest durable
-// one, and those that are kept. The others go. Failures are left in the folder (ScratchFolder::throw_failure).
-// Thread-safe.
+// one, and those that are kept. The others go. Failures are left in the folder
+// (ScratchFolder::throw_failure). Thread-safe.
 class DurableSync {
  public:
   DurableSync(std::shared_ptr<ScratchFolder> folder, std::shared_ptr<Manifest> manifest);

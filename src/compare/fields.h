@@ -28,7 +28,8 @@ struct Field {
 };
 
 // All arrays of points, or of cells. A row has the components of one point or cell, as doubles:
-// integers more than 2^53 from their field's base are rounded. Those of points have the fields' lengths behind them.
+// integers more than 2^53 from their field's base are rounded. Those of points have the fields'
+// lengths behind them.
 struct FieldSet {
   std::vector<Field> fields;
   std::size_t components = 0;

@@ -27,9 +27,9 @@ class HilbertCurve {
 
   int key_bits() const { return 3 * bits_; }
   std::uint32_t key(const Point& p) const {
-    return static_cast<std::uint32_t>(
-        hilbert_key(step((p.x - low_.x) * steps_.x), step((p.y - low_.y) * steps_.y),
-                    step((p.z - low_.z) * steps_.z), bits_));
+    return static_cast<std::uint32_t>(hilbert_key(step((p.x - low_.x) * steps_.x),
+                                                  step((p.y - low_.y) * steps_.y),
+                                                  step((p.z - low_.z) * steps_.z), bits_));
   }
 
  private:

@@ -273,9 +273,9 @@ class Block {
   const OriginalCells& window_;
   CellMeasures* out_;
   std::vector<Components> components_;
-  std::vector<PairSum> integrals_;              // of columns
-  std::vector<Pair> sums_{integrals_.size()};   // of the cell in hand
-  PairSum volumes_;                             // and their errors
+  std::vector<PairSum> integrals_;             // of columns
+  std::vector<Pair> sums_{integrals_.size()};  // of the cell in hand
+  PairSum volumes_;                            // and their errors
   LocatorHint hint_;
   Shape shape_, other_;
   TetId shaped_ = kNoTet;  // the simplified mesh's tetrahedron that other_ is of

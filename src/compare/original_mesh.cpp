@@ -249,10 +249,9 @@ void OriginalMesh::gather_run(const PointSet& set, std::uint64_t first, std::uin
   for (const Field& field : fields.fields) {
     bytes.resize(count * field.info.components * size_of(field.info.type));
     stream_->read_rows(Association::kPoint, field.original, first, count, bytes);
-    spread_values(
-        field.info, bytes,
-        {fields.width, field.offset, rows.size(), rows, out->rows.data() + to * fields.width,
-         field.base});
+    spread_values(field.info, bytes,
+                  {fields.width, field.offset, rows.size(), rows,
+                   out->rows.data() + to * fields.width, field.base});
   }
   fill_lengths(fields, rows.size(), out->rows.data() + to * fields.width);
 }

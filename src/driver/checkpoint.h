@@ -17,7 +17,7 @@ struct RunState : RoundsState {
   std::vector<SteeringField> fields;
   std::vector<std::string> field_names;
   std::uint32_t steering_width = 0;
-  std::vector<std::string> outputs;  // files that are written already: one a stage
+  std::vector<std::string> outputs;       // files that are written already: one a stage
   std::vector<std::uint32_t> log_slices;  // of the rounds whose fusions are kept
 };
 

@@ -55,8 +55,7 @@ WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
   if (name.empty()) return {};
   const SteeringChoice choice = choose_weights(name, mesh);
   const bool of_cells = choice.association == Association::kCell;
-  const std::vector<std::size_t>& indices =
-      of_cells ? carried.cell_indices : carried.point_indices;
+  const std::vector<std::size_t>& indices = of_cells ? carried.cell_indices : carried.point_indices;
   const auto at = std::find(indices.begin(), indices.end(), choice.index);
   if (at == indices.end()) {
     throw Error(ErrorCode::kUsage,

@@ -39,7 +39,8 @@ struct ArrayFit {
 // integers, that of the original's point with the largest weight; but for those that are fitted.
 // In memory are these arrays alone.
 // Without `measured` nothing is said of errors. The same for any number of threads. Throws
-// Error(kBadInput) where the mesh has not as many points as the map, Error(kUsage) for a name that is none of its arrays; what reading throws.
+// Error(kBadInput) where the mesh has not as many points as the map, Error(kUsage) for a name that
+// is none of its arrays; what reading throws.
 std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
                                   const std::vector<std::string>& names, const RunContext& context,
                                   const std::vector<ArrayFit>& fits = {}, bool measured = true);

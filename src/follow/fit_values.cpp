@@ -65,8 +65,8 @@ class Fitter {
   };
   // What a block of the original's points has to say.
   struct Block {
-    std::uint32_t from = 0;  // the point in hand
-    std::vector<Part> parts, sorted;  // in order; and by ranges
+    std::uint32_t from = 0;                       // the point in hand
+    std::vector<Part> parts, sorted;              // in order; and by ranges
     std::array<std::size_t, kRanges + 1> ends{};  // of ranges in these, from the second on
     FieldValues range;
     std::uint64_t beyond = 0;

@@ -75,10 +75,11 @@ CombinedFields::Source CombinedFields::find(const SteeringChoice& array, std::ui
   }
   source.info = mesh.point_data.arrays[source.index];
   if (!is_float(source.info.type)) {
-    throw Error(ErrorCode::kBadInput,
-                fmt::format("{}: the array \"{}\", which steers, has integers in this step, between "
-                            "which nothing can be measured: give --series each, or another array",
-                            mesh.path, array.name));
+    throw Error(
+        ErrorCode::kBadInput,
+        fmt::format("{}: the array \"{}\", which steers, has integers in this step, between "
+                    "which nothing can be measured: give --series each, or another array",
+                    mesh.path, array.name));
   }
   if (source.info.components != components) {
     throw Error(ErrorCode::kBadInput,

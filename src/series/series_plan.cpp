@@ -152,16 +152,18 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
   std::string first;
   for (const std::string& name : names) {
     if (!holds_step(name)) {
-      refuse(fmt::format("--array {}: where steps are the arrays of one mesh, each array that "
-                         "steers holds {}",
-                         name, kStepField));
+      refuse(
+          fmt::format("--array {}: where steps are the arrays of one mesh, each array that "
+                      "steers holds {}",
+                      name, kStepField));
     }
     // As everywhere the last colon may begin a share.
     std::string pattern = name;
     const auto find = [&] {
       std::vector<std::pair<std::string, std::string>> found;
       for (const ArrayInfo& array : mesh.point_data.arrays) {
-        if (const auto label = label_in(array.name, pattern)) found.emplace_back(*label, array.name);
+        if (const auto label = label_in(array.name, pattern))
+          found.emplace_back(*label, array.name);
       }
       return found;
     };
@@ -195,7 +197,8 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
 std::vector<Step> find_steps(const std::vector<std::string>& inputs) {
   std::vector<Step> steps;
   if (inputs.size() == 1 && is_pvd_name(inputs[0])) {
-    for (const PvdStep& step : read_pvd(inputs[0])) steps.push_back({step.path, "", step.time, "", {}});
+    for (const PvdStep& step : read_pvd(inputs[0]))
+      steps.push_back({step.path, "", step.time, "", {}});
   } else {
     for (const std::string& path : inputs) steps.push_back({path, "", {}, "", {}});
   }
@@ -279,12 +282,12 @@ SeriesPlan plan_series(const SeriesRequest& request) {
   const bool in_one_mesh = request.inputs.size() == 1 && !is_pvd_name(request.inputs[0]) &&
                            std::any_of(arrays.begin(), arrays.end(), holds_step);
   if (in_one_mesh && (!request.shared || !plan.list.empty() || holds_step(pattern))) {
-    refuse(fmt::format("{}: where steps are the arrays of one mesh, the result is one mesh with all "
-                       "of them: give one name after -o, and not --series each",
-                       request.inputs[0]));
+    refuse(
+        fmt::format("{}: where steps are the arrays of one mesh, the result is one mesh with all "
+                    "of them: give one name after -o, and not --series each",
+                    request.inputs[0]));
   }
-  plan.steps =
-      in_one_mesh ? find_steps_in(request.inputs[0], arrays) : find_steps(request.inputs);
+  plan.steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays) : find_steps(request.inputs);
   for (Step& step : plan.steps) step.output = with_label(pattern, step.label);
   check_outputs(plan, request.inputs, request.job);
   return plan;

@@ -34,8 +34,9 @@ struct SeriesPlan {
 std::vector<std::string> label_steps(const std::vector<std::string>& paths);
 
 // Steps come in the order of their times, of their labels where these are numbers, else as given.
-// With steps in one mesh its arrays are looked at. Throws Error(kUsage) for options that a series cannot have, for an output that is an input or
-// another step's output; what opening a .pvd file throws.
+// With steps in one mesh its arrays are looked at. Throws Error(kUsage) for options that a series
+// cannot have, for an output that is an input or another step's output; what opening a .pvd file
+// throws.
 SeriesPlan plan_series(const SeriesRequest& request);
 
 }  // namespace tetfusion

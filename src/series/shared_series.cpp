@@ -54,14 +54,6 @@ std::optional<std::string> pattern_of(const Step& step, const std::string& name)
   return std::nullopt;
 }
 
-std::vector<DataArray> field_data_of(MeshSource* source) {
-  std::vector<DataArray> arrays;
-  for (std::size_t f = 0; f < source->description().field_data.arrays.size(); ++f) {
-    arrays.push_back(source->read_array(Association::kField, f));
-  }
-  return arrays;
-}
-
 class SharedSeries {
  public:
   SharedSeries(const SeriesRequest& request, SeriesPlan* plan, const RunContext& context)
@@ -101,7 +93,13 @@ class SharedSeries {
   double fit_steps(const RunContext& context);
   void write_steps();
   void write_step(std::size_t i, const ResultMesh& result, const RunContext& context);
-  DataArray fitted(std::size_t step, std::size_t array, const ArrayInfo& info) const;
+  // An array that steers, of a step.
+  struct Fitted {
+    std::size_t step, array;
+  };
+  DataArray fitted(const Fitted& place, const ArrayInfo& info) const;
+  template <class PlaceOf>
+  StepArrays moved_arrays(MeshSource* source, PlaceOf place_of, const RunContext& context) const;
   void write_mesh(MeshSource* source, StepArrays arrays, const ResultMesh& result,
                   const std::string& path, const RunContext& context);
   void write_in_one_mesh(const ResultMesh& result, const RunContext& context);
@@ -220,10 +218,11 @@ void SharedSeries::look_at_steps() {
   sums_->finish(context_);
   for (const std::string& name : regions_->changing()) {
     if ("cell:" + name == request_.job.behaviour.weight) {
-      throw Error(ErrorCode::kUsage,
-                  fmt::format("--weight cell:{}: the array says regions, too, and changes from step "
-                              "to step: give another one, or --regions none",
-                              name));
+      throw Error(
+          ErrorCode::kUsage,
+          fmt::format("--weight cell:{}: the array says regions, too, and changes from step "
+                      "to step: give another one, or --regions none",
+                      name));
     }
     context_.say(fmt::format(
         "cell array {} changes from step to step: what any step tells apart stays so", name));
@@ -458,90 +457,86 @@ void SharedSeries::write_steps() {
   }
 }
 
-DataArray SharedSeries::fitted(std::size_t step, std::size_t array, const ArrayInfo& info) const {
+DataArray SharedSeries::fitted(const Fitted& place, const ArrayInfo& info) const {
   DataArray out;
   out.info = info;
   out.info.tuples = map_->counts().points;
   out.bytes.resize(out.info.values() * size_of(info.type));
-  fitted_->read(step * step_bytes_ + array_offsets_[array], out.bytes);
+  fitted_->read(place.step * step_bytes_ + array_offsets_[place.array], out.bytes);
   return out;
 }
 
 void SharedSeries::write_step(std::size_t i, const ResultMesh& result, const RunContext& context) {
   const auto source = open(plan_.steps[i]);
-  const MeshDescription& mesh = source->description();
-  RunContext quiet = context;
-  quiet.progress = {};
-  const auto steers = [&](const std::string& name) {
-    return std::find_if(arrays_.begin(), arrays_.end(),
-                        [&](const SteeringChoice& choice) { return choice.name == name; });
-  };
-  std::vector<std::string> others;
-  for (const ArrayInfo& info : mesh.point_data.arrays) {
-    if (steers(info.name) == arrays_.end() && !is_ghost_mark(info.name))
-      others.push_back(info.name);
-  }
-  std::vector<MovedArray> moved;
-  if (!others.empty()) moved = apply_map(*map_, source.get(), others, quiet, {}, false);
-  StepArrays arrays;
-  std::size_t next = 0;
-  for (const ArrayInfo& info : mesh.point_data.arrays) {
-    if (is_ghost_mark(info.name)) continue;
-    const auto choice = steers(info.name);
-    arrays.points.push_back(
-        choice == arrays_.end()
-            ? std::move(moved[next++].array)
-            : fitted(i, static_cast<std::size_t>(choice - arrays_.begin()), info));
-  }
-  write_mesh(source.get(), std::move(arrays), result, plan_.steps[i].output, context);
-  for (const DataArray& array : field_data_of(source.get())) {
+  StepArrays arrays = moved_arrays(
+      source.get(),
+      [&](const std::string& name) {
+        const auto choice = std::find_if(arrays_.begin(), arrays_.end(),
+                                         [&](const SteeringChoice& c) { return c.name == name; });
+        return choice == arrays_.end()
+                   ? std::nullopt
+                   : std::optional<Fitted>({i, static_cast<std::size_t>(choice - arrays_.begin())});
+      },
+      context);
+  for (const DataArray& array : arrays.field_data) {
     if (array.info.name != "TimeValue" || array.info.values() != 1) continue;
     if (plan_.steps[i].time || !is_float(array.info.type)) continue;
     plan_.steps[i].time =
         array.info.type == ValueType::kFloat32 ? array.as<float>()[0] : array.as<double>()[0];
   }
   report_.steps[i].time = plan_.steps[i].time;
+  write_mesh(source.get(), std::move(arrays), result, plan_.steps[i].output, context);
 }
 
 // All steps' arrays, in the order that they have there.
 void SharedSeries::write_in_one_mesh(const ResultMesh& result, const RunContext& context) {
   const auto source = open_file(plan_.steps[0]);
-  const MeshDescription& mesh = source->description();
-  RunContext quiet = context;
-  quiet.progress = {};
-  // Which step's, and which of those that steer.
-  const auto place_of = [&](const std::string& name) {
-    std::optional<std::pair<std::size_t, std::size_t>> place;
-    for (std::size_t i = 0; i < plan_.steps.size() && !place; ++i) {
-      const auto pattern = pattern_of(plan_.steps[i], name);
-      for (std::size_t a = 0; a < arrays_.size() && pattern; ++a) {
-        if (arrays_[a].name == *pattern) place = {i, a};
-      }
-    }
-    return place;
-  };
-  std::vector<std::string> others;
-  for (const ArrayInfo& info : mesh.point_data.arrays) {
-    if (!place_of(info.name) && !is_ghost_mark(info.name)) others.push_back(info.name);
-  }
-  std::vector<MovedArray> moved;
-  if (!others.empty()) moved = apply_map(*map_, source.get(), others, quiet, {}, false);
-  StepArrays arrays;
-  std::size_t next = 0;
-  for (const ArrayInfo& info : mesh.point_data.arrays) {
-    if (is_ghost_mark(info.name)) continue;
-    const auto place = place_of(info.name);
-    arrays.points.push_back(place ? fitted(place->first, place->second, info)
-                                  : std::move(moved[next++].array));
-  }
+  StepArrays arrays = moved_arrays(
+      source.get(),
+      [&](const std::string& name) {
+        std::optional<Fitted> place;
+        for (std::size_t i = 0; i < plan_.steps.size() && !place; ++i) {
+          const auto pattern = pattern_of(plan_.steps[i], name);
+          for (std::size_t a = 0; a < arrays_.size() && pattern; ++a) {
+            if (arrays_[a].name == *pattern) place = {i, a};
+          }
+        }
+        return place;
+      },
+      context);
   write_mesh(source.get(), std::move(arrays), result, request_.job.output, context);
 }
 
-// With the source's arrays of cells, and its field data.
+// The arrays of points, fitted where place_of(name) says so, and the field data.
+template <class PlaceOf>
+StepArrays SharedSeries::moved_arrays(MeshSource* source, PlaceOf place_of,
+                                      const RunContext& context) const {
+  const AttributeSet& all = source->description().point_data;
+  std::vector<std::string> others;
+  for (const ArrayInfo& info : all.arrays) {
+    if (!place_of(info.name) && !is_ghost_mark(info.name)) others.push_back(info.name);
+  }
+  RunContext quiet = context;
+  quiet.progress = {};
+  std::vector<MovedArray> moved;
+  if (!others.empty()) moved = apply_map(*map_, source, others, quiet, {}, false);
+  StepArrays arrays;
+  std::size_t next = 0;
+  for (const ArrayInfo& info : all.arrays) {
+    if (is_ghost_mark(info.name)) continue;
+    const std::optional<Fitted> place = place_of(info.name);
+    arrays.points.push_back(place ? fitted(*place, info) : std::move(moved[next++].array));
+  }
+  for (std::size_t f = 0; f < source->description().field_data.arrays.size(); ++f) {
+    arrays.field_data.push_back(source->read_array(Association::kField, f));
+  }
+  return arrays;
+}
+
+// With the source's arrays of cells.
 void SharedSeries::write_mesh(MeshSource* source, StepArrays arrays, const ResultMesh& result,
                               const std::string& path, const RunContext& context) {
   arrays.cells = result.cell_arrays(source, context);
-  arrays.field_data = field_data_of(source);
   const auto out = result.with(std::move(arrays), source->description());
   WriteOptions write;
   write.encoding = request_.job.encoding;
