@@ -66,18 +66,23 @@ constexpr Table make_table() {
 }
 constexpr Table kTable = make_table();
 
-constexpr unsigned octant_at(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bit) {
-  return ((x >> bit) & 1u) | ((y >> bit) & 1u) << 1 | ((z >> bit) & 1u) << 2;
+// Bit i goes to bit 3 i.
+constexpr std::uint64_t spread(std::uint64_t bits) {
+  bits = (bits | bits << 32) & 0x1F00000000FFFFu;
+  bits = (bits | bits << 16) & 0x1F0000FF0000FFu;
+  bits = (bits | bits << 8) & 0x100F00F00F00F00Fu;
+  bits = (bits | bits << 4) & 0x10C30C30C30C30C3u;
+  return (bits | bits << 2) & 0x1249249249249249u;
 }
 
 }  // namespace
 
 std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bits) {
+  const std::uint64_t octants = spread(x) | spread(y) << 1 | spread(z) << 2;
   std::uint64_t key = 0;
   unsigned state = 0;
-  for (int bit = bits - 1; bit > 0; bit -= 2) {
-    const unsigned octants = octant_at(x, y, z, bit) << 3 | octant_at(x, y, z, bit - 1);
-    const Step step = kTable[state][octants];
+  for (int shift = 3 * bits - 6; shift >= 0; shift -= 6) {
+    const Step step = kTable[state][octants >> shift & 63u];
     key = key << 6 | step.place;
     state = step.next;
   }
