@@ -26,8 +26,18 @@ void DurableSync::commit(std::shared_ptr<Generation> generation, bool durable) {
   }
   newest_ = std::move(generation);
   if (durable) durable_ = newest_;
+  start_worker();
+}
+
+void DurableSync::start_worker() {
   if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
   changed_.notify_all();
+}
+
+void DurableSync::drop_spares() {
+  const std::lock_guard lock(mutex_);
+  drop_spares_ = true;
+  start_worker();
 }
 
 void DurableSync::keep(std::shared_ptr<Generation> generation, bool durable) {
@@ -74,8 +84,16 @@ void DurableSync::stop() noexcept {
 void DurableSync::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [&] { return stop_ || (newest_ != durable_ && !failed_); });
+    const auto is_behind = [&] { return newest_ != durable_ && !failed_; };
+    changed_.wait(lock, [&] { return stop_ || drop_spares_ || is_behind(); });
     if (stop_) return;
+    if (!is_behind()) {
+      drop_spares_ = false;
+      lock.unlock();
+      folder_->trim_spares(true);
+      lock.lock();
+      continue;
+    }
     std::shared_ptr<Generation> generation = newest_;
     lock.unlock();
     // Spares that the generation before this one had no use for.

@@ -25,12 +25,14 @@ class DurableSync {
   // Those that are kept before are made durable first.
   void commit(std::shared_ptr<Generation> generation, bool durable = false);
   void keep(std::shared_ptr<Generation> generation, bool durable = false);
+  void drop_spares();  // the folder's, when nothing is left to sync
   bool holds(const std::string& name) const;
   bool empty() const;
   // Stops for good; nothing is needed any more.
   void drop_all();
 
  private:
+  void start_worker();
   void work();
   bool sync(const Generation& generation);  // false: given up
   // The files of `generation`, for the sake of `newest`. False: given up.
@@ -49,7 +51,8 @@ class DurableSync {
   std::size_t durable_kept_ = 0;  // of these, the first ones
   bool failed_ = false;
   bool stop_ = false;
-  std::thread worker_;  // from the first commit on
+  bool drop_spares_ = false;
+  std::thread worker_;  // from the first call on that has work for it
 };
 
 }  // namespace tetfusion

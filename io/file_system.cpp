@@ -48,6 +48,7 @@ int FileSystem::fallocate(int fd, int mode, off_t offset, off_t bytes) {
 int FileSystem::ftruncate(int fd, off_t bytes) { return ::ftruncate(fd, bytes); }
 int FileSystem::fchmod(int fd, mode_t mode) { return ::fchmod(fd, mode); }
 int FileSystem::fsync(int fd) { return ::fsync(fd); }
+int FileSystem::start_writing(int fd) { return ::sync_file_range(fd, 0, 0, SYNC_FILE_RANGE_WRITE); }
 int FileSystem::flock(int fd, int operation) { return ::flock(fd, operation); }
 
 int FileSystem::renameat(int from_folder, const char* from, int to_folder, const char* to) {

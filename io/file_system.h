@@ -41,6 +41,7 @@ class FileSystem {
   virtual int ftruncate(int fd, off_t bytes);
   virtual int fchmod(int fd, mode_t mode);
   virtual int fsync(int fd);
+  virtual int start_writing(int fd);  // of all that is dirty; returns at once
   virtual int flock(int fd, int operation);
 
   virtual int renameat(int from_folder, const char* from, int to_folder, const char* to);

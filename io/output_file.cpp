@@ -21,6 +21,7 @@ namespace tetfusion {
 
 namespace {
 
+constexpr std::uint64_t kWriteBehind = std::uint64_t{64} << 20;
 constexpr int kMaxLinks = 40;           // as many as Linux follows
 constexpr int kMaxTemporaries = 10000;  // left by killed runs under the same process number
 
@@ -256,6 +257,14 @@ void OutputFile::place(std::uint64_t offset, const void* data, std::size_t bytes
   }
   const int error = pwrite_all(fd_, data, bytes, offset);
   if (error != 0) fail("writing", error);
+  write_behind(bytes);
+}
+
+// So that little is left for the disk to do in commit(). What fails here fails there, too.
+void OutputFile::write_behind(std::uint64_t bytes) const {
+  if (target_.empty() || behind_.fetch_add(bytes) + bytes < kWriteBehind) return;
+  behind_ = 0;
+  static_cast<void>(file_system().start_writing(fd_));
 }
 
 void OutputFile::flush() {
@@ -268,6 +277,7 @@ void OutputFile::write_out(const void* data, std::size_t bytes) {
       can_leave_room() ? pwrite_all(fd_, data, bytes, written_) : write_all(fd_, data, bytes);
   if (error != 0) fail("writing", error);
   written_ += bytes;
+  write_behind(bytes);
 }
 
 MappedFile OutputFile::read_back() {

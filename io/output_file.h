@@ -8,6 +8,7 @@
 // writer has to go back and patch, by way of a nameless temporary file that commit() copies.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -73,6 +74,7 @@ class OutputFile {
   std::string take_temporary_name(F make) const;
   void open_spool();
   void flush();
+  void write_behind(std::uint64_t bytes) const;
   void write_out(const void* data, std::size_t bytes);
   void copy_spool();
   void close(int* fd);
@@ -88,8 +90,9 @@ class OutputFile {
   std::unique_ptr<std::byte[]> buffer_;
   std::size_t buffered_ = 0;
   std::uint64_t size_ = 0;
-  std::uint64_t written_ = 0;   // size_ without what is buffered
-  std::uint64_t expected_ = 0;  // 0: not known
+  std::uint64_t written_ = 0;                     // size_ without what is buffered
+  std::uint64_t expected_ = 0;                    // 0: not known
+  mutable std::atomic<std::uint64_t> behind_{0};  // written since the disk was last told to begin
 };
 
 }  // namespace tetfusion

@@ -52,6 +52,9 @@ class Scratch {
   // when there is none. Call once, first.
   virtual std::optional<Checkpoint> resume() = 0;
 
+  // No generation follows: what is kept to be overwritten goes, behind the run's back.
+  virtual void drop_spares() = 0;
+
   // The job is done, or cannot be resumed: removes the folder and all in it that is ours.
   virtual void remove() = 0;
 

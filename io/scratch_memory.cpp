@@ -259,6 +259,7 @@ class MemoryScratch : public Scratch {
   void commit(const std::string&, std::span<const std::byte>) override {}
   void keep(const std::string&) override {}
   std::optional<Checkpoint> resume() override { return std::nullopt; }
+  void drop_spares() override {}
   void remove() override {}
   std::uint64_t peak_bytes() const override { return memory_->count.peak(); }
 

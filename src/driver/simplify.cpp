@@ -461,6 +461,7 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     }
     clock_.begin("write");
     if (last) rounds.reset();
+    if (last) scratch_->drop_spares();
     const double share = progress_at(state->input.mesh.tets, state->lods.size());
     const auto progress = [&](double done) {
       context_.check();

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -265,6 +266,24 @@ TEST(OutputFile, SaysHowMuchSpaceIsMissing) {
   });
   EXPECT_THAT(message, HasSubstr("no space left"));
   EXPECT_THAT(message, HasSubstr("needed about 5.0 GiB"));
+}
+
+// That the disk cannot be told to begin early is no failure.
+TEST(OutputFile, StartsWritingBeforeCommit) {
+  using Call = FaultyFileSystem::Call;
+  const TempDir dir;
+  for (const bool can : {true, false}) {
+    FaultyFileSystem system;
+    if (!can) system.fail_all(Call::kAdvise, EINVAL);
+    std::atomic<int> advised = 0;
+    system.before([&](Call call) { advised += call == Call::kAdvise; });
+    OutputFile file(dir.file("a"));
+    const std::string block(std::size_t{4} << 20, 'a');
+    for (int i = 0; i < 40; ++i) append(&file, block);
+    EXPECT_EQ(advised, 2);
+    file.commit();
+    EXPECT_EQ(fs::file_size(dir.file("a")), 40 * block.size());
+  }
 }
 
 TEST(OutputFile, RemovesTheTemporaryWhenWritingFails) {

@@ -193,6 +193,30 @@ TEST_F(DiskScratchTest, KeepsWhatIsDurableUntilSomethingNewerIs) {
   EXPECT_TRUE(soon([&] { return count_files("one.") == 0; }));
 }
 
+// What is committed stays, and what comes later finds its way.
+TEST_F(DiskScratchTest, DropsWhatIsKeptToBeOverwritten) {
+  const auto scratch = open();
+  for (const char* name : {"one", "two"}) {
+    run(scratch.get(), name).reset();
+    ASSERT_TRUE(soon([&] { return is_durable(name); }));
+  }
+  ASSERT_TRUE(soon([&] { return count_files(".part") > 0; }));
+  scratch->drop_spares();
+  EXPECT_TRUE(soon([&] { return count_files(".part") == 0; }));
+  EXPECT_EQ(count_files("two."), 3u);
+  run(scratch.get(), "three").reset();
+  EXPECT_TRUE(soon([&] { return is_durable("three"); }));
+}
+
+TEST_F(DiskScratchTest, DropsSparesWithoutACommit) {
+  const auto scratch = open();
+  const auto store = scratch->begin("one");
+  add_pieces(store.get(), 0, {{0, "a"}});
+  scratch->drop_spares();
+  EXPECT_TRUE(soon([&] { return count_files(".part") == 0; }));
+  EXPECT_EQ(count_files("one."), 1u);
+}
+
 // What was committed while the sync before it had not ended takes its place.
 TEST_F(DiskScratchTest, ANewerCommitOvertakesASync) {
   using Call = testing::FaultyFileSystem::Call;

@@ -152,6 +152,9 @@ int FaultyFileSystem::fsync(int fd) {
   static_cast<void>(fd);
   return strike(Call::kSync) != 0 ? -1 : 0;
 }
+int FaultyFileSystem::start_writing(int fd) {
+  return strike(Call::kAdvise) != 0 ? -1 : FileSystem::start_writing(fd);
+}
 int FaultyFileSystem::flock(int fd, int operation) {
   return strike(Call::kLock) != 0 ? -1 : FileSystem::flock(fd, operation);
 }

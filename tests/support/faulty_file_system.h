@@ -78,6 +78,7 @@ class FaultyFileSystem : public FileSystem {
   int ftruncate(int fd, off_t bytes) override;
   int fchmod(int fd, mode_t mode) override;
   int fsync(int fd) override;
+  int start_writing(int fd) override;
   int flock(int fd, int operation) override;
   int renameat(int from_folder, const char* from, int to_folder, const char* to) override;
   int link_descriptor(int fd, const char* name) override;
