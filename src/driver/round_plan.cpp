@@ -22,10 +22,12 @@ constexpr int kPassesPerRound = 8;
 // share of the tetrahedra, the run ends. On the way to a goal little may be what was missing; a
 // round of tetfuse without one costs as much as another, whatever it removes ...
 constexpr double kSaturatedShare = 1e-4;
-constexpr double kSaturatedWithoutGoal = 2e-3;
+constexpr double kSaturatedWithoutGoal = 5e-3;
 // ... if chunks have at least so many tetrahedra. Smaller ones have so much interface that they are
 // doubled first.
 constexpr std::uint64_t kSmallChunk = 100'000;
+// A round of tetfuse without a goal removes about so much of what the one before did.
+constexpr double kNextShare = 0.2;
 // A fusion of two neighbours is not tried while fewer tetrahedra are to go (FuseRound).
 constexpr std::uint64_t kSmallestFusion = 3;
 
@@ -126,9 +128,10 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
   state->spread = plan.limits.spread ? 1 : 0;
   const auto before = static_cast<double>(round.pass.tets_before);
   const auto removed = before - static_cast<double>(round.pass.tets_after);
-  state->shrink = 1 - removed / before;
-  state->costs = round.costs;
   const bool fuse = options_.method == Method::kFuse;
+  const bool has_goal = plan.limits.quota != PassLimits{}.quota;
+  state->shrink = 1 - (fuse || has_goal ? 1 : kNextShare) * removed / before;
+  state->costs = round.costs;
   if (fuse && !plan.settings.look) {
     state->threshold = {plan.settings.fuse.threshold, was_rejected(round, Reject::kQuota)};
   }
@@ -138,8 +141,7 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
     state->end = StageEnd::kGoal;
     return;
   }
-  const double saturated =
-      plan.limits.quota == PassLimits{}.quota ? kSaturatedWithoutGoal : kSaturatedShare;
+  const double saturated = has_goal ? kSaturatedShare : kSaturatedWithoutGoal;
   state->end = fuse ? judge_fuse(round, state) : judge(round, saturated, state);
 }
 

@@ -8,13 +8,14 @@
 #include <numeric>
 
 #include "base/tasks.h"
+#include "partition/id_ranges.h"
 
 namespace tetfusion {
 
 namespace {
 
 // A chunk is put away when a pass over it has fused less than this share of its tetrahedra.
-constexpr double kIdleShare = 0.01;
+constexpr double kIdleShare = 0.04;
 // Shares of a quota that is not spread: large enough for any cavity.
 constexpr std::uint64_t kLump = 512;
 
@@ -265,6 +266,7 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
   result.costs = statistics.costs;
   result.deviation = statistics.deviation;
   tools.scatter.scatter(*mesh, round_.next_cut, chunk, round_.next.get(), &result.interface);
+  sort_by_id(&result.interface);
   result.sizes = tools.scatter.sizes();
   if (!round_.costs.empty()) count_costs(*mesh, tools.scatter);
   const std::uint64_t step =
@@ -290,13 +292,13 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
   next.sizes.resize(next.chunks);
   RoundStatistics statistics;
   statistics.chunks = round_.results.size();
-  Vector<InterfaceReport> reports;
+  std::vector<Vector<InterfaceReport>> reports;
   if (logs_ != nullptr) logs_->end();
   for (ChunkResult& result : round_.results) {
     add(result.pass, &statistics.pass);
     for (std::size_t b = 0; b < kCostBins; ++b) statistics.costs[b] += result.costs[b];
     statistics.deviation = std::max(statistics.deviation, result.deviation);
-    reports.insert(reports.end(), result.interface.begin(), result.interface.end());
+    reports.push_back(std::move(result.interface));
     next.samples.insert(next.samples.end(), result.samples.begin(), result.samples.end());
     next.removed += result.removed_points;
     for (const auto& size : result.sizes) {
@@ -306,6 +308,7 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
     result = {};
   }
   round_ = {};
+  mesh->interface = {};
   next.tets = statistics.pass.tets_after;
   next.interface = InterfaceTable(std::move(reports));
   next.interface.add_marks(marks);
