@@ -1,27 +1,37 @@
 #include "partition/interface_table.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "partition/id_ranges.h"
 #include "partition/radix_sort.h"
 
 namespace tetfusion {
 
-InterfaceTable::InterfaceTable(Vector<InterfaceReport> reports) : entries_(std::move(reports)) {
-  radix_sort<32>(&entries_, [](const InterfaceReport& r) { return r.id; });
-  std::size_t last = 0;  // entries that are joined already, the last of them open
-  for (std::size_t i = 1; i < entries_.size(); ++i) {
-    const InterfaceReport& from = entries_[i];
-    if (from.id != entries_[last].id) {
-      entries_[++last] = from;
-      continue;
-    }
-    InterfaceReport& to = entries_[last];
-    to.low = std::min(to.low, from.low);
-    to.high = std::max(to.high, from.high);
-    to.marks |= from.marks;
-    to.touched |= from.touched;
+InterfaceTable::InterfaceTable(Vector<InterfaceReport> reports) {
+  radix_sort<32>(&reports, [](const InterfaceReport& r) { return r.id; });
+  for (const InterfaceReport& report : reports) add(report);
+}
+
+InterfaceTable::InterfaceTable(std::vector<Vector<InterfaceReport>> parts) {
+  std::size_t all = 0;
+  for (const Vector<InterfaceReport>& part : parts) all += part.size();
+  entries_.reserve(all);  // what is not written to takes no memory
+  for_each_id_range(std::move(parts), [&](const Vector<InterfaceReport>& reports) {
+    for (const InterfaceReport& report : reports) add(report);
+  });
+}
+
+void InterfaceTable::add(const InterfaceReport& report) {
+  if (entries_.empty() || entries_.back().id != report.id) {
+    entries_.push_back(report);
+    return;
   }
-  if (!entries_.empty()) entries_.resize(last + 1);
+  InterfaceReport& to = entries_.back();
+  to.low = std::min(to.low, report.low);
+  to.high = std::max(to.high, report.high);
+  to.marks |= report.marks;
+  to.touched |= report.touched;
 }
 
 void InterfaceTable::add_marks(const InterfaceTable& other) {

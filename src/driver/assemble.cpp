@@ -12,7 +12,7 @@
 #include "mesh/inspect.h"
 #include "mesh/interface_inspection.h"
 #include "partition/chunk_pieces.h"
-#include "partition/radix_sort.h"
+#include "partition/id_ranges.h"
 
 namespace tetfusion {
 
@@ -82,6 +82,8 @@ typename Assembler<Real>::Share Assembler<Real>::assemble(std::uint32_t chunk, P
     if ((marks & (kLocked | kOnBoundary)) == kLocked) ++share.locked_vertices;
   }
   for (InterfaceReport& report : share.interface) report.marks &= kLocked | kOnBoundary;
+  sort_by_id(&share.interface);
+  sort_by_id(&share.regions);
   return share;
 }
 
@@ -169,14 +171,17 @@ void apply_verdict(InterfaceVerdict verdict, Assembly<Real>* out) {
 }
 
 // Locks the vertices whose tetrahedra are of one region in one chunk and of another in the next.
-void lock_between_regions(Vector<RegionReport> reports, std::span<InterfaceReport> interface) {
-  radix_sort<32>(&reports, [](const RegionReport& r) { return r.id; });
+void lock_between_regions(std::vector<Vector<RegionReport>> reports,
+                          std::span<InterfaceReport> interface) {
   auto entry = interface.begin();
-  for (std::size_t i = 1; i < reports.size(); ++i) {
-    if (reports[i].id != reports[i - 1].id || reports[i].region == reports[i - 1].region) continue;
-    while (entry->id != reports[i].id) ++entry;
-    entry->marks |= kLocked;
-  }
+  for_each_id_range(std::move(reports), [&](const Vector<RegionReport>& of_range) {
+    for (std::size_t i = 1; i < of_range.size(); ++i) {
+      const RegionReport &before = of_range[i - 1], &report = of_range[i];
+      if (report.id != before.id || report.region == before.region) continue;
+      while (entry->id != report.id) ++entry;
+      entry->marks |= kLocked;
+    }
+  });
 }
 
 }  // namespace
@@ -199,12 +204,12 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
   }
   using Share = typename Assembler<Real>::Share;
   InterfaceInspection between;
-  Vector<InterfaceReport> reports;
-  Vector<RegionReport> region_reports;
+  std::vector<Vector<InterfaceReport>> reports;
+  std::vector<Vector<RegionReport>> region_reports;
   InOrder<Share> join([&](Share share) {
     between.add(&share.findings);
-    reports.insert(reports.end(), share.interface.begin(), share.interface.end());
-    region_reports.insert(region_reports.end(), share.regions.begin(), share.regions.end());
+    reports.push_back(std::move(share.interface));
+    region_reports.push_back(std::move(share.regions));
     if (!share.rewound.empty()) out.rewound.resize(numbered);
     for (const TetId t : share.rewound) out.rewound[t] = true;
     out.mesh.tets += share.tets;

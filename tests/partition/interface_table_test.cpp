@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <map>
 #include <tuple>
+#include <vector>
 
 #include "mesh/work_mesh.h"
+#include "partition/id_ranges.h"
 #include "support/meshes.h"
 
 namespace tetfusion {
@@ -49,6 +51,48 @@ TEST(InterfaceTable, JoinsWhatIsSaidOfAVertex) {
 TEST(InterfaceTable, MayBeEmpty) {
   EXPECT_EQ(InterfaceTable().find(0), nullptr);
   EXPECT_TRUE(InterfaceTable(Vector<InterfaceReport>{}).entries().empty());
+}
+
+std::vector<Vector<InterfaceReport>> sorted_parts(const Vector<InterfaceReport>& reports) {
+  std::vector<Vector<InterfaceReport>> parts(5);  // the last one stays empty
+  for (std::size_t i = 0; i < reports.size(); ++i) parts[i % 7 % 4].push_back(reports[i]);
+  for (auto& part : parts) sort_by_id(&part);
+  return parts;
+}
+
+TEST(InterfaceTable, IsTheSameFromParts) {
+  const Vector<InterfaceReport> reports = random_reports(2000, 60);
+  expect_same(InterfaceTable(sorted_parts(reports)), InterfaceTable(reports));
+  EXPECT_TRUE(InterfaceTable(std::vector<Vector<InterfaceReport>>(3)).entries().empty());
+}
+
+// Those of an id come together, however few are taken at once.
+TEST(IdRanges, HoldAllItemsOnceInOrder) {
+  const Vector<InterfaceReport> reports = random_reports(2000, 60);
+  for (const std::size_t at_once : {std::size_t{1}, std::size_t{7}, std::size_t{5000}}) {
+    Vector<InterfaceReport> all;
+    std::size_t ranges = 0;
+    for_each_id_range(
+        sorted_parts(reports),
+        [&](const Vector<InterfaceReport>& items) {
+          if (!items.empty() && !all.empty()) {
+            EXPECT_LT(all.back().id, items.front().id);
+          }
+          all.insert(all.end(), items.begin(), items.end());
+          ++ranges;
+        },
+        at_once);
+    EXPECT_EQ(ranges, reports.size() / at_once + 1);
+    ASSERT_EQ(all.size(), reports.size());
+    EXPECT_TRUE(std::ranges::is_sorted(all, {}, &InterfaceReport::id));
+    const auto by_all = [](const InterfaceReport& a, const InterfaceReport& b) {
+      return tied(a) < tied(b);
+    };
+    Vector<InterfaceReport> expected = reports;
+    std::ranges::sort(expected, by_all);
+    std::ranges::sort(all, by_all);
+    for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(tied(all[i]), tied(expected[i]));
+  }
 }
 
 TEST(InterfaceTable, IsTheSameForAnyOrderOfReports) {
