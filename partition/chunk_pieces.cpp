@@ -14,6 +14,8 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "base/copy_few.h"
+
 namespace tetfusion {
 
 namespace {
@@ -76,7 +78,7 @@ const T* as(const std::byte* p) {
 void copy_rows(const Column& from, std::span<const std::uint32_t> rows, std::byte* to) {
   const std::size_t stride = from.stride();
   for (const std::uint32_t row : rows) {
-    std::memcpy(to, from.rows.data() + row * stride, stride);
+    copy_few(from.rows.data() + row * stride, stride, to);
     to += stride;
   }
 }
@@ -240,10 +242,10 @@ void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slo
       ++size.free_vertices;
     }
     marks[i] = mark;
-    std::copy_n(mesh.steering.data() + v * width, width, steering + i * width);
+    copy_few(mesh.steering.data() + v * width, width, steering + i * width);
     // Of a vertex that several chunks have, each has a part of the quadric, and they add up.
     if (low_[v] == buckets_[slot]) {
-      std::copy_n(mesh.quadrics.data() + v * numbers, numbers, quadrics + i * numbers);
+      copy_few(mesh.quadrics.data() + v * numbers, numbers, quadrics + i * numbers);
     } else {
       std::fill_n(quadrics + i * numbers, numbers, 0.0F);
     }
@@ -295,7 +297,7 @@ void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
       const std::byte* rows = cursor.take(n * stride);
       for (std::size_t i = 0; i < n; ++i) {
         if (new_ids_[i] < first) continue;  // of a piece before
-        std::memcpy(c.rows.data() + new_ids_[i] * stride, rows + i * stride, stride);
+        copy_few(rows + i * stride, stride, c.rows.data() + new_ids_[i] * stride);
       }
     }
     const auto* corners = as<Tet>(cursor.take(header.tets * sizeof(Tet)));
@@ -390,8 +392,8 @@ std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns,
     mesh->point_ids[next] = id;
     mesh->marks[next] = mark;
     mesh->changed[next] = changed;
-    std::copy_n(columns.steering + i * width, width, mesh->steering.data() + next * width);
-    std::copy_n(columns.quadrics + i * numbers, numbers, mesh->quadrics.data() + next * numbers);
+    copy_few(columns.steering + i * width, width, mesh->steering.data() + next * width);
+    copy_few(columns.quadrics + i * numbers, numbers, mesh->quadrics.data() + next * numbers);
     if (mesh->has_deviations) mesh->deviations[next] = columns.deviations[i];
     new_ids_[i] = static_cast<VertexId>(next++);
   }

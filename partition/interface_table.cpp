@@ -1,6 +1,7 @@
 #include "partition/interface_table.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "partition/id_ranges.h"
@@ -11,6 +12,7 @@ namespace tetfusion {
 InterfaceTable::InterfaceTable(Vector<InterfaceReport> reports) {
   radix_sort<32>(&reports, [](const InterfaceReport& r) { return r.id; });
   for (const InterfaceReport& report : reports) add(report);
+  index();
 }
 
 InterfaceTable::InterfaceTable(std::vector<Vector<InterfaceReport>> parts) {
@@ -20,6 +22,7 @@ InterfaceTable::InterfaceTable(std::vector<Vector<InterfaceReport>> parts) {
   for_each_id_range(std::move(parts), [&](const Vector<InterfaceReport>& reports) {
     for (const InterfaceReport& report : reports) add(report);
   });
+  index();
 }
 
 void InterfaceTable::add(const InterfaceReport& report) {
@@ -42,11 +45,32 @@ void InterfaceTable::add_marks(const InterfaceTable& other) {
   }
 }
 
+// About four entries for each place of the index.
+void InterfaceTable::index() {
+  begins_.clear();
+  if (entries_.empty()) return;
+  VertexId largest = 0;
+  for (const InterfaceReport& entry : entries_) largest = std::max(largest, entry.id);
+  shift_ = 0;
+  while ((largest >> shift_) >= entries_.size() / 4 + 1) ++shift_;
+  begins_.assign((largest >> shift_) + std::size_t{2}, 0);
+  for (const InterfaceReport& entry : entries_) ++begins_[(entry.id >> shift_) + std::size_t{1}];
+  std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+}
+
 const InterfaceReport* InterfaceTable::find(VertexId id) const {
-  const auto it = std::lower_bound(
-      entries_.begin(), entries_.end(), id,
-      [](const InterfaceReport& entry, VertexId wanted) { return entry.id < wanted; });
-  return it != entries_.end() && it->id == id ? &*it : nullptr;
+  const InterfaceReport* first = entries_.data();
+  const InterfaceReport* last = first + entries_.size();
+  if (!begins_.empty()) {
+    const std::size_t place = id >> shift_;
+    if (place + 1 >= begins_.size()) return nullptr;
+    last = first + begins_[place + 1];
+    first += begins_[place];
+  }
+  first = std::lower_bound(first, last, id, [](const InterfaceReport& entry, VertexId wanted) {
+    return entry.id < wanted;
+  });
+  return first != last && first->id == id ? first : nullptr;
 }
 
 }  // namespace tetfusion

@@ -35,6 +35,9 @@ class InterfaceTable {
   // Adds the marks that another table has for the same vertices.
   void add_marks(const InterfaceTable& other);
 
+  // Makes find() quick. To be called when ids have changed; until then it only takes longer.
+  void index();
+
   // Null for a vertex that no chunk has any more, or that was and is in one chunk.
   const InterfaceReport* find(VertexId id) const;
 
@@ -46,6 +49,9 @@ class InterfaceTable {
   void add(const InterfaceReport& report);  // of the last vertex, or of one with a larger id
 
   Vector<InterfaceReport> entries_;
+  // begins_[i]: of the entries whose id, shifted, is i; the first one. Empty: there is no index.
+  Vector<std::uint32_t> begins_;
+  int shift_ = 0;
 };
 
 }  // namespace tetfusion

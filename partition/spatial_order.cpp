@@ -1,8 +1,8 @@
 #include "partition/spatial_order.h"
 
 #include <algorithm>
-#include <cstring>
 
+#include "base/copy_few.h"
 #include "mesh/hilbert.h"
 #include "partition/radix_sort.h"
 
@@ -53,7 +53,7 @@ void permute(const Vector<std::uint32_t>& new2old, const Vector<T>& from, std::s
              Vector<T>* to) {
   to->resize(from.size());
   for (std::size_t i = 0; i < new2old.size(); ++i) {
-    std::copy_n(from.data() + new2old[i] * width, width, to->data() + i * width);
+    copy_few(from.data() + new2old[i] * width, width, to->data() + i * width);
   }
 }
 

@@ -109,6 +109,7 @@ template <class Real>
 void load(std::span<const std::byte> bytes, RunState<Real>* state) {
   ByteReader reader(bytes);
   pass(Getting{&reader}, *state);
+  state->input.mesh.interface.index();
 }
 
 template Vector<std::byte> save(const RunState<float>&);

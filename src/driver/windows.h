@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/copy_few.h"
 #include "base/vector.h"
 #include "io/mesh_stream.h"
 #include "io/piece_store.h"
@@ -56,7 +57,7 @@ class RowWriter {
     std::byte* to = grow(items.size() * stride);
     for (const std::uint32_t item : items) {
       const std::uint64_t row = rows.empty() ? item : rows[item];
-      std::memcpy(to, column.rows.data() + row * stride, stride);
+      copy_few(column.rows.data() + row * stride, stride, to);
       to += stride;
     }
   }

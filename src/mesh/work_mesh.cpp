@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/copy_few.h"
+
 namespace tetfusion {
 
 template <class Real>
@@ -59,8 +61,8 @@ Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh) {
     mesh->incidence[to] = mesh->incidence[v];
     mesh->changed[to] = mesh->changed[v];
     if (mesh->has_deviations) mesh->deviations[to] = mesh->deviations[v];
-    std::copy_n(mesh->steering.data() + v * width, width, mesh->steering.data() + to * width);
-    std::copy_n(mesh->quadrics.data() + v * numbers, numbers, mesh->quadrics.data() + to * numbers);
+    copy_few(mesh->steering.data() + v * width, width, mesh->steering.data() + to * width);
+    copy_few(mesh->quadrics.data() + v * numbers, numbers, mesh->quadrics.data() + to * numbers);
     for (Column& column : mesh->point_columns) column.move_row(v, to);
   }
   mesh->resize_vertices(kept);

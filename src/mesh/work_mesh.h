@@ -3,9 +3,9 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
+#include "base/copy_few.h"
 #include "base/vector.h"
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
@@ -36,7 +36,7 @@ struct Column {
   void resize(std::size_t tuples) { rows.resize(tuples * stride()); }
   void move_row(std::size_t from, std::size_t to) {
     const std::size_t n = stride();
-    std::memcpy(rows.data() + to * n, rows.data() + from * n, n);
+    copy_few(rows.data() + from * n, n, rows.data() + to * n);
   }
 };
 
