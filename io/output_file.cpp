@@ -343,7 +343,11 @@ void OutputFile::copy_spool() {
         [&] { return file_system().pread(fd_, buffer_.get(), want, static_cast<off_t>(offset)); });
     if (n <= 0) fail("reading the temporary file of", n < 0 ? errno : EIO);
     const int error = write_all(stream_, buffer_.get(), static_cast<std::size_t>(n));
-    if (error != 0) fail("writing", error);
+    if (error != 0) {
+      spooled_ = false;  // it is not the copy that has no room
+      written_ = offset;
+      fail("writing", error);
+    }
     offset += static_cast<std::uint64_t>(n);
   }
 }

@@ -286,6 +286,16 @@ TEST(OutputFile, StartsWritingBeforeCommit) {
   }
 }
 
+TEST(OutputFile, SaysThatNotTheTemporaryCopyHasNoRoom) {
+  const std::string message = io_error([] {
+    OutputFile file("/dev/full", OutputFile::Access::kPatch);
+    append(&file, long_text());
+    file.commit();
+  });
+  EXPECT_THAT(message, HasSubstr("no space left on the device for /dev/full: needed"));
+  EXPECT_THAT(message, HasSubstr("0 bytes were written"));
+}
+
 TEST(OutputFile, RemovesTheTemporaryWhenWritingFails) {
   const TempDir dir;
   rlimit limit{};
