@@ -39,10 +39,9 @@ void for_each_id_range(std::vector<Vector<Item>> parts, Use use,
     window.clear();
     for (std::size_t p = 0; p < parts.size(); ++p) {
       Vector<Item>& part = parts[p];
-      std::size_t i = next[p];
+      std::size_t& i = next[p];
       for (; i < part.size() && part[i].id < end; ++i) window.push_back(part[i]);
       if (i == part.size()) part = {};
-      next[p] = part.empty() ? 0 : i;
     }
     sort_by_id(&window);
     use(window);
