@@ -5,36 +5,41 @@
 #include <utility>
 
 #include "partition/id_ranges.h"
-#include "partition/radix_sort.h"
 
 namespace tetfusion {
 
-InterfaceTable::InterfaceTable(Vector<InterfaceReport> reports) {
-  radix_sort<32>(&reports, [](const InterfaceReport& r) { return r.id; });
-  for (const InterfaceReport& report : reports) add(report);
-  index();
+namespace {
+
+std::vector<Vector<InterfaceReport>> one_part(Vector<InterfaceReport> reports) {
+  sort_by_id(&reports);
+  std::vector<Vector<InterfaceReport>> parts;
+  parts.push_back(std::move(reports));
+  return parts;
 }
+
+}  // namespace
+
+InterfaceTable::InterfaceTable(Vector<InterfaceReport> reports)
+    : InterfaceTable(one_part(std::move(reports))) {}
 
 InterfaceTable::InterfaceTable(std::vector<Vector<InterfaceReport>> parts) {
   std::size_t all = 0;
   for (const Vector<InterfaceReport>& part : parts) all += part.size();
   entries_.reserve(all);  // what is not written to takes no memory
   for_each_id_range(std::move(parts), [&](const Vector<InterfaceReport>& reports) {
-    for (const InterfaceReport& report : reports) add(report);
+    for (const InterfaceReport& report : reports) {
+      if (entries_.empty() || entries_.back().id != report.id) {
+        entries_.push_back(report);
+        continue;
+      }
+      InterfaceReport& to = entries_.back();
+      to.low = std::min(to.low, report.low);
+      to.high = std::max(to.high, report.high);
+      to.marks |= report.marks;
+      to.touched |= report.touched;
+    }
   });
   index();
-}
-
-void InterfaceTable::add(const InterfaceReport& report) {
-  if (entries_.empty() || entries_.back().id != report.id) {
-    entries_.push_back(report);
-    return;
-  }
-  InterfaceReport& to = entries_.back();
-  to.low = std::min(to.low, report.low);
-  to.high = std::max(to.high, report.high);
-  to.marks |= report.marks;
-  to.touched |= report.touched;
 }
 
 void InterfaceTable::add_marks(const InterfaceTable& other) {

@@ -46,8 +46,6 @@ class InterfaceTable {
   Vector<InterfaceReport>& entries() { return entries_; }
 
  private:
-  void add(const InterfaceReport& report);  // of the last vertex, or of one with a larger id
-
   Vector<InterfaceReport> entries_;
   // begins_[i]: of the entries whose id, shifted, is i; the first one. Empty: there is no index.
   Vector<std::uint32_t> begins_;

@@ -51,7 +51,7 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
       std::max(pieces / std::max(chunks, 1.0),
                removed * std::min(points, kRemovedPerTet * static_cast<double>(chunk_tets)));
 
-  // Reports of the interface, and what judging it needs: 98 measured.
+  // Reports of the interface, and what judging it needs: 100 measured.
   constexpr double kInterfaceBytes = 110;
   const double between =
       chunks > 1 ? chunks * interface_vertices(static_cast<double>(chunk_tets)) * kInterfaceBytes

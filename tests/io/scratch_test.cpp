@@ -210,11 +210,16 @@ TEST_F(DiskScratchTest, DropsWhatIsKeptToBeOverwritten) {
 
 TEST_F(DiskScratchTest, DropsSparesWithoutACommit) {
   const auto scratch = open();
-  const auto store = scratch->begin("one");
-  add_pieces(store.get(), 0, {{0, "a"}});
+  for (const char* name : {"one", "two"}) {
+    const auto store = scratch->begin(name);
+    add_pieces(store.get(), 0, {{0, "a"}});
+  }
+  const auto store = scratch->begin("three");
+  ASSERT_GT(count_files(".part"), 0u);
   scratch->drop_spares();
   EXPECT_TRUE(soon([&] { return count_files(".part") == 0; }));
-  EXPECT_EQ(count_files("one."), 1u);
+  add_pieces(store.get(), 0, {{0, "a"}});
+  EXPECT_EQ(count_files("three."), 1u);
 }
 
 // What was committed while the sync before it had not ended takes its place.
