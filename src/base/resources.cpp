@@ -48,6 +48,19 @@ int thread_count() {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
+LoopThreads::LoopThreads([[maybe_unused]] int threads) {
+#ifdef _OPENMP
+  before_ = omp_get_max_threads();
+  omp_set_num_threads(threads);
+#endif
+}
+
+LoopThreads::~LoopThreads() {
+#ifdef _OPENMP
+  omp_set_num_threads(before_);
+#endif
+}
+
 void PhaseClock::begin(const std::string& phase) {
   end();
   phase_ = phase;

@@ -31,6 +31,18 @@ void trim_memory();
 void set_thread_count(int threads);
 int thread_count();
 
+// As long as it lives, loops that the calling thread begins use so many threads.
+class LoopThreads {
+ public:
+  explicit LoopThreads(int threads);
+  ~LoopThreads();
+  LoopThreads(const LoopThreads&) = delete;
+  LoopThreads& operator=(const LoopThreads&) = delete;
+
+ private:
+  int before_ = 0;
+};
+
 // Wall time by phase.
 class PhaseClock {
  public:

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/resources.h"
 #include "base/schedule.h"
 
 namespace tetfusion {
@@ -49,6 +50,14 @@ void run_tasks(std::size_t tasks, int threads,
   run(0);
   others.clear();  // joins
   if (error) std::rethrow_exception(error);
+}
+
+void run_tasks_with_loops(std::size_t tasks, int at_once,
+                          const std::function<void(std::size_t task)>& work) {
+  run_tasks(tasks, at_once, [&](std::size_t task, std::size_t) {
+    const LoopThreads share(std::max(1, thread_count() / std::max(1, at_once)));
+    work(task);
+  });
 }
 
 }  // namespace tetfusion

@@ -22,24 +22,32 @@ namespace {
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
 constexpr std::size_t kBlock = 8192;
 
-// One array, in two passes over the original's values.
+static_assert(kWindow % PointWeights::kWindow == 0);
+
+// One array, in two passes over the original's values, and some more where it is fitted, for which
+// `weights` are needed.
 class Mover {
  public:
-  Mover(const MapFile& map, const MeshStream& stream, const AttributeSet& arrays, std::size_t index)
+  Mover(const MapFile& map, const PointWeights* weights, const MeshStream& stream,
+        const AttributeSet& arrays, std::size_t index)
       : map_(map),
+        weights_(weights),
         stream_(stream),
         index_(index),
         info_(arrays.arrays[index]),
         width_(info_.components) {}
 
-  MovedArray run(const RunContext& context, const ArrayFit* wanted, bool measured) {
-    moved_.array.info = info_;
-    moved_.array.info.tuples = map_.counts().points;
-    moved_.array.bytes.resize(map_.counts().points * stride());
-    std::fill(moved_.array.bytes.begin(), moved_.array.bytes.end(), std::byte{0});
-    visit_type(info_.type, [&](auto value) { move<decltype(value)>(context); });
-    if (is_float(info_.type) && wanted != nullptr) fit(context, wanted->bound);
+  MovedArray run(const RunContext& context, bool measured) {
+    move(context);
     if (is_float(info_.type) && measured) measure(context);
+    return std::move(moved_);
+  }
+
+  MovedArray run_fitted(const RunContext& context, double bound) {
+    move(context);
+    if (!is_float(info_.type)) return std::move(moved_);
+    fit(context, bound);
+    measure(context);
     return std::move(moved_);
   }
 
@@ -52,6 +60,14 @@ class Mover {
   };
 
   std::size_t stride() const { return width_ * size_of(info_.type); }
+
+  void move(const RunContext& context) {
+    moved_.array.info = info_;
+    moved_.array.info.tuples = map_.counts().points;
+    moved_.array.bytes.resize(map_.counts().points * stride());
+    std::fill(moved_.array.bytes.begin(), moved_.array.bytes.end(), std::byte{0});
+    visit_type(info_.type, [&](auto value) { move<decltype(value)>(context); });
+  }
 
   // Calls f(first, rows) for the original's values, window by window.
   template <class F>
@@ -102,18 +118,17 @@ class Mover {
   void fit(const RunContext& context, double bound) {
     Vector<double> values, rows;
     spread_values(info_, moved_.array.bytes, target(map_.counts().points, &values));
-    const Vector<std::uint8_t> fitted =
-        fit_values(map_, width_, bound, &values, [&](const TakeRows& take) {
-          for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& bytes) {
-            spread_values(info_, bytes, target(bytes.size() / stride(), &rows));
-            take(first, rows);
-          });
-        });
+    fit_values(*weights_, width_, bound, &values, [&](const TakeRows& take) {
+      for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& bytes) {
+        spread_values(info_, bytes, target(bytes.size() / stride(), &rows));
+        take(first, rows);
+      });
+    });
     visit_type(info_.type, [&](auto zero) {
       using T = decltype(zero);
       const std::span<T> out = moved_.array.as<T>();
       for (std::size_t i = 0; i < out.size(); ++i) {
-        if (fitted[i / width_] != 0) out[i] = static_cast<T>(values[i]);
+        if (weights_->is_new()[i / width_] != 0) out[i] = static_cast<T>(values[i]);
       }
     });
   }
@@ -133,7 +148,11 @@ class Mover {
           measure_point(field, first + i, rows.data() + i * width_, values, &parts[b]);
         }
       });
-      map_.forget(map_.places().subspan(first, count));
+      if (weights_ != nullptr) {
+        weights_->let_go();
+      } else {
+        map_.forget(map_.places().subspan(first, count));
+      }
       for (const Sums& part : parts) {
         all.errors.add(part.errors);
         all.values.add(part.values);
@@ -164,15 +183,13 @@ class Mover {
 
   void measure_point(const Field& field, std::uint64_t point, const double* row,
                      const Vector<double>& values, Sums* sums) const {
-    const MapPlace& place = map_.places()[point];
-    if (place.cell == kNoCell || !all_finite(row, width_)) return;
+    const PointPlace place = weights_ != nullptr ? weights_->place(point) : place_of(map_, point);
+    if (place.corners[0] == kNoVertex || !all_finite(row, width_)) return;
     sums->values.add(row);
-    const auto corners = map_.corners(place.cell);
     const double squared = squared_difference(field, row, [&](std::size_t c) {
       double sum = 0;
       for (std::size_t k = 0; k < 4; ++k) {
-        if (place.weights[k] == 0) continue;
-        sum += place.weights[k] * values[static_cast<std::size_t>(corners[k]) * width_ + c];
+        sum += place.weights[k] * values[place.corners[k] * width_ + c];
       }
       return sum;
     });
@@ -187,6 +204,7 @@ class Mover {
   }
 
   const MapFile& map_;
+  const PointWeights* weights_;
   const MeshStream& stream_;
   const std::size_t index_;
   const ArrayInfo info_;
@@ -217,30 +235,46 @@ std::vector<std::size_t> choose(const MeshDescription& mesh,
   return chosen;
 }
 
-}  // namespace
-
-std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
-                                  const std::vector<std::string>& names, const RunContext& context,
-                                  const std::vector<ArrayFit>& fits, bool measured) {
-  const MeshDescription& mesh = source->description();
-  const std::vector<std::size_t> chosen = choose(mesh, names);
-  const auto stream = open_stream(source);
+// Throws where the map is not of that mesh.
+std::unique_ptr<MeshStream> open_for(const MapFile& map, MeshSource* source) {
+  auto stream = open_stream(source);
   if (stream->points() != map.counts().original_points) {
     throw Error(ErrorCode::kBadInput,
                 fmt::format("{}: the mesh has {} points, but {} is of one that had {}: give a file "
                             "with the points of the mesh that was simplified, in their order",
-                            mesh.path, format_count(stream->points()), map.path(),
+                            source->description().path, format_count(stream->points()), map.path(),
                             format_count(map.counts().original_points)));
   }
+  return stream;
+}
+
+}  // namespace
+
+std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
+                                  const std::vector<std::string>& names, const RunContext& context,
+                                  bool measured) {
+  const MeshDescription& mesh = source->description();
+  const std::vector<std::size_t> chosen = choose(mesh, names);
+  const auto stream = open_for(map, source);
   std::vector<MovedArray> arrays;
   for (const std::size_t i : chosen) {
     context.report("moving", static_cast<double>(arrays.size()) /
                                  static_cast<double>(std::max<std::size_t>(chosen.size(), 1)));
-    const auto fit = std::find_if(fits.begin(), fits.end(), [&](const ArrayFit& f) {
-      return f.name == mesh.point_data.arrays[i].name;
-    });
-    arrays.push_back(Mover(map, *stream, mesh.point_data, i)
-                         .run(context, fit == fits.end() ? nullptr : &*fit, measured));
+    arrays.push_back(Mover(map, nullptr, *stream, mesh.point_data, i).run(context, measured));
+  }
+  map.check();
+  return arrays;
+}
+
+std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weights,
+                                   MeshSource* source, const std::vector<ArrayFit>& fits,
+                                   const RunContext& context) {
+  const AttributeSet& all = source->description().point_data;
+  const auto stream = open_for(map, source);
+  std::vector<MovedArray> arrays;
+  for (const ArrayFit& fit : fits) {
+    const std::size_t i = choose(source->description(), {fit.name})[0];
+    arrays.push_back(Mover(map, &weights, *stream, all, i).run_fitted(context, fit.bound));
   }
   map.check();
   return arrays;

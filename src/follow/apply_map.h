@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/run_context.h"
-#include "base/vector.h"
+#include "follow/point_weights.h"
 #include "io/map_file.h"
 #include "io/mesh_source.h"
 #include "mesh/data_array.h"
@@ -36,14 +36,19 @@ struct ArrayFit {
 
 // The point arrays of `source` of those names, all but ghost marks if there are none, as `map` has
 // it: a point that stayed keeps its value to the bit; any other one's is interpolated, or, of
-// integers, that of the original's point with the largest weight; but for those that are fitted.
-// In memory are these arrays alone.
+// integers, that of the original's point with the largest weight. In memory are these arrays alone.
 // Without `measured` nothing is said of errors. The same for any number of threads. Throws
 // Error(kBadInput) where the mesh has not as many points as the map, Error(kUsage) for a name that
 // is none of its arrays; what reading throws.
 std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
                                   const std::vector<std::string>& names, const RunContext& context,
-                                  const std::vector<ArrayFit>& fits = {}, bool measured = true);
+                                  bool measured = true);
+
+// The same for the arrays of `fits`, fitted. `weights` are the map's. Safe to call from several
+// threads at once, for several steps.
+std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weights,
+                                   MeshSource* source, const std::vector<ArrayFit>& fits,
+                                   const RunContext& context);
 
 // The simplified mesh with these arrays, the markers of `source`, and its field data. Refers to the
 // map and the arrays.

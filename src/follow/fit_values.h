@@ -8,13 +8,13 @@
 #include <span>
 
 #include "base/vector.h"
-#include "io/map_file.h"
+#include "follow/point_weights.h"
 
 namespace tetfusion {
 
 using TakeRows = std::function<void(std::uint64_t first, std::span<const double> rows)>;
-// Calls take() for the rows of all of the original's points, window by window; as often as it is
-// called itself.
+// Calls take() for the rows of all of the original's points, window by window, each but the last of
+// a multiple of PointWeights::kWindow points; as often as it is called itself.
 using ReadRows = std::function<void(const TakeRows& take)>;
 
 // `values` are `width` a point of the result, as interpolated; those of new points change, so that
@@ -23,9 +23,9 @@ using ReadRows = std::function<void(const TakeRows& take)>;
 // box of the original's values. That cannot always be: whoever wants to know measures. A linear
 // field stays what it is, to rounding, and so does what is not finite.
 //
-// Returns which points are new. In memory are three times the values, and windows. The same for any
-// number of threads.
-Vector<std::uint8_t> fit_values(const MapFile& map, std::size_t width, double bound,
-                                Vector<double>* values, const ReadRows& read);
+// In memory are three times the values, and windows. The same for any number of threads; safe to
+// call from several threads at once, for several steps.
+void fit_values(const PointWeights& weights, std::size_t width, double bound,
+                Vector<double>* values, const ReadRows& read);
 
 }  // namespace tetfusion

@@ -29,7 +29,12 @@ class CombinedFields {
                  const MeshDescription& first, const PointSet* used, std::size_t steps,
                  std::uint64_t way = 0);
 
-  // Each step once, in any order. Throws Error(kBadInput) where it has not the arrays, with as many
+  // Of each array; and the one that a step is in.
+  std::size_t sums() const { return sums_; }
+  std::size_t sum_of(std::size_t step) const { return (step + step / sums_ * way_) % sums_; }
+
+  // Each step once; those of one sum in order, as sums are rounded, and those of different sums
+  // from several threads at once. Throws Error(kBadInput) where it has not the arrays, with as many
   // components.
   void add(std::size_t step, const MeshDescription& mesh, const MeshStream& stream,
            const RunContext& context);
@@ -51,7 +56,6 @@ class CombinedFields {
   Source find(const SteeringChoice& array, std::uint32_t components,
               const MeshDescription& mesh) const;
   double measure(const Source& source, const MeshStream& stream, const RunContext& context) const;
-  std::size_t sum_of(std::size_t step) const { return (step + step / sums_ * way_) % sums_; }
   std::uint64_t offset(std::size_t field, std::uint64_t row) const {
     return starts_[field] + row * infos_[field].components * sizeof(double);
   }

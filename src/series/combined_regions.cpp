@@ -1,11 +1,12 @@
 #include "series/combined_regions.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
+#include "io/checksum.h"
 #include "mesh/blocks.h"
 #include "mesh/region_names.h"
 
@@ -24,6 +25,32 @@ std::uint64_t mix(std::uint64_t h) {
   return h ^ (h >> 31);
 }
 
+// Calls f(first, values) for an array of integers, window by window.
+template <class F>
+void for_each_window(const ArrayInfo& info, std::size_t index, std::uint64_t cells,
+                     const MeshStream& stream, const RunContext& context, F f) {
+  Vector<std::byte> rows;
+  Vector<std::uint64_t> values;
+  for (std::uint64_t first = 0; first < cells; first += kWindow) {
+    context.check();
+    const std::uint64_t count = std::min(kWindow, cells - first);
+    rows.resize(count * size_of(info.type));
+    values.resize(count);
+    stream.read_rows(Association::kCell, index, first, count, rows);
+    visit_type(info.type, [&](auto zero) {
+      using T = decltype(zero);
+      for_each_block(count, kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          T value;
+          std::memcpy(&value, rows.data() + i * sizeof value, sizeof value);
+          values[i] = static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
+        }
+      });
+    });
+    f(first, values);
+  }
+}
+
 }  // namespace
 
 CombinedRegions::CombinedRegions(const std::string& folder, const MeshDescription& first,
@@ -33,45 +60,34 @@ CombinedRegions::CombinedRegions(const std::string& folder, const MeshDescriptio
   }
 }
 
-void CombinedRegions::add(const MeshDescription& mesh, const MeshStream& stream,
+// A step with the values of the first one tells nothing new. Of any other one each value is added,
+// mixed with the step's number: the sums are the same in whatever order steps come.
+void CombinedRegions::add(std::uint64_t step, const MeshDescription& mesh, const MeshStream& stream,
                           const RunContext& context) {
-  for (Labels& labels : labels_) add(&labels, mesh, stream, context);
-  first_ = false;
-}
-
-void CombinedRegions::add(Labels* labels, const MeshDescription& mesh, const MeshStream& stream,
-                          const RunContext& context) const {
-  const std::size_t index = mesh.cell_data.find(labels->name);
-  if (index == AttributeSet::npos || !can_be_region(mesh.cell_data.arrays[index])) return;
-  const std::size_t width = size_of(mesh.cell_data.arrays[index].type);
-  Vector<std::byte> bytes;
-  std::array<std::uint64_t, kWindow / kBlock> prints;  // of the window's blocks
-  std::uint64_t print = 0;
-  for (std::uint64_t begin = 0; begin < labels->of_cells.size(); begin += kWindow) {
-    context.check();
-    const std::uint64_t count = std::min(kWindow, labels->of_cells.size() - begin);
-    bytes.resize(count * width);
-    stream.read_rows(Association::kCell, index, begin, count, bytes);
-    visit_type(mesh.cell_data.arrays[index].type, [&](auto zero) {
-      using T = decltype(zero);
-      for_each_block(count, kBlock, [&](std::size_t b, std::size_t from, std::size_t to) {
-        std::uint64_t print_of_block = 0;
-        for (std::size_t i = from; i < to; ++i) {
-          T value;
-          std::memcpy(&value, bytes.data() + i * sizeof value, sizeof value);
-          std::uint64_t& label = labels->of_cells[begin + i];
-          const auto number = static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
-          print_of_block = mix(print_of_block ^ number);
-          label = mix(label ^ number);
-        }
-        prints[b] = print_of_block;
-      });
+  for (Labels& labels : labels_) {
+    const std::size_t index = mesh.cell_data.find(labels.name);
+    if (index == AttributeSet::npos || !can_be_region(mesh.cell_data.arrays[index])) continue;
+    const ArrayInfo& info = mesh.cell_data.arrays[index];
+    const std::uint64_t cells = labels.of_cells.size();
+    std::uint64_t print = 0;
+    for_each_window(info, index, cells, stream, context, [&](std::uint64_t, const auto& values) {
+      print = checksum(std::as_bytes(std::span(values)), print);
     });
-    for (std::size_t b = 0; b < block_count(count, kBlock); ++b) print = mix(print ^ prints[b]);
-    labels->of_cells.let_go();
+    if (step == 0) labels.print = print;
+    if (step != 0 && print == labels.print) continue;
+    const std::lock_guard lock(mutex_);
+    labels.changes |= step != 0;
+    for_each_window(info, index, cells, stream, context,
+                    [&](std::uint64_t first, const auto& values) {
+                      for_each_block(values.size(), kBlock,
+                                     [&](std::size_t, std::size_t begin, std::size_t end) {
+                                       for (std::size_t i = begin; i < end; ++i) {
+                                         labels.of_cells[first + i] += mix(values[i] ^ mix(step));
+                                       }
+                                     });
+                      labels.of_cells.let_go();
+                    });
   }
-  if (first_) labels->print = print;
-  labels->changes |= print != labels->print;
 }
 
 std::vector<std::string> CombinedRegions::changing() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,15 +15,17 @@ namespace tetfusion {
 
 // Cells that some step tells apart are told apart: each has a label made of all steps' values (64
 // bits, mixed: two pairs of neighbours in 2^64 would be taken for one region). Labels lie on the
-// disk, eight bytes a cell and array. Not thread-safe.
+// disk, eight bytes a cell and array.
 class CombinedRegions {
  public:
   // `arrays`: the cell arrays of the first step that are regions, integers of one component.
   CombinedRegions(const std::string& folder, const MeshDescription& first, std::uint64_t cells,
                   const std::vector<std::size_t>& arrays);
 
-  // Each step, in order. One that has not the array says nothing.
-  void add(const MeshDescription& mesh, const MeshStream& stream, const RunContext& context);
+  // Each step, number 0 before all others; these from several threads at once, in any order. One
+  // that has not the array says nothing.
+  void add(std::uint64_t step, const MeshDescription& mesh, const MeshStream& stream,
+           const RunContext& context);
 
   // The arrays whose values are not the same in all steps.
   std::vector<std::string> changing() const;
@@ -38,11 +41,9 @@ class CombinedRegions {
     bool changes = false;
   };
   const Labels& find(const std::string& array) const;
-  void add(Labels* labels, const MeshDescription& mesh, const MeshStream& stream,
-           const RunContext& context) const;
 
-  bool first_ = true;
   std::vector<Labels> labels_;
+  std::mutex mutex_;  // for labels, after step 0
 };
 
 }  // namespace tetfusion

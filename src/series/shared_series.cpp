@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -11,6 +12,7 @@
 #include "base/memory_budget.h"
 #include "base/numbers.h"
 #include "base/resources.h"
+#include "base/tasks.h"
 #include "driver/carried_arrays.h"
 #include "driver/convert.h"
 #include "driver/error_limits.h"
@@ -26,6 +28,7 @@
 #include "io/output_file.h"
 #include "series/combined_fields.h"
 #include "series/combined_regions.h"
+#include "series/fitted_steps.h"
 #include "series/other_arrays.h"
 #include "series/result_mesh.h"
 #include "series/step_mesh.h"
@@ -45,6 +48,8 @@ constexpr int kLessTries = 5, kMostTries = 12;
 // larger than these. What is to become of it, and how often that is worth another try.
 constexpr double kNear = 0.6, kAim = 0.85, kMostAtOnce = 8;
 constexpr int kMoreTries = 2;
+// Steps in hand together: their fields are what is in memory.
+constexpr int kStepsAtOnce = 2;
 
 // What stands for that array where steps are arrays of one mesh, if it is one of this step.
 std::optional<std::string> pattern_of(const Step& step, const std::string& name) {
@@ -85,39 +90,42 @@ class SharedSeries {
   std::unique_ptr<MeshSource> open(const Step& step) const;
   RunContext part(double from, double to) const;
   void look_at_steps();
+  void look_at_first();
+  void require_no_original_ids(const MeshDescription& mesh) const;
+  template <class Look>
+  void add_up(std::size_t from, Look look);
+  void add_to_sums(std::size_t i, const MeshDescription& mesh, const MeshStream& stream);
   void add_up_again(std::uint64_t way);
   double bound_of(std::size_t array) const;
   void simplify_within_bounds();
   SimplifyRequest job(double share) const;
   std::unique_ptr<MeshSource> summed_mesh() const;
   double fit_steps(const RunContext& context);
+  int steps_at_once() const;
   void write_steps();
   void write_step(std::size_t i, const ResultMesh& result, const RunContext& context);
   // An array that steers, of a step.
   struct Fitted {
     std::size_t step, array;
   };
-  DataArray fitted(const Fitted& place, const ArrayInfo& info) const;
   template <class PlaceOf>
   StepArrays moved_arrays(MeshSource* source, PlaceOf place_of, const RunContext& context) const;
   void write_mesh(MeshSource* source, StepArrays arrays, const ResultMesh& result,
                   const std::string& path, const RunContext& context);
   void write_in_one_mesh(const ResultMesh& result, const RunContext& context);
-  void reserve(std::uint64_t points, std::uint64_t cells) const;
 
   const SeriesRequest& request_;
   SeriesPlan& plan_;
   const RunContext& context_;
   const WorkFolder folder_;
   std::vector<SteeringChoice> arrays_;  // that steer, of the first step
+  MeshPrint print_;
   std::optional<PointSet> used_;
   std::unique_ptr<CombinedFields> sums_;
   std::optional<CombinedRegions> regions_;
   std::unique_ptr<MapFile> map_;
-  // The fitted values of the arrays that steer, step after step; and where each begins in these.
-  std::optional<RowFile> fitted_;
-  std::uint64_t step_bytes_ = 0;
-  std::vector<std::uint64_t> array_offsets_;
+  int at_once_ = 1;  // so many steps are fitted, or written
+  std::optional<FittedSteps> fitted_;
   PhaseClock clock_;
   SeriesReport report_;
 };
@@ -173,48 +181,20 @@ RunContext SharedSeries::part(double from, double to) const {
 
 // Each step once: that it has the first one's mesh, and what its arrays add to the sums.
 void SharedSeries::look_at_steps() {
-  MeshPrint print;
-  for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
-    context_.report("comparing steps", 0, 0.2, i, plan_.steps.size());
-    const auto source = open(plan_.steps[i]);
-    const MeshDescription& mesh = source->description();
-    const auto stream = open_stream(source.get());
-    if (i == 0) {
-      arrays_ = choose_steering(mesh, request_.job.behaviour.arrays);
-      // Names that are none are refused here, where the mesh has its own arrays.
-      regions_.emplace(folder_.path(), mesh, stream->cells(),
-                       choose_regions(mesh, request_.job.behaviour.regions));
-      static_cast<void>(weight_column(request_.job.behaviour.weight, mesh, CarriedArrays(mesh)));
-      if (request_.job.behaviour.arrays.empty() && !arrays_.empty()) {
-        say_what_steers({arrays_[0].name}, context_);
-      }
-      used_.emplace(stream->points());
-      print = print_of(mesh, *stream, context_, &*used_);
-      tell_left_out(plan_.steps[0].output, open_file(plan_.steps[0])->description(), context_);
-      context_.report_size(mesh.cells);
-      sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_,
-                                               plan_.steps.size());
-    } else if (!plan_.in_one_mesh()) {
-      const auto first = open(plan_.steps[0]);
-      require_same_mesh(print, first.get(), print_of(mesh, *stream, context_), mesh, *stream);
-    }
-    if (request_.job.behaviour.original_ids &&
-        mesh.point_data.find(kOriginalIds) != AttributeSet::npos) {
-      throw Error(ErrorCode::kUsage,
-                  fmt::format("{}: the mesh has an array {} already: leave --original-ids out, or "
-                              "rename or remove the array",
-                              mesh.path, kOriginalIds));
-    }
-    try {
-      sums_->add(i, mesh, *stream, context_);
-    } catch (const Error& error) {
-      if (!plan_.in_one_mesh() || error.code() != ErrorCode::kBadInput) throw;
-      throw Error(error.code(), fmt::format("step {}: {}", plan_.steps[i].label, error.what()));
-    }
-    if (i == 0 || !plan_.in_one_mesh()) regions_->add(mesh, *stream, context_);
-    report_.steps.push_back(
-        {plan_.steps[i].label, plan_.steps[i].input, plan_.steps[i].output, {}, {}});
+  for (const Step& step : plan_.steps) {
+    report_.steps.push_back({step.label, step.input, step.output, {}, {}});
   }
+  look_at_first();
+  std::atomic<std::size_t> seen{1};
+  add_up(1, [&](std::size_t i, const MeshDescription& mesh, const MeshStream& stream) {
+    context_.report("comparing steps", 0, 0.2, seen++, plan_.steps.size());
+    if (!plan_.in_one_mesh()) {
+      const auto first = open(plan_.steps[0]);
+      require_same_mesh(print_, first.get(), print_of(mesh, stream, context_), mesh, stream);
+      regions_->add(i, mesh, stream, context_);
+    }
+    require_no_original_ids(mesh);
+  });
   sums_->finish(context_);
   for (const std::string& name : regions_->changing()) {
     if ("cell:" + name == request_.job.behaviour.weight) {
@@ -229,14 +209,70 @@ void SharedSeries::look_at_steps() {
   }
 }
 
+// What all others are compared with.
+void SharedSeries::look_at_first() {
+  context_.report("comparing steps", 0);
+  const auto source = open(plan_.steps[0]);
+  const MeshDescription& mesh = source->description();
+  const auto stream = open_stream(source.get());
+  const BehaviourOptions& b = request_.job.behaviour;
+  arrays_ = choose_steering(mesh, b.arrays);
+  // Names that are none are refused here, where the mesh has its own arrays.
+  regions_.emplace(folder_.path(), mesh, stream->cells(), choose_regions(mesh, b.regions));
+  static_cast<void>(weight_column(b.weight, mesh, CarriedArrays(mesh)));
+  if (b.arrays.empty() && !arrays_.empty()) say_what_steers({arrays_[0].name}, context_);
+  require_no_original_ids(mesh);
+  used_.emplace(stream->points());
+  print_ = print_of(mesh, *stream, context_, &*used_);
+  tell_left_out(plan_.steps[0].output, open_file(plan_.steps[0])->description(), context_);
+  context_.report_size(mesh.cells);
+  regions_->add(0, mesh, *stream, context_);
+  sums_ =
+      std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_, plan_.steps.size());
+  add_to_sums(0, mesh, *stream);
+}
+
+void SharedSeries::require_no_original_ids(const MeshDescription& mesh) const {
+  if (!request_.job.behaviour.original_ids ||
+      mesh.point_data.find(kOriginalIds) == AttributeSet::npos) {
+    return;
+  }
+  throw Error(ErrorCode::kUsage,
+              fmt::format("{}: the mesh has an array {} already: leave --original-ids out, or "
+                          "rename or remove the array",
+                          mesh.path, kOriginalIds));
+}
+
+// Calls look(step, mesh, stream) for steps from that one on, and adds them to the sums; several at
+// once, but those of one sum in order.
+template <class Look>
+void SharedSeries::add_up(std::size_t from, Look look) {
+  run_tasks_with_loops(sums_->sums(), std::min(kStepsAtOnce, thread_count()), [&](std::size_t sum) {
+    for (std::size_t i = from; i < plan_.steps.size(); ++i) {
+      if (sums_->sum_of(i) != sum) continue;
+      const auto source = open(plan_.steps[i]);
+      const auto stream = open_stream(source.get());
+      look(i, source->description(), *stream);
+      add_to_sums(i, source->description(), *stream);
+    }
+  });
+}
+
+void SharedSeries::add_to_sums(std::size_t i, const MeshDescription& mesh,
+                               const MeshStream& stream) {
+  try {
+    sums_->add(i, mesh, stream, context_);
+  } catch (const Error& error) {
+    if (!plan_.in_one_mesh() || error.code() != ErrorCode::kBadInput) throw;
+    throw Error(error.code(), fmt::format("step {}: {}", plan_.steps[i].label, error.what()));
+  }
+}
+
 void SharedSeries::add_up_again(std::uint64_t way) {
   const auto first = open(plan_.steps[0]);
   sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, first->description(), &*used_,
                                            plan_.steps.size(), way);
-  for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
-    const auto source = open(plan_.steps[i]);
-    sums_->add(i, source->description(), *open_stream(source.get()), context_);
-  }
+  add_up(0, [](std::size_t, const MeshDescription&, const MeshStream&) {});
   sums_->finish(context_);
 }
 
@@ -371,48 +407,35 @@ void SharedSeries::simplify_within_bounds() {
 // Fits the values of the arrays that steer to each step, puts them aside, and returns the largest
 // error, as a share of its bound; 0 where there is none.
 double SharedSeries::fit_steps(const RunContext& context) {
-  reserve(map_->counts().points, map_->counts().cells);
-  step_bytes_ = 0;
-  std::vector<std::string> names;
+  at_once_ = steps_at_once();
+  if (arrays_.empty()) return 0;
   std::vector<ArrayFit> fits;
-  for (std::size_t a = 0; a < arrays_.size(); ++a) {
-    names.push_back(arrays_[a].name);
-    fits.push_back({arrays_[a].name, bound_of(a)});
-  }
-  double used = 0;
-  for (std::size_t i = 0; i < plan_.steps.size() && !names.empty(); ++i) {
-    context.report("fitting", static_cast<double>(i) / static_cast<double>(plan_.steps.size()));
-    RunContext quiet = context;
-    quiet.progress = {};
-    const auto source = open(plan_.steps[i]);
-    const std::vector<MovedArray> moved = apply_map(*map_, source.get(), names, quiet, fits);
-    if (i == 0) {
-      // Any later step may have values twice as wide.
-      array_offsets_.clear();
-      for (const MovedArray& array : moved) {
-        array_offsets_.push_back(step_bytes_);
-        step_bytes_ += array.array.info.values() * sizeof(double);
-      }
-      fitted_.emplace(folder_.path(), step_bytes_ * plan_.steps.size());
-    }
+  for (std::size_t a = 0; a < arrays_.size(); ++a) fits.push_back({arrays_[a].name, bound_of(a)});
+  fitted_.emplace(folder_.path(), *map_, fits, open(plan_.steps[0])->description(),
+                  plan_.steps.size());
+  RunContext quiet = context;
+  quiet.progress = {};
+  std::vector<double> used(plan_.steps.size(), 0);
+  std::atomic<std::size_t> done{0};
+  run_tasks_with_loops(plan_.steps.size(), at_once_, [&](std::size_t i) {
     report_.steps[i].arrays.clear();
-    const auto& own_names = plan_.steps[i].arrays;
+    const std::vector<MovedArray> moved = fitted_->add(i, open(plan_.steps[i]).get(), quiet);
     for (std::size_t a = 0; a < moved.size(); ++a) {
-      fitted_->write(i * step_bytes_ + array_offsets_[a], moved[a].array.bytes);
-      const std::string& name = plan_.in_one_mesh() ? own_names.at(names[a]) : names[a];
+      const std::string& name =
+          plan_.in_one_mesh() ? plan_.steps[i].arrays.at(fits[a].name) : fits[a].name;
       report_.steps[i].arrays.push_back({name, moved[a].rms, moved[a].max, moved[a].max_at});
       if (fits[a].bound == kInfinity || !is_float(moved[a].array.info.type)) continue;
-      used = std::max(used, std::max(moved[a].max - moved[a].rounding, 0.0) / fits[a].bound);
+      used[i] = std::max(used[i], std::max(moved[a].max - moved[a].rounding, 0.0) / fits[a].bound);
     }
-  }
-  return used;
+    context.report("fitting", 0, 1, ++done, plan_.steps.size());
+  });
+  return *std::max_element(used.begin(), used.end());
 }
 
-// What writing a step takes: the values of its arrays, and what else is there for each point and
+// By what writing a step takes: the values of its arrays, and what else is there for each point and
 // cell of the result.
-void SharedSeries::reserve(std::uint64_t points, std::uint64_t cells) const {
-  const std::uint64_t total =
-      request_.job.performance.memory != 0 ? request_.job.performance.memory : memory_limit() / 2;
+int SharedSeries::steps_at_once() const {
+  const auto [points, cells] = std::pair(map_->counts().points, map_->counts().cells);
   const auto source = open(plan_.steps[0]);
   std::uint64_t point = 0, cell = 0, widest = 0;
   for (const ArrayInfo& info : source->description().point_data.arrays) {
@@ -422,12 +445,15 @@ void SharedSeries::reserve(std::uint64_t points, std::uint64_t cells) const {
   for (const ArrayInfo& info : source->description().cell_data.arrays) {
     cell += info.components * size_of(info.type);
   }
-  // The map's mesh, and what fitting takes of the widest array; numbers of cells, twice.
-  const std::uint64_t of_point = point + 24 + widest * 3 * sizeof(double) + 16;
-  const std::uint64_t of_cell = cell + 41 + 16;
-  constexpr std::uint64_t kProcess = std::uint64_t{64} << 20;
-  MemoryBudget(total).reserve(kProcess + points * of_point + cells * of_cell,
-                              "the arrays of a step on the simplified mesh");
+  // The map's mesh and numbers of cells, twice, are there once; what fitting takes of the widest
+  // array, and windows, for each step.
+  constexpr std::uint64_t kProcess = std::uint64_t{64} << 20, kWindows = std::uint64_t{32} << 20;
+  const std::uint64_t once = kProcess + points * (24 + 16) + cells * (41 + 16);
+  const std::uint64_t of_step = points * (point + widest * 3 * sizeof(double)) + cells * cell;
+  MemoryBudget budget(request_.job.performance.memory != 0 ? request_.job.performance.memory
+                                                           : memory_limit() / 2);
+  const auto one = budget.reserve(once + of_step, "the arrays of a step on the simplified mesh");
+  return thread_count() > 1 && budget.free() >= of_step + kWindows ? kStepsAtOnce : 1;
 }
 
 void SharedSeries::write_steps() {
@@ -440,30 +466,25 @@ void SharedSeries::write_steps() {
     report_.runs[0].outputs = {request_.job.output};
     return;
   }
-  for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
-    const auto share = [&](std::size_t done) {
-      return 0.7 + 0.3 * static_cast<double>(done) / static_cast<double>(plan_.steps.size());
-    };
-    try {
+  std::vector<std::uint8_t> written(plan_.steps.size(), 0);
+  const auto share = [&](std::size_t i) {
+    return 0.7 + 0.3 * static_cast<double>(i) / static_cast<double>(plan_.steps.size());
+  };
+  try {
+    run_tasks_with_loops(plan_.steps.size(), at_once_, [&](std::size_t i) {
       write_step(i, result, part(share(i), share(i + 1)));
-    } catch (const Error& error) {
-      throw Error(
-          error.code(),
-          fmt::format("{}; {} of the {} steps are written{}", error.what(), i, plan_.steps.size(),
-                      i == 0 ? "" : fmt::format(", up to {}", plan_.steps[i - 1].output)));
-    }
-    report_.runs[0].outputs.resize(i);
-    report_.runs[0].outputs.push_back(plan_.steps[i].output);
+      written[i] = 1;
+    });
+  } catch (const Error& error) {
+    const auto last = std::find(written.rbegin(), written.rend(), 1);
+    const auto place = static_cast<std::size_t>(written.rend() - last);
+    throw Error(error.code(),
+                fmt::format("{}; {} of the {} steps are written{}", error.what(),
+                            std::count(written.begin(), written.end(), 1), written.size(),
+                            place == 0 ? "" : ", the last is " + plan_.steps[place - 1].output));
   }
-}
-
-DataArray SharedSeries::fitted(const Fitted& place, const ArrayInfo& info) const {
-  DataArray out;
-  out.info = info;
-  out.info.tuples = map_->counts().points;
-  out.bytes.resize(out.info.values() * size_of(info.type));
-  fitted_->read(place.step * step_bytes_ + array_offsets_[place.array], out.bytes);
-  return out;
+  report_.runs[0].outputs.clear();
+  for (const Step& step : plan_.steps) report_.runs[0].outputs.push_back(step.output);
 }
 
 void SharedSeries::write_step(std::size_t i, const ResultMesh& result, const RunContext& context) {
@@ -519,13 +540,14 @@ StepArrays SharedSeries::moved_arrays(MeshSource* source, PlaceOf place_of,
   RunContext quiet = context;
   quiet.progress = {};
   std::vector<MovedArray> moved;
-  if (!others.empty()) moved = apply_map(*map_, source, others, quiet, {}, false);
+  if (!others.empty()) moved = apply_map(*map_, source, others, quiet, false);
   StepArrays arrays;
   std::size_t next = 0;
   for (const ArrayInfo& info : all.arrays) {
     if (is_ghost_mark(info.name)) continue;
     const std::optional<Fitted> place = place_of(info.name);
-    arrays.points.push_back(place ? fitted(*place, info) : std::move(moved[next++].array));
+    arrays.points.push_back(place ? fitted_->read(place->step, place->array, info)
+                                  : std::move(moved[next++].array));
   }
   for (std::size_t f = 0; f < source->description().field_data.arrays.size(); ++f) {
     arrays.field_data.push_back(source->read_array(Association::kField, f));

@@ -14,7 +14,7 @@
 #include "base/error.h"
 #include "driver/simplify.h"
 #include "follow/apply_map.h"
-#include "follow/fit_values.h"
+#include "follow/point_weights.h"
 #include "io/map_file.h"
 #include "support/faulty_file_system.h"
 #include "support/mesh_file.h"
@@ -71,13 +71,14 @@ TEST_F(Series, FitComesNearerThanInterpolation) {
   request.job.map = folder.file("points.map");
   const SeriesReport report = simplify_series(request);
   const MapFile map = MapFile::open(request.job.map);
+  const PointWeights weights(map, "");
   for (std::size_t i = 0; i < 3; ++i) {
     const auto step = open_mesh(request.inputs[i]);
     const auto between = apply_map(map, step.get(), {"wave"}, {});
-    const auto fitted = apply_map(map, step.get(), {"wave"}, {}, {{"wave"}});
+    const auto fitted = fit_arrays(map, weights, step.get(), {{"wave"}}, {});
     EXPECT_LT(fitted[0].rms, between[0].rms);
     EXPECT_EQ(fitted[0].rms, report.steps[i].arrays[0].rms);
-    const auto bounded = apply_map(map, step.get(), {"wave"}, {}, {{"wave", 0.9 * fitted[0].max}});
+    const auto bounded = fit_arrays(map, weights, step.get(), {{"wave", 0.9 * fitted[0].max}}, {});
     EXPECT_LE(bounded[0].max, 0.9 * fitted[0].max);
   }
 }
@@ -86,9 +87,10 @@ TEST_F(Series, AFittedLinearFieldStaysLinear) {
   request.job.map = folder.file("points.map");
   simplify_series(request);
   const MapFile map = MapFile::open(request.job.map);
+  const PointWeights weights(map, "");
   const auto step = open_mesh(request.inputs[2]);
   const auto between = apply_map(map, step.get(), {"plane"}, {});
-  const auto fitted = apply_map(map, step.get(), {"plane"}, {}, {{"plane", 1e-3}});
+  const auto fitted = fit_arrays(map, weights, step.get(), {{"plane", 1e-3}}, {});
   for (std::size_t p = 0; p < map.counts().points; ++p) {
     EXPECT_NEAR(fitted[0].array.as<double>()[p], between[0].array.as<double>()[p], 1e-13);
   }
@@ -99,8 +101,9 @@ TEST_F(Series, ABoundThatCannotBeKeptIsSeen) {
   request.job.map = folder.file("points.map");
   simplify_series(request);
   const MapFile map = MapFile::open(request.job.map);
+  const PointWeights weights(map, "");
   const auto step = open_mesh(request.inputs[0]);
-  const auto moved = apply_map(map, step.get(), {"wave"}, {}, {{"wave", 1e-9}});
+  const auto moved = fit_arrays(map, weights, step.get(), {{"wave", 1e-9}}, {});
   EXPECT_GT(moved[0].max, 1e-9);
 }
 
@@ -170,7 +173,7 @@ TEST_F(Series, AFullDiskSaysWhichStepsAreDone) {
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::kIo);
       const std::string what = error.what();
-      seen = what.find("2 of the 3 steps are written, up to") != std::string::npos;
+      seen = what.find("2 of the 3 steps are written, the last is") != std::string::npos;
     }
   }
   EXPECT_TRUE(seen);

@@ -1,0 +1,61 @@
+#include "series/fitted_steps.h"
+
+#include <cstddef>
+#include <numeric>
+#include <utility>
+
+namespace tetfusion {
+
+namespace {
+
+// Any step may have values twice as wide as another.
+std::vector<std::uint64_t> sizes_of(const std::vector<ArrayFit>& fits, const MeshDescription& mesh,
+                                    std::uint64_t points) {
+  std::vector<std::uint64_t> sizes;
+  for (const ArrayFit& fit : fits) {
+    const ArrayInfo& info = mesh.point_data.arrays[mesh.point_data.find(fit.name)];
+    sizes.push_back(points * info.components * sizeof(double));
+  }
+  return sizes;
+}
+
+std::uint64_t sum_of(const std::vector<std::uint64_t>& sizes) {
+  return std::accumulate(sizes.begin(), sizes.end(), std::uint64_t{0});
+}
+
+}  // namespace
+
+FittedSteps::FittedSteps(const std::string& folder, const MapFile& map, std::vector<ArrayFit> fits,
+                         const MeshDescription& first, std::size_t steps)
+    : map_(map),
+      fits_(std::move(fits)),
+      sizes_(sizes_of(fits_, first, map.counts().points)),
+      weights_(map, folder),
+      file_(folder, steps * sum_of(sizes_)) {}
+
+std::vector<MovedArray> FittedSteps::add(std::size_t step, MeshSource* source,
+                                         const RunContext& context) {
+  std::vector<MovedArray> moved = fit_arrays(map_, weights_, source, fits_, context);
+  for (std::size_t a = 0; a < moved.size(); ++a) {
+    file_.write(offset(step, a), moved[a].array.bytes);
+    moved[a].array.bytes = {};
+  }
+  return moved;
+}
+
+DataArray FittedSteps::read(std::size_t step, std::size_t array, const ArrayInfo& info) const {
+  DataArray out;
+  out.info = info;
+  out.info.tuples = map_.counts().points;
+  out.bytes.resize(out.info.values() * size_of(info.type));
+  file_.read(offset(step, array), out.bytes);
+  return out;
+}
+
+std::uint64_t FittedSteps::offset(std::size_t step, std::size_t array) const {
+  return step * sum_of(sizes_) +
+         std::accumulate(sizes_.begin(), sizes_.begin() + static_cast<std::ptrdiff_t>(array),
+                         std::uint64_t{0});
+}
+
+}  // namespace tetfusion
