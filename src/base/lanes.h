@@ -13,6 +13,9 @@ inline constexpr std::size_t kLanes = 4;
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 using LaneMask = std::int32_t __attribute__((vector_size(kLanes * sizeof(float))));
 
+// Two numbers in double precision.
+using DoubleLanes = double __attribute__((vector_size(2 * sizeof(double))));
+
 // Where the condition holds, a; elsewhere b. Both are computed.
 inline float select(bool condition, float a, float b) { return condition ? a : b; }
 inline Lanes select(LaneMask condition, Lanes a, Lanes b) { return condition ? a : b; }

@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
+#include "base/lanes.h"
 #include "kernel/fuse_round.h"
 
 namespace tetfusion {
@@ -13,40 +15,43 @@ namespace {
 // What quadrics cannot tell, in single precision: this share of the differences in a cavity.
 constexpr double kSingle = 1e-4;
 
-// The least and the most of kAtOnce values in the cavity. What is in hand stays in registers.
-template <std::size_t kAtOnce, class Real>
-void find_ranges(const WorkMesh<Real>& mesh, const FuseCavity<Real>& cavity, std::size_t first,
-                 double* least_out, double* most_out) {
+// The least and the most, in the cavity, of kCount values that steer, or of kCount lanes of them,
+// from that one on. What is in hand stays in registers. Returns the value after the last.
+template <class F, std::size_t kCount, class Real>
+std::size_t find_ranges(const WorkMesh<Real>& mesh, const FuseCavity<Real>& cavity,
+                        std::size_t first, double* least_out, double* most_out) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double* const steering = mesh.steering.data() + first;
   const std::size_t width = mesh.steering_width;
-  std::array<double, kAtOnce> least, most;
-  least.fill(kInfinity);
-  most.fill(-kInfinity);
+  std::array<F, kCount> least, most;
+  least.fill(F{} + kInfinity);
+  most.fill(F{} - kInfinity);
   const auto look = [&](TetId t) {
     for (const VertexId c : mesh.tets[t]) {
       const double* const values = steering + c * width;
-      for (std::size_t k = 0; k < kAtOnce; ++k) {
-        least[k] = std::min(least[k], values[k]);
-        most[k] = std::max(most[k], values[k]);
+      for (std::size_t k = 0; k < kCount; ++k) {
+        F value;
+        std::memcpy(&value, values + k * sizeof value / sizeof(double), sizeof value);
+        least[k] = value < least[k] ? value : least[k];
+        most[k] = most[k] < value ? value : most[k];
       }
     }
   };
   for (const std::uint32_t entry : cavity.affected()) look(entry >> 2);
   for (const TetId t : cavity.deleted()) look(t);
-  std::copy_n(least.begin(), kAtOnce, least_out + first);
-  std::copy_n(most.begin(), kAtOnce, most_out + first);
+  std::memcpy(least_out + first, least.data(), sizeof least);
+  std::memcpy(most_out + first, most.data(), sizeof most);
+  return first + sizeof least / sizeof(double);
 }
 
 template <class Real>
 void find_ranges(const WorkMesh<Real>& mesh, const FuseCavity<Real>& cavity, double* least,
                  double* most) {
-  constexpr std::size_t kMany = 4;
+  const std::size_t width = mesh.steering_width;
   std::size_t k = 0;
-  for (; k + kMany <= mesh.steering_width; k += kMany) {
-    find_ranges<kMany>(mesh, cavity, k, least, most);
-  }
-  for (; k < mesh.steering_width; ++k) find_ranges<1>(mesh, cavity, k, least, most);
+  while (k + 4 <= width) k = find_ranges<DoubleLanes, 2>(mesh, cavity, k, least, most);
+  while (k + 2 <= width) k = find_ranges<DoubleLanes, 1>(mesh, cavity, k, least, most);
+  if (k < width) find_ranges<double, 1>(mesh, cavity, k, least, most);
 }
 
 }  // namespace

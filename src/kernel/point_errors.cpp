@@ -28,6 +28,8 @@ double largest(const Point3& a) {
   return std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
 }
 
+constexpr double kNoBound = std::numeric_limits<double>::infinity();
+
 // As it is read again where it was written in single precision.
 double in_single(double value, int exponent) {
   return std::ldexp(double{static_cast<float>(std::ldexp(value, -exponent))}, exponent);
@@ -42,13 +44,18 @@ void PointErrors<Real>::begin(std::span<const SteeringField> fields, const Point
   width_ = mesh->steering_width;
   unit_ = limits.unit;
   fields_.clear();
+  limits_.assign(width_, kNoBound);
+  losses_.assign(width_, 0);
   for (const SteeringField& f : fields) {
     const double bound = f.tolerance.value_or(limits.max_error);
-    if (!(bound < std::numeric_limits<double>::infinity())) continue;
+    if (!(bound < kNoBound)) continue;
     const double share = std::min(bound, limits.error_now);
     const bool is_float =
         f.column != kNoColumn && mesh->point_columns[f.column].type == ValueType::kFloat32;
     fields_.push_back({f.first, f.count, f.range, share * f.range, f.exponent, is_float});
+    if (f.count != 1) continue;
+    limits_[f.first] = share * f.range - 2 * kMargin * (share * f.range);
+    losses_[f.first] = kCorners * f.range;
   }
   bounds_ = !fields_.empty();
   bounds_all_ = bounds_ && fields_.size() == fields.size();
@@ -253,27 +260,54 @@ double PointErrors<Real>::limit_at(const Place& place, const Bound& bound) const
 // With what values of the scalar fields the bounds would hold here; false if there are none.
 template <class Real>
 bool PointErrors<Real>::narrow(const Place& place) {
-  const double* steering = mesh_->steering.data();
-  const FanTet& tet = fan_[place.fan_tet];
-  const double* values = points_[place.point].values;
-  for (const Bound& bound : fields_) {
-    if (bound.count != 1) continue;
-    const std::size_t k = bound.first;
-    const double limit = limit_at(place, bound) - 2 * kMargin * bound.limit;
-    double rest = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      rest += place.weights[i + 1] * (steering[tet.corners[i] * width_ + k] - values[k]);
-    }
-    const double weight = place.weights[0];
-    if (weight > 0) {
-      low_[k] = std::max(low_[k], values[k] + (-limit - rest) / weight);
-      high_[k] = std::min(high_[k], values[k] + (limit - rest) / weight);
-    }
-    if (!(low_[k] <= high_[k]) || !(limit > 0) || (weight == 0 && !(std::abs(rest) <= limit))) {
-      return false;
-    }
+  constexpr std::size_t kMany = 4;
+  std::size_t k = 0;
+  for (; k + kMany <= width_; k += kMany) {
+    if (!narrow_some<kMany>(place, k)) return false;
+  }
+  for (; k < width_; ++k) {
+    if (limits_[k] < kNoBound && !narrow_some<1>(place, k)) return false;
   }
   return true;
+}
+
+// Of kAtOnce values from that one on, side by side.
+template <class Real>
+template <std::size_t kAtOnce>
+bool PointErrors<Real>::narrow_some(const Place& place, std::size_t first) {
+  const FanTet& tet = fan_[place.fan_tet];
+  const double* const steering = mesh_->steering.data() + first;
+  const double* const values = points_[place.point].values + first;
+  std::array<double, kAtOnce> rest{}, limit;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double* const corner = steering + tet.corners[i] * width_;
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      rest[k] += place.weights[i + 1] * (corner[k] - values[k]);
+    }
+  }
+  for (std::size_t k = 0; k < kAtOnce; ++k) {
+    limit[k] = limits_[first + k] - place.off * losses_[first + k];
+  }
+  const double weight = place.weights[0];
+  bool holds = true;
+  if (weight > 0) {
+    std::array<double, kAtOnce> low, high;
+    std::copy_n(low_.begin() + static_cast<std::ptrdiff_t>(first), kAtOnce, low.begin());
+    std::copy_n(high_.begin() + static_cast<std::ptrdiff_t>(first), kAtOnce, high.begin());
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      low[k] = std::max(low[k], values[k] + (-limit[k] - rest[k]) / weight);
+      high[k] = std::min(high[k], values[k] + (limit[k] - rest[k]) / weight);
+    }
+    for (std::size_t k = 0; k < kAtOnce; ++k) holds &= (low[k] <= high[k]) & (limit[k] > 0);
+    std::copy_n(low.begin(), kAtOnce, low_.begin() + static_cast<std::ptrdiff_t>(first));
+    std::copy_n(high.begin(), kAtOnce, high_.begin() + static_cast<std::ptrdiff_t>(first));
+  } else {
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      holds &=
+          ((std::abs(rest[k]) <= limit[k]) & (limit[k] > 0)) | !(limits_[first + k] < kNoBound);
+    }
+  }
+  return holds;
 }
 
 template <class Real>

@@ -99,6 +99,8 @@ class PointErrors {
   double file_rounding(const Vec3<Real>& p) const;
   bool spares_neighbours();
   bool narrow(const Place& place);
+  template <std::size_t kAtOnce>
+  bool narrow_some(const Place& place, std::size_t first);
   bool choose(std::span<double> values);
   void draw(const Bound& bound, std::span<double> values);
   double error_at(const Place& place, const Bound& bound, std::span<const double> values,
@@ -122,6 +124,9 @@ class PointErrors {
   Vec3<double> centre_{};
   std::uint32_t last_tet_ = 0;
   std::vector<double> low_, high_, differences_;
+  // Of each value that steers: what its error may be, and what that loses where weights are off by
+  // 1. Without bound, and not to be narrowed, are vectors' components.
+  std::vector<double> limits_, losses_;
 };
 
 extern template class PointErrors<float>;

@@ -7,9 +7,11 @@
 #include <barrier>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
+#include "base/resources.h"
 #include "support/scrambled_schedule.h"
 
 namespace tetfusion {
@@ -82,6 +84,26 @@ TEST(RunTasks, RunsEachTaskOnceInAScrambledOrder) {
   std::vector<std::size_t> after;
   note_in(&after);
   EXPECT_EQ(after, in_order);
+}
+
+// Whatever the caller's loops use before and after.
+TEST(RunTasks, LoopsOfATaskGetItsShareOfTheThreads) {
+  const auto threads_of_loops = [] {
+    std::atomic<int> threads{0};
+#pragma omp parallel
+    ++threads;
+    return threads.load();
+  };
+  set_thread_count(5);
+  const int before = threads_of_loops();
+  for (const auto& [at_once, share] : {std::pair(1, 5), {2, 2}, {5, 1}, {9, 1}}) {
+    std::vector<int> seen(10);
+    run_tasks_with_loops(seen.size(), at_once,
+                         [&](std::size_t task) { seen[task] = threads_of_loops(); });
+    EXPECT_EQ(seen, std::vector<int>(seen.size(), before == 5 ? share : before));
+    EXPECT_EQ(threads_of_loops(), before);
+  }
+  set_thread_count(0);
 }
 
 TEST(InOrder, HandsOnInOrderWhatComesInAnyOrder) {

@@ -215,6 +215,10 @@ class Shared(SeriesTest):
         steps = self.steps(3, make=make)
         said = finish("simplify", *steps, "-o", self.folder / "out_{step}.vtu", "--reduction", "40%").stderr
         self.assertIn(b"cell array material changes from step to step", said)
+        self.simplify(steps, "--reduction", "40%", "--threads", "1", out="one_{step}.vtu")
+        self.simplify(steps, "--reduction", "40%", "--threads", "4", out="four_{step}.vtu")
+        for of_one, of_four in zip(self.outputs("one_*.vtu"), self.outputs("four_*.vtu")):
+            self.assertEqual(of_one.read_bytes(), of_four.read_bytes())
         for step, path in zip(steps, self.outputs()):
             material = next(a for a in report_of("compare", step, path)["arrays"] if a["name"] == "material")
             self.assertEqual(material["differing"], 0)

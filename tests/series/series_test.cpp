@@ -8,7 +8,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -80,6 +82,54 @@ TEST_F(Series, FitComesNearerThanInterpolation) {
     EXPECT_EQ(fitted[0].rms, report.steps[i].arrays[0].rms);
     const auto bounded = fit_arrays(map, weights, step.get(), {{"wave", 0.9 * fitted[0].max}}, {});
     EXPECT_LE(bounded[0].max, 0.9 * fitted[0].max);
+  }
+}
+
+// In more than one window, each place's new corners are parts of the window, in the order of the
+// points and the ranges, and nothing else is.
+TEST_F(Series, PartsAreThePlacesTheOtherWayRound) {
+  request.inputs = {folder.file("big0.vtu"), folder.file("big1.vtu")};
+  for (int i = 0; i < 2; ++i) box_with_wave(44, 9.0 * i).write(request.inputs[i]);
+  request.job.map = folder.file("points.map");
+  simplify_series(request);
+  const MapFile map = MapFile::open(request.job.map);
+  for (const std::string& where : {std::string(), folder.path()}) {
+    const PointWeights weights(map, where);
+    ASSERT_EQ(weights.windows(), 2u);
+    std::size_t kept = 0, stayed = 0;
+    for (std::size_t w = 0; w < weights.windows(); ++w) {
+      std::map<std::pair<std::size_t, VertexId>, double> wanted, got;
+      const auto places = weights.places(w);
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const MapPlace& place = map.places()[weights.first_of(w) + i];
+        ASSERT_NE(place.cell, kNoCell);
+        for (std::size_t k = 0; k < 4; ++k) {
+          const auto corner = static_cast<VertexId>(map.corners(place.cell)[k]);
+          EXPECT_EQ(places[i].weights[k], place.weights[k]);
+          if (place.weights[k] == 0) continue;
+          EXPECT_EQ(places[i].corners[k], corner);
+          if (weights.is_new()[corner] != 0) wanted[{i, corner}] = place.weights[k];
+          stayed += weights.is_new()[corner] == 0 && place.weights[k] == 1 ? 1 : 0;
+        }
+      }
+      VertexId last_range_most = 0;
+      for (std::size_t r = 0; r < PointWeights::kRanges; ++r) {
+        const auto parts = weights.parts(w, r);
+        EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end(),
+                                   [](const auto& a, const auto& b) { return a.from < b.from; }));
+        VertexId most = last_range_most;
+        for (const PointWeights::Part& part : parts) {
+          EXPECT_GE(part.to, last_range_most);
+          most = std::max(most, part.to + 1);
+          EXPECT_TRUE(got.emplace(std::pair(part.from, part.to), part.weight).second);
+        }
+        last_range_most = most;
+      }
+      EXPECT_EQ(got, wanted);
+      kept += got.size();
+    }
+    EXPECT_GT(kept, 1000u);
+    EXPECT_GT(stayed, 1000u);
   }
 }
 
