@@ -93,7 +93,7 @@ TEST_F(Series, PartsAreThePlacesTheOtherWayRound) {
   request.job.map = folder.file("points.map");
   simplify_series(request);
   const MapFile map = MapFile::open(request.job.map);
-  for (const std::string& where : {std::string(), folder.path()}) {
+  for (const std::string& where : {std::string(), folder.path().string()}) {
     const PointWeights weights(map, where);
     ASSERT_EQ(weights.windows(), 2u);
     std::size_t kept = 0, stayed = 0;
