@@ -48,8 +48,6 @@ constexpr int kLessTries = 5, kMostTries = 12;
 // larger than these. What is to become of it, and how often that is worth another try.
 constexpr double kNear = 0.6, kAim = 0.85, kMostAtOnce = 8;
 constexpr int kMoreTries = 2;
-// Steps in hand together: their fields are what is in memory.
-constexpr int kStepsAtOnce = 2;
 
 // What stands for that array where steps are arrays of one mesh, if it is one of this step.
 std::optional<std::string> pattern_of(const Step& step, const std::string& name) {
@@ -101,7 +99,7 @@ class SharedSeries {
   SimplifyRequest job(double share) const;
   std::unique_ptr<MeshSource> summed_mesh() const;
   double fit_steps(const RunContext& context);
-  int steps_at_once() const;
+  bool has_room_for_two() const;
   void write_steps();
   void write_step(std::size_t i, const ResultMesh& result, const RunContext& context);
   // An array that steers, of a step.
@@ -124,7 +122,7 @@ class SharedSeries {
   std::unique_ptr<CombinedFields> sums_;
   std::optional<CombinedRegions> regions_;
   std::unique_ptr<MapFile> map_;
-  int at_once_ = 1;  // so many steps are fitted, or written
+  int at_once_ = 1;  // so many steps are in hand together: 1 or 2
   std::optional<FittedSteps> fitted_;
   PhaseClock clock_;
   SeriesReport report_;
@@ -215,6 +213,8 @@ void SharedSeries::look_at_first() {
   const auto source = open(plan_.steps[0]);
   const MeshDescription& mesh = source->description();
   const auto stream = open_stream(source.get());
+  // Where steps are read whole, one is enough in memory.
+  at_once_ = stream->streams_from_disk() && thread_count() > 1 ? 2 : 1;
   const BehaviourOptions& b = request_.job.behaviour;
   arrays_ = choose_steering(mesh, b.arrays);
   // Names that are none are refused here, where the mesh has its own arrays.
@@ -243,19 +243,21 @@ void SharedSeries::require_no_original_ids(const MeshDescription& mesh) const {
                           mesh.path, kOriginalIds));
 }
 
-// Calls look(step, mesh, stream) for steps from that one on, and adds them to the sums; several at
-// once, but those of one sum in order.
+// Calls look(step, mesh, stream) for steps from that one on, and adds them to the sums; two at once
+// if they go to different ones, so that each sum has its steps in order.
 template <class Look>
 void SharedSeries::add_up(std::size_t from, Look look) {
-  run_tasks_with_loops(sums_->sums(), std::min(kStepsAtOnce, thread_count()), [&](std::size_t sum) {
-    for (std::size_t i = from; i < plan_.steps.size(); ++i) {
-      if (sums_->sum_of(i) != sum) continue;
-      const auto source = open(plan_.steps[i]);
+  std::size_t count = 1;
+  for (std::size_t i = from; i < plan_.steps.size(); i += count) {
+    const bool two = at_once_ > 1 && i + 1 < plan_.steps.size();
+    count = two && sums_->sum_of(i) != sums_->sum_of(i + 1) ? 2 : 1;
+    run_tasks_with_loops(count, at_once_, [&](std::size_t k) {
+      const auto source = open(plan_.steps[i + k]);
       const auto stream = open_stream(source.get());
-      look(i, source->description(), *stream);
-      add_to_sums(i, source->description(), *stream);
-    }
-  });
+      look(i + k, source->description(), *stream);
+      add_to_sums(i + k, source->description(), *stream);
+    });
+  }
 }
 
 void SharedSeries::add_to_sums(std::size_t i, const MeshDescription& mesh,
@@ -407,7 +409,7 @@ void SharedSeries::simplify_within_bounds() {
 // Fits the values of the arrays that steer to each step, puts them aside, and returns the largest
 // error, as a share of its bound; 0 where there is none.
 double SharedSeries::fit_steps(const RunContext& context) {
-  at_once_ = steps_at_once();
+  if (!has_room_for_two()) at_once_ = 1;
   if (arrays_.empty()) return 0;
   std::vector<ArrayFit> fits;
   for (std::size_t a = 0; a < arrays_.size(); ++a) fits.push_back({arrays_[a].name, bound_of(a)});
@@ -433,8 +435,8 @@ double SharedSeries::fit_steps(const RunContext& context) {
 }
 
 // By what writing a step takes: the values of its arrays, and what else is there for each point and
-// cell of the result.
-int SharedSeries::steps_at_once() const {
+// cell of the result. Throws Error(kMemory) where there is none for one.
+bool SharedSeries::has_room_for_two() const {
   const auto [points, cells] = std::pair(map_->counts().points, map_->counts().cells);
   const auto source = open(plan_.steps[0]);
   std::uint64_t point = 0, cell = 0, widest = 0;
@@ -453,7 +455,7 @@ int SharedSeries::steps_at_once() const {
   MemoryBudget budget(request_.job.performance.memory != 0 ? request_.job.performance.memory
                                                            : memory_limit() / 2);
   const auto one = budget.reserve(once + of_step, "the arrays of a step on the simplified mesh");
-  return thread_count() > 1 && budget.free() >= of_step + kWindows ? kStepsAtOnce : 1;
+  return budget.free() >= of_step + kWindows;
 }
 
 void SharedSeries::write_steps() {
