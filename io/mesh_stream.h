@@ -30,8 +30,8 @@ struct CellWindow {
 // memory its tetrahedra and then its cells of lower dimension.
 //
 // Several threads may read at once. Reading is parallel inside (OpenMP) where it is called from
-// outside a parallel region: a std::thread that must not start threads of its own calls
-// omp_set_num_threads(1) first. A window that does not lie within the mesh throws
+// outside a parallel region: a std::thread that must not start threads of its own has a
+// LoopThreads(1) (base/resources.h) first. A window that does not lie within the mesh throws
 // std::out_of_range.
 class MeshStream {
  public:

@@ -12,8 +12,9 @@
 
 namespace tetfusion {
 
-// Not thread-safe. Throws std::bad_alloc where there is no memory; of a file Error(kIo) where the
-// disk has no room. Nothing is left of the file when the process ends, however it ends.
+// Not thread-safe, but for what is const, and for different elements. Throws std::bad_alloc where
+// there is no memory; of a file Error(kIo) where the disk has no room. Nothing is left of the file
+// when the process ends, however it ends.
 class PagedBytes {
  public:
   PagedBytes() = default;

@@ -298,13 +298,15 @@ bool PointErrors<Real>::narrow_some(const Place& place, std::size_t first) {
       low[k] = std::max(low[k], values[k] + (-limit[k] - rest[k]) / weight);
       high[k] = std::min(high[k], values[k] + (limit[k] - rest[k]) / weight);
     }
-    for (std::size_t k = 0; k < kAtOnce; ++k) holds &= (low[k] <= high[k]) & (limit[k] > 0);
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      holds = holds && low[k] <= high[k] && limit[k] > 0;
+    }
     std::copy_n(low.begin(), kAtOnce, low_.begin() + static_cast<std::ptrdiff_t>(first));
     std::copy_n(high.begin(), kAtOnce, high_.begin() + static_cast<std::ptrdiff_t>(first));
   } else {
     for (std::size_t k = 0; k < kAtOnce; ++k) {
-      holds &=
-          ((std::abs(rest[k]) <= limit[k]) & (limit[k] > 0)) | !(limits_[first + k] < kNoBound);
+      const bool within = limit[k] > 0 && std::abs(rest[k]) <= limit[k];
+      holds = holds && (within || !(limits_[first + k] < kNoBound));
     }
   }
   return holds;

@@ -29,8 +29,7 @@ class CombinedFields {
                  const MeshDescription& first, const PointSet* used, std::size_t steps,
                  std::uint64_t way = 0);
 
-  // Of each array; and the one that a step is in.
-  std::size_t sums() const { return sums_; }
+  // Of each array's sums, the one that a step is in.
   std::size_t sum_of(std::size_t step) const { return (step + step / sums_ * way_) % sums_; }
 
   // Each step once; those of one sum in order, as sums are rounded, and those of different sums

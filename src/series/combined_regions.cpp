@@ -77,16 +77,15 @@ void CombinedRegions::add(std::uint64_t step, const MeshDescription& mesh, const
     if (step != 0 && print == labels.print) continue;
     const std::lock_guard lock(mutex_);
     labels.changes |= step != 0;
-    for_each_window(info, index, cells, stream, context,
-                    [&](std::uint64_t first, const auto& values) {
-                      for_each_block(values.size(), kBlock,
-                                     [&](std::size_t, std::size_t begin, std::size_t end) {
-                                       for (std::size_t i = begin; i < end; ++i) {
-                                         labels.of_cells[first + i] += mix(values[i] ^ mix(step));
-                                       }
-                                     });
-                      labels.of_cells.let_go();
-                    });
+    const auto add = [&](std::uint64_t first, const auto& values) {
+      for_each_block(values.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          labels.of_cells[first + i] += mix(values[i] ^ mix(step));
+        }
+      });
+      labels.of_cells.let_go();
+    };
+    for_each_window(info, index, cells, stream, context, add);
   }
 }
 

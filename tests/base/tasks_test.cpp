@@ -96,6 +96,9 @@ TEST(RunTasks, LoopsOfATaskGetItsShareOfTheThreads) {
   };
   set_thread_count(5);
   const int before = threads_of_loops();
+#ifdef _OPENMP
+  ASSERT_EQ(before, 5);
+#endif
   for (const auto& [at_once, share] : {std::pair(1, 5), {2, 2}, {5, 1}, {9, 1}}) {
     std::vector<int> seen(10);
     run_tasks_with_loops(seen.size(), at_once,

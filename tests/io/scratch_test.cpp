@@ -210,10 +210,7 @@ TEST_F(DiskScratchTest, DropsWhatIsKeptToBeOverwritten) {
 
 TEST_F(DiskScratchTest, DropsSparesWithoutACommit) {
   const auto scratch = open();
-  for (const char* name : {"one", "two"}) {
-    const auto store = scratch->begin(name);
-    add_pieces(store.get(), 0, {{0, "a"}});
-  }
+  for (auto name : {"one", "two"}) add_pieces(scratch->begin(name).get(), 0, {{0, "a"}});
   const auto store = scratch->begin("three");
   ASSERT_GT(count_files(".part"), 0u);
   scratch->drop_spares();
@@ -224,12 +221,11 @@ TEST_F(DiskScratchTest, DropsSparesWithoutACommit) {
 
 // What was committed while the sync before it had not ended takes its place.
 TEST_F(DiskScratchTest, ANewerCommitOvertakesASync) {
-  using Call = testing::FaultyFileSystem::Call;
   std::atomic<bool> slow = false;
   {
     testing::FaultyFileSystem system;
-    system.before([&](Call call) {
-      while (call == Call::kSync && slow) std::this_thread::yield();
+    system.before([&](auto call) {
+      while (call == testing::FaultyFileSystem::Call::kSync && slow) std::this_thread::yield();
     });
     const auto scratch = open();
     run(scratch.get(), "one").reset();
@@ -558,9 +554,8 @@ TEST_F(DamagedScratch, WhatIsNotDurableIsReadBeforeItIsBelieved) {
     EXPECT_EQ(count_files("one."), 3u);
   }
   EXPECT_EQ(count_files("two."), 3u);
-  std::fstream(folder_ + "/two.0.pieces", std::ios::binary | std::ios::in | std::ios::out)
-          .seekp(9000)
-      << "damage";
+  const auto mode = std::ios::binary | std::ios::in | std::ios::out;
+  std::fstream(folder_ + "/two.0.pieces", mode).seekp(9000) << "damage";
   EXPECT_EQ(outcome(), "one");
 }
 
