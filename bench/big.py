@@ -6,17 +6,10 @@ Fails if the run did, or took more memory than its budget. The result stays in t
 """
 import argparse
 import datetime
-import os
 import sys
 
-from measure import (MIB, PHASES, add_mesh_options, bytes_of, figures, prepare, print_table, seconds_to_copy, simplify,
-                     write_csv)
-
-
-def drop_from_page_cache(path):
-    with open(path, "rb") as file:
-        os.fsync(file.fileno())
-        os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
+from measure import (MIB, PHASES, add_mesh_options, bytes_of, drop_from_page_cache, figures, prepare, print_table,
+                     seconds_to_copy, simplify, write_csv)
 
 
 def main():

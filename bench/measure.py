@@ -100,6 +100,12 @@ def simplify(command, mesh, out, options):
     return run
 
 
+def drop_from_page_cache(path):
+    with open(path, "rb") as file:
+        os.fsync(file.fileno())
+        os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
+
+
 def seconds_to_copy(source, result):
     """What no program that makes `result` of `source` can do without: reading one, writing and syncing the other."""
     block = bytearray(1 << 23)

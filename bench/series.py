@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The steps of a moving front, simplified on one mesh: memory, time beside that of one step, errors of each step by `compare`.
 
-Usage: series.py TETFUSION WORK_FOLDER [--tets 10M] [--steps 30] [--memory 1G] [--bound 5%] [--options ...]
+Usage: series.py TETFUSION WORK_FOLDER [--tets 10M] [--steps 30] [--memory 1G] [--bound 5%] [--cold] [--options ...]
 A sphere grows through a jittered five-split of the unit box. "x" is the time of the series over that of one step alone, with the same
 options, and of reading all steps and writing and syncing as many bytes as the outputs have. The files (0.05 GB a million
 tetrahedra and step) are removed at the end, unless --keep is given.
@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 
-from measure import MIB, Run, bytes_of, print_table, seconds_to_copy
+from measure import MIB, Run, bytes_of, drop_from_page_cache, print_table, seconds_to_copy
 
 
 def main():
@@ -26,6 +26,7 @@ def main():
     parser.add_argument("--bound", default="5%", help="--max-error of both; default 5%%")
     parser.add_argument("--options", default="--reduction 90%", help="for simplify; default --reduction 90%%")
     parser.add_argument("--keep", action="store_true", help="the files of the steps, for another run")
+    parser.add_argument("--cold", action="store_true", help="drop the steps from the page cache before each run, and before the copying")
     args = parser.parse_args()
     folder = args.work / f"series_{args.tets}_{args.steps}"
     folder.mkdir(parents=True, exist_ok=True)
@@ -37,7 +38,12 @@ def main():
     options = ["--array", "front", "--max-error", args.bound, "--memory", args.memory, *args.options.split(), "--quiet", "--report",
                "-"]
 
+    def drop_steps():
+        for step in steps if args.cold else []:
+            drop_from_page_cache(step)
+
     def run(inputs, out):
+        drop_steps()
         done = Run([args.command, "simplify", *inputs, "-o", out, *options])
         if done.status != 0:
             sys.exit(f"exit code {done.status}: {done.stderr}")
@@ -47,6 +53,7 @@ def main():
     one = run([middle], folder / "one.vtu")
     all_steps = run(steps, folder / "out_{step}.vtu")
     outputs = [pathlib.Path(p) for p in all_steps.report["outputs"]]
+    drop_steps()
     copying = sum(seconds_to_copy(step, out) for step, out in zip(steps, outputs))
     errors = []
     for step, out in zip(steps, outputs):

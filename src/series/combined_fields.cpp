@@ -45,8 +45,8 @@ Vector<double> read_rows(const MeshStream& stream, std::size_t index, const Arra
 
 CombinedFields::CombinedFields(const std::string& folder, const std::vector<SteeringChoice>& arrays,
                                const MeshDescription& first, const PointSet* used,
-                               std::size_t steps, std::uint64_t way)
-    : arrays_(arrays), used_(used), sums_(std::min(steps, kCombinations)), way_(way) {
+                               std::size_t steps, const Settings& settings)
+    : arrays_(arrays), used_(used), sums_(std::min(steps, settings.sums)), way_(settings.way) {
   std::uint64_t bytes = 0;
   for (const SteeringChoice& array : arrays_) {
     const std::uint32_t components = first.point_data.arrays[array.index].components;

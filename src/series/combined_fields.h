@@ -14,20 +14,24 @@
 
 namespace tetfusion {
 
-// Of each array that steers there are kCombinations fields (README.md tells why so), or as many as
-// steps if these are fewer: sums of the steps' values, each as a share of its range in that step,
-// with signs; a step is in one sum, and those that follow each other in different ones. They lie on
-// the disk, and memory does not grow with the mesh but for windows, nor with the number of steps.
+// Of each array that steers there are a few fields, or as many as steps if these are fewer: sums of
+// the steps' values, each as a share of its range in that step, with signs; a step is in one sum,
+// and those that follow each other in different ones. They lie on the disk, and memory does not
+// grow with the mesh but for windows, nor with the number of steps.
 class CombinedFields {
  public:
-  static constexpr std::size_t kCombinations = 8;
+  // How many sums, and in which of many ways: in another one steps have other signs, and meet
+  // others in their sums.
+  struct Settings {
+    std::size_t sums = 1;
+    std::uint64_t way = 0;
+  };
 
   // The arrays are point arrays of `first`; for so many steps of a mesh with so many points, of
-  // which `used` have a say in ranges. `used` must outlive this. With another `way` steps have
-  // other signs, and meet others in their sums.
+  // which `used` have a say in ranges. `used` must outlive this.
   CombinedFields(const std::string& folder, const std::vector<SteeringChoice>& arrays,
                  const MeshDescription& first, const PointSet* used, std::size_t steps,
-                 std::uint64_t way = 0);
+                 const Settings& settings);
 
   // Of each array's sums, the one that a step is in.
   std::size_t sum_of(std::size_t step) const { return (step + step / sums_ * way_) % sums_; }

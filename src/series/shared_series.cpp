@@ -40,6 +40,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// Sums of steps: where a goal says how far to go, and where a bound does (README.md).
+constexpr std::size_t kFewSums = 6, kManySums = 8;
+
 // How much of the bound the sums may use, as what is off by that much there may be off by more in a
 // step; and what becomes of that share where it turns out to have been too much (README.md).
 constexpr double kFirstShare = 0.95, kLess = 0.8, kMuchLess = 0.5;
@@ -93,7 +96,7 @@ class SharedSeries {
   template <class Look>
   void add_up(std::size_t from, Look look);
   void add_to_sums(std::size_t i, const MeshDescription& mesh, const MeshStream& stream);
-  void add_up_again(std::uint64_t way);
+  void add_up_again();
   double bound_of(std::size_t array) const;
   void simplify_within_bounds();
   SimplifyRequest job(double share) const;
@@ -119,6 +122,7 @@ class SharedSeries {
   std::vector<SteeringChoice> arrays_;  // that steer, of the first step
   MeshPrint print_;
   std::optional<PointSet> used_;
+  CombinedFields::Settings adding_;
   std::unique_ptr<CombinedFields> sums_;
   std::optional<CombinedRegions> regions_;
   std::unique_ptr<MapFile> map_;
@@ -227,8 +231,9 @@ void SharedSeries::look_at_first() {
   tell_left_out(plan_.steps[0].output, open_file(plan_.steps[0])->description(), context_);
   context_.report_size(mesh.cells);
   regions_->add(0, mesh, *stream, context_);
-  sums_ =
-      std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_, plan_.steps.size());
+  adding_.sums = b.reduction || b.tets ? kFewSums : kManySums;
+  sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_,
+                                           plan_.steps.size(), adding_);
   add_to_sums(0, mesh, *stream);
 }
 
@@ -270,10 +275,10 @@ void SharedSeries::add_to_sums(std::size_t i, const MeshDescription& mesh,
   }
 }
 
-void SharedSeries::add_up_again(std::uint64_t way) {
+void SharedSeries::add_up_again() {
   const auto first = open(plan_.steps[0]);
   sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, first->description(), &*used_,
-                                           plan_.steps.size(), way);
+                                           plan_.steps.size(), adding_);
   add_up(0, [](std::size_t, const MeshDescription&, const MeshStream&) {});
   sums_->finish(context_);
 }
@@ -385,13 +390,22 @@ void SharedSeries::simplify_within_bounds() {
                                 "--max-error, or --series each",
                                 100 * (used - 1)));
       }
-      // Where steps cancel in their sums a tighter bound does not help for ever.
-      if (too_much) add_up_again(static_cast<std::uint64_t>(report_.tries));
-      too_much = true;
+      const bool few = adding_.sums < std::min(kManySums, plan_.steps.size());
       context_.say(
-          fmt::format("a step is off by {:.3g} times the bound: once more, with a tighter one for "
-                      "the sums of steps",
-                      used));
+          fmt::format("a step is off by {:.3g} times the bound: once more, with {} sums of steps",
+                      used, few ? "more" : "a tighter one for the"));
+      if (few) {
+        adding_.sums = kManySums;
+        add_up_again();
+        share = kFirstShare;
+        continue;
+      }
+      // Where steps cancel in their sums a tighter bound does not help for ever.
+      if (too_much) {
+        adding_.way = static_cast<std::uint64_t>(report_.tries);
+        add_up_again();
+      }
+      too_much = true;
       share *= report_.tries <= kLessTries ? kLess : kMuchLess;
     } else if (used < kNear && !too_much && !goal && more_tries < kMoreTries && used > 0) {
       ++more_tries;
