@@ -10,10 +10,10 @@ bool is_ghost_mark(const std::string& name) {
 
 namespace {
 
-AttributeSet without_ghost_marks(const AttributeSet& set, std::vector<std::size_t>* indices) {
+AttributeSet those_carried(const AttributeSet& set, std::vector<std::size_t>* indices) {
   AttributeSet kept;
   for (std::size_t i = 0; i < set.arrays.size(); ++i) {
-    if (is_ghost_mark(set.arrays[i].name)) continue;
+    if (is_ghost_mark(set.arrays[i].name) || set.arrays[i].steers_only) continue;
     kept.arrays.push_back(set.arrays[i]);
     indices->push_back(i);
   }
@@ -25,7 +25,7 @@ AttributeSet without_ghost_marks(const AttributeSet& set, std::vector<std::size_
 }  // namespace
 
 CarriedArrays::CarriedArrays(const MeshDescription& mesh)
-    : point_data(without_ghost_marks(mesh.point_data, &point_indices)),
-      cell_data(without_ghost_marks(mesh.cell_data, &cell_indices)) {}
+    : point_data(those_carried(mesh.point_data, &point_indices)),
+      cell_data(those_carried(mesh.cell_data, &cell_indices)) {}
 
 }  // namespace tetfusion

@@ -11,13 +11,13 @@ namespace tetfusion {
 
 bool is_ghost_mark(const std::string& name);
 
-// All but ghost marks, as ghosts were not read.
+// All but ghost marks, as ghosts were not read, and what only steers.
 struct CarriedArrays {
   explicit CarriedArrays(const MeshDescription& mesh);
 
   std::vector<std::size_t> point_indices;  // in the description, one an array
   std::vector<std::size_t> cell_indices;
-  AttributeSet point_data, cell_data;  // without ghost marks
+  AttributeSet point_data, cell_data;  // those arrays
 };
 
 }  // namespace tetfusion

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "driver/carried_arrays.h"
 #include "driver/rounds.h"
 #include "verify/verify.h"
 
@@ -36,11 +37,12 @@ double interface_vertices(double tets) {
 MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read) {
   const auto cells = static_cast<double>(mesh.cells);
+  const CarriedArrays carried(mesh);
   const auto points = static_cast<double>(mesh.points);
   const double real = mesh.point_type == ValueType::kFloat32 ? 4 : 8;
   const double vertex =
-      3 * real + 5 + static_cast<double>(steering.vertex + row_bytes(mesh.point_data));
-  const double tet = 17 + static_cast<double>(row_bytes(mesh.cell_data));
+      3 * real + 5 + static_cast<double>(steering.vertex + row_bytes(carried.point_data));
+  const double tet = 17 + static_cast<double>(row_bytes(carried.cell_data));
   const double pieces = cells * tet + kCopies * points * vertex;
   const double chunks = std::ceil(cells / static_cast<double>(chunk_tets));
   const double removed =

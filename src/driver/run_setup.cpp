@@ -121,7 +121,7 @@ std::vector<SteeringField> fields_of(const Steering& steering, const CarriedArra
     const auto index = steering.point_array(f);
     if (!index) continue;
     const auto at = std::find(indices.begin(), indices.end(), *index);
-    fields[f].column = static_cast<std::uint32_t>(at - indices.begin());
+    if (at != indices.end()) fields[f].column = static_cast<std::uint32_t>(at - indices.begin());
   }
   return fields;
 }

@@ -118,6 +118,7 @@ struct ArrayInfo {
   std::uint32_t components = 1;
   std::vector<std::string> component_names;  // empty, or one a component
   std::uint64_t tuples = 0;                  // all pieces together
+  bool steers_only = false;  // there for a run to be steered by: not in what it makes of the mesh
 
   std::uint64_t values() const { return tuples * components; }
 };

@@ -55,7 +55,8 @@ CombinedFields::CombinedFields(const std::string& folder, const std::vector<Stee
                         ValueType::kFloat64,
                         components,
                         {},
-                        used->points()});
+                        used->points(),
+                        true});
       starts_.push_back(bytes);
       bytes += used->points() * components * sizeof(double);
     }
