@@ -294,9 +294,10 @@ std::string OutputFile::path_to_read() {
   return temporary_.empty() ? open_file_path(fd_) : temporary_;
 }
 
-void OutputFile::commit() {
+void OutputFile::finish() {
   FileSystem& system = file_system();
   flush();
+  finished_ = true;
   if (target_.empty()) {
     if (spooled_) copy_spool();
     // A device may refuse to sync, but close() can still report a lost write (a network pipe, a
@@ -310,6 +311,12 @@ void OutputFile::commit() {
     fail("writing", errno);
   }
   if (retry([&] { return system.fsync(fd_); }) != 0) fail("syncing", errno);
+}
+
+void OutputFile::commit() {
+  if (!finished_) finish();
+  if (target_.empty()) return;
+  FileSystem& system = file_system();
   if (nameless_) {
     temporary_ =
         take_temporary_name([&](const char* name) { return system.link_descriptor(fd_, name); });

@@ -5,7 +5,7 @@
 // a process that is killed leaves nothing. Where the file system knows no files without names it
 // has the temporary one from the start. Without commit() the target is what it was. Standard
 // output ("-"), devices and pipes cannot be replaced: bytes go straight to them, or, where the
-// writer has to go back and patch, by way of a nameless temporary file that commit() copies.
+// writer has to go back and patch, by way of a nameless temporary file that finish() copies.
 #pragma once
 
 #include <atomic>
@@ -64,6 +64,11 @@ class OutputFile {
   // stream that is written without a spool: that takes Access::kPatch.
   std::string path_to_read();
 
+  // All of commit() that may take long, or find no room: makes the file durable, or gives a stream
+  // its bytes. Where several files belong together, each is finished before the first gets its
+  // name. Nothing but commit() may follow.
+  void finish();
+
   // Makes the file durable and gives it its name. Call once, last.
   void commit();
 
@@ -84,7 +89,8 @@ class OutputFile {
   std::string target_;     // links followed; empty when there is nothing to rename
   std::string temporary_;  // empty when nothing has to be unlinked
   bool nameless_ = false;  // until commit()
-  bool spooled_ = false;   // the bytes lie in a nameless file until commit()
+  bool spooled_ = false;   // the bytes lie in a nameless file until finish()
+  bool finished_ = false;
   int fd_ = -1;
   int stream_ = -1;  // where a spool is copied to
   std::unique_ptr<std::byte[]> buffer_;

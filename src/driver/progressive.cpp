@@ -191,6 +191,7 @@ void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carrie
   put_spare<Real>(*stream, carried, rows, known, &writer);
   put_rewound(mesh->rewound, &writer);
   writer.finish();
+  file->finish();
   mesh->lower.columns.pop_back();
 }
 

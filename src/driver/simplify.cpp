@@ -493,13 +493,12 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
       out.point_ids = &ids;
       map.emplace(stages_[i].map, OutputFile::Access::kPatch);
     }
-    if (looks_at_result()) {
-      out.inspect = [&](const std::string& path, const MeshSummary& written) {
-        if (map) make_map(path, ids, written, &*map);
-        if (!request_.verify) return;
-        verify(stages_[i].path, path, state->input.facts, state->input.lower.cells, written);
-      };
-    }
+    const auto inspect = [&](const std::string& path, const MeshSummary& written) {
+      if (map) make_map(path, ids, written, &*map);
+      verify(stages_[i].path, path, state->input.facts, state->input.lower.cells, written);
+      if (map) map->finish();
+    };
+    if (looks_at_result()) out.inspect = inspect;
     report_.output = export_mesh(state->input.mesh, layout, state->input.lower, carried,
                                  source_.get(), out, context_, budget_.get(), scratch_.get());
     if (map) map->commit();
@@ -530,6 +529,7 @@ void Job::make_map(const std::string& path, const Vector<std::int64_t>& original
 
 void Job::verify(const std::string& output, const std::string& path, const InputFacts& facts,
                  const LowerCells& lower, const MeshSummary& written) {
+  if (!request_.verify) return;
   clock_.begin("verify");
   const RunChoices choices{source_->description(), steering_choices_, regions_};
   const Promise promise = promise_of(request_.behaviour, choices, facts, lower, written);

@@ -75,6 +75,7 @@ class SharedSeries {
     if (!request_.job.map.empty()) {
       map.emplace(request_.job.map);
       map->append(map_->bytes().data(), map_->bytes().size());
+      map->finish();
     }
     write_steps();
     if (map) map->commit();
@@ -394,19 +395,13 @@ void SharedSeries::simplify_within_bounds() {
       context_.say(
           fmt::format("a step is off by {:.3g} times the bound: once more, with {} sums of steps",
                       used, few ? "more" : "a tighter one for the"));
-      if (few) {
-        adding_.sums = kManySums;
-        add_up_again();
-        share = kFirstShare;
-        continue;
-      }
       // Where steps cancel in their sums a tighter bound does not help for ever.
-      if (too_much) {
-        adding_.way = static_cast<std::uint64_t>(report_.tries);
+      if (few || too_much) {
+        adding_ = {kManySums, few ? 0 : static_cast<std::uint64_t>(report_.tries)};
         add_up_again();
       }
-      too_much = true;
-      share *= report_.tries <= kLessTries ? kLess : kMuchLess;
+      too_much = !few;
+      share = few ? kFirstShare : share * (report_.tries <= kLessTries ? kLess : kMuchLess);
     } else if (used < kNear && !too_much && !goal && more_tries < kMoreTries && used > 0) {
       ++more_tries;
       context_.say(fmt::format(

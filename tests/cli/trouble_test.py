@@ -112,6 +112,11 @@ class Trouble(FolderTest):
                           ["generate", "five", "--tets", "1k", "-o", "/dev/full"], ["info", mesh, "--report", "/dev/full"]):
             self.assertIn(b"no space left", finish(*arguments).stderr)
             run(*arguments, code=IO)
+        old = self.folder / "old.vtu"
+        for option in ("--map", "--progressive"):
+            old.write_bytes(b"what was there")
+            run("simplify", mesh, "-o", old, option, "/dev/full", "--reduction", "10%", code=IO)
+            self.assertEqual(old.read_bytes(), b"what was there", option)
         with open("/dev/full", "wb") as full:
             self.assertEqual(subprocess.run([command(), "--help"], stdout=full, stderr=subprocess.DEVNULL).returncode, IO)
 

@@ -257,6 +257,20 @@ TEST(OutputFile, WritesDevicesInPlace) {
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
+// A file that is finished has no name yet; a device has its bytes.
+TEST(OutputFile, IsFinishedBeforeItGetsItsName) {
+  const TempDir dir;
+  OutputFile file(dir.file("a"));
+  append(&file, "all of it");
+  file.finish();
+  EXPECT_FALSE(fs::exists(dir.file("a")));
+  file.commit();
+  EXPECT_EQ(fs::file_size(dir.file("a")), 9u);
+  OutputFile full("/dev/full", OutputFile::Access::kPatch);
+  append(&full, "all of it");
+  EXPECT_THROW(full.finish(), Error);
+}
+
 TEST(OutputFile, SaysHowMuchSpaceIsMissing) {
   const std::string message = io_error([] {
     OutputFile file("/dev/full");
