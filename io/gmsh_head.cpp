@@ -1,6 +1,7 @@
 #include "io/gmsh_head.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "io/byte_values.h"
@@ -252,7 +253,10 @@ class HeadParser {
       if (i == 0) data.name = name;
     }
     const std::uint64_t reals = in.rows(in.count(), 1, 1);
-    for (std::uint64_t i = 0; i < reals; ++i) in.real();
+    for (std::uint64_t i = 0; i < reals; ++i) {
+      const double value = in.real();
+      if (i == 0) data.time = value;
+    }
     const std::uint64_t integers = in.rows(in.count(), 1, 1);
     if (integers < 3) in.fail("expected a time step, a number of components and one of rows");
     for (std::uint64_t i = 0; i < integers; ++i) {
@@ -277,6 +281,17 @@ class HeadParser {
 };
 
 }  // namespace
+
+std::optional<double> GmshHead::time() const {
+  std::optional<double> time;
+  for (const auto* all : {&node_data, &element_data}) {
+    for (const GmshData& data : *all) {
+      if (time && data.time && *time != *data.time) return {};
+      if (data.time) time = data.time;
+    }
+  }
+  return time && *time != 0 && std::isfinite(*time) ? time : std::nullopt;
+}
 
 bool looks_like_gmsh(std::string_view text) { return text.starts_with("$MeshFormat"); }
 

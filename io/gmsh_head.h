@@ -12,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -77,6 +78,7 @@ class GmshCursor {
 // $NodeData or $ElementData.
 struct GmshData {
   std::string name;
+  std::optional<double> time;
   std::uint64_t components = 1;
   std::uint64_t rows = 0;
   std::string_view text;  // from the first row to the end of the section
@@ -100,6 +102,9 @@ struct GmshHead {
   std::map<std::pair<int, std::int64_t>, std::int64_t> physical;  // of an entity: its first group
   std::vector<GmshData> node_data, element_data;
   std::vector<std::string> left_out;  // sections that are passed over, each once
+
+  // That of all data that have one, but for 0: that is written where nobody knows any.
+  std::optional<double> time() const;
 };
 
 bool looks_like_gmsh(std::string_view text);

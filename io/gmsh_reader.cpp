@@ -15,6 +15,7 @@
 #include "io/gmsh_rows.h"
 #include "io/guarded_reading.h"
 #include "mesh/split_cells.h"
+#include "mesh/time_value.h"
 
 namespace tetfusion {
 
@@ -70,6 +71,10 @@ class GmshReader final : public FormatReader {
     DataArray array;
     array.info = description_.field_data.arrays.at(index);
     array.bytes.resize(2 * sizeof(std::int32_t));
+    if (index == head_.names.size()) {
+      array.as<double>()[0] = *head_.time();
+      return array;
+    }
     array.as<std::int32_t>()[0] = head_.names[index].tag;
     array.as<std::int32_t>()[1] = head_.names[index].dimension;
     return array;
@@ -97,6 +102,7 @@ class GmshReader final : public FormatReader {
       const std::string unique = unused(kGmshNamePrefix + name.name, d.field_data);
       d.field_data.arrays.push_back({unique, ValueType::kInt32, 2, {}, 1});
     }
+    if (head_.time()) d.field_data.arrays.push_back({kTimeValue, ValueType::kFloat64, 1, {}, 1});
     if (d.cells == 0) file_.fail("the mesh has no cells");
     if (d.points > kMaxPoints) {
       file_.fail(ErrorCode::kMemory,

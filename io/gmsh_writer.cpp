@@ -16,6 +16,7 @@
 #include "io/text_rows.h"
 #include "mesh/blocks.h"
 #include "mesh/split_cells.h"
+#include "mesh/time_value.h"
 
 namespace tetfusion {
 
@@ -56,6 +57,7 @@ class GmshWriter {
     mesh_.expect((1 + point_arrays) * mesh_.points() + (1 + cell_arrays) * mesh_.tets(), progress);
     put_head();
     put_names();
+    time_ = find_time();
     put_nodes();
     put_elements();
     for (std::size_t i = 0; i < point_arrays; ++i) put_node_data(i);
@@ -129,6 +131,14 @@ class GmshWriter {
     if (count > 0) {
       put_text(fmt::format("$PhysicalNames\n{}\n{}$EndPhysicalNames\n", count, rows), file_);
     }
+  }
+
+  // 0: there is none.
+  double find_time() {
+    const AttributeSet& fields = mesh_.description().field_data;
+    const std::size_t index = fields.find(kTimeValue);
+    if (index == AttributeSet::npos || !is_time_value(fields.arrays[index])) return 0;
+    return *time_of(mesh_.read_field(index));
   }
 
   void put_nodes() {
@@ -258,7 +268,7 @@ class GmshWriter {
   // ---- arrays ----
 
   void begin_data(const char* section, const ArrayInfo& info, std::uint64_t rows) {
-    put_text(fmt::format("${}\n1\n{}\n1\n0\n3\n0\n{}\n{}\n", section, in_quotes(info.name),
+    put_text(fmt::format("${}\n1\n{}\n1\n{}\n3\n0\n{}\n{}\n", section, in_quotes(info.name), time_,
                          info.components, rows),
              file_);
   }
@@ -305,6 +315,7 @@ class GmshWriter {
   bool binary_;
   std::size_t physical_ = kNone;
   std::size_t geometrical_ = kNone;
+  double time_ = 0;
   Vector<std::byte> buffer_;
 };
 

@@ -20,6 +20,7 @@
 #include "io/mesh_stream.h"
 #include "io/output_file.h"
 #include "io/tetgen_writer.h"
+#include "mesh/time_value.h"
 
 namespace tetfusion {
 
@@ -72,9 +73,11 @@ std::vector<std::string> arrays_left_out(MeshFormat format, const MeshDescriptio
 }
 
 std::vector<std::string> arrays_left_out_of_gmsh(const MeshDescription& mesh) {
+  const bool has_data = !mesh.point_data.arrays.empty() || !mesh.cell_data.arrays.empty();
   std::vector<std::string> names;
   for (const ArrayInfo& array : mesh.field_data.arrays) {
-    if (!is_gmsh_name(array)) names.push_back(array.name);
+    if (is_gmsh_name(array) || (has_data && is_time_value(array))) continue;
+    names.push_back(array.name);
   }
   return names;
 }

@@ -13,6 +13,7 @@
 #include "io/cell_order.h"
 #include "io/mesh_output.h"
 #include "io/vtu_writer.h"
+#include "mesh/time_value.h"
 
 namespace tetfusion {
 
@@ -149,7 +150,7 @@ VtuLayout layout_of(const Lattice& lattice, const GenerateOptions& options, Enco
   layout.point_data.active = {{"Scalars", "temperature"}, {"Vectors", "velocity"}};
   layout.cell_data.arrays = {{"region", ValueType::kInt32, 1, {}, 0}};
   layout.cell_data.active = {{"Scalars", "region"}};
-  DataArray time{{"TimeValue", ValueType::kFloat64, 1, {}, 1}, {}};
+  DataArray time{{kTimeValue, ValueType::kFloat64, 1, {}, 1}, {}};
   time.bytes.resize(sizeof(double));
   std::memcpy(time.bytes.data(), &options.time, sizeof(double));
   layout.field_data.push_back(std::move(time));

@@ -11,6 +11,7 @@
 #include "driver/stages.h"
 #include "io/mesh_source.h"
 #include "io/pvd_file.h"
+#include "mesh/time_value.h"
 #include "series/series_plan.h"
 #include "series/shared_series.h"
 
@@ -21,11 +22,9 @@ namespace {
 // The time that the file itself says.
 std::optional<double> time_in(const std::string& path) {
   const auto source = open_mesh(path);
-  const std::size_t index = source->description().field_data.find("TimeValue");
+  const std::size_t index = source->description().field_data.find(kTimeValue);
   if (index == AttributeSet::npos) return {};
-  const DataArray array = source->read_array(Association::kField, index);
-  if (array.info.values() != 1 || !is_float(array.info.type)) return {};
-  return array.info.type == ValueType::kFloat32 ? array.as<float>()[0] : array.as<double>()[0];
+  return time_of(source->read_array(Association::kField, index));
 }
 
 RunContext part_of(const RunContext& context, std::size_t i, std::size_t all) {

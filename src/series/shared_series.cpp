@@ -26,6 +26,7 @@
 #include "follow/apply_map.h"
 #include "io/map_file.h"
 #include "io/output_file.h"
+#include "mesh/time_value.h"
 #include "series/combined_fields.h"
 #include "series/combined_regions.h"
 #include "series/fitted_steps.h"
@@ -511,10 +512,7 @@ void SharedSeries::write_step(std::size_t i, const ResultMesh& result, const Run
       },
       context);
   for (const DataArray& array : arrays.field_data) {
-    if (array.info.name != "TimeValue" || array.info.values() != 1) continue;
-    if (plan_.steps[i].time || !is_float(array.info.type)) continue;
-    plan_.steps[i].time =
-        array.info.type == ValueType::kFloat32 ? array.as<float>()[0] : array.as<double>()[0];
+    if (!plan_.steps[i].time) plan_.steps[i].time = time_of(array);
   }
   report_.steps[i].time = plan_.steps[i].time;
   write_mesh(source.get(), std::move(arrays), result, plan_.steps[i].output, context);

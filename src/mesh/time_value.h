@@ -1,0 +1,22 @@
+// A mesh's time, as VTK has it: a field array of one number.
+#pragma once
+
+#include <optional>
+
+#include "mesh/data_array.h"
+
+namespace tetfusion {
+
+inline constexpr const char* kTimeValue = "TimeValue";
+
+inline bool is_time_value(const ArrayInfo& field) {
+  return field.name == kTimeValue && field.values() == 1 && is_float(field.type);
+}
+
+// None: the array is something else.
+inline std::optional<double> time_of(const DataArray& field) {
+  if (!is_time_value(field.info)) return {};
+  return field.info.type == ValueType::kFloat32 ? field.as<float>()[0] : field.as<double>()[0];
+}
+
+}  // namespace tetfusion
