@@ -41,6 +41,26 @@ bool same_arrays(const AttributeSet& a, const AttributeSet& b) {
                     });
 }
 
+// Gives a file's arrays the order that those of the first one have, if they have the same names.
+void put_in_order(const AttributeSet& first, AttributeSet* set, std::vector<VtuPiece>* pieces,
+                  std::vector<VtuArray> VtuPiece::*arrays) {
+  if (set->arrays.size() != first.arrays.size() || same_arrays(*set, first)) return;
+  std::vector<std::size_t> places;
+  for (const ArrayInfo& info : first.arrays) {
+    const std::size_t place = set->find(info.name);
+    if (place == AttributeSet::npos || std::count(places.begin(), places.end(), place) > 0) return;
+    places.push_back(place);
+  }
+  const auto reorder = [&](auto* all) {
+    if (all->empty()) return;  // of an empty piece
+    auto ordered = *all;
+    for (std::size_t i = 0; i < places.size(); ++i) ordered[i] = (*all)[places[i]];
+    *all = std::move(ordered);
+  };
+  reorder(&set->arrays);
+  for (VtuPiece& piece : *pieces) reorder(&(piece.*arrays));
+}
+
 class PvtuSource final : public MeshSource {
  public:
   PvtuSource(const std::string& path, const OpenOptions& options) : options_(options) {
@@ -80,6 +100,11 @@ bool PvtuSource::add(const std::string& path) {
   VtuInput& input = *inputs_.back();
   input.guarded([&] { input.head = parse_vtu_head(input.file); });
   MeshDescription& d = description_;
+  VtuHead& head = input.head;
+  if (has_points_) {
+    put_in_order(d.point_data, &head.point_data, &head.pieces, &VtuPiece::point_data);
+  }
+  if (has_cells_) put_in_order(d.cell_data, &head.cell_data, &head.pieces, &VtuPiece::cell_data);
   for (std::size_t p = 0; p < input.head.pieces.size(); ++p) {
     const VtuPiece& piece = input.head.pieces[p];
     if (piece.points > 0 && piece.coordinates.present) {

@@ -145,7 +145,7 @@ FormatGuess guess_format(std::span<const std::byte> head) {
       return {
           ForeignFormat::kXmlVtk,
           fmt::format("a .pvtu of more than {} pieces, or its pieces have other arrays than the "
-                      "first one, or in another order",
+                      "first one",
                       kMaxPiecesRead)};
     }
     return {ForeignFormat::kXmlVtk,

@@ -135,6 +135,27 @@ TEST_F(SeveralFiles, AreOneMesh) {
   }
 }
 
+TEST_F(SeveralFiles, MayHaveTheirArraysInAnyOrder) {
+  VtuText mesh = cut_box(3, false);
+  for (VtuPieceText& piece : mesh.pieces) {
+    auto twice = piece.cell_data[0];
+    twice.name = "more";
+    for (double& value : twice.values) value = 2 * value + 1;
+    piece.cell_data.push_back(twice);
+    auto plus = piece.point_data[0];
+    plus.name = "plus";
+    for (double& value : plus.values) value += 7;
+    piece.point_data.push_back(plus);
+  }
+  write_both(mesh);
+  VtuText other;
+  other.pieces = {mesh.pieces[1]};
+  std::swap(other.pieces[0].cell_data[0], other.pieces[0].cell_data[1]);
+  std::swap(other.pieces[0].point_data[0], other.pieces[0].point_data[1]);
+  write(names[1], to_vtu(other, {}));
+  expect_the_same();
+}
+
 TEST_F(SeveralFiles, MayHaveGhostsUnusedPointsAndCellsOfLowerDimension) {
   VtuText mesh;
   // A crack: points 1 and 4 coincide, and the other piece has both; point 5 is used by a ghost
