@@ -227,8 +227,10 @@ class Block {
       ++out_->errors[f].undefined;
       return;
     }
+    // A flat cell has no inside, and its centre is any other's.
+    if (shape_.flat) return;
     out_->errors[f].add(shape_.volume, squared, centre_);
-    if (shape_.flat || other_.flat) return;
+    if (other_.flat) return;
     const double error = total(field, &Components::slope_error);
     if (!std::isfinite(error)) return;
     const double weight = std::min(shape_.volume, other_.volume);
@@ -257,6 +259,7 @@ class Block {
       ++errors.undefined;
       return;
     }
+    if (shape_.flat) return;
     errors.add(shape_.volume, squared, centre_);
     if (!field.integer) out_->cell_differences[f].add(shape_.volume * std::sqrt(squared));
   }

@@ -328,6 +328,21 @@ TEST(Compare, ConstantFields) {
   EXPECT_TRUE(std::isinf(f.gradient_rms));
 }
 
+// Two pyramids whose common square is cut along one diagonal from above, along the other from
+// below, with a flat cell between.
+TEST(Compare, FlatCellsHaveNoCentre) {
+  MeshFile mesh;
+  mesh.geometry = testing::make_mesh(
+      {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.5, 1}, {0.5, 0.5, -1}},
+      {{0, 1, 2, 4}, {0, 2, 3, 4}, {0, 1, 2, 3}, {1, 0, 3, 5}, {2, 1, 3, 5}});
+  mesh.point_arrays = {
+      make_array<double>("f", 6, 1, [](auto i, auto) { return i == 0 || i == 2 ? 1 : 0; })};
+  mesh.cell_arrays = {make_array<double>("q", 5, 1, [](auto i, auto) { return i; })};
+  const Comparison c = compare_files(mesh, mesh);
+  EXPECT_NEAR(array_of(c, "f").cell_max, 0, 1e-15);
+  EXPECT_EQ(array_of(c, "q").max, 0);
+}
+
 TEST(Compare, CellArrays) {
   MeshFile original;
   original.geometry = testing::five_split_cube(1);  // volumes 1/3, and four of 1/6
