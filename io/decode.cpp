@@ -191,7 +191,8 @@ bool parse_word(std::string_view word, T* value) {
   return false;
 }
 
-template <class T>
+// Keeps the low bytes of a T, where a Stored has fewer.
+template <class T, class Stored = T>
 std::string_view parse_words_as(std::string_view text, std::byte* out) {
   const char* p = text.data();
   const char* const end = p + text.size();
@@ -203,8 +204,12 @@ std::string_view parse_words_as(std::string_view text, std::byte* out) {
     const std::string_view word(begin, static_cast<std::size_t>(p - begin));
     T value{};
     if (!parse_word(word, &value)) return word;
-    std::memcpy(out, &value, sizeof(T));
-    out += sizeof(T);
+    const auto stored = static_cast<Stored>(value);
+    if constexpr (!std::is_same_v<T, Stored>) {
+      if (value < -128 || value > 255) return word;
+    }
+    std::memcpy(out, &stored, sizeof stored);
+    out += sizeof stored;
   }
 }
 
@@ -222,6 +227,8 @@ std::size_t count_words(std::string_view text) {
 }
 
 std::string_view parse_words(std::string_view text, ValueType type, std::byte* out) {
+  // VTK writes what is beyond ASCII as signed numbers.
+  if (type == ValueType::kString) return parse_words_as<std::int16_t, std::uint8_t>(text, out);
   return visit_type(type, [&](auto zero) { return parse_words_as<decltype(zero)>(text, out); });
 }
 

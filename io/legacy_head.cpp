@@ -322,7 +322,7 @@ class LegacyParser {
     const bool wanted = place_ == Place::kField;
     in_.take_strings(name, rows, components, wanted ? &bytes : nullptr);
     if (!wanted) {
-      left_out_.push_back(name);
+      head_.unread.push_back(name);
       return;
     }
     check_is_new(name);
@@ -363,9 +363,6 @@ class LegacyParser {
   void describe_format() {
     head_.format =
         "VTK legacy unstructured grid, " + version_ + (in_.binary() ? ", binary" : ", ascii");
-    for (std::size_t i = 0; i < left_out_.size(); ++i) {
-      head_.format += (i == 0 ? "; left out: " : ", ") + left_out_[i] + " (strings)";
-    }
   }
 
   const MappedFile& file_;
@@ -376,7 +373,6 @@ class LegacyParser {
   std::set<std::pair<Place, std::string>> names_;  // of arrays
   VtuPiece piece_;
   VtuHead head_;
-  std::vector<std::string> left_out_;
 };
 
 }  // namespace

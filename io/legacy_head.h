@@ -22,7 +22,7 @@
 // follow from their counts.
 //
 // Arrays of bits are UInt8, a value each; COLOR_SCALARS too. Strings are read where they are field
-// data, and left out, which `format` says, where they are not. Tables of colours, information keys
+// data, and unread where they are not. Tables of colours, information keys
 // and titles are passed over.
 #pragma once
 

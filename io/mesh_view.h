@@ -24,6 +24,7 @@ struct ArrayView {
   std::string name;
   std::uint32_t components = 1;
   ValuesView values;
+  std::vector<std::string> component_names = {};  // or one a component
 };
 
 // Cells are VTK's: types, and offsets into the connectivity, one more than there are cells.

@@ -290,8 +290,10 @@ std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<Mov
   }
   for (const MovedArray& moved : arrays) {
     const ArrayInfo& info = moved.array.info;
-    view.point_arrays.push_back(
-        {info.name, info.components, {info.type, std::span(moved.array.bytes)}});
+    view.point_arrays.push_back({info.name,
+                                 info.components,
+                                 {info.type, std::span(moved.array.bytes)},
+                                 info.component_names});
     for (const auto& [marker, name] : mesh.point_data.active) {
       if (name == info.name) view.point_markers[marker] = name;
     }

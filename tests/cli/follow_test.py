@@ -215,6 +215,12 @@ class Maps(FolderTest):
         self.apply(step, "--array", "noise", "--array", "noise", name="twice.vtu")
         self.assertEqual((self.folder / "twice.vtu").read_bytes(), out.read_bytes())
 
+    def test_names_of_components_follow(self):
+        path = self.generate(tets="3k")
+        self.simplify(path, "--reduction", "30%")
+        head = self.apply(path)[0].read_bytes().partition(b"<AppendedData")[0].decode()
+        self.assertIn('ComponentName0="x" ComponentName1="y" ComponentName2="z"', head)
+
     def test_the_time_follows(self):
         path = self.generate("--time", "2.5", tets="3k")
         self.simplify(path, "--reduction", "30%")

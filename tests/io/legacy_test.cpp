@@ -231,7 +231,8 @@ NULL_ARRAY
 )";
   const auto source = open("a.vtk", bytes);
   const MeshDescription& d = source->description();
-  EXPECT_EQ(d.format, "VTK legacy unstructured grid, 2.0, ascii; left out: names (strings)");
+  EXPECT_EQ(d.format, "VTK legacy unstructured grid, 2.0, ascii");
+  EXPECT_THAT(d.unread, ElementsAre("names"));
   EXPECT_EQ(d.point_type, ValueType::kFloat64);
   EXPECT_THAT(values<std::uint8_t>(read_point_array(source.get(), "colour")),
               ElementsAre(0, 128, 255, 255, 0, 0, 77, 178));

@@ -97,6 +97,20 @@ void expect_small_mesh(MeshSource* source, bool float32) {
             (std::vector<char>{'a', 'b', 0, 'c', 0}));
 }
 
+// As VTK writes them, where characters have signs.
+TEST_F(VtuReader, TextMayHaveNegativeCharacters) {
+  VtuText mesh = small_mesh("Float64", "Int64");
+  mesh.field_data = {{"names", "String", {-61, 182, 0}, 1, " NumberOfTuples=\"1\"", "Array"}};
+  const VtuStyle ascii{VtuData::kAscii, "", "", false, 16, "0.1"};
+  const auto source = open(mesh, {}, ascii);
+  EXPECT_EQ(values<std::uint8_t>(source->read_array(Association::kField, 0)),
+            (std::vector<std::uint8_t>{0xc3, 0xb6, 0}));
+  for (const double wrong : {-129, 256}) {
+    mesh.field_data[0].values[0] = wrong;
+    EXPECT_THROW(open(mesh, {}, ascii)->read_array(Association::kField, 0), Error);
+  }
+}
+
 TEST_F(VtuReader, ReadsEveryEncoding) {
   for (const VtuData data :
        {VtuData::kAppendedRaw, VtuData::kAppendedBase64, VtuData::kInline, VtuData::kAscii}) {
