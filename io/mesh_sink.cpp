@@ -59,7 +59,9 @@ std::vector<std::string> arrays_left_out(MeshFormat format, const MeshDescriptio
   std::vector<std::string> names;
   const char* const own = format == MeshFormat::kTetgen ? kTetgenReference : kMeditReference;
   const std::size_t point = find_references(mesh.point_data, Association::kPoint, own);
-  const std::size_t cell = find_references(mesh.cell_data, Association::kCell, own);
+  const std::size_t cell = format == MeshFormat::kTetgen
+                               ? find_tetgen_attribute(mesh.cell_data)
+                               : find_references(mesh.cell_data, Association::kCell, own);
   for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {
     const ArrayInfo& info = mesh.point_data.arrays[i];
     if (i == point || (format == MeshFormat::kTetgen && has_tetgen_attributes(info))) continue;

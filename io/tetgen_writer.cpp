@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 #include <variant>
@@ -22,7 +23,7 @@ class TetgenWriter {
   explicit TetgenWriter(MeshPasses* mesh) : mesh_(*mesh) {
     const MeshDescription& d = mesh_.description();
     point_array_ = find_references(d.point_data, Association::kPoint, kTetgenReference);
-    cell_array_ = find_references(d.cell_data, Association::kCell, kTetgenReference);
+    cell_array_ = find_tetgen_attribute(d.cell_data);
     for (std::size_t i = 0; i < d.point_data.arrays.size(); ++i) {
       if (has_tetgen_attributes(d.point_data.arrays[i])) attributes_.push_back(i);
     }
@@ -49,15 +50,19 @@ class TetgenWriter {
   }
 
   void put_tets(OutputFile* file) {
-    const bool has_regions = cell_array_ != kNone;
-    put_text(fmt::format("{} 4 {}\n", mesh_.tets(), has_regions ? 1 : 0), file);
+    const bool has_attribute = cell_array_ != kNone;
+    put_text(fmt::format("{} 4 {}\n", mesh_.tets(), has_attribute ? 1 : 0), file);
     mesh_.for_each_tets({cell_array_}, [&](std::uint64_t first, const Vector<Tet>& tets,
                                            const std::vector<Vector<std::byte>>& rows) {
-      const Vector<std::int64_t> regions = integers(rows[0]);
+      Vector<double> numbers;
+      Vector<std::int64_t> regions;
+      if (has_attribute && is_whole()) regions = whole_numbers(rows[0]);
+      if (has_attribute && !is_whole()) numbers = to_doubles(info().type, rows[0]);
       put_text_rows(tets.size(), file, [&](std::size_t i, TextRow* row) {
         row->add(first + i + 1);
         for (const VertexId v : tets[i]) row->add(std::uint64_t{v} + 1);
-        if (has_regions) row->add(regions[i]);
+        if (!has_attribute) return;
+        is_whole() ? row->add(regions[i]) : row->add(numbers[i]);
       });
     });
   }
@@ -66,7 +71,8 @@ class TetgenWriter {
     const Vector<std::uint64_t> cells = mesh_.lower_of_type(type);
     const LowerCells& lower = mesh_.lower();
     const bool has_markers = cell_array_ != kNone;
-    const Vector<std::int64_t> markers = integers(mesh_.lower_rows(cell_array_));
+    const Vector<std::int64_t> markers =
+        has_markers ? whole_numbers(mesh_.lower_rows(cell_array_)) : Vector<std::int64_t>();
     put_text(fmt::format("{} {}\n", cells.size(), has_markers ? 1 : 0), file);
     put_text_rows(cells.size(), file, [&](std::size_t i, TextRow* row) {
       row->add(std::uint64_t{i} + 1);
@@ -83,9 +89,14 @@ class TetgenWriter {
   const ArrayInfo& point_info(std::size_t i) const {
     return mesh_.description().point_data.arrays[i];
   }
-  Vector<std::int64_t> integers(std::span<const std::byte> rows) const {
-    if (cell_array_ == kNone) return {};
-    return to_integers(mesh_.description().cell_data.arrays[cell_array_], rows);
+  const ArrayInfo& info() const { return mesh_.description().cell_data.arrays[cell_array_]; }
+  bool is_whole() const { return !is_float(info().type); }
+  // Markers of sides are whole in files of tetrahedra whose attributes are not.
+  Vector<std::int64_t> whole_numbers(std::span<const std::byte> rows) const {
+    if (is_whole()) return to_integers(info(), rows);
+    Vector<std::int64_t> whole;
+    for (const double x : to_doubles(info().type, rows)) whole.push_back(std::llround(x));
+    return whole;
   }
   static std::string on_one_line(std::string text) {
     std::replace(text.begin(), text.end(), '\n', ' ');
@@ -124,6 +135,14 @@ class TetgenWriter {
 }  // namespace
 
 bool has_tetgen_attributes(const ArrayInfo& info) { return is_float(info.type); }
+
+std::size_t find_tetgen_attribute(const AttributeSet& cells) {
+  const std::size_t markers = find_references(cells, Association::kCell, kTetgenReference);
+  const std::size_t own = cells.find(kTetgenReference);
+  if (markers != AttributeSet::npos || own == AttributeSet::npos) return markers;
+  const ArrayInfo& info = cells.arrays[own];
+  return info.type == ValueType::kFloat64 && info.components == 1 ? own : AttributeSet::npos;
+}
 
 std::vector<std::string> tetgen_files(const std::string& path) {
   std::vector<std::string> names;

@@ -87,6 +87,11 @@ TEST_F(Tetgen, AttributesMayBeFractions) {
               ElementsAre(10, 0.5, 7, -8));
   EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref2")),
               ElementsAre(5, 6, 0, 0));
+  EXPECT_EQ(left_out_of("c.ele", source->description()),
+            "c.ele has no place for these arrays, which are left out: tetgen:ref2");
+  convert(source.get(), "c.ele");
+  EXPECT_EQ(bytes_of(dir_.file("c.ele")), "2 4 1\n1 1 2 3 4 10\n2 5 2 4 3 0.5\n");
+  EXPECT_EQ(bytes_of(dir_.file("c.face")), kFaces);
 }
 
 TEST_F(Tetgen, WholeAttributesAreIntegersHoweverTheyAreWritten) {
