@@ -27,9 +27,8 @@ void say_what_is_odd(const InputFacts& facts, const RunContext& context) {
   say(facts.rewound, "tetrahedra were wound the other way: rewound");
   say(facts.degenerate, "tetrahedra have no volume: they and their vertices stay as they are");
   say(facts.inverted,
-      "tetrahedra are inverted, as they lie where others do: their vertices stay where they are, "
-      "and "
-      "they are wound like all others");
+      "tetrahedra are inverted: they and their vertices stay where they are, wound like all "
+      "others");
   say(facts.duplicate_tets,
       "tetrahedra are duplicates of others: they and their vertices stay as they are");
   say(facts.nonconforming_faces, "faces do not conform: their tetrahedra stay as they are");
