@@ -92,6 +92,18 @@ std::string suffix_of(const std::string& path) {
   return suffix;
 }
 
+// Names that do not come back from a Gmsh file.
+std::vector<std::string> changed_names(const MeshDescription& mesh) {
+  std::vector<std::string> names;
+  for (const AttributeSet* set : {&mesh.point_data, &mesh.cell_data}) {
+    for (const ArrayInfo& array : set->arrays) {
+      if (array.name.empty()) names.push_back("(none)");
+      if (array.name.find_first_of("\"\n") != std::string::npos) names.push_back(array.name);
+    }
+  }
+  return names;
+}
+
 // What Gmsh's files have doubles for, though they do not hold all of it.
 std::vector<std::string> long_integers(const MeshDescription& mesh) {
   std::vector<std::string> names;
@@ -198,6 +210,11 @@ std::string left_out_of(const std::string& path, const MeshDescription& mesh) {
     sentences.push_back(
         fmt::format("{} has doubles for these integers, which are rounded from 2^53 on: {}", path,
                     fmt::join(rounded, ", ")));
+  }
+  const std::vector<std::string> changed = gmsh ? changed_names(mesh) : std::vector<std::string>{};
+  if (!changed.empty()) {
+    sentences.push_back(fmt::format("{} cannot have these names, and gives the arrays others: {}",
+                                    path, fmt::join(changed, ", ")));
   }
   return fmt::format("{}", fmt::join(sentences, "; "));
 }

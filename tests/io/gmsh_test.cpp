@@ -400,6 +400,16 @@ TEST_F(Gmsh, OneTimeIsTheMeshs) {
   EXPECT_EQ(two->description().field_data.find("TimeValue"), AttributeSet::npos);
 }
 
+TEST_F(Gmsh, TellsOfNamesThatItCannotHave) {
+  MeshDescription mesh = open("a.msh", kText2)->description();
+  EXPECT_EQ(left_out_of("x.msh", mesh), "");
+  mesh.point_data.arrays[0].name = "a\"b";
+  mesh.cell_data.arrays.push_back(mesh.cell_data.arrays.back());
+  mesh.cell_data.arrays.back().name = "";
+  EXPECT_EQ(left_out_of("x.msh", mesh),
+            "x.msh cannot have these names, and gives the arrays others: a\"b, (none)");
+}
+
 TEST_F(Gmsh, WritesWhatItReads) {
   const auto source = open_and_compare("a.msh", binary4(true));
   convert(source.get(), "b.msh");
