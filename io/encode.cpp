@@ -157,7 +157,7 @@ constexpr std::uint32_t kZlibWork = ISAL_DEF_LVL2_DEFAULT;
 std::size_t compress_zlib(std::span<const std::byte> in, std::uint8_t* work,
                           std::span<std::byte> out) {
   if (work == nullptr) return 0;
-  isal_zstream stream;
+  isal_zstream stream{};  // isal_deflate_stateless_init() leaves hist_bits as they are
   isal_deflate_stateless_init(&stream);
   stream.level = kZlibLevel;
   stream.level_buf = work;

@@ -12,6 +12,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -402,6 +403,32 @@ TEST_P(Compress, AsksASinkThatHasFailedNoMore) {
                  Error);
     EXPECT_EQ(calls, 3);
   }
+}
+
+// Leaves these numbers where the next call's local variables will be.
+[[gnu::noinline]] void fill_stack(std::uint16_t number) {
+  std::array<std::uint16_t, 200'000> numbers;
+  numbers.fill(number);
+  asm volatile("" : : "m"(numbers));  // somebody may look at them
+}
+
+TEST_P(Compress, DoesNotDependOnWhatWasInMemory) {
+  set_thread_count(1);
+  // What repeats is 4 KiB away.
+  std::vector<std::uint32_t> values(16'384);
+  std::uint32_t x = 1;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = i < 1024 ? (x = x * 1'664'525 + 1'013'904'223) : values[i - 1024];
+  }
+  std::set<std::string> results;
+  for (const std::uint16_t number : {0, 1, 9, 12, 15}) {
+    fill_stack(number);
+    BlockCompressor(GetParam())
+        .compress(std::as_bytes(std::span(values)), [&](std::span<const std::byte> block) {
+          results.emplace(reinterpret_cast<const char*>(block.data()), block.size());
+        });
+  }
+  EXPECT_EQ(results.size(), 1u);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Compress, ::testing::Values(Compression::kZlib, Compression::kLz4));
