@@ -70,7 +70,7 @@ class GmshReader final : public FormatReader {
   DataArray read_field(std::size_t index) const override {
     DataArray array;
     array.info = description_.field_data.arrays.at(index);
-    array.bytes.resize(2 * sizeof(std::int32_t));
+    array.bytes.resize(array.info.values() * size_of(array.info.type));
     if (index == head_.names.size()) {
       array.as<double>()[0] = *head_.time();
       return array;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -138,7 +139,8 @@ class GmshWriter {
     const AttributeSet& fields = mesh_.description().field_data;
     const std::size_t index = fields.find(kTimeValue);
     if (index == AttributeSet::npos || !is_time_value(fields.arrays[index])) return 0;
-    return *time_of(mesh_.read_field(index));
+    const double time = *time_of(mesh_.read_field(index));
+    return std::isfinite(time) ? time : 0;
   }
 
   void put_nodes() {

@@ -487,8 +487,8 @@ void add_simplify_command(CLI::App& app) {
       ->add_option(
           "--pieces", a->request.pieces,
           "Pieces of a .pvtu file; they lie in the folder OUT_pieces beside it. Default: "
-          "one for each 4 million tetrahedra of the result. VTK and ParaView read any number "
-          "of them, this program without VTK up to 512")
+          "one for each 4 million tetrahedra of the result. Without VTK this program reads up to "
+          "512 of them")
       ->check(CLI::Range(1, 65536))
       ->group(kOutputGroup);
   command

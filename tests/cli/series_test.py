@@ -167,29 +167,30 @@ class Shared(SeriesTest):
                 for step, entry in zip(steps, report["steps"]):
                     run("compare", step, entry["output"], "--array", name, "--max-error", bound)
 
-    def test_steps_that_cancel_in_a_sum(self):
+    def steps_that_come_back(self, period):
+        """With the other sign after so many steps."""
         def make(mesh, time):
-            place, sign = time / 2 % 8, 1 if time < 16 else -1
+            place, sign = time / 2 % period, 1 if time < 2 * period else -1
             x = np.array(mesh.points)[:, 0]
             return with_arrays(mesh, bump=("Float32", sign * np.exp(-2 * (x - place - 1) ** 2)))
-        steps = self.steps(16, make=make)
+        return self.steps(2 * period, make=make)
+
+    def check_bound(self, steps, report, bound):
+        self.assertGreater(report["reduction"], 0.1)
+        for step, entry in zip(steps, report["steps"]):
+            run("compare", step, entry["output"], "--max-error", bound, "--array", "bump")
+
+    def test_steps_that_cancel_in_a_sum(self):
+        steps = self.steps_that_come_back(8)
         report = self.simplify(steps, "--max-error", "4%")
         self.assertIn(report["tries"], range(3, 7))
-        self.assertGreater(report["reduction"], 0.1)
-        for step, entry in zip(steps, report["steps"]):
-            run("compare", step, entry["output"], "--max-error", "4%", "--array", "bump")
+        self.check_bound(steps, report, "4%")
 
     def test_a_goal_within_a_bound_that_few_sums_do_not_hold(self):
-        def make(mesh, time):
-            place, sign = time / 2 % 6, 1 if time < 12 else -1
-            x = np.array(mesh.points)[:, 0]
-            return with_arrays(mesh, bump=("Float32", sign * np.exp(-2 * (x - place - 1) ** 2)))
-        steps = self.steps(12, make=make)
+        steps = self.steps_that_come_back(6)
         report = self.simplify(steps, "--max-error", "4%", "--reduction", "40%")
         self.assertEqual(report["tries"], 2)
-        self.assertGreater(report["reduction"], 0.1)
-        for step, entry in zip(steps, report["steps"]):
-            run("compare", step, entry["output"], "--max-error", "4%", "--array", "bump")
+        self.check_bound(steps, report, "4%")
         self.assertEqual(self.simplify(steps, "--reduction", "40%")["tries"], 1)
 
     def test_a_bound_that_is_not_used_is_tried_again(self):
