@@ -88,7 +88,23 @@ template <class Real>
 void EdgeCosts<Real>::between(VertexId v, std::span<const VertexId> partners, float* costs) {
   for (std::size_t i = 0; i < partners.size(); i += kLanes) {
     const auto group = partners.subspan(i, std::min(kLanes, partners.size() - i));
-    width_ == 1 ? between_lanes<1>(v, group, costs + i) : between_lanes<0>(v, group, costs + i);
+    // A scalar, a vector, and the sums of a series are worth their own code.
+    switch (width_) {
+      case 1:
+        between_lanes<1>(v, group, costs + i);
+        break;
+      case 3:
+        between_lanes<3>(v, group, costs + i);
+        break;
+      case 6:
+        between_lanes<6>(v, group, costs + i);
+        break;
+      case 8:
+        between_lanes<8>(v, group, costs + i);
+        break;
+      default:
+        between_lanes<0>(v, group, costs + i);
+    }
   }
 }
 
