@@ -64,6 +64,8 @@ class MeshSource {
   // Windows of the file, or nullptr where the whole mesh must be read. open_stream()
   // (mesh_stream.h) gives a stream in any case.
   virtual std::unique_ptr<MeshStream> stream();
+  // The same for arrays alone: points and cells of it are not read, and need not be looked at.
+  virtual std::unique_ptr<MeshStream> stream_of_rows();
 
   // About how many bytes of memory reading the whole mesh takes at its worst moment, when all point
   // and cell arrays are kept and what the source itself holds is counted. Looks at no more than the

@@ -121,6 +121,7 @@ class WholeMeshStream final : public MeshStream {
 }  // namespace
 
 std::unique_ptr<MeshStream> MeshSource::stream() { return nullptr; }
+std::unique_ptr<MeshStream> MeshSource::stream_of_rows() { return stream(); }
 
 std::uint64_t MeshSource::memory_to_read() {
   CellTypeCounts cells{};
@@ -134,6 +135,11 @@ std::unique_ptr<MeshStream> open_stream(MeshSource* source,
   if (stream != nullptr) return stream;
   if (reserve) reserve(source->memory_to_read());
   return std::make_unique<WholeMeshStream>(source);
+}
+
+std::unique_ptr<MeshStream> open_rows(MeshSource* source) {
+  std::unique_ptr<MeshStream> stream = source->stream_of_rows();
+  return stream != nullptr ? std::move(stream) : std::make_unique<WholeMeshStream>(source);
 }
 
 }  // namespace tetfusion

@@ -49,6 +49,11 @@ class VtuSource final : public MeshSource {
     return open_pieces_stream(pieces, description_, options_);
   }
 
+  std::unique_ptr<MeshStream> stream_of_rows() override {
+    return input_.head.pieces.size() == 1 ? open_vtu_rows(input_, description_, options_)
+                                          : stream();
+  }
+
   std::uint64_t memory_to_read() override {
     CellTypeCounts cells{};
     input_.guarded([&] { cells = count_types(input_); });

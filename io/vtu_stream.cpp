@@ -31,16 +31,20 @@ struct CellSurvey {
   std::uint64_t ghosts = 0;
 };
 
+// What is read of a stream.
+enum class Wanted { kAll, kRows };
+
 class VtuStream final : public MeshStream {
  public:
   // The readers are opened and the arrays looked at in the order of read_geometry(), so that the
   // same fault is found first.
   VtuStream(const VtuInput& input, std::size_t piece, const MeshDescription& description,
-            const OpenOptions& options)
+            const OpenOptions& options, Wanted wanted)
       : input_(input),
         piece_(piece),
         description_(description),
         options_(options),
+        wanted_(wanted),
         coordinates_(open_coordinates(input, piece)),
         bad_points_(find_bad_points()),
         arrays_(input, piece),
@@ -51,7 +55,7 @@ class VtuStream final : public MeshStream {
         connectivity_(arrays_.open_connectivity()),
         point_readers_(description.point_data.arrays.size()),
         cell_readers_(description.cell_data.arrays.size()) {
-    if (!can_stream()) return;
+    if (!can_stream() || wanted == Wanted::kRows) return;
     if (survey_.tets_only) {
       arrays_.check_tet_offsets(offsets_);
       arrays_.check_length(connectivity_, 4 * cells());
@@ -74,12 +78,14 @@ class VtuStream final : public MeshStream {
   void read_points(std::uint64_t first, std::uint64_t count,
                    std::span<std::byte> out) const override {
     check_window(first, count, points());
+    require_all();
     input_.guarded(
         [&] { read_coordinates(coordinates_, description_.point_type, first, count, out.data()); });
   }
 
   void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const override {
     check_window(first, count, cells());
+    require_all();
     clear(out);
     if (count == 0) return;
     input_.guarded([&] {
@@ -110,12 +116,16 @@ class VtuStream final : public MeshStream {
     if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
   }
 
+  void require_all() const {
+    if (wanted_ != Wanted::kAll) throw std::logic_error("points or cells of a stream of rows");
+  }
+
   // ---- opening ----
 
   Vector<std::uint64_t> find_bad_points() const {
     check_point_count(input_, points());
     Vector<std::uint64_t> bad;
-    if (all_finite(coordinates_)) return bad;
+    if (wanted_ == Wanted::kRows || all_finite(coordinates_)) return bad;
     bad.assign((points() + 63) / 64, 0);
     Vector<Vec3<double>> window(std::min(points(), kScanned));
     for (std::uint64_t first = 0; first < points(); first += kScanned) {
@@ -234,6 +244,7 @@ class VtuStream final : public MeshStream {
   std::size_t piece_;
   const MeshDescription& description_;
   const OpenOptions& options_;
+  const Wanted wanted_;
   ArrayReader coordinates_;
   Vector<std::uint64_t> bad_points_;  // a bit a point that is not finite; empty when all are
   VtuCellArrays arrays_;
@@ -247,15 +258,24 @@ class VtuStream final : public MeshStream {
   mutable std::vector<std::unique_ptr<ArrayReader>> cell_readers_;
 };
 
+// Nothing where the mesh must be read whole.
+std::unique_ptr<VtuStream> open(const VtuInput& input, std::size_t piece,
+                                const MeshDescription& description, const OpenOptions& options,
+                                Wanted wanted) {
+  std::unique_ptr<VtuStream> stream;
+  input.guarded(
+      [&] { stream = std::make_unique<VtuStream>(input, piece, description, options, wanted); });
+  if (!stream->can_stream()) return nullptr;
+  return stream;
+}
+
 }  // namespace
 
 std::unique_ptr<MeshStream> open_piece_stream(const VtuInput& input, std::size_t piece,
                                               const MeshDescription& description,
                                               const OpenOptions& options, std::uint64_t* tets) {
-  std::unique_ptr<VtuStream> stream;
-  input.guarded([&] { stream = std::make_unique<VtuStream>(input, piece, description, options); });
-  if (!stream->can_stream()) return nullptr;
-  *tets = stream->tets();
+  auto stream = open(input, piece, description, options, Wanted::kAll);
+  if (stream) *tets = stream->tets();
   return stream;
 }
 
@@ -266,6 +286,11 @@ std::unique_ptr<MeshStream> open_vtu_stream(const VtuInput& input,
   auto stream = open_piece_stream(input, 0, description, options, &tets);
   if (stream && tets == 0) input.fail(ErrorCode::kBadInput, "the mesh has no tetrahedra");
   return stream;
+}
+
+std::unique_ptr<MeshStream> open_vtu_rows(const VtuInput& input, const MeshDescription& description,
+                                          const OpenOptions& options) {
+  return open(input, 0, description, options, Wanted::kRows);
 }
 
 }  // namespace tetfusion

@@ -21,6 +21,10 @@ std::unique_ptr<MeshStream> open_vtu_stream(const VtuInput& input,
                                             const MeshDescription& description,
                                             const OpenOptions& options);
 
+// The same for open_rows(): looks at types and ghost flags alone.
+std::unique_ptr<MeshStream> open_vtu_rows(const VtuInput& input, const MeshDescription& description,
+                                          const OpenOptions& options);
+
 // The same for one piece of several, which `description` is of; it has cells. It may be without
 // tetrahedra: *tets says how many there are.
 std::unique_ptr<MeshStream> open_piece_stream(const VtuInput& input, std::size_t piece,

@@ -237,7 +237,7 @@ std::vector<std::size_t> choose(const MeshDescription& mesh,
 
 // Throws where the map is not of that mesh.
 std::unique_ptr<MeshStream> open_for(const MapFile& map, MeshSource* source) {
-  auto stream = open_stream(source);
+  auto stream = open_rows(source);
   if (stream->points() != map.counts().original_points) {
     throw Error(ErrorCode::kBadInput,
                 fmt::format("{}: the mesh has {} points, but {} is of one that had {}: give a file "

@@ -10,14 +10,17 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "base/error.h"
 #include "io/mesh_sink.h"
 #include "support/meshes.h"
 #include "support/stream_check.h"
@@ -202,6 +205,21 @@ std::vector<VtuStyle> all_styles() {
     }
   }
   return styles;
+}
+
+TEST_F(MeshStreams, RowsAreReadWhateverPointsAndCellsAre) {
+  VtuText mesh;
+  mesh.pieces = {tet_piece(kCoordinates, kIds)};
+  mesh.pieces[0].offsets.values[0] = 5;
+  mesh.pieces[0].cell_data = {{"number", "Int32", {3, 4}, 1, "", "DataArray"}};
+  const auto source = open(mesh);
+  EXPECT_THROW(open_stream(source.get()), Error);
+  const auto rows = open_rows(source.get());
+  std::array<std::int32_t, 2> numbers{};
+  rows->read_rows(Association::kCell, 0, 0, 2, std::as_writable_bytes(std::span(numbers)));
+  EXPECT_THAT(numbers, ElementsAre(3, 4));
+  CellWindow w;
+  EXPECT_THROW(rows->read_cells(0, 1, &w), std::logic_error);
 }
 
 TEST_F(MeshStreams, ReadsMixedCellsOfEveryEncoding) {
