@@ -23,6 +23,8 @@ struct RunContext {
   // Called with sentences that the user should read: what was locked, what was left out.
   std::function<void(std::string_view message)> notice;
   const std::atomic<bool>* cancelled = nullptr;
+  // Set where other work of the same run has failed, so that nobody needs what this one makes.
+  const std::atomic<bool>* abandoned = nullptr;
 
   void report(std::string_view phase, double share) const {
     if (progress) progress(phase, share);
@@ -41,8 +43,9 @@ struct RunContext {
   bool is_cancelled() const {
     return cancelled != nullptr && cancelled->load(std::memory_order_relaxed);
   }
-  // Throws Error(kInterrupted) when the caller has asked to stop.
+  // Throws Error(kInterrupted) when the caller has asked to stop, Abandoned when it is in vain.
   void check() const {
+    if (abandoned != nullptr && abandoned->load(std::memory_order_relaxed)) throw Abandoned();
     if (is_cancelled()) {
       throw Error(ErrorCode::kInterrupted, "interrupted; what was not whole yet was not written");
     }

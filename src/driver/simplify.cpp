@@ -188,9 +188,9 @@ void Job::fail_with_hint(const Error& error) {
         // The first failure is the one to report.
       }
     }
-    throw error;
+    throw;
   }
-  if (dynamic_cast<const DamagedFile*>(&error) != nullptr) throw error;  // nobody goes on from it
+  if (dynamic_cast<const DamagedFile*>(&error) != nullptr) throw;  // nobody goes on from it
   throw Error(
       error.code(),
       fmt::format("{}; the work so far is kept in {}: the same command with --resume goes on "

@@ -77,6 +77,10 @@ class DressedMesh final : public MeshSource {
     return std::make_unique<DressedStream>(std::move(open), arrays_, bytes);
   }
 
+  std::unique_ptr<MeshStream> stream_of_rows() override {
+    return std::make_unique<DressedStream>(open_rows(mesh_.get()), arrays_, 0);
+  }
+
  private:
   static AttributeSet describe(const std::vector<ArrayFrom>& arrays,
                                std::map<std::string, std::string> markers) {
@@ -92,6 +96,16 @@ class DressedMesh final : public MeshSource {
 };
 
 }  // namespace
+
+ArrayFrom own_array(const MeshDescription& mesh, Association association, std::size_t index) {
+  const bool of_points = association == Association::kPoint;
+  const ArrayInfo& info = (of_points ? mesh.point_data : mesh.cell_data).arrays[index];
+  const std::uint64_t row = info.components * size_of(info.type);
+  return {info, [association, index, row](const MeshStream& stream, std::uint64_t first,
+                                          std::span<std::byte> out) {
+            stream.read_rows(association, index, first, out.size() / row, out);
+          }};
+}
 
 std::unique_ptr<MeshSource> with_arrays(std::unique_ptr<MeshSource> mesh, OtherArrays arrays) {
   return std::make_unique<DressedMesh>(std::move(mesh), std::move(arrays));

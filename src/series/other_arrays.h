@@ -24,6 +24,9 @@ struct ArrayFrom {
   FillRows fill;
 };
 
+// An array of the mesh that is dressed.
+ArrayFrom own_array(const MeshDescription& mesh, Association association, std::size_t index);
+
 struct OtherArrays {
   std::string path;  // in place of the mesh's own
   std::vector<ArrayFrom> points, cells;

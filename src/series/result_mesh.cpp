@@ -60,7 +60,7 @@ ResultMesh::ResultMesh(const std::string& path, const MapFile& map) : map_(map) 
 
 std::vector<DataArray> ResultMesh::cell_arrays(MeshSource* step, const RunContext& context) const {
   const AttributeSet& all = step->description().cell_data;
-  const auto stream = open_stream(step);
+  const auto stream = open_rows(step);
   std::vector<DataArray> arrays;
   Vector<std::byte> rows;
   for (std::size_t i = 0; i < all.arrays.size(); ++i) {

@@ -33,6 +33,7 @@
 #include "series/other_arrays.h"
 #include "series/result_mesh.h"
 #include "series/step_mesh.h"
+#include "series/step_source.h"
 #include "series/work_folder.h"
 
 namespace tetfusion {
@@ -53,24 +54,18 @@ constexpr int kLessTries = 5, kMostTries = 12;
 constexpr double kNear = 0.6, kAim = 0.85, kMostAtOnce = 8;
 constexpr int kMoreTries = 2;
 
-// What stands for that array where steps are arrays of one mesh, if it is one of this step.
-std::optional<std::string> pattern_of(const Step& step, const std::string& name) {
-  for (const auto& [pattern, own] : step.arrays) {
-    if (own == name) return pattern;
-  }
-  return std::nullopt;
-}
-
 class SharedSeries {
  public:
   SharedSeries(const SeriesRequest& request, SeriesPlan* plan, const RunContext& context)
-      : request_(request), plan_(*plan), context_(context), folder_(scratch_folder(request.job)) {}
+      : request_(request), plan_(*plan), context_(context), folder_(scratch_folder(request.job)) {
+    context_.abandoned = &failed_;
+  }
 
   SeriesReport run() {
     set_thread_count(request_.job.performance.threads);
     clock_.begin("steps");
     look_at_steps();
-    simplify_within_bounds();
+    simplify_and_compare();
     clock_.begin("write steps");
     std::optional<OutputFile> map;
     if (!request_.job.map.empty()) {
@@ -90,15 +85,18 @@ class SharedSeries {
     const BehaviourOptions& b = request_.job.behaviour;
     return open_mesh(step.input, {b.tetrahedralize, b.linearize, folder_.path()});
   }
-  std::unique_ptr<MeshSource> open(const Step& step) const;
+  std::unique_ptr<MeshSource> open(const Step& step) const {
+    return open_step(open_file(step), plan_, step, request_.job.behaviour.weight);
+  }
   RunContext part(double from, double to) const;
   void look_at_steps();
   void look_at_first();
   void require_no_original_ids(const MeshDescription& mesh) const;
   template <class Look>
-  void add_up(std::size_t from, Look look);
+  void add_up(std::size_t from, bool arrays_alone, Look look);
   void add_to_sums(std::size_t i, const MeshDescription& mesh, const MeshStream& stream);
   void add_up_again();
+  void simplify_and_compare();
   double bound_of(std::size_t array) const;
   void simplify_within_bounds();
   SimplifyRequest job(double share) const;
@@ -119,7 +117,8 @@ class SharedSeries {
 
   const SeriesRequest& request_;
   SeriesPlan& plan_;
-  const RunContext& context_;
+  RunContext context_;
+  std::atomic<bool> failed_{false};
   const WorkFolder folder_;
   std::vector<SteeringChoice> arrays_;  // that steer, of the first step
   MeshPrint print_;
@@ -127,49 +126,13 @@ class SharedSeries {
   CombinedFields::Settings adding_;
   std::unique_ptr<CombinedFields> sums_;
   std::optional<CombinedRegions> regions_;
+  bool compare_apart_ = false;  // while the first simplification goes on
   std::unique_ptr<MapFile> map_;
   int at_once_ = 1;  // so many steps are in hand together: 1 or 2
   std::optional<FittedSteps> fitted_;
   PhaseClock clock_;
   SeriesReport report_;
 };
-
-// An array of the mesh itself.
-ArrayFrom own_array(const MeshDescription& mesh, Association association, std::size_t index) {
-  const bool of_points = association == Association::kPoint;
-  const ArrayInfo& info = (of_points ? mesh.point_data : mesh.cell_data).arrays[index];
-  const std::uint64_t row = info.components * size_of(info.type);
-  return {info, [association, index, row](const MeshStream& stream, std::uint64_t first,
-                                          std::span<std::byte> out) {
-            stream.read_rows(association, index, first, out.size() / row, out);
-          }};
-}
-
-// Where steps are arrays of one mesh, its other steps' arrays are left out, and the own ones have
-// the names that hold {step}.
-std::unique_ptr<MeshSource> SharedSeries::open(const Step& step) const {
-  auto source = open_file(step);
-  if (!plan_.in_one_mesh()) return source;
-  const MeshDescription& mesh = source->description();
-  OtherArrays arrays;
-  for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {
-    const std::string& name = mesh.point_data.arrays[i].name;
-    if (const auto pattern = pattern_of(step, name)) {
-      arrays.points.push_back(own_array(mesh, Association::kPoint, i));
-      arrays.points.back().info.name = *pattern;
-    }
-    const bool is_step =
-        std::any_of(plan_.steps.begin(), plan_.steps.end(),
-                    [&](const Step& other) { return pattern_of(other, name).has_value(); });
-    if (!is_step || name == request_.job.behaviour.weight) {
-      arrays.points.push_back(own_array(mesh, Association::kPoint, i));
-    }
-  }
-  for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
-    arrays.cells.push_back(own_array(mesh, Association::kCell, i));
-  }
-  return with_arrays(std::move(source), std::move(arrays));
-}
 
 // Of the whole run, for a part of it.
 RunContext SharedSeries::part(double from, double to) const {
@@ -183,22 +146,29 @@ RunContext SharedSeries::part(double from, double to) const {
   return context;
 }
 
-// Each step once: that it has the first one's mesh, and what its arrays add to the sums.
+// Each step once: what its arrays add to the sums, and, unless that is done apart, that it has the
+// first one's mesh.
 void SharedSeries::look_at_steps() {
   for (const Step& step : plan_.steps) {
     report_.steps.push_back({step.label, step.input, step.output, {}, {}});
   }
   look_at_first();
   std::atomic<std::size_t> seen{1};
-  add_up(1, [&](std::size_t i, const MeshDescription& mesh, const MeshStream& stream) {
-    context_.report("comparing steps", 0, 0.2, seen++, plan_.steps.size());
-    if (!plan_.in_one_mesh()) {
-      const auto first = open(plan_.steps[0]);
-      require_same_mesh(print_, first.get(), print_of(mesh, stream, context_), mesh, stream);
-      regions_->add(i, mesh, stream, context_);
-    }
-    require_no_original_ids(mesh);
-  });
+  const bool compare_here = !plan_.in_one_mesh() && !compare_apart_;
+  add_up(
+      1, !compare_here, [&](std::size_t i, const MeshDescription& mesh, const MeshStream& stream) {
+        context_.report("reading steps", 0, 0.2, seen++, plan_.steps.size());
+        if (!plan_.in_one_mesh()) {
+          const auto first = open(plan_.steps[0]);
+          if (compare_here) {
+            require_same_mesh(print_, first.get(), print_of(mesh, stream, context_), mesh, stream);
+          } else {
+            require_same_size(print_, first.get(), mesh, stream);
+          }
+          regions_->add(i, mesh, stream, context_);
+        }
+        require_no_original_ids(mesh);
+      });
   sums_->finish(context_);
   for (const std::string& name : regions_->changing()) {
     if ("cell:" + name == request_.job.behaviour.weight) {
@@ -215,12 +185,13 @@ void SharedSeries::look_at_steps() {
 
 // What all others are compared with.
 void SharedSeries::look_at_first() {
-  context_.report("comparing steps", 0);
+  context_.report("reading steps", 0);
   const auto source = open(plan_.steps[0]);
   const MeshDescription& mesh = source->description();
   const auto stream = open_stream(source.get());
   // Where steps are read whole, one is enough in memory.
   at_once_ = stream->streams_from_disk() && thread_count() > 1 ? 2 : 1;
+  compare_apart_ = at_once_ > 1 && !plan_.in_one_mesh();
   const BehaviourOptions& b = request_.job.behaviour;
   arrays_ = choose_steering(mesh, b.arrays);
   // Names that are none are refused here, where the mesh has its own arrays.
@@ -253,14 +224,14 @@ void SharedSeries::require_no_original_ids(const MeshDescription& mesh) const {
 // Calls look(step, mesh, stream) for steps from that one on, and adds them to the sums; two at once
 // if they go to different ones, so that each sum has its steps in order.
 template <class Look>
-void SharedSeries::add_up(std::size_t from, Look look) {
+void SharedSeries::add_up(std::size_t from, bool arrays_alone, Look look) {
   std::size_t count = 1;
   for (std::size_t i = from; i < plan_.steps.size(); i += count) {
     const bool two = at_once_ > 1 && i + 1 < plan_.steps.size();
     count = two && sums_->sum_of(i) != sums_->sum_of(i + 1) ? 2 : 1;
     run_tasks_with_loops(count, at_once_, [&](std::size_t k) {
       const auto source = open(plan_.steps[i + k]);
-      const auto stream = open_stream(source.get());
+      const auto stream = arrays_alone ? open_rows(source.get()) : open_stream(source.get());
       look(i + k, source->description(), *stream);
       add_to_sums(i + k, source->description(), *stream);
     });
@@ -281,8 +252,30 @@ void SharedSeries::add_up_again() {
   const auto first = open(plan_.steps[0]);
   sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, first->description(), &*used_,
                                            plan_.steps.size(), adding_);
-  add_up(0, [](std::size_t, const MeshDescription&, const MeshStream&) {});
+  add_up(0, true, [](std::size_t, const MeshDescription&, const MeshStream&) {});
   sums_->finish(context_);
+}
+
+// Reading all of all steps takes a disk as long as simplifying takes the processors. What fails
+// ends the other, too; a mesh that is another one is said before what may have come of it.
+void SharedSeries::simplify_and_compare() {
+  const auto compare_all = [&] {
+    const auto open_step = [&](std::size_t i) { return open(plan_.steps[i]); };
+    require_same_meshes(print_, plan_.steps.size(), open_step, context_);
+  };
+  const auto simplify_all = [&] {
+    simplify_within_bounds();
+    clock_.begin("steps");  // what is left of comparing
+  };
+  if (!compare_apart_) return simplify_all();
+  run_tasks(2, 2, [&](std::size_t task, std::size_t) {
+    try {
+      task == 0 ? compare_all() : simplify_all();
+    } catch (...) {
+      failed_ = true;
+      throw;
+    }
+  });
 }
 
 // At the points of each step, as a share of the array's range there. With tetfuse an array's own

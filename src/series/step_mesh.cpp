@@ -9,13 +9,14 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
+#include "base/resources.h"
 #include "io/checksum.h"
 
 namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::uint64_t kWindow = std::uint64_t{1} << 16;
 
 std::uint64_t count_in(std::uint64_t first, std::uint64_t all) {
   return std::min(kWindow, all - first);
@@ -120,25 +121,43 @@ MeshPrint print_of(const MeshDescription& mesh, const MeshStream& stream, const 
   return print;
 }
 
-void require_same_mesh(const MeshPrint& first_print, MeshSource* first, const MeshPrint& step_print,
-                       const MeshDescription& step, const MeshStream& stream) {
+void require_same_size(const MeshPrint& first_print, MeshSource* first, const MeshDescription& step,
+                       const MeshStream& stream) {
   const Difference difference(first, step, stream);
-  if (step_print.points != first_print.points) {
-    difference.fail(fmt::format("it has {} points, not {}", format_count(step_print.points),
+  if (stream.points() != first_print.points) {
+    difference.fail(fmt::format("it has {} points, not {}", format_count(stream.points()),
                                 format_count(first_print.points)));
   }
-  if (step_print.cells != first_print.cells) {
-    difference.fail(fmt::format("it has {} cells, not {}", format_count(step_print.cells),
+  if (stream.cells() != first_print.cells) {
+    difference.fail(fmt::format("it has {} cells, not {}", format_count(stream.cells()),
                                 format_count(first_print.cells)));
   }
-  if (step_print.point_type != first_print.point_type) {
-    difference.fail(fmt::format("its coordinates are {}, not {}", vtk_name(step_print.point_type),
+  if (step.point_type != first_print.point_type) {
+    difference.fail(fmt::format("its coordinates are {}, not {}", vtk_name(step.point_type),
                                 vtk_name(first_print.point_type)));
   }
+}
+
+void require_same_mesh(const MeshPrint& first_print, MeshSource* first, const MeshPrint& step_print,
+                       const MeshDescription& step, const MeshStream& stream) {
+  require_same_size(first_print, first, step, stream);
+  const Difference difference(first, step, stream);
   const std::size_t points = first_difference(first_print.point_windows, step_print.point_windows);
   if (points < step_print.point_windows.size()) difference.fail_in_points(points * kWindow);
   const std::size_t cells = first_difference(first_print.cell_windows, step_print.cell_windows);
   if (cells < step_print.cell_windows.size()) difference.fail_in_cells(cells * kWindow);
+}
+
+void require_same_meshes(const MeshPrint& first_print, std::size_t steps, const OpenStep& open,
+                         const RunContext& context) {
+  const LoopThreads one(1);
+  for (std::size_t i = 1; i < steps; ++i) {
+    context.check();
+    const auto source = open(i);
+    const auto stream = open_stream(source.get());
+    const MeshDescription& mesh = source->description();
+    require_same_mesh(first_print, open(0).get(), print_of(mesh, *stream, context), mesh, *stream);
+  }
 }
 
 }  // namespace tetfusion

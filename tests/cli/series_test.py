@@ -464,9 +464,10 @@ class Refused(SeriesTest):
         for step, words in ((other, ["bump", "drift"]), (moved, ["point 200 lies at", "--series each"]),
                             (turned, ["cell 10 has the points", "--series each"]),
                             (wave(jittered(5), 2.0), ["points, not", "--series each"])):
-            said = self.refuse([first, self.write(step, "s1.vtu")], code=BAD)
-            for word in [*words, "s1.vtu"]:
-                self.assertIn(word, said)
+            for threads in ("1", "2"):
+                said = self.refuse([first, self.write(step, "s1.vtu")], "--threads", threads, code=BAD)
+                for word in [*words, "s1.vtu"]:
+                    self.assertIn(word, said)
         said = self.refuse([first, self.folder / "s2.vtu"], code=IO)
         self.assertIn("s2.vtu", said)
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
@@ -191,6 +192,35 @@ TEST_F(Series, ABoundThatCannotBeKeptIsSeen) {
   const auto step = open_mesh(request.inputs[0]);
   const auto moved = fit_arrays(map, weights, step.get(), {{"wave", 1e-9}}, {});
   EXPECT_GT(moved[0].max, 1e-9);
+}
+
+// With two threads meshes are compared while the simplification goes on.
+TEST_F(Series, AMeshThatIsAnotherOneEndsTheSimplification) {
+  request.job.performance.threads = 2;
+  MeshFile other = box_with_wave(6, 4);
+  std::swap(other.geometry.tets[3][0], other.geometry.tets[3][1]);
+  other.write(request.inputs.back());
+  const std::vector<std::string> before = names();
+  for (int i = 0; i < 5; ++i) {
+    try {
+      simplify_series(request);
+      ADD_FAILURE();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kBadInput);
+      EXPECT_THAT(error.what(), HasSubstr("cell 3 has the points"));
+    }
+    EXPECT_EQ(names(), before);
+  }
+}
+
+TEST_F(Series, AnAbandonedSimplificationSaysSo) {
+  const std::atomic<bool> failed{true};
+  RunContext context;
+  context.abandoned = &failed;
+  SimplifyRequest job = request.job;
+  job.input = request.inputs[0];
+  job.output = folder.file("one.vtu");
+  EXPECT_THROW(simplify(job, context), Abandoned);
 }
 
 TEST_F(Series, EveryFaultLeavesWholeFilesAlone) {

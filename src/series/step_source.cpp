@@ -1,0 +1,42 @@
+#include "series/step_source.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "series/other_arrays.h"
+
+namespace tetfusion {
+
+std::optional<std::string> pattern_of(const Step& step, const std::string& name) {
+  for (const auto& [pattern, own] : step.arrays) {
+    if (own == name) return pattern;
+  }
+  return std::nullopt;
+}
+
+std::unique_ptr<MeshSource> open_step(std::unique_ptr<MeshSource> file, const SeriesPlan& plan,
+                                      const Step& step, const std::string& weight) {
+  if (!plan.in_one_mesh()) return file;
+  const MeshDescription& mesh = file->description();
+  OtherArrays arrays;
+  for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {
+    const std::string& name = mesh.point_data.arrays[i].name;
+    if (const auto pattern = pattern_of(step, name)) {
+      arrays.points.push_back(own_array(mesh, Association::kPoint, i));
+      arrays.points.back().info.name = *pattern;
+    }
+    const bool is_step = std::any_of(plan.steps.begin(), plan.steps.end(), [&](const Step& other) {
+      return pattern_of(other, name).has_value();
+    });
+    if (!is_step || name == weight) {
+      arrays.points.push_back(own_array(mesh, Association::kPoint, i));
+    }
+  }
+  for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
+    arrays.cells.push_back(own_array(mesh, Association::kCell, i));
+  }
+  return with_arrays(std::move(file), std::move(arrays));
+}
+
+}  // namespace tetfusion
