@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 """The steps of a moving front, simplified on one mesh: memory, time beside that of one step, errors of each step by `compare`.
 
-Usage: series.py TETFUSION WORK_FOLDER [--tets 10M] [--steps 30] [--memory 1G] [--bound 5%] [--cold] [--options ...]
+Usage: series.py TETFUSION WORK_FOLDER [--tets 10M] [--steps 30] [--memory 1G] [--bound 5%] [--cold] [--repeat 1] [--options ...]
 A sphere grows through a jittered five-split of the unit box. "x" is the time of the series over that of one step alone, with the same
-options, and of reading all steps and writing and syncing as many bytes as the outputs have. The files (0.05 GB a million
+options, and of reading all steps and writing and syncing as many bytes as the outputs have, in each of the turns; seconds are medians. The files (0.05 GB a million
 tetrahedra and step) are removed at the end, unless --keep is given.
 """
 import argparse
 import json
 import pathlib
 import shutil
+import statistics
 import subprocess
 import sys
 
@@ -25,6 +26,7 @@ def main():
     parser.add_argument("--memory", default="1G")
     parser.add_argument("--bound", default="5%", help="--max-error of both; default 5%%")
     parser.add_argument("--options", default="--reduction 90%", help="for simplify; default --reduction 90%%")
+    parser.add_argument("--repeat", type=int, default=1, help="turns: the series, one step, reading and writing")
     parser.add_argument("--keep", action="store_true", help="the files of the steps, for another run")
     parser.add_argument("--cold", action="store_true", help="drop the steps from the page cache before each run, and before the copying")
     args = parser.parse_args()
@@ -49,12 +51,18 @@ def main():
             sys.exit(f"exit code {done.status}: {done.stderr}")
         done.report = json.loads(done.stdout)
         return done
+    def copy():
+        drop_steps()
+        return sum(seconds_to_copy(step, out) for step, out in zip(steps, outputs))
     middle = steps[len(steps) // 2]
-    one = run([middle], folder / "one.vtu")
-    all_steps = run(steps, folder / "out_{step}.vtu")
-    outputs = [pathlib.Path(p) for p in all_steps.report["outputs"]]
-    drop_steps()
-    copying = sum(seconds_to_copy(step, out) for step, out in zip(steps, outputs))
+    turns = []
+    for _ in range(args.repeat):
+        all_steps = run(steps, folder / "out_{step}.vtu")
+        outputs = [pathlib.Path(p) for p in all_steps.report["outputs"]]
+        turns.append((all_steps, run([middle], folder / "one.vtu"), copy()))
+    all_steps, one = turns[0][:2]
+    seconds = [statistics.median(turn[0].seconds for turn in turns), statistics.median(turn[1].seconds for turn in turns),
+               statistics.median(turn[2] for turn in turns)]
     errors = []
     for step, out in zip(steps, outputs):
         compared = subprocess.run([args.command, "compare", step, out, "--array", "front", "--max-error", args.bound, "--quiet",
@@ -67,10 +75,10 @@ def main():
     peak = max(all_steps.peak, all_steps.report["peak_rss_bytes"])
     print_table([{
         "tetrahedra": all_steps.report["input"]["tets"], "steps": args.steps, "less %": round(100 * all_steps.report["reduction"], 2),
-        "tries": all_steps.report["tries"], "VmHWM MiB": round(peak / MIB, 1), "one step s": round(one.seconds, 1), "one step cpu s": round(one.cpu, 1),
-        "one step less %": round(100 * one.report["reduction"], 2), "reading and writing s": round(copying, 1),
-        "series s": round(all_steps.seconds, 1), "cpu s": round(all_steps.cpu, 1),
-        "x": round(all_steps.seconds / (one.seconds + copying), 2),
+        "tries": all_steps.report["tries"], "VmHWM MiB": round(peak / MIB, 1), "one step s": round(seconds[1], 1), "one step cpu s": round(one.cpu, 1),
+        "one step less %": round(100 * one.report["reduction"], 2), "reading and writing s": round(seconds[2], 1),
+        "series s": round(seconds[0], 1), "cpu s": round(all_steps.cpu, 1),
+        "x": " ".join(f"{a.seconds / (b.seconds + c):.2f}" for a, b, c in turns),
         "rms %": f"{100 * min(rms):.3g} to {100 * max(rms):.3g}", "max %": f"{100 * min(largest):.3g} to {100 * max(largest):.3g}",
         "broken": sum(broken)}])
     if not args.keep:
