@@ -29,15 +29,47 @@ double change_of(const Integral& original, const Integral& simplified) {
   return original.components.size() == 1 ? signed_change : length;
 }
 
+double largest_in(const Field& field, std::size_t width, const Vector<double>& rows) {
+  double largest = 0;
+  for (std::size_t at = field.offset; at < rows.size(); at += width) {
+    for (std::size_t c = at; c < at + field.info.components; ++c) {
+      if (std::isfinite(rows[c])) largest = std::max(largest, std::abs(rows[c]));
+    }
+  }
+  return largest;
+}
+
+// Sets the exponents that values of both meshes ask for, and multiplies those of the simplified one
+// in `rows`. Whether there are any.
+bool choose_exponents(const std::vector<FieldValues>& original, FieldSet* set,
+                      Vector<double>* rows) {
+  bool any = false;
+  for (std::size_t f = 0; f < set->fields.size(); ++f) {
+    Field& field = set->fields[f];
+    if (field.integer) continue;
+    field.exponent =
+        exponent_for(std::max(original[f].largest, largest_in(field, set->width, *rows)));
+    if (field.exponent == 0) continue;
+    any = true;
+    for (std::size_t at = field.offset; at < rows->size(); at += set->width) {
+      for (std::size_t c = at; c < at + field.info.components; ++c) (*rows)[c] *= field.factor();
+    }
+  }
+  return any;
+}
+
 // What arrays of points and of cells have in common.
 ArrayComparison summarize(const Field& field, const Errors& errors, const FieldValues& values,
                           double* scale) {
   ArrayComparison a;
   a.info = field.info;
   a.integer = field.integer;
-  a.range = values.diagonal();
-  for (const Range& range : values.ranges) a.component_ranges.push_back(range.width());
-  *scale = a.range > 0 ? a.range : values.largest + std::abs(static_cast<double>(field.base));
+  const double range = values.diagonal();
+  a.range = std::ldexp(range, -field.exponent);
+  for (const Range& r : values.ranges) {
+    a.component_ranges.push_back(std::ldexp(r.width(), -field.exponent));
+  }
+  *scale = range > 0 ? range : values.largest + std::abs(static_cast<double>(field.base));
   a.non_finite = errors.non_finite;
   a.undefined = errors.undefined;
   a.rms = share_of(errors.rms(), *scale);
@@ -75,7 +107,7 @@ class Comparer {
     context_.report("reading", 0);
     original_.choose_bases(Association::kPoint, &match_.points);
     original_.choose_bases(Association::kCell, &match_.cells);
-    const SimplifiedMesh mesh = load_simplified(simplified_, match_.points, match_.cells);
+    SimplifiedMesh mesh = load_simplified(simplified_, match_.points, match_.cells);
     context_.check();
     context_.report("surface", 0.1);
     original_.survey(sides_within(sides_ != 0 ? sides_ : 4 * kSideBytes * mesh.tets.size()),
@@ -88,8 +120,15 @@ class Comparer {
     context_.report("index", 0.35);
     const Locator locator(&mesh, point_type_);
     const Meshes meshes{original_, mesh, locator, match_.points, match_.cells};
-    const PointMeasures points = measure_points(meshes, progress("points", 0.4, 0.55));
-    const CellMeasures cells = measure_cells(meshes, progress("cells", 0.55, 1));
+    PointMeasures points = measure_points(meshes, progress("points", 0.4, 0.55));
+    if (choose_exponents(points.values, &match_.points, &mesh.point_rows)) {
+      fill_lengths(match_.points, mesh.points.size(), mesh.point_rows.data());
+      points = measure_points(meshes, progress("points", 0.4, 0.55));
+    }
+    CellMeasures cells = measure_cells(meshes, progress("cells", 0.55, 1));
+    if (choose_exponents(cells.cell_values, &match_.cells, &mesh.cell_rows)) {
+      cells = measure_cells(meshes, progress("cells", 0.55, 1));
+    }
     volume_error_ = cells.volume_error.value() + mesh.volume_error;
     result_.diagonal = length(points.box.extent());
     result_.rounding = share_of(locator.rounding_in(points.box), result_.diagonal);

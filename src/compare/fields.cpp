@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <string_view>
@@ -62,6 +64,13 @@ ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& 
   return result;
 }
 
+int exponent_for(double largest) {
+  constexpr int kSquaresAreFine = 300, kMost = 1000;  // 2^kMost and 2^-kMost are normal numbers
+  if (!(largest > 0)) return 0;
+  const int exponent = std::ilogb(largest);
+  return std::abs(exponent) <= kSquaresAreFine ? 0 : std::clamp(-exponent, -kMost, kMost);
+}
+
 namespace {
 
 template <class T>
@@ -87,7 +96,7 @@ void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
           T value;
           std::memcpy(&value, tuples.data() + (row * info.components + c) * sizeof(T),
                       sizeof value);
-          to[c] = difference(value, target.base);
+          to[c] = difference(value, target.base) * target.factor;
         }
       }
     });

@@ -25,7 +25,15 @@ struct Field {
   std::size_t length = 0;            // where a row of a point has the Euclidean length of the value
   // Of integers of 64 bits, which doubles may not hold: values are counted from here.
   std::int64_t base = 0;
+  // Of floating-point values, which are multiplied by 2^exponent: see exponent_for().
+  int exponent = 0;
+  double factor() const { return std::ldexp(1.0, exponent); }
 };
+
+// The exponent for values of which that is the largest, in absolute value: 0, unless their squares
+// could be too large or too small for a double. Nothing is rounded but what is next to nothing
+// beside the largest.
+int exponent_for(double largest);
 
 // All arrays of points, or of cells. A row has the components of one point or cell, as doubles:
 // integers more than 2^53 from their field's base are rounded. Those of points have the fields'
@@ -52,7 +60,7 @@ struct ArrayMatch {
 ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& simplified);
 
 // Where values go: row i of `out` gets tuple row_of[i] of the array, or i where row_of is empty; of
-// integers their difference from `base`.
+// integers their difference from `base`. All is multiplied by `factor`.
 struct RowTarget {
   std::size_t width;
   std::size_t offset;
@@ -60,6 +68,7 @@ struct RowTarget {
   std::span<const std::uint64_t> row_of;
   double* out;
   std::int64_t base = 0;
+  double factor = 1;
 };
 void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
                    const RowTarget& target);

@@ -1,5 +1,6 @@
 #include "compare/measure.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "mesh/blocks.h"
@@ -61,9 +62,15 @@ void FieldValues::add(const FieldValues& other) {
 }
 
 double FieldValues::diagonal() const {
+  double widest = 0;
+  for (const Range& range : ranges) widest = std::max(widest, range.width());
+  const int exponent = exponent_for(widest);
   double squared = 0;
-  for (const Range& range : ranges) squared += range.width() * range.width();
-  return std::sqrt(squared);
+  for (const Range& range : ranges) {
+    const double width = std::ldexp(range.width(), exponent);
+    squared += width * width;
+  }
+  return std::ldexp(std::sqrt(squared), -exponent);
 }
 
 PointMeasures::PointMeasures(const FieldSet& fields) : errors(fields.fields.size()) {

@@ -251,7 +251,7 @@ void OriginalMesh::gather_run(const PointSet& set, std::uint64_t first, std::uin
     stream_->read_rows(Association::kPoint, field.original, first, count, bytes);
     spread_values(field.info, bytes,
                   {fields.width, field.offset, rows.size(), rows,
-                   out->rows.data() + to * fields.width, field.base});
+                   out->rows.data() + to * fields.width, field.base, field.factor()});
   }
   fill_lengths(fields, rows.size(), out->rows.data() + to * fields.width);
 }
@@ -267,7 +267,8 @@ void OriginalMesh::gather_cell_rows(std::uint64_t first, std::uint64_t count,
     bytes.resize(count * field.info.components * size_of(field.info.type));
     stream_->read_rows(Association::kCell, field.original, first, count, bytes);
     spread_values(field.info, bytes,
-                  {fields.width, field.offset, window.tets.size(), rows, out->data(), field.base});
+                  {fields.width, field.offset, window.tets.size(), rows, out->data(), field.base,
+                   field.factor()});
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "base/error.h"
 #include "base/numbers.h"
@@ -118,6 +119,10 @@ class Mover {
   void fit(const RunContext& context, double bound) {
     Vector<double> values, rows;
     spread_values(info_, moved_.array.bytes, target(map_.counts().points, &values));
+    scale_by(largest_of(values));
+    if (exponent_ != 0) {
+      spread_values(info_, moved_.array.bytes, target(map_.counts().points, &values));
+    }
     fit_values(*weights_, width_, bound, &values, [&](const TakeRows& take) {
       for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& bytes) {
         spread_values(info_, bytes, target(bytes.size() / stride(), &rows));
@@ -128,12 +133,26 @@ class Mover {
       using T = decltype(zero);
       const std::span<T> out = moved_.array.as<T>();
       for (std::size_t i = 0; i < out.size(); ++i) {
-        if (weights_->is_new()[i / width_] != 0) out[i] = static_cast<T>(values[i]);
+        if (weights_->is_new()[i / width_] == 0) continue;
+        out[i] = static_cast<T>(std::ldexp(values[i], -exponent_));
       }
     });
   }
 
   void measure(const RunContext& context) {
+    Sums all = measure_points(context);
+    if (scale_by(std::ldexp(all.values.largest, -exponent_))) all = measure_points(context);
+    const double range = all.values.diagonal();
+    const double scale = range > 0 ? range : all.values.largest;
+    const auto share = [&](double error) { return error == 0 ? 0 : error / scale; };
+    moved_.rms = share(all.errors.rms());
+    moved_.max = share(all.errors.max());
+    moved_.rounding = share(rounding_of(info_.type) * all.values.largest);
+    moved_.max_at = all.max_at;
+    moved_.undefined = all.errors.undefined;
+  }
+
+  Sums measure_points(const RunContext& context) const {
     const Field field{info_, 0, 0, false, false, 0};
     FieldSet set{{field}, width_, width_};
     Sums all = nothing(set);
@@ -161,14 +180,7 @@ class Mover {
         all.max_at = part.max_at;
       }
     });
-    const double range = all.values.diagonal();
-    const double scale = range > 0 ? range : all.values.largest;
-    const auto share = [&](double error) { return error == 0 ? 0 : error / scale; };
-    moved_.rms = share(all.errors.rms());
-    moved_.max = share(all.errors.max());
-    moved_.rounding = share(rounding_of(info_.type) * all.values.largest);
-    moved_.max_at = all.max_at;
-    moved_.undefined = all.errors.undefined;
+    return all;
   }
 
   static Sums nothing(const FieldSet& set) {
@@ -178,7 +190,21 @@ class Mover {
 
   RowTarget target(std::size_t rows, Vector<double>* out) const {
     out->resize(rows * width_);
-    return {width_, 0, rows, {}, out->data()};
+    return {width_, 0, rows, {}, out->data(), 0, std::ldexp(1.0, exponent_)};
+  }
+
+  // Takes the exponent for values of which that is the largest. Whether it is another one.
+  bool scale_by(double largest) {
+    const int before = std::exchange(exponent_, exponent_for(largest));
+    return exponent_ != before;
+  }
+
+  static double largest_of(const Vector<double>& values) {
+    double largest = 0;
+    for (const double value : values) {
+      if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
+    }
+    return largest;
   }
 
   void measure_point(const Field& field, std::uint64_t point, const double* row,
@@ -209,6 +235,7 @@ class Mover {
   const std::size_t index_;
   const ArrayInfo info_;
   const std::size_t width_;
+  int exponent_ = 0;  // of values that are measured or fitted, as of a Field
   MovedArray moved_;
 };
 

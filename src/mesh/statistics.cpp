@@ -11,6 +11,14 @@ namespace {
 
 constexpr std::size_t kBlock = 1 << 16;  // tuples
 
+// Where the sum of squares is too large or too small for a double.
+template <class T>
+double length_of(std::span<const T> tuple) {
+  double length = 0;
+  for (const T x : tuple) length = std::hypot(length, static_cast<double>(x));
+  return length;
+}
+
 template <class T>
 void measure_tuple(std::span<const T> tuple, ArrayStatistics* s) {
   double square = 0;
@@ -23,8 +31,9 @@ void measure_tuple(std::span<const T> tuple, ArrayStatistics* s) {
       ++s->non_finite;
     }
   }
-  // A finite tuple whose square overflows has no length that could be told.
-  if (std::isfinite(square)) s->magnitude.add(std::sqrt(square));
+  const double length = std::isnormal(square) ? std::sqrt(square) : length_of(tuple);
+  // A finite tuple may be longer than what can be told.
+  if (std::isfinite(length)) s->magnitude.add(length);
 }
 
 template <class T>

@@ -163,6 +163,48 @@ TEST(Compare, VectorsOverAHugeMesh) {
   EXPECT_NEAR(change(1e80), change(1), 1e-12);
 }
 
+// Nor are those of values beyond 1e154 and below 1e-162.
+TEST(Compare, FieldsOfAnyMagnitude) {
+  const auto compared = [](double scale) {
+    MeshFile original = mesh_with(testing::five_split_cube(3), linear);
+    const auto value = [&](auto i, auto k) { return scale * static_cast<double>(i % 7 + 2 * k); };
+    original.point_arrays = {make_array<double>("s", original.points(), 1, value),
+                             make_array<double>("v", original.points(), 3, value)};
+    original.cell_arrays = {make_array<double>("c", original.cells(), 1, value)};
+    MeshFile simplified = original;
+    simplified.point_arrays[0].as<double>()[20] = 0;
+    simplified.point_arrays[1].as<double>()[61] = 3 * scale;
+    simplified.cell_arrays[0].as<double>()[8] = 0;
+    Comparison c = compare_files(original, simplified);
+    for (ArrayComparison& a : c.arrays) {
+      EXPECT_GT(a.rms, 0) << a.info.name;
+      a.range /= scale;
+      for (double& range : a.component_ranges) range /= scale;
+    }
+    return testing::describe(c);
+  };
+  const std::string usual = compared(1);
+  for (const double scale : {0x1p+1018, 0x1p+500, 0x1p-500, 0x1p-1020}) {
+    EXPECT_EQ(compared(scale), usual) << scale;
+  }
+}
+
+// What one of the meshes has there decides, too.
+TEST(Compare, AHugeValueInOneOfTheMeshes) {
+  Split split;
+  split.simplified.point_arrays[0].as<double>()[2] = 1e300;
+  const ArrayComparison added = array_of(compare_files(split.original, split.simplified), "f");
+  EXPECT_EQ(added.undefined, 0u);
+  EXPECT_DOUBLE_EQ(added.range, 5);
+  EXPECT_DOUBLE_EQ(added.max, 2e299);
+  split.simplified.point_arrays[0].as<double>()[2] = 0;
+  split.original.point_arrays[0].as<double>()[4] = 1e300;
+  const ArrayComparison gone = array_of(compare_files(split.original, split.simplified), "f");
+  EXPECT_EQ(gone.undefined, 0u);
+  EXPECT_DOUBLE_EQ(gone.range, 1e300);
+  EXPECT_DOUBLE_EQ(gone.max, 1);
+}
+
 // The box [0, 2] x [0, 1] x [0, 1], and the part of it where x < 1.5.
 TEST(Compare, WhatIsCutOff) {
   const auto x = [](const Point& p) { return p.x; };

@@ -46,6 +46,14 @@ TEST(Statistics, Vectors) {
   EXPECT_EQ(s.diagonal(), 5);
 }
 
+TEST(Statistics, VectorsWhoseSquaresAreNoNumbers) {
+  for (const double scale : {1e200, 1e-200}) {
+    const auto s = measure_array(array_of<double>(2, {3 * scale, 4 * scale, 0, scale}));
+    EXPECT_DOUBLE_EQ(s.magnitude.min, scale);
+    EXPECT_DOUBLE_EQ(s.magnitude.max, 5 * scale);
+  }
+}
+
 TEST(Statistics, NonFiniteValuesAreCountedAndLeftOut) {
   const auto s = measure_array(array_of<double>(2, {1, kNan, kInf, 5, 2, 7}));
   EXPECT_EQ(s.non_finite, 2u);

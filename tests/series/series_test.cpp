@@ -183,6 +183,33 @@ TEST_F(Series, AFittedLinearFieldStaysLinear) {
   }
 }
 
+// Squares of values beyond 1e154 and below 1e-162 are no numbers any more.
+TEST_F(Series, FieldsOfAnyMagnitudeAreFittedAlike) {
+  request.job.map = folder.file("points.map");
+  simplify_series(request);
+  const MapFile map = MapFile::open(request.job.map);
+  const PointWeights weights(map, "");
+  const auto moved = [&](double scale) {
+    MeshFile file = box_with_wave(6, 2);
+    for (double& value : file.point_arrays[0].as<double>()) value *= scale;
+    const std::string path = folder.file("scaled.vtu");
+    file.write(path);
+    const auto step = open_mesh(path);
+    std::vector<double> all;
+    for (const MovedArray& array : {fit_arrays(map, weights, step.get(), {{"wave", 0.02}}, {})[0],
+                                    apply_map(map, step.get(), {"wave"}, {})[0]}) {
+      all.insert(all.end(), {array.rms, array.max, array.rounding});
+      for (const double value : array.array.as<double>()) all.push_back(value / scale);
+    }
+    return all;
+  };
+  const std::vector<double> usual = moved(1);
+  EXPECT_GT(usual[0], 0);
+  for (const double scale : {0x1p+1018, 0x1p+500, 0x1p-500, 0x1p-900}) {
+    EXPECT_EQ(moved(scale), usual) << scale;
+  }
+}
+
 // A point between corners that all stayed has an error that no value can help.
 TEST_F(Series, ABoundThatCannotBeKeptIsSeen) {
   request.job.map = folder.file("points.map");
