@@ -3,9 +3,11 @@
 // code.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace tetfusion {
 
@@ -19,6 +21,30 @@ using DoubleLanes = double __attribute__((vector_size(2 * sizeof(double))));
 // Where the condition holds, a; elsewhere b. Both are computed.
 inline float select(bool condition, float a, float b) { return condition ? a : b; }
 inline Lanes select(LaneMask condition, Lanes a, Lanes b) { return condition ? a : b; }
+
+inline Lanes magnitude(Lanes x) { return select(x < 0.0F, -x, x); }
+
+// Whole numbers as numbers.
+inline Lanes to_lanes(LaneMask x) { return __builtin_convertvector(x, Lanes); }
+
+// Rows as columns.
+template <class L>
+inline std::array<L, kLanes> transposed(const std::array<L, kLanes>& r) {
+  const L low01 = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5);
+  const L low23 = __builtin_shufflevector(r[2], r[3], 0, 4, 1, 5);
+  const L high01 = __builtin_shufflevector(r[0], r[1], 2, 6, 3, 7);
+  const L high23 = __builtin_shufflevector(r[2], r[3], 2, 6, 3, 7);
+  return {__builtin_shufflevector(low01, low23, 0, 1, 4, 5),
+          __builtin_shufflevector(low01, low23, 2, 3, 6, 7),
+          __builtin_shufflevector(high01, high23, 0, 1, 4, 5),
+          __builtin_shufflevector(high01, high23, 2, 3, 6, 7)};
+}
+
+inline bool all(LaneMask condition) {
+  std::array<std::uint64_t, 2> halves{};
+  std::memcpy(halves.data(), &condition, sizeof condition);
+  return (halves[0] & halves[1]) == ~std::uint64_t{0};
+}
 
 inline float square_root(float x) { return std::sqrt(x); }
 inline Lanes square_root(Lanes x) {

@@ -52,47 +52,80 @@ void FuseCavity<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls, doubl
   unit_ = unit;
   floor_ = cube(min_quality);
   sure_ = cube(std::max(min_quality, kSureQuality));
-  v_ = kNoVertex;
-  near_bad_.assign(mesh->vertex_count(), 0);
-  const auto& p = mesh->positions;
-  for (const Tet& t : mesh->tets) {
-    const ShapeOf shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], unit);
-    if (432 * shape.det * shape.det >= floor_ * cube(shape.edges)) continue;
-    for (const VertexId v : t) near_bad_[v] = 1;
-  }
+  // With room for the rounding of these numbers.
+  floors_ = {static_cast<float>(sure_ / 432 * (1 + 1e-5)),
+             static_cast<float>(floor_ / 432 * (1 - 1e-5))};
+  of_vertex_.forget();
+  of_partner_.forget();
+  grid_.reset(mesh->positions);
 }
 
 template <class Real>
 void FuseCavity<Real>::note_fused(VertexId kept) {
-  v_ = kNoVertex;
-  if (near_bad_here_) near_bad_[kept] = 1;
-  for (const std::uint32_t entry : weak_) {
-    for (const VertexId v : mesh_->tets[entry >> 2]) near_bad_[v] = 1;
-  }
+  of_vertex_.forget();
+  of_partner_.forget();
+  grid_.move(kept, mesh_->positions[kept]);
 }
 
 template <class Real>
 std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bool fixed,
                                                 const Vec3<Real>& position) {
   position_ = position;
-  near_bad_here_ = near_bad_[v] != 0 || near_bad_[partner] != 0;
-  affected_.clear();
   weak_.clear();
+  if (const auto reason = judge_ball(shapes_of(v, &of_vertex_), partner)) return reason;
+  if (!fixed) {
+    if (const auto reason = judge_ball(shapes_of(partner, &of_partner_), v)) return reason;
+  }
+  list(partner, fixed);
+  return compare_shapes();
+}
+
+template <class Real>
+BallShapes<Real>& FuseCavity<Real>::shapes_of(VertexId v, BallShapes<Real>* shapes) {
+  if (shapes->vertex() != v) {
+    shapes->gather(*mesh_, grid_, v, balls_->of(v, mesh_->incidence[v], mesh_->tets));
+  }
+  return *shapes;
+}
+
+// The tetrahedra round one of the two, up to the first one that speaks against the position.
+template <class Real>
+std::optional<Reject> FuseCavity<Real>::judge_ball(BallShapes<Real>& ball, VertexId other) {
+  const auto place = ball.place(position_);
+  const auto entries = ball.entries();
+  for (std::size_t first = 0; first < entries.size(); first += kLanes) {
+    const ShapeVerdicts verdicts = ball.judge(first, place, other, floors_);
+    if (all(verdicts.good)) continue;
+    const std::size_t count = std::min(kLanes, entries.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (verdicts.good[i] != 0) continue;
+      failed_ = entries[first + i];
+      if (verdicts.bad[i] != 0 && !ball.may_have_bad(floors_)) {
+        return verdicts.flipped[i] != 0 ? Reject::kFlip : Reject::kQuality;
+      }
+      if (const auto reason = judge_shape(failed_)) return reason;
+    }
+  }
+  return std::nullopt;
+}
+
+template <class Real>
+void FuseCavity<Real>::list(VertexId partner, bool fixed) {
+  affected_.clear();
   deleted_.clear();
-  if (v == v_ && partner == partner_) {
-    // What spoke against one position often speaks against the next.
-    if (const auto reason = judge_shape(failed_)) return reason;
-    weak_.clear();
+  const auto of_vertex = of_vertex_.entries();
+  for (std::size_t i = 0; i < of_vertex.size(); ++i) {
+    if (of_vertex_.has(i, partner)) {
+      deleted_.push_back(of_vertex[i] >> 2);
+    } else {
+      affected_.push_back(of_vertex[i]);
+    }
   }
-  v_ = kNoVertex;
-  std::optional<Reject> reason = collect_ball(v, partner, true);
-  if (!reason && !fixed) reason = collect_ball(partner, v, false);
-  if (!reason) reason = compare_shapes();
-  if (reason) {
-    v_ = v;
-    partner_ = partner;
+  if (fixed) return;
+  const auto of_partner = of_partner_.entries();
+  for (std::size_t i = 0; i < of_partner.size(); ++i) {
+    if (!of_partner_.has(i, of_vertex_.vertex())) affected_.push_back(of_partner[i]);
   }
-  return reason;
 }
 
 // Those that are below the floor with the worst that there are now.
@@ -113,29 +146,6 @@ std::optional<Reject> FuseCavity<Real>::compare_shapes() {
   return std::nullopt;
 }
 
-// The tetrahedra round one of the two, up to the first one that speaks against it. That one often
-// speaks against other partners, too, and is asked first from then on.
-template <class Real>
-std::optional<Reject> FuseCavity<Real>::collect_ball(VertexId moved, VertexId other,
-                                                     bool is_first) {
-  const auto ball = balls_->of(moved, mesh_->incidence[moved], mesh_->tets);
-  for (std::size_t i = 0; i < ball.size(); ++i) {
-    const std::uint32_t entry = ball[i];
-    const Tet& tet = mesh_->tets[entry >> 2];
-    if ((tet[0] == other) | (tet[1] == other) | (tet[2] == other) | (tet[3] == other)) {
-      if (is_first) deleted_.push_back(entry >> 2);
-      continue;
-    }
-    if (const auto reason = judge_shape(entry)) {
-      failed_ = entry;
-      balls_->put_first(moved, i);
-      return reason;
-    }
-    affected_.push_back(entry);
-  }
-  return std::nullopt;
-}
-
 // A good shape has a volume that is certainly positive; of any other the sign is looked at more
 // closely.
 template <class Real>
@@ -150,7 +160,6 @@ std::optional<Reject> FuseCavity<Real>::judge_shape(std::uint32_t entry) {
   if (shape.det > 0 && square >= sure_ * edges) return std::nullopt;
   if (flips_as_written(position_, entry & 3u, tet, p)) return Reject::kFlip;
   if (square >= floor_ * edges) return std::nullopt;
-  if (!near_bad_here_) return Reject::kQuality;
   weak_.push_back(entry);
   return std::nullopt;
 }

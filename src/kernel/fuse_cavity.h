@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kernel/ball_shapes.h"
 #include "kernel/criteria.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
@@ -47,10 +48,11 @@ class FuseCavity {
   Interpolation interpolation(VertexId v, VertexId partner, const Vec3<Real>& position) const;
 
  private:
-  std::optional<Reject> judge_cavity(bool fixed);
-  std::optional<Reject> collect_ball(VertexId moved, VertexId other, bool is_first);
-  std::optional<Reject> compare_shapes();
+  BallShapes<Real>& shapes_of(VertexId v, BallShapes<Real>* shapes);
+  std::optional<Reject> judge_ball(BallShapes<Real>& ball, VertexId other);
   std::optional<Reject> judge_shape(std::uint32_t entry);
+  void list(VertexId partner, bool fixed);
+  std::optional<Reject> compare_shapes();
   double worst() const;
   VertexId nearer(VertexId v, VertexId partner, const Vec3<Real>& position) const;
 
@@ -58,13 +60,11 @@ class FuseCavity {
   LiveBalls* balls_ = nullptr;
   double unit_ = 1;
   double floor_ = 0, sure_ = 0;  // cubed mean ratios
-  // Of a vertex: may there be a tetrahedron below the floor round it? Where there is none, none may
-  // come.
-  Vector<std::uint8_t> near_bad_;
-  bool near_bad_here_ = false;
+  ShapeFloors floors_;           // the same, with some room
+  GridPositions<Real> grid_;
   Vec3<Real> position_{};
-  VertexId v_ = kNoVertex, partner_ = kNoVertex;
-  std::uint32_t failed_ = 0;  // the entry that spoke against the last position of the two
+  BallShapes<Real> of_vertex_, of_partner_;
+  std::uint32_t failed_ = 0;  // the entry that spoke against the last position
   Vector<std::uint32_t> affected_;
   Vector<std::uint32_t> weak_;  // those of them below the floor
   Vector<TetId> deleted_;

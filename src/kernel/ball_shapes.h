@@ -1,0 +1,125 @@
+// What shapes the tetrahedra round a vertex would have if it came to another place: four of them at
+// a time, in single precision, with what rounding may do to them.
+//
+// A tetrahedron has the base triangle (b, c, d) with the centre g. If its vertex comes to x, six
+// times its volume is m.(x - g), with m = (d - b) x (c - b), and the squares of its edges sum up to
+// 3 |x - g|^2 and 4/3 of those of the base triangle: seven numbers a tetrahedron, however many
+// places are tried.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/lanes.h"
+#include "base/vector.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// Positions as whole numbers of 2^-30 of the mesh's extent: differences of near ones lose nothing
+// in single precision.
+template <class Real>
+class GridPositions {
+ public:
+  void reset(const Vector<Vec3<Real>>& positions);
+  void move(VertexId v, const Vec3<Real>& position);
+  LaneMask at(VertexId v) const { return points_[v]; }  // x, y, z, and nothing
+  // In units of the grid.
+  std::array<double, 3> on_grid(const Vec3<Real>& position) const;
+  // Whether no position is further from where it should be than half a unit.
+  bool holds() const { return holds_; }
+
+ private:
+  std::array<double, 3> origin_{};
+  double scale_ = 1;
+  bool holds_ = true;
+  Vector<LaneMask> points_;
+};
+
+// Cubed mean ratios over 432: from `sure` on a shape is good, below `floor` it is bad.
+struct ShapeFloors {
+  float sure = 0, floor = 0;
+};
+
+// Lane by lane: which tetrahedra are certainly good, which certainly bad, or even flipped.
+struct ShapeVerdicts {
+  LaneMask good{}, bad{}, flipped{};
+};
+
+// Keeps its memory from ball to ball.
+template <class Real>
+class BallShapes {
+ public:
+  // The ball of v, as entries (LiveBalls), and the positions are to stay as they are until the next
+  // call, or forget().
+  void gather(const WorkMesh<Real>& mesh, const GridPositions<Real>& grid, VertexId v,
+              std::span<const std::uint32_t> ball);
+  VertexId vertex() const { return vertex_; }
+  void forget() { vertex_ = kNoVertex; }
+
+  std::span<const std::uint32_t> entries() const { return entries_; }
+  // Has the tetrahedron of the entry this vertex?
+  bool has(std::size_t entry, VertexId other) const;
+
+  // A place as the ball sees it.
+  struct Place {
+    std::array<float, 3> x;
+    float error;  // of a determinant, as a share of the edges' squares
+  };
+  Place place(const Vec3<Real>& position) const;
+  // Of the entries from `first` on, a multiple of kLanes; behind the last one there are copies of
+  // it. What has the vertex `other` is good: it is deleted.
+  ShapeVerdicts judge(std::size_t first, const Place& place, VertexId other,
+                      const ShapeFloors& floors) const;
+  // May a tetrahedron be below the floor now?
+  bool may_have_bad(const ShapeFloors& floors);
+
+ private:
+  struct Group {
+    std::array<Lanes, 3> normal, centre;
+    Lanes edges;
+    std::array<LaneMask, 4> corners;
+  };
+
+  const GridPositions<Real>* grid_ = nullptr;
+  VertexId vertex_ = kNoVertex;
+  LaneMask origin_{};
+  float scale_ = 1;
+  float reach_ = 0;  // the largest coordinate, and what the grid does to it
+  enum class Bad : std::uint8_t { kUnknown, kNone, kSome } bad_ = Bad::kUnknown;
+  std::span<const std::uint32_t> entries_;
+  Vector<Group> groups_;
+};
+
+template <class Real>
+inline ShapeVerdicts BallShapes<Real>::judge(std::size_t first, const Place& place, VertexId other,
+                                             const ShapeFloors& floors) const {
+  // Squares of what is below this may be no numbers any more.
+  constexpr float kTiny = 1e-15F;
+  // In squares of the error: of smaller edges nothing is known.
+  constexpr float kLeastEdges = 256;
+  const Group& group = groups_[first / kLanes];
+  const Lanes x = place.x[0] - group.centre[0];
+  const Lanes y = place.x[1] - group.centre[1];
+  const Lanes z = place.x[2] - group.centre[2];
+  const Lanes det = group.normal[0] * x + group.normal[1] * y + group.normal[2] * z;
+  const Lanes edges = 3.0F * (x * x + y * y + z * z) + group.edges;
+  const Lanes cube = edges * edges * edges;
+  const LaneMask known = edges > kLeastEdges * place.error * place.error;
+  const Lanes least = det - place.error * edges, most = det + place.error * edges;
+  const LaneMask id = LaneMask{} + static_cast<std::int32_t>(other);
+  const LaneMask deleted = (group.corners[0] == id) | (group.corners[1] == id) |
+                           (group.corners[2] == id) | (group.corners[3] == id);
+  return {deleted | (known & (least > kTiny) & (least * least >= floors.sure * cube)),
+          known & ((most <= 0.0F) | ((most > kTiny) & (most * most < floors.floor * cube))),
+          det <= 0.0F};
+}
+
+extern template class GridPositions<float>;
+extern template class GridPositions<double>;
+extern template class BallShapes<float>;
+extern template class BallShapes<double>;
+
+}  // namespace tetfusion
