@@ -16,11 +16,8 @@ constexpr float kSlack = 1.3F;
 // Where a point of the original speaks against it, these are tried, on the edge.
 constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
-// Lists of candidates, after the first one, that a vertex may use up while nothing near it moves.
-constexpr std::uint8_t kLists = 1;
-
-// Failures are asked again once in so many bins: an octave.
-constexpr std::size_t kAskAgain = 8;
+// Bins: a block has so many before the next one's turn comes, and then failures are asked again.
+constexpr std::size_t kOctave = 8;
 // Nothing counts less: a cost of 0 is one that nobody knows.
 constexpr float kLeastWeight = 1e-6F;
 // A round is over when all have been asked, and less than this share of the tetrahedra went.
@@ -66,23 +63,13 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   const std::size_t n = mesh->vertex_count();
   balls_.reset(n, mesh->tets);
   if (limits.sheets_move()) begin_sheets();
-  kind_.resize(n);
-  for (VertexId v = 0; v < n; ++v) kind_[v] = kind_of(v);
+  state_.assign(n, State{});
+  for (VertexId v = 0; v < n; ++v) state_[v].kind = kind_of(v);
   candidates_.assign(n, Candidates{});
-  reason_.assign(n, 0);
-  stamp_.assign(n, 0);
   stamped_ = 0;
   now_ = 1;
-  changed_.assign(n, 1);
-  judged_.assign(n, 0);
-  failed_.assign(n, 0);
-  moved_.assign(n, 1);
   queue_.reset(n);
-  place_.assign(n, 0);
-  lists_.assign(n, 0);
   failures_.clear();
-  listed_.assign(n, 0);
-  bin_ = 0;
   removed_ = 0;
   fused_ = 0;
   interpolations_.clear();
@@ -143,7 +130,7 @@ void FuseRound<Real>::finish(FuseStatistics* statistics) {
   pass.tets_before = mesh_->tets.size();
   pass.tets_after = pass.tets_before - removed_;
   pass.fused = fused_;
-  for (VertexId v = 0; v < kind_.size(); ++v) {
+  for (VertexId v = 0; v < state_.size(); ++v) {
     if (mesh_->incidence[v] == 0) continue;
     float least = 0;
     const Reject reason = look_back(v, &least);
@@ -172,8 +159,8 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least) {
   if (knows_candidates(v) || !(known_cost(v) > 0)) {
     if (!knows_candidates(v)) judge(v);
     for (const Candidate& c : candidates_[v]) {
-      if (c.partner == kNoVertex || changed_[c.partner] > judged_[v]) continue;
-      if (c.cost <= threshold && failed_[v] >= moved_[v]) {
+      if (c.partner == kNoVertex || state_[c.partner].changed > state_[v].judged) continue;
+      if (c.cost <= threshold && state_[v].failed >= state_[v].moved) {
         failed = true;
       } else if (*least == 0) {
         *least = c.cost;
@@ -182,33 +169,62 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least) {
   } else {
     *least = known_cost(v);
   }
-  if (failed) return static_cast<Reject>(reason_[v]);
+  if (failed) return static_cast<Reject>(state_[v].reason);
   return *least > 0 && *least <= threshold && quota_is_met() ? Reject::kQuota : Reject::kError;
 }
 
-// Vertices take turns, those with the cheapest candidates first. Where a fusion failed, the vertex
-// is asked again when something near it has moved.
+// Vertices take turns, those with the cheapest candidates first; but a block has an octave of turns
+// before the next one. Where a fusion failed, the vertex is asked again when something near it has
+// moved.
 template <class Real>
 void FuseRound<Real>::work() {
-  for (VertexId v = 0; v < kind_.size(); ++v) {
-    if (may_move(v)) queue_.push(v, known_cost(v), bin_);
+  for (VertexId v = 0; v < state_.size(); ++v) {
+    if (may_move(v)) queue_.push(v, known_cost(v));
   }
-  const std::size_t last = CostQueue::bin_of(static_cast<float>(limits_->threshold));
+  const std::size_t end = CostQueue::bin_of(static_cast<float>(limits_->threshold)) + 1;
   std::uint64_t removed_before = 0;
   do {
     removed_before = removed_;
-    for (bin_ = 0; bin_ <= last; ++bin_) {
-      if (bin_ % kAskAgain == 0) ask_again();
-      while (!quota_is_met()) {
-        const VertexId v = queue_.pop(bin_);
-        if (v == kNoVertex) break;
-        if (mesh_->incidence[v] != 0) visit(v);
+    for (std::size_t bin = 0; bin < end; bin += kOctave) {
+      ask_again();
+      for (std::size_t block = 0; block < queue_.blocks(); ++block) {
+        work_on(block, bin, std::min(bin + kOctave, end));
       }
     }
-    bin_ = 0;
+    for (std::size_t block = 0; block < queue_.blocks(); ++block) queue_.go_to(block, 0);
     const auto left = static_cast<double>(mesh_->tets.size() - removed_);
     if (static_cast<double>(removed_ - removed_before) < kIdleShare * left) return;
   } while (!quota_is_met() && ask_again());
+}
+
+template <class Real>
+void FuseRound<Real>::work_on(std::size_t block, std::size_t begin, std::size_t end) {
+  for (bin_ = begin; bin_ < end; ++bin_) {
+    queue_.go_to(block, bin_);
+    while (!quota_is_met()) {
+      const VertexId v = queue_.pop(block);
+      if (v == kNoVertex) break;
+      ask_ahead(queue_.first(block));
+      if (mesh_->incidence[v] != 0) visit(v);
+    }
+  }
+  queue_.go_to(block, end);
+}
+
+// For what is known of the vertices whose turn comes next.
+template <class Real>
+void FuseRound<Real>::ask_ahead(VertexId next) const {
+  if (next == kNoVertex) return;
+  balls_.ask_for_tets(next, mesh_->tets);
+  const VertexId second = queue_.after(next);
+  if (second == kNoVertex) return;
+  balls_.ask_for_entries(second);
+  const VertexId third = queue_.after(second);
+  if (third == kNoVertex) return;
+  balls_.ask_for_place(third);
+  __builtin_prefetch(&state_[third]);
+  __builtin_prefetch(&candidates_[third]);
+  __builtin_prefetch(&mesh_->incidence[third]);
 }
 
 // Where something near has moved since. What had its quadric last has judged its edges itself.
@@ -217,19 +233,18 @@ bool FuseRound<Real>::ask_again() {
   bool any = false;
   std::size_t kept = 0;
   for (const VertexId v : failures_) {
-    listed_[v] = 0;
-    if (mesh_->incidence[v] == 0 || failed_[v] < changed_[v]) continue;
-    if (moved_[v] > failed_[v]) {
-      if (lists_[v] > 0) judge_all(v, -1);
-      place_[v] = 0;
+    state_[v].listed = false;
+    if (mesh_->incidence[v] == 0 || state_[v].failed < state_[v].changed) continue;
+    if (state_[v].moved > state_[v].failed) {
+      state_[v].place = 0;
       if (const Candidate* c = next_candidate(v)) {
-        queue_.push(v, c->cost, bin_);
+        queue_.push(v, c->cost);
         any = true;
         continue;
       }
-      failed_[v] = now_;
+      state_[v].failed = now_;
     }
-    listed_[v] = 1;
+    state_[v].listed = true;
     failures_[kept++] = v;
   }
   failures_.resize(kept);
@@ -239,105 +254,95 @@ bool FuseRound<Real>::ask_again() {
 // The cheapest candidate of v that is not used up.
 template <class Real>
 auto FuseRound<Real>::next_candidate(VertexId v) -> const Candidate* {
-  for (std::uint8_t& i = place_[v]; i < kCandidates; ++i) {
+  for (std::uint8_t& i = state_[v].place; i < kCandidates; ++i) {
     const Candidate& c = candidates_[v][i];
     if (c.partner == kNoVertex) return nullptr;
-    if (changed_[c.partner] <= judged_[v]) return &c;
+    if (state_[c.partner].changed <= state_[v].judged) return &c;
   }
   return nullptr;
 }
 
-// Tries the vertex's cheapest candidate, if its turn has come.
+// Tries the vertex's candidates whose turn has come, up to the first that it may fuse with.
 template <class Real>
 void FuseRound<Real>::visit(VertexId v) {
   if (!knows_candidates(v)) judge(v);
-  const Candidate* c = next_candidate(v);
-  if (c == nullptr && candidates_[v].back().partner != kNoVertex && lists_[v] < kLists) {
-    const std::uint8_t used = lists_[v];
-    judge_all(v, candidates_[v].back().cost);
-    lists_[v] = static_cast<std::uint8_t>(used + 1);
-    c = next_candidate(v);
+  while (true) {
+    const Candidate* c = next_candidate(v);
+    if (c == nullptr || c->cost > limits_->threshold) return;
+    if (CostQueue::bin_of(c->cost) > bin_) {
+      queue_.push(v, c->cost);
+      return;
+    }
+    const VertexId partner = c->partner;
+    if (fuse(v, Candidate(*c))) {
+      const VertexId kept = mesh_->incidence[v] != 0 ? v : partner;
+      if (!may_move(kept)) return;
+      judge(kept);
+      if (const Candidate* next = next_candidate(kept)) queue_.push(kept, next->cost);
+      return;
+    }
+    note_reason(v);
+    ++state_[v].place;
+    if (!state_[v].listed) failures_.push_back(v);
+    state_[v].listed = true;
+    state_[v].failed = now_;
   }
-  if (c == nullptr || c->cost > limits_->threshold) return;
-  if (CostQueue::bin_of(c->cost) > bin_) {
-    queue_.push(v, c->cost, bin_);
-    return;
-  }
-  const VertexId partner = c->partner;
-  if (fuse(v, Candidate(*c))) {
-    const VertexId kept = mesh_->incidence[v] != 0 ? v : partner;
-    if (!may_move(kept)) return;
-    judge(kept);
-    if (const Candidate* next = next_candidate(kept)) queue_.push(kept, next->cost, bin_);
-    return;
-  }
-  note_reason(v);
-  ++place_[v];
-  if (listed_[v] == 0) failures_.push_back(v);
-  listed_[v] = 1;
-  failed_[v] = now_;
-  queue_.push(v, c->cost, bin_);
 }
 
 // One reason may stand for several candidates. A bound is the one that somebody may want to change.
 template <class Real>
 void FuseRound<Real>::note_reason(VertexId v) {
   constexpr auto kBound = static_cast<std::uint8_t>(Reject::kDeviation);
-  if (failed_[v] >= moved_[v] && reason_[v] == kBound) return;
-  reason_[v] = static_cast<std::uint8_t>(reject_);
+  if (state_[v].failed >= state_[v].moved && state_[v].reason == kBound) return;
+  state_[v].reason = static_cast<std::uint8_t>(reject_);
+}
+
+// All neighbours.
+template <class Real>
+void FuseRound<Real>::find_partners(VertexId v) {
+  ++stamped_;
+  state_[v].stamp = stamped_;
+  const auto entries = ball(v);
+  partners_.resize(3 * entries.size());
+  VertexId* end = partners_.data();
+  for (const std::uint32_t entry : entries) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    // No branch: whether somebody has been seen cannot be foretold.
+    for (std::size_t i = 1; i < 4; ++i) {
+      const VertexId u = tet[(entry + i) & 3u];
+      *end = u;
+      end += state_[u].stamp != stamped_ ? 1 : 0;
+      state_[u].stamp = stamped_;
+    }
+  }
+  partners_.resize(static_cast<std::size_t>(end - partners_.data()));
 }
 
 // Chooses the cheapest partners of v. An edge whose other end has been judged since v got its
 // quadric is that one's business.
 template <class Real>
 void FuseRound<Real>::judge(VertexId v) {
-  const auto judged_there = [&](VertexId u) {
-    return kind_[u] == kind_[v] && judged_[u] > changed_[u] && judged_[u] > changed_[v];
-  };
-  choose(v, judged_there, -1);
-}
-
-// Of all neighbours, those that cost more.
-template <class Real>
-void FuseRound<Real>::judge_all(VertexId v, float above) {
-  choose(
-      v, [](VertexId) { return false; }, above);
-}
-
-// All neighbours.
-template <class Real>
-void FuseRound<Real>::find_partners(VertexId v) {
-  partners_.clear();
-  ++stamped_;
-  stamp_[v] = stamped_;
-  for (const std::uint32_t entry : ball(v)) {
-    for (const VertexId u : mesh_->tets[entry >> 2]) {
-      if (stamp_[u] == stamped_) continue;
-      stamp_[u] = stamped_;
-      partners_.push_back(u);
-    }
-  }
-}
-
-template <class Real>
-template <class Skip>
-void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
   const bool on_sheet = is_on_sheet(v);
   on_sheet ? find_partners_on_sheet(v) : find_partners(v);
   movable_.clear();
   fixed_ones_.clear();
   for (const VertexId u : partners_) {
-    if (kind_[u] == kOut || skip(u)) continue;
-    (kind_[u] == kind_[v] ? movable_ : fixed_ones_).push_back(u);
+    if (state_[u].kind == kOut) continue;
+    if (state_[u].kind != state_[v].kind) {
+      fixed_ones_.push_back(u);
+    } else if (!(state_[u].judged > state_[u].changed && state_[u].judged > state_[v].changed)) {
+      movable_.push_back(u);
+    }
   }
-  Candidates best{};
+  Candidates& best = candidates_[v];
+  best = {};
+  std::size_t count = 0;
   const auto add = [&](float unweighted, VertexId partner) {
     const float cost = unweighted * weight_of(v, partner);
-    if (!(cost > above)) return;
-    Candidate c{cost, partner};
-    for (Candidate& b : best) {
-      if (c.cost < b.cost) std::swap(b, c);
-    }
+    if (!(cost < best.back().cost)) return;
+    std::size_t at = count < kCandidates ? count++ : kCandidates - 1;
+    for (; at > 0 && cost < best[at - 1].cost; --at) best[at] = best[at - 1];
+    best[at] = {cost, partner};
   };
   costs_.resize(movable_.size());
   if (on_sheet) {
@@ -348,10 +353,8 @@ void FuseRound<Real>::choose(VertexId v, Skip skip, float above) {
     for (std::size_t i = 0; i < movable_.size(); ++i) add(costs_[i], movable_[i]);
     for (const VertexId u : fixed_ones_) add(edge_costs_.onto(v, u), u);
   }
-  candidates_[v] = best;
-  place_[v] = 0;
-  lists_[v] = 0;
-  judged_[v] = ++now_;
+  state_[v].place = 0;
+  state_[v].judged = ++now_;
 }
 
 template <class Real>
@@ -395,7 +398,7 @@ float FuseRound<Real>::error_of(VertexId v, const Candidate& candidate) const {
 template <class Real>
 bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   if (is_on_sheet(v)) return plan_on_sheet(v, partner);
-  fixed_ = kind_[partner] != kind_[v];
+  fixed_ = state_[partner].kind != state_[v].kind;
   if (fixed_) {
     position_ = mesh_->positions[partner];
     return allows(v, partner);
@@ -463,8 +466,8 @@ void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept, float e
   move_tets(kept, gone);
   removed_ += cavity_.deleted().size();
   ++fused_;
-  changed_[v] = now_;
-  changed_[partner] = now_;
+  state_[v].changed = now_;
+  state_[partner].changed = now_;
   cavity_.note_fused(kept);
   if (!notes_.are_wanted()) return;
   carry_rows(kept);
@@ -524,14 +527,14 @@ void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
   for (const TetId t : cavity_.deleted()) {
     for (const VertexId v : mesh.tets[t]) {
       --mesh.incidence[v];
-      moved_[v] = now_;
+      state_[v].moved = now_;
     }
     mark_deleted(&mesh.tets[t]);
   }
   for (const std::uint32_t entry : cavity_.affected()) {
     Tet& tet = mesh.tets[entry >> 2];
     tet[entry & 3u] = kept;
-    for (const VertexId v : tet) moved_[v] = now_;
+    for (const VertexId v : tet) state_[v].moved = now_;
   }
   mesh.incidence[gone] = 0;
   balls_.clear(gone);
@@ -552,8 +555,8 @@ void FuseRound<Real>::compact() {
     for (Column& column : mesh.point_columns) interpolate_point_column(interpolations_, &column);
   }
   std::vector<VertexId> moved;
-  for (VertexId v = 0; v < kind_.size(); ++v) {
-    if (changed_[v] != 1 && may_move(v)) moved.push_back(v);
+  for (VertexId v = 0; v < state_.size(); ++v) {
+    if (state_[v].changed != 1 && may_move(v)) moved.push_back(v);
   }
   write_steering_columns(fields_, moved, &mesh);
   std::size_t tets = 0;

@@ -85,7 +85,8 @@ struct FuseStatistics {
 template <class Real>
 class FuseRound {
  public:
-  // Fuses what the limits allow, in the order of the costs to within a twelfth, then compacts the
+  // Fuses what the limits allow, near each other in the order of the costs to within a twelfth, and
+  // far from each other to within an octave, then compacts the
   // mesh: ids are stale afterwards, their order is kept. Carried columns follow; those that steer
   // get the values that the quadrics say are best. A pure function of the mesh and the limits.
   // `log` may be null; each fusion is appended to it.
@@ -100,7 +101,7 @@ class FuseRound {
                       WorkMesh<Real>* mesh);
 
  private:
-  static constexpr std::size_t kCandidates = 4;
+  static constexpr std::size_t kCandidates = 12;
   struct Candidate {
     float cost = std::numeric_limits<float>::infinity();
     VertexId partner = kNoVertex;
@@ -114,16 +115,34 @@ class FuseRound {
     kOut,      // neither
   };
 
+  // Of a vertex, in one place: whoever looks at a neighbour wants most of it. Events have numbers,
+  // ascending from 1.
+  struct State {
+    std::uint32_t stamp = 0;    // the last search for neighbours that has found it
+    std::uint32_t changed = 1;  // it got its quadric
+    std::uint32_t judged = 0;   // its candidates were chosen
+    std::uint32_t failed = 0;   // one of them could not be fused with
+    std::uint32_t moved = 1;    // its ball changed
+    Kind kind = kOut;
+    std::uint8_t reason = 0;  // why the last fusion of it failed
+    std::uint8_t place = 0;   // in its candidates: those before are used up
+    bool listed = false;      // among the failures
+  };
+
   void begin(const FuseLimits& limits, std::span<const SteeringField> fields, WorkMesh<Real>* mesh);
   Kind kind_of(VertexId v);
-  bool may_move(VertexId v) const { return kind_[v] < kTarget; }
-  bool is_on_sheet(VertexId v) const { return kind_[v] == kOnSheet || kind_[v] == kOnLine; }
-  Along along(VertexId v) const { return kind_[v] == kOnLine ? Along::kLine : Along::kSheet; }
+  bool may_move(VertexId v) const { return state_[v].kind < kTarget; }
+  bool is_on_sheet(VertexId v) const {
+    return state_[v].kind == kOnSheet || state_[v].kind == kOnLine;
+  }
+  Along along(VertexId v) const { return state_[v].kind == kOnLine ? Along::kLine : Along::kSheet; }
   void finish(FuseStatistics* statistics);
   Reject look_back(VertexId v, float* least);
 
   // Whose turn it is.
   void work();
+  void work_on(std::size_t block, std::size_t begin, std::size_t end);
+  void ask_ahead(VertexId next) const;
   void visit(VertexId v);
   const Candidate* next_candidate(VertexId v);
   void note_reason(VertexId v);
@@ -132,11 +151,8 @@ class FuseRound {
   bool ask_again();
 
   // With whom.
-  bool knows_candidates(VertexId v) const { return judged_[v] > changed_[v]; }
+  bool knows_candidates(VertexId v) const { return state_[v].judged > state_[v].changed; }
   void judge(VertexId v);
-  void judge_all(VertexId v, float above);
-  template <class Skip>
-  void choose(VertexId v, Skip skip, float above);
   void find_partners(VertexId v);
   void begin_weights();
   // What a fusion of these costs, as a multiple of what it does.
@@ -185,30 +201,21 @@ class FuseRound {
   SheetFusion<Real> sheet_fusion_;
   SheetFan fan_;
   EdgeCosts<Real> edge_costs_;
-  Vector<Kind> kind_;
+  Vector<State> state_;
   Vector<float> weights_;  // of errors; none if all count alike
   Vector<Candidates> candidates_;
-  Vector<std::uint8_t> reason_;  // why the last fusion of a vertex failed
 
   // The neighbours of the vertex in hand: those that may move, and those that stay.
-  Vector<std::uint32_t> stamp_;
   std::uint32_t stamped_ = 0;
-  std::vector<VertexId> partners_, movable_, fixed_ones_;
+  Vector<VertexId> partners_;
+  std::vector<VertexId> movable_, fixed_ones_;
   std::vector<float> costs_;
 
-  // When things happened to a vertex; each event has a number, ascending from 1.
-  std::uint32_t now_ = 0;
-  Vector<std::uint32_t> changed_;  // it got its quadric
-  Vector<std::uint32_t> judged_;   // its candidates were chosen
-  Vector<std::uint32_t> failed_;   // one of them could not be fused with
-  Vector<std::uint32_t> moved_;    // its ball changed
+  std::uint32_t now_ = 0;  // the last event
 
   CostQueue queue_;
-  std::size_t bin_ = 0;          // whose turn it is
-  Vector<std::uint8_t> place_;   // in its candidates: those before are used up
-  Vector<std::uint8_t> lists_;   // of candidates that it has used up
-  Vector<VertexId> failures_;    // to be asked again
-  Vector<std::uint8_t> listed_;  // among them
+  std::size_t bin_ = 0;        // whose turn it is
+  Vector<VertexId> failures_;  // to be asked again
   std::uint64_t removed_ = 0, fused_ = 0;
 
   // The fusion in hand.

@@ -49,11 +49,11 @@ void FuseRound<Real>::begin_sheets() {
 template <class Real>
 void FuseRound<Real>::find_partners_on_sheet(VertexId v) {
   partners_.clear();
-  const bool is_line = kind_[v] == kOnLine;
+  const bool is_line = state_[v].kind == kOnLine;
   if (!sheets_.find_fan(v, &fan_) || (is_line && fan_.sharp_edges != 2)) return;
   for (std::size_t i = 0; i < fan_.size(); ++i) {
     const VertexId u = fan_.ring[i];
-    if (is_line && (fan_.sharp[i] == 0 || kind_[u] == kOnSheet)) continue;
+    if (is_line && (fan_.sharp[i] == 0 || state_[u].kind == kOnSheet)) continue;
     partners_.push_back(u);
   }
 }
@@ -61,7 +61,7 @@ void FuseRound<Real>::find_partners_on_sheet(VertexId v) {
 // Finds a position that is allowed, and the cavity.
 template <class Real>
 bool FuseRound<Real>::plan_on_sheet(VertexId v, VertexId partner) {
-  fixed_ = kind_[partner] != kind_[v];
+  fixed_ = state_[partner].kind != state_[v].kind;
   if (!sheet_fusion_.choose(v, partner, fixed_, along(v))) {
     reject_ = Reject::kSurface;
     return false;

@@ -43,9 +43,21 @@ class LiveBalls {
     return {entries, ball.count};
   }
 
-  // Puts an entry of the ball first.
-  void put_first(VertexId v, std::size_t entry) {
-    std::swap(entries_[balls_[v].begin], entries_[balls_[v].begin + entry]);
+  // Asks the processor for what a ball is looked up by, then for its entries, then for their
+  // tetrahedra; each is only known when the one before is there.
+  void ask_for_place(VertexId v) const { __builtin_prefetch(&balls_[v]); }
+  void ask_for_entries(VertexId v) const {
+    constexpr std::uint32_t kEntriesALine = 16;
+    const Ball& ball = balls_[v];
+    for (std::uint32_t i = 0; i < ball.count; i += kEntriesALine) {
+      __builtin_prefetch(entries_.data() + ball.begin + i);
+    }
+  }
+  void ask_for_tets(VertexId v, const Vector<Tet>& tets) const {
+    const Ball& ball = balls_[v];
+    for (std::uint32_t i = 0; i < ball.count; ++i) {
+      __builtin_prefetch(tets.data() + (entries_[ball.begin + i] >> 2));
+    }
   }
 
   void clear(VertexId v) { balls_[v].count = 0; }

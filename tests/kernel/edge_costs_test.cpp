@@ -52,18 +52,47 @@ TEST(EdgeCosts, DoNotDependOnTheLane) {
 TEST(CostQueue, TheCheapestComeFirstAndThenThoseWhoCameFirst) {
   CostQueue queue;
   queue.reset(6);
+  ASSERT_EQ(queue.blocks(), 1u);
   const std::vector<float> costs{4, 1, 4.1F, 0, 2, 4};
-  for (VertexId v = 0; v < costs.size(); ++v) queue.push(v, costs[v], 0);
-  queue.push(4, 0, 0);  // waits already
+  for (VertexId v = 0; v < costs.size(); ++v) queue.push(v, costs[v]);
+  queue.push(4, 0);  // waits already
   std::vector<VertexId> order;
   for (std::size_t bin = 0; bin < CostQueue::kBins; ++bin) {
-    for (VertexId v = queue.pop(bin); v != kNoVertex; v = queue.pop(bin)) order.push_back(v);
+    queue.go_to(0, bin);
+    while (true) {
+      const VertexId next = queue.first(0);
+      const VertexId v = queue.pop(0);
+      EXPECT_EQ(v, next);
+      if (v == kNoVertex) break;
+      order.push_back(v);
+    }
   }
   EXPECT_EQ(order, (std::vector<VertexId>{3, 1, 4, 0, 2, 5}));
   const std::size_t bin = CostQueue::bin_of(3);
-  queue.push(1, 1, bin);
-  EXPECT_EQ(queue.pop(CostQueue::bin_of(1)), kNoVertex);
-  EXPECT_EQ(queue.pop(bin), 1u);
+  queue.go_to(0, bin);
+  queue.push(1, 1);
+  queue.push(5, 2);
+  EXPECT_EQ(queue.after(1), 5u);
+  queue.go_to(0, CostQueue::bin_of(1));
+  EXPECT_EQ(queue.pop(0), kNoVertex);
+  queue.go_to(0, bin);
+  EXPECT_EQ(queue.pop(0), 1u);
+}
+
+// Whoever comes to a block that has had its turn waits for the next one, and a block that has not
+// is not affected by where others are.
+TEST(CostQueue, BlocksHaveBinsOfTheirOwn) {
+  CostQueue queue;
+  queue.reset(10'000);
+  ASSERT_EQ(queue.blocks(), 3u);
+  const std::size_t low = CostQueue::bin_of(1), high = CostQueue::bin_of(100);
+  queue.go_to(0, high);
+  queue.push(17, 1);
+  queue.push(9'000, 1);
+  queue.go_to(2, low);
+  EXPECT_EQ(queue.pop(2), 9'000u);
+  EXPECT_EQ(queue.pop(1), kNoVertex);
+  EXPECT_EQ(queue.pop(0), 17u);
 }
 
 }  // namespace
