@@ -236,6 +236,7 @@ bool FuseRound<Real>::ask_again() {
     state_[v].listed = false;
     if (mesh_->incidence[v] == 0 || state_[v].failed < state_[v].changed) continue;
     if (state_[v].moved > state_[v].failed) {
+      if (errors_.bounds()) judge(v, Edges::kAll);
       state_[v].place = 0;
       if (const Candidate* c = next_candidate(v)) {
         queue_.push(v, c->cost);
@@ -319,9 +320,9 @@ void FuseRound<Real>::find_partners(VertexId v) {
 }
 
 // Chooses the cheapest partners of v. An edge whose other end has been judged since v got its
-// quadric is that one's business.
+// quadric is that one's business, unless all are asked for.
 template <class Real>
-void FuseRound<Real>::judge(VertexId v) {
+void FuseRound<Real>::judge(VertexId v, Edges edges) {
   const bool on_sheet = is_on_sheet(v);
   on_sheet ? find_partners_on_sheet(v) : find_partners(v);
   movable_.clear();
@@ -330,7 +331,8 @@ void FuseRound<Real>::judge(VertexId v) {
     if (state_[u].kind == kOut) continue;
     if (state_[u].kind != state_[v].kind) {
       fixed_ones_.push_back(u);
-    } else if (!(state_[u].judged > state_[u].changed && state_[u].judged > state_[v].changed)) {
+    } else if (edges == Edges::kAll || !knows_candidates(u) ||
+               state_[u].judged <= state_[v].changed) {
       movable_.push_back(u);
     }
   }

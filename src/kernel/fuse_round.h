@@ -152,7 +152,8 @@ class FuseRound {
 
   // With whom.
   bool knows_candidates(VertexId v) const { return state_[v].judged > state_[v].changed; }
-  void judge(VertexId v);
+  enum class Edges : std::uint8_t { kOwn, kAll };
+  void judge(VertexId v, Edges edges = Edges::kOwn);
   void find_partners(VertexId v);
   void begin_weights();
   // What a fusion of these costs, as a multiple of what it does.
