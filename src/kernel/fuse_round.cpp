@@ -186,7 +186,7 @@ void FuseRound<Real>::work() {
   do {
     removed_before = removed_;
     for (std::size_t bin = 0; bin < end; bin += kOctave) {
-      ask_again();
+      ask_again(Edges::kOwn);
       for (std::size_t block = 0; block < queue_.blocks(); ++block) {
         work_on(block, bin, std::min(bin + kOctave, end));
       }
@@ -194,7 +194,7 @@ void FuseRound<Real>::work() {
     for (std::size_t block = 0; block < queue_.blocks(); ++block) queue_.go_to(block, 0);
     const auto left = static_cast<double>(mesh_->tets.size() - removed_);
     if (static_cast<double>(removed_ - removed_before) < kIdleShare * left) return;
-  } while (!quota_is_met() && ask_again());
+  } while (!quota_is_met() && ask_again(Edges::kAll));
 }
 
 template <class Real>
@@ -227,16 +227,17 @@ void FuseRound<Real>::ask_ahead(VertexId next) const {
   __builtin_prefetch(&mesh_->incidence[third]);
 }
 
-// Where something near has moved since. What had its quadric last has judged its edges itself.
+// Where something near has moved since. What had its quadric last has judged its edges itself. With
+// all edges, those that were the other end's business get another try, too: from here.
 template <class Real>
-bool FuseRound<Real>::ask_again() {
+bool FuseRound<Real>::ask_again(Edges edges) {
   bool any = false;
   std::size_t kept = 0;
   for (const VertexId v : failures_) {
     state_[v].listed = false;
     if (mesh_->incidence[v] == 0 || state_[v].failed < state_[v].changed) continue;
     if (state_[v].moved > state_[v].failed) {
-      if (errors_.bounds()) judge(v, Edges::kAll);
+      if (edges == Edges::kAll) judge(v, edges);
       state_[v].place = 0;
       if (const Candidate* c = next_candidate(v)) {
         queue_.push(v, c->cost);

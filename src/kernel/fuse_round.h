@@ -139,6 +139,8 @@ class FuseRound {
   void finish(FuseStatistics* statistics);
   Reject look_back(VertexId v, float* least);
 
+  enum class Edges : std::uint8_t { kOwn, kAll };  // of a vertex: to be judged by it, or any
+
   // Whose turn it is.
   void work();
   void work_on(std::size_t block, std::size_t begin, std::size_t end);
@@ -148,11 +150,10 @@ class FuseRound {
   void note_reason(VertexId v);
   // An edge inside has three tetrahedra or more.
   bool quota_is_met() const { return limits_->quota < removed_ + 3; }
-  bool ask_again();
+  bool ask_again(Edges edges);
 
   // With whom.
   bool knows_candidates(VertexId v) const { return state_[v].judged > state_[v].changed; }
-  enum class Edges : std::uint8_t { kOwn, kAll };
   void judge(VertexId v, Edges edges = Edges::kOwn);
   void find_partners(VertexId v);
   void begin_weights();
