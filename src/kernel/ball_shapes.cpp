@@ -131,8 +131,7 @@ bool BallShapes<Real>::has(std::size_t entry, VertexId other) const {
   const auto& corners = groups_[entry / kLanes].corners;
   const auto id = static_cast<std::int32_t>(other);
   const std::size_t i = entry % kLanes;
-  return (corners[0][i] == id) | (corners[1][i] == id) | (corners[2][i] == id) |
-         (corners[3][i] == id);
+  return corners[0][i] == id || corners[1][i] == id || corners[2][i] == id || corners[3][i] == id;
 }
 
 template <class Real>

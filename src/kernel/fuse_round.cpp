@@ -78,7 +78,8 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
 template <class Real>
 void FuseRound<Real>::begin_weights() {
   weights_.clear();
-  const auto [number, of_cells] = limits_->weights;
+  const std::uint32_t number = limits_->weights.column;
+  const bool of_cells = limits_->weights.of_cells;
   if (number == kNoColumn) return;
   const Column& column = of_cells ? mesh_->cell_columns[number] : mesh_->point_columns[number];
   if (of_cells) weights_.assign(mesh_->vertex_count(), 0);

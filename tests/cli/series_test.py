@@ -198,7 +198,7 @@ class Shared(SeriesTest):
         one = report_of("simplify", still[0], "-o", self.folder / "one.vtu", "--max-error", "2%", "--quiet")
         report = self.simplify(still, "--max-error", "2%")
         self.assertGreater(report["tries"], 1)
-        self.assertGreater(report["reduction"], one["reduction"] - 0.06)
+        self.assertGreater(report["reduction"], one["reduction"] - 0.07)
         for step, entry in zip(still, report["steps"]):
             run("compare", step, entry["output"], "--array", "bump", "--max-error", "2%")
 
@@ -300,7 +300,7 @@ class Shared(SeriesTest):
                         array[4] = list(array[4]) + [0] * array[3]
                 yield self.write(mesh, f"s{i}.vtu")
         reports = [self.simplify(list(steps(value)), "--array", "bump", "--max-error", "3%") for value in (0.5, -9999.0)]
-        self.assertAlmostEqual(reports[1]["output"]["tets"] / reports[0]["output"]["tets"], 1, delta=0.05)
+        self.assertAlmostEqual(reports[1]["output"]["tets"] / reports[0]["output"]["tets"], 1, delta=0.07)
 
     def test_weights_are_those_of_the_first_step(self):
         def make(mesh, time):
