@@ -22,8 +22,6 @@ using DoubleLanes = double __attribute__((vector_size(2 * sizeof(double))));
 inline float select(bool condition, float a, float b) { return condition ? a : b; }
 inline Lanes select(LaneMask condition, Lanes a, Lanes b) { return condition ? a : b; }
 
-inline Lanes magnitude(Lanes x) { return select(x < 0.0F, -x, x); }
-
 // Whole numbers as numbers.
 inline Lanes to_lanes(LaneMask x) { return __builtin_convertvector(x, Lanes); }
 

@@ -31,8 +31,8 @@ class CostQueue {
   }
   std::size_t blocks() const { return at_.size(); }
 
-  // From now on nobody waits in the block's bins before this one; who has waited there already must
-  // have had its turn, unless the bin is an earlier one.
+  // Where the block is from now on: it is that bin's turn, and whoever comes waits there or further
+  // on. Who waits in a bin that was passed over does so until the block goes back.
   void go_to(std::size_t block, std::size_t bin) { at_[block] = bin; }
 
   // Into the bin of its cost, or the one where its block is. A vertex that waits already stays
