@@ -18,8 +18,8 @@
 
 namespace tetfusion {
 
-// Positions as whole numbers of 2^-30 of the mesh's extent: differences of near ones lose nothing
-// in single precision.
+// Positions as whole numbers of 2^-29 or less of the mesh's extent: differences of near ones lose
+// nothing in single precision.
 template <class Real>
 class GridPositions {
  public:
