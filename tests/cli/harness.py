@@ -66,5 +66,22 @@ class FolderTest(unittest.TestCase):
         run("generate", kind, "--tets", tets, "-o", path, *options)
         return path
 
+    def start(self, *arguments, until, times=1, **keywords):
+        """Starts the command and comes back when its progress bar has shown that phase so many times."""
+        process = subprocess.Popen([command(), *map(str, arguments), "--progress", "always"], stderr=subprocess.PIPE,
+                                   stdout=subprocess.DEVNULL, **keywords)
+        seen = b""
+        while seen.count(until.encode()) < times:
+            chunk = os.read(process.stderr.fileno(), 4096)
+            if not chunk:
+                raise AssertionError(f"ended before '{until}': {seen}")
+            seen += chunk
+        return process
+
+    def end(self, process):
+        message = process.stderr.read().decode()
+        process.stderr.close()
+        return process.wait(timeout=60), message
+
     def files(self):
         return sorted(p.name for p in self.folder.iterdir())

@@ -1,12 +1,10 @@
 #!/usr/bin/env python3
 """simplify --progressive, and refine. Usage: refine_test.py TETFUSION"""
 import pathlib
-import subprocess
-import time
 
 import numpy as np
 
-from harness import BAD, IO, MEMORY, USAGE, FolderTest, command, finish, main, report_of, run, sanitized
+from harness import BAD, IO, MEMORY, USAGE, FolderTest, finish, main, report_of, run, sanitized
 from independent_check import Vtu
 from sample_meshes import mesh_of_all_sorts
 from tiny_vtu import TinyVtu
@@ -165,19 +163,21 @@ class Refine(FolderTest):
         run(*options, "--quiet")
         whole = [(self.folder / name).read_bytes() for name in ("run.tfp", "out.vtu")]
         gone_on = 0
-        for seconds in (0.2, 0.5, 1, 1.5):
+        for phase, times in (("assembling", 1), ("fusing", 1), ("fusing", 3), ("fusing", 5), ("writing", 1)):
             (self.folder / "run.tfp").unlink()
             (self.folder / "out.vtu").unlink()
-            job = subprocess.Popen([command(), *map(str, options), "--quiet"])
-            time.sleep(seconds)
+            job = self.start(*options, until=phase, times=times)
             job.kill()
-            if job.wait() != 0:
-                self.assertFalse((self.folder / "run.tfp").exists())
-                resumed = finish(*options, "--resume")
-                self.assertEqual(resumed.returncode, 0, resumed.stderr)
-                gone_on += b"going on after" in resumed.stderr
+            self.end(job)
+            # The run went on while the kill was under way; whatever has its name is whole.
             for name, expected in zip(("run.tfp", "out.vtu"), whole):
-                self.assertTrue((self.folder / name).read_bytes() == expected, (seconds, name))
+                found = self.folder / name
+                self.assertTrue(not found.exists() or found.read_bytes() == expected, (phase, times, name))
+            resumed = finish(*options, "--resume")
+            self.assertEqual(resumed.returncode, 0, resumed.stderr)
+            gone_on += b"going on after" in resumed.stderr
+            for name, expected in zip(("run.tfp", "out.vtu"), whole):
+                self.assertTrue((self.folder / name).read_bytes() == expected, (phase, times, name))
             self.assertEqual(self.files(), [path.name, "out.vtu", "run.tfp"])
         self.assertGreater(gone_on, 0)
 

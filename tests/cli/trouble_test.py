@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """Interruption, and disks too small. Usage: trouble_test.py TETFUSION"""
-import os
 import resource
 import signal
 import subprocess
@@ -12,23 +11,6 @@ from tiny_vtu import TinyVtu
 
 class Trouble(FolderTest):
     TETS = "1M"
-
-    def start(self, *arguments, until, **keywords):
-        """Starts the command and comes back when its progress bar shows that phase."""
-        process = subprocess.Popen([command(), *map(str, arguments), "--progress", "always"], stderr=subprocess.PIPE,
-                                   stdout=subprocess.DEVNULL, **keywords)
-        seen = b""
-        while until.encode() not in seen:
-            chunk = os.read(process.stderr.fileno(), 4096)
-            if not chunk:
-                raise AssertionError(f"ended before '{until}': {seen}")
-            seen += chunk
-        return process
-
-    def end(self, process):
-        message = process.stderr.read().decode()
-        process.stderr.close()
-        return process.wait(timeout=60), message
 
     def test_ctrl_c(self):
         mesh, out = self.generate("--shuffle", tets=self.TETS), self.folder / "out.vtu"
