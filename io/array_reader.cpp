@@ -1,9 +1,12 @@
 #include "io/array_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <numeric>
 #include <utility>
+
+#include "io/checksum.h"
 
 namespace tetfusion {
 
@@ -309,6 +312,33 @@ void ArrayReader::read(std::uint64_t first, std::uint64_t count, std::byte* out)
   for_each_chunk(first, count, [&](const Chunk& c) {
     std::memcpy(out + (c.first - first) * value_bytes_, c.data, c.count * value_bytes_);
   });
+}
+
+std::uint64_t ArrayReader::checksum_in_file(std::uint64_t seed,
+                                            const std::function<void()>& check) const {
+  const Payload& payload = source_.payload;
+  const BinaryLayout& layout = source_.layout;
+  const std::array<std::uint64_t, 7> how = {static_cast<std::uint64_t>(source_.type),
+                                            static_cast<std::uint64_t>(payload.coding),
+                                            static_cast<std::uint64_t>(payload.appended),
+                                            static_cast<std::uint64_t>(layout.compressor),
+                                            layout.header_bytes,
+                                            layout.swap ? 1u : 0u,
+                                            values()};
+  std::uint64_t sum = checksum(std::as_bytes(std::span(how)), seed);
+  if (chunks_ == 0) return sum;
+  const auto [offset, count] = place_of_chunks(chunks_ - 1, chunks_);
+  const std::uint64_t last = offset + count;
+  constexpr std::uint64_t kPart = std::uint64_t{1} << 20;
+  for (std::uint64_t begin = payload.begin; begin < last; begin += kPart) {
+    check();
+    const std::uint64_t end = std::min(begin + kPart, last);
+    source_.file->populate(begin, end - begin);
+    sum = checksum(bytes(begin, end), sum);
+    source_.file->dont_need(begin, end - begin);
+  }
+  source_.file->dont_need_around(payload.begin, last - payload.begin);
+  return sum;
 }
 
 std::string ArrayReader::message(const std::string& what) const {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -79,6 +80,11 @@ class ArrayReader {
   // These values into `out`, which has room for them.
   void read(std::uint64_t first, std::uint64_t count, std::byte* out) const;
   void read_all(std::byte* out) const { read(0, values(), out); }
+
+  // A checksum of the array's bytes as they lie in the file, and of what says how they are to be
+  // read: arrays that have the same one from the same `seed` have the same values. Not for computed
+  // ones. Calls `check`, which may throw, now and then.
+  std::uint64_t checksum_in_file(std::uint64_t seed, const std::function<void()>& check) const;
 
   std::string message(const std::string& what) const;  // FILE: LABEL: what
   // Throws Error(kBadInput) with that message.

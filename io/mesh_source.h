@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/run_context.h"
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
 
@@ -66,6 +67,12 @@ class MeshSource {
   virtual std::unique_ptr<MeshStream> stream();
   // The same for arrays alone: points and cells of it are not read, and need not be looked at.
   virtual std::unique_ptr<MeshStream> stream_of_rows();
+
+  // A checksum of the bytes in the file that say what its points and cells are, not decoded, for a
+  // source that is one piece of one file: sources with the same one, opened with the same options,
+  // have the same mesh, which is in order if one of them is. Different ones say nothing. Throws
+  // Error, and what context.check() throws.
+  virtual std::optional<std::uint64_t> mesh_checksum(const RunContext& context);
 
   // About how many bytes of memory reading the whole mesh takes at its worst moment, when all point
   // and cell arrays are kept and what the source itself holds is counted. Looks at no more than the

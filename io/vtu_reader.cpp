@@ -60,6 +60,12 @@ class VtuSource final : public MeshSource {
     return tetfusion::memory_to_read(description_, cells);
   }
 
+  std::optional<std::uint64_t> mesh_checksum(const RunContext& context) override {
+    std::optional<std::uint64_t> sum;
+    if (input_.head.pieces.size() == 1) input_.guarded([&] { sum = sum_of_arrays(context); });
+    return sum;
+  }
+
   DataArray read_array(Association association, std::size_t index) override {
     DataArray array;
     input_.guarded([&] {
@@ -162,6 +168,28 @@ class VtuSource final : public MeshSource {
   }
 
   // ---- geometry ----
+
+  std::optional<std::uint64_t> sum_of_arrays(const RunContext& context) const {
+    const VtuPiece& piece = input_.head.pieces[0];
+    for (const VtuArray* array :
+         {&piece.coordinates, &piece.connectivity, &piece.offsets, &piece.types}) {
+      if (!array->present || array->computed) return std::nullopt;
+    }
+    const VtuCellArrays cells(input_, 0);
+    std::uint64_t sum = 0;
+    const auto add = [&](const ArrayReader& array) {
+      sum = array.checksum_in_file(sum, [&] { context.check(); });
+    };
+    add(open_coordinates(input_, 0));
+    add(cells.open_connectivity());
+    add(cells.open_offsets());
+    add(cells.open_types());
+    for (const VtuCellArrays::GhostArray& ghosts : cells.open_ghosts()) {
+      sum += ghosts.levels ? 2 : 1;
+      add(ghosts.reader);
+    }
+    return sum;
+  }
 
   void read_geometry_into(Geometry* mesh) const {
     const std::uint64_t points = description_.points;

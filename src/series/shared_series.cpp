@@ -126,7 +126,7 @@ class SharedSeries {
   CombinedFields::Settings adding_;
   std::unique_ptr<CombinedFields> sums_;
   std::optional<CombinedRegions> regions_;
-  bool compare_apart_ = false;  // while the first simplification goes on
+  bool compare_apart_ = false;  // from reading the arrays: beside the first simplification
   std::unique_ptr<MapFile> map_;
   int at_once_ = 1;  // so many steps are in hand together: 1 or 2
   std::optional<FittedSteps> fitted_;
@@ -191,7 +191,7 @@ void SharedSeries::look_at_first() {
   const auto stream = open_stream(source.get());
   // Where steps are read whole, one is enough in memory.
   at_once_ = stream->streams_from_disk() && thread_count() > 1 ? 2 : 1;
-  compare_apart_ = at_once_ > 1 && !plan_.in_one_mesh();
+  compare_apart_ = stream->streams_from_disk() && !plan_.in_one_mesh();
   const BehaviourOptions& b = request_.job.behaviour;
   arrays_ = choose_steering(mesh, b.arrays);
   // Names that are none are refused here, where the mesh has its own arrays.
@@ -268,7 +268,7 @@ void SharedSeries::simplify_and_compare() {
     clock_.begin("steps");  // what is left of comparing
   };
   if (!compare_apart_) return simplify_all();
-  run_tasks(2, 2, [&](std::size_t task, std::size_t) {
+  run_tasks(2, at_once_, [&](std::size_t task, std::size_t) {
     try {
       task == 0 ? compare_all() : simplify_all();
     } catch (...) {

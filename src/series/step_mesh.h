@@ -34,7 +34,8 @@ void require_same_size(const MeshPrint& first_print, MeshSource* first, const Me
 void require_same_mesh(const MeshPrint& first_print, MeshSource* first, const MeshPrint& step_print,
                        const MeshDescription& step, const MeshStream& stream);
 
-// The same for all steps but the first, one after the other, in the calling thread alone.
+// The same for all steps but the first, one after the other, in the calling thread alone. A step
+// whose file says the mesh in the very bytes of the first one's is not decoded.
 using OpenStep = std::function<std::unique_ptr<MeshSource>(std::size_t step)>;
 void require_same_meshes(const MeshPrint& first_print, std::size_t steps, const OpenStep& open,
                          const RunContext& context);

@@ -329,6 +329,17 @@ class Shared(SeriesTest):
         said = finish("simplify", *steps, "-o", self.folder / "m_{step}.mesh", "--reduction", "60%").stderr.decode()
         self.assertIn("bump", said)  # has no place in such a file
 
+    def test_steps_may_be_written_in_different_ways(self):
+        steps = self.steps(3)
+        self.simplify(steps, *GOAL)
+        expected = [p.read_bytes() for p in self.outputs()]
+        for step, encoding in zip(steps[1:], ("zlib", "ascii")):
+            packed = self.folder / "packed.vtu"
+            run("convert", step, packed, "--encoding", encoding)
+            packed.rename(step)
+        self.simplify(steps, *GOAL)
+        self.assertEqual([p.read_bytes() for p in self.outputs()], expected)
+
 
 class Names(SeriesTest):
     def test_a_list_of_steps(self):

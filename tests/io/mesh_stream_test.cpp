@@ -231,6 +231,42 @@ TEST_F(MeshStreams, ReadsMixedCellsOfEveryEncoding) {
   }
 }
 
+// Of points and cells alone, however they are written.
+TEST_F(MeshStreams, ChecksumsTellMeshesApart) {
+  const auto flags = [](const char* name) {
+    std::vector<double> values(600, 0);
+    values[77] = 1;
+    return testing::VtuArrayText{name, "UInt8", values, 1, "", "DataArray"};
+  };
+  VtuText mesh = mixed_mesh(600);
+  mesh.pieces[0].cell_data.push_back(flags("vtkGhostType"));
+  for (const VtuStyle& style : all_styles()) {
+    SCOPED_TRACE(testing::describe(style));
+    const auto sum_of = [&](const VtuText& m) { return open(m, {}, style)->mesh_checksum({}); };
+    const auto sum = sum_of(mesh);
+    ASSERT_TRUE(sum);
+    VtuText other = mesh;
+    other.pieces[0].cell_data[0].values[5] = 99;
+    other.pieces[0].cell_data.push_back(flags("unknown"));
+    EXPECT_EQ(sum_of(other), sum);
+    other = mesh;
+    other.pieces[0].coordinates.values[300] += 0.5;
+    EXPECT_NE(sum_of(other), sum);
+    other = mesh;
+    other.pieces[0].connectivity.values[301] += 1;
+    EXPECT_NE(sum_of(other), sum);
+    other = mesh;
+    other.pieces[0].cell_data[1].values[79] = 1;
+    EXPECT_NE(sum_of(other), sum);
+    other = mesh;
+    other.pieces[0].cell_data[1] = flags("vtkGhostLevels");
+    EXPECT_NE(sum_of(other), sum);
+    other = mesh;
+    other.pieces.push_back(mesh.pieces[0]);
+    EXPECT_EQ(sum_of(other), std::nullopt);
+  }
+}
+
 // Long enough for several chunks of every array, with windows that begin and end within them.
 TEST_F(MeshStreams, ReadsWindowsAcrossChunks) {
   const VtuText mesh = mixed_mesh(60000);
