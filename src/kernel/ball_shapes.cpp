@@ -147,6 +147,32 @@ auto BallShapes<Real>::place(const Vec3<Real>& position) const -> Place {
   return place;
 }
 
+// Whose base triangle's plane is the first behind the vertex, seen from the place: the share that
+// the new vertex has there is the least.
+template <class Real>
+std::size_t BallShapes<Real>::entry_of_vertex(const Place& place, VertexId other) const {
+  const LaneMask id = LaneMask{} + static_cast<std::int32_t>(other);
+  Lanes least = Lanes{} + std::numeric_limits<float>::infinity();
+  LaneMask at{};
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Group& group = groups_[g];
+    const Lanes from_centre = group.normal[0] * group.centre[0] +
+                              group.normal[1] * group.centre[1] + group.normal[2] * group.centre[2];
+    const Lanes to_place =
+        group.normal[0] * place.x[0] + group.normal[1] * place.x[1] + group.normal[2] * place.x[2];
+    const Lanes share = -from_centre / (to_place - from_centre);
+    const LaneMask deleted = (group.corners[0] == id) | (group.corners[1] == id) |
+                             (group.corners[2] == id) | (group.corners[3] == id);
+    const LaneMask is_less = ~deleted & (share < least);
+    least = select(is_less, share, least);
+    at = is_less ? LaneMask{} + static_cast<std::int32_t>(g) : at;
+  }
+  std::size_t lane = 0;
+  for (std::size_t i = 1; i < kLanes; ++i) lane = least[i] < least[lane] ? i : lane;
+  const std::size_t entry = static_cast<std::size_t>(at[lane]) * kLanes + lane;
+  return std::min(entry, entries_.size() - 1);
+}
+
 template <class Real>
 bool BallShapes<Real>::may_have_bad(const ShapeFloors& floors) {
   if (bad_ == Bad::kUnknown) {

@@ -73,6 +73,9 @@ class BallShapes {
   // it. What has the vertex `other` is good: it is deleted.
   ShapeVerdicts judge(std::size_t first, const Place& place, VertexId other,
                       const ShapeFloors& floors) const;
+  // When the vertex has come to the place: the entry of the tetrahedron that has the place where it
+  // is now, if the ball is convex. Not one that has `other`.
+  std::size_t entry_of_vertex(const Place& place, VertexId other) const;
   // May a tetrahedron be below the floor now?
   bool may_have_bad(const ShapeFloors& floors);
 

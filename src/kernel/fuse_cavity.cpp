@@ -70,6 +70,7 @@ void FuseCavity<Real>::note_fused(VertexId kept) {
 template <class Real>
 std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bool fixed,
                                                 const Vec3<Real>& position) {
+  partner_ = partner;
   position_ = position;
   weak_.clear();
   if (const auto reason = judge_ball(shapes_of(v, &of_vertex_), partner)) return reason;
@@ -107,6 +108,47 @@ std::optional<Reject> FuseCavity<Real>::judge_ball(BallShapes<Real>& ball, Verte
     }
   }
   return std::nullopt;
+}
+
+// The likeliest tetrahedron of the ball, or the first of the cavity that has the place, or nearly.
+template <class Real>
+auto FuseCavity<Real>::find_place(const BallShapes<Real>& ball, VertexId other) const -> Place {
+  const Vec3<Real>& x = mesh_->positions[ball.vertex()];
+  const std::size_t likeliest = ball.entry_of_vertex(ball.place(position_), other);
+  Place best = place_in(ball.entries()[likeliest], x);
+  for (const std::uint32_t entry : affected_) {
+    if (best.least() >= 0) break;
+    const Place place = place_in(entry, x);
+    if (place.least() > best.least()) best = place;
+  }
+  return best;
+}
+
+template <class Real>
+auto FuseCavity<Real>::place_in(std::uint32_t entry, const Vec3<Real>& x) const -> Place {
+  const Tet& tet = mesh_->tets[entry >> 2];
+  const auto& order = kCornerFirst[entry & 3u];
+  Place place{{tet[order[1]], tet[order[2]], tet[order[3]]}, {}};
+  using Vector3 = std::array<double, 3>;
+  const auto from_position = [&](const Vec3<Real>& p) {
+    return Vector3{double{p.x} - position_.x, double{p.y} - position_.y, double{p.z} - position_.z};
+  };
+  const auto cross = [](const Vector3& a, const Vector3& b) {
+    return Vector3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  };
+  const auto dot = [](const Vector3& a, const Vector3& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  };
+  const Vector3 b = from_position(mesh_->positions[place.base[0]]);
+  const Vector3 c = from_position(mesh_->positions[place.base[1]]);
+  const Vector3 d = from_position(mesh_->positions[place.base[2]]);
+  const Vector3 to_x = from_position(x), cd = cross(c, d), bx = cross(b, to_x);
+  const double whole = dot(b, cd);
+  place.shares[1] = dot(to_x, cd) / whole;
+  place.shares[2] = dot(d, bx) / whole;
+  place.shares[3] = -dot(c, bx) / whole;
+  place.shares[0] = 1 - place.shares[1] - place.shares[2] - place.shares[3];
+  return place;
 }
 
 template <class Real>

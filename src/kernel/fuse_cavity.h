@@ -1,6 +1,8 @@
 // The tetrahedra round two vertices that are to become one, and whether they may.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -29,6 +31,16 @@ class FuseCavity {
   std::optional<Reject> collect(VertexId v, VertexId partner, bool fixed,
                                 const Vec3<Real>& position);
 
+  // After collect(): where v, or a partner that is not fixed, is now, as it will be in the new
+  // mesh: shares of the new vertex and of the corners of a base triangle.
+  struct Place {
+    std::array<VertexId, 3> base;
+    std::array<double, 4> shares;
+    double least() const { return *std::min_element(shares.begin(), shares.end()); }
+  };
+  Place place_of_vertex() const { return find_place(of_vertex_, partner_); }
+  Place place_of_partner() const { return find_place(of_partner_, of_vertex_.vertex()); }
+
   // After collect(), with a partner that is fixed: would the mesh have faces of more than two
   // tetrahedra that are none now? That can be where the partner is a vertex of something broken.
   bool doubles_faces(VertexId v, VertexId partner);
@@ -51,6 +63,8 @@ class FuseCavity {
   BallShapes<Real>& shapes_of(VertexId v, BallShapes<Real>* shapes);
   std::optional<Reject> judge_ball(BallShapes<Real>& ball, VertexId other);
   std::optional<Reject> judge_shape(std::uint32_t entry);
+  Place find_place(const BallShapes<Real>& ball, VertexId other) const;
+  Place place_in(std::uint32_t entry, const Vec3<Real>& x) const;
   void list(VertexId partner, bool fixed);
   std::optional<Reject> compare_shapes();
   double worst() const;
@@ -62,6 +76,7 @@ class FuseCavity {
   double floor_ = 0, sure_ = 0;  // cubed mean ratios
   ShapeFloors floors_;           // the same, with some room
   GridPositions<Real> grid_;
+  VertexId partner_ = kNoVertex;
   Vec3<Real> position_{};
   BallShapes<Real> of_vertex_, of_partner_;
   std::uint32_t failed_ = 0;  // the entry that spoke against the last position

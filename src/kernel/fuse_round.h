@@ -42,7 +42,9 @@ struct WeightColumn {
 
 struct FuseLimits {
   // No fusion costs more: the mean of the squared deviations, as shares of the fields' ranges, of
-  // the fused vertex's fields from those of the original mesh that it stands for.
+  // the fused vertex's fields from those of the original mesh that it stands for. Nor are the new
+  // fields off by more than the root of an eighth of it at a vertex that goes, unless they have
+  // been nearly as much in the mean, in this round.
   double threshold = std::numeric_limits<double>::infinity();
   // No affected tetrahedron has a lower mean ratio, unless one of the cavity had; in [0, 1).
   double min_quality = 0;
@@ -171,6 +173,10 @@ class FuseRound {
   bool push(VertexId v, VertexId partner, float most);
   bool slide(VertexId v, VertexId partner, float most);
   bool allows(VertexId v, VertexId partner);
+  using Place = typename FuseCavity<Real>::Place;
+  bool looks_at_points() const;
+  bool loses(VertexId x, const Place& place, VertexId v, VertexId partner);
+  void raise_cost(VertexId v);
   // May the values speak against a fusion?
   bool judges_values() const { return errors_.bounds() || paper_.any() || integrals_.stay(); }
   std::optional<Reject> judge_values(VertexId v, VertexId partner);
@@ -219,12 +225,15 @@ class FuseRound {
   std::size_t bin_ = 0;        // whose turn it is
   Vector<VertexId> failures_;  // to be asked again
   std::uint64_t removed_ = 0, fused_ = 0;
+  double losses_ = 0;  // of all that were fused
 
   // The fusion in hand.
   std::vector<double> values_, least_, most_;  // of the new vertex; the cavity's, now
   Interpolation interpolation_;
   Vec3<Real> position_{};
   bool fixed_ = false;  // the partner stays where it is
+  double loss_ = 0;     // what the errors at the two points cost, at most the threshold
+  float dear_ = 0;      // if it was refused for that: what it should cost
   Reject reject_{};
   FuseCavity<Real> cavity_;
   PaperBounds<Real> paper_;

@@ -128,5 +128,49 @@ TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
   EXPECT_GT(allowed, 5u);
 }
 
+// Where the two were is in the new mesh, in a tetrahedron that the new vertex has.
+TEST(FuseCavity, KnowsWhereTheTwoWouldBe) {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(6, 0.3, 4));
+  count_incidence(&mesh);
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  FuseCavity<double> cavity;
+  cavity.begin(&mesh, &balls, 0.05, kUnit);
+  std::size_t allowed = 0;
+  for (const Tet& tet : mesh.tets) {
+    const VertexId v = tet[0], partner = tet[1];
+    if (((mesh.marks[v] | mesh.marks[partner]) & kOnBoundary) != 0) continue;
+    const Vec3<double>&a = mesh.positions[v], &b = mesh.positions[partner];
+    const Vec3<double> at{(a.x + 2 * b.x) / 3 + 0.1, (a.y + 2 * b.y) / 3, (a.z + 2 * b.z) / 3};
+    if (cavity.collect(v, partner, false, at)) continue;
+    ++allowed;
+    const auto expect_at = [&](const FuseCavity<double>::Place& place, const Vec3<double>& x) {
+      Vec3<double> found{place.shares[0] * at.x, place.shares[0] * at.y, place.shares[0] * at.z};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3<double>& p = mesh.positions[place.base[i]];
+        const double share = place.shares[i + 1];
+        found = {found.x + share * p.x, found.y + share * p.y, found.z + share * p.z};
+      }
+      EXPECT_NEAR(found.x, x.x, 1e-9);
+      EXPECT_NEAR(found.y, x.y, 1e-9);
+      EXPECT_NEAR(found.z, x.z, 1e-9);
+      const auto has_base = [&](std::uint32_t entry) {
+        const Tet& t = mesh.tets[entry >> 2];
+        return std::all_of(place.base.begin(), place.base.end(), [&](VertexId u) {
+          return u != t[entry & 3u] && std::find(t.begin(), t.end(), u) != t.end();
+        });
+      };
+      EXPECT_TRUE(std::any_of(cavity.affected().begin(), cavity.affected().end(), has_base));
+    };
+    for (const VertexId u : {v, partner}) {
+      const Vec3<double>& x = mesh.positions[u];
+      const auto place = u == v ? cavity.place_of_vertex() : cavity.place_of_partner();
+      expect_at(place, x);
+      EXPECT_GE(place.least(), -1e-9);
+    }
+  }
+  EXPECT_GT(allowed, 50u);
+}
+
 }  // namespace
 }  // namespace tetfusion
