@@ -121,11 +121,11 @@ class WholeMeshStream final : public MeshStream {
 }  // namespace
 
 std::unique_ptr<MeshStream> MeshSource::stream() { return nullptr; }
+std::unique_ptr<MeshStream> MeshSource::stream_of_rows() { return stream(); }
 
 std::optional<std::uint64_t> MeshSource::mesh_checksum(const RunContext& /*context*/) {
   return std::nullopt;
 }
-std::unique_ptr<MeshStream> MeshSource::stream_of_rows() { return stream(); }
 
 std::uint64_t MeshSource::memory_to_read() {
   CellTypeCounts cells{};

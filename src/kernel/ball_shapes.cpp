@@ -151,7 +151,6 @@ auto BallShapes<Real>::place(const Vec3<Real>& position) const -> Place {
 // the new vertex has there is the least.
 template <class Real>
 std::size_t BallShapes<Real>::entry_of_vertex(const Place& place, VertexId other) const {
-  const LaneMask id = LaneMask{} + static_cast<std::int32_t>(other);
   Lanes least = Lanes{} + std::numeric_limits<float>::infinity();
   LaneMask at{};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -161,9 +160,7 @@ std::size_t BallShapes<Real>::entry_of_vertex(const Place& place, VertexId other
     const Lanes to_place =
         group.normal[0] * place.x[0] + group.normal[1] * place.x[1] + group.normal[2] * place.x[2];
     const Lanes share = -from_centre / (to_place - from_centre);
-    const LaneMask deleted = (group.corners[0] == id) | (group.corners[1] == id) |
-                             (group.corners[2] == id) | (group.corners[3] == id);
-    const LaneMask is_less = ~deleted & (share < least);
+    const LaneMask is_less = ~group.have(other) & (share < least);
     least = select(is_less, share, least);
     at = is_less ? LaneMask{} + static_cast<std::int32_t>(g) : at;
   }

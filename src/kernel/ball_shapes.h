@@ -84,6 +84,10 @@ class BallShapes {
     std::array<Lanes, 3> normal, centre;
     Lanes edges;
     std::array<LaneMask, 4> corners;
+    LaneMask have(VertexId v) const {
+      const LaneMask id = LaneMask{} + static_cast<std::int32_t>(v);
+      return (corners[0] == id) | (corners[1] == id) | (corners[2] == id) | (corners[3] == id);
+    }
   };
 
   const GridPositions<Real>* grid_ = nullptr;
@@ -112,10 +116,7 @@ inline ShapeVerdicts BallShapes<Real>::judge(std::size_t first, const Place& pla
   const Lanes cube = edges * edges * edges;
   const LaneMask known = edges > kLeastEdges * place.error * place.error;
   const Lanes least = det - place.error * edges, most = det + place.error * edges;
-  const LaneMask id = LaneMask{} + static_cast<std::int32_t>(other);
-  const LaneMask deleted = (group.corners[0] == id) | (group.corners[1] == id) |
-                           (group.corners[2] == id) | (group.corners[3] == id);
-  return {deleted | (known & (least > kTiny) & (least * least >= floors.sure * cube)),
+  return {group.have(other) | (known & (least > kTiny) & (least * least >= floors.sure * cube)),
           known & ((most <= 0.0F) | ((most > kTiny) & (most * most < floors.floor * cube))),
           det <= 0.0F};
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "kernel/patch_distance.h"
+
 namespace tetfusion {
 
 namespace {
@@ -129,20 +131,13 @@ auto FuseCavity<Real>::place_in(std::uint32_t entry, const Vec3<Real>& x) const 
   const Tet& tet = mesh_->tets[entry >> 2];
   const auto& order = kCornerFirst[entry & 3u];
   Place place{{tet[order[1]], tet[order[2]], tet[order[3]]}, {}};
-  using Vector3 = std::array<double, 3>;
   const auto from_position = [&](const Vec3<Real>& p) {
-    return Vector3{double{p.x} - position_.x, double{p.y} - position_.y, double{p.z} - position_.z};
+    return Point3{double{p.x} - position_.x, double{p.y} - position_.y, double{p.z} - position_.z};
   };
-  const auto cross = [](const Vector3& a, const Vector3& b) {
-    return Vector3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-  };
-  const auto dot = [](const Vector3& a, const Vector3& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  };
-  const Vector3 b = from_position(mesh_->positions[place.base[0]]);
-  const Vector3 c = from_position(mesh_->positions[place.base[1]]);
-  const Vector3 d = from_position(mesh_->positions[place.base[2]]);
-  const Vector3 to_x = from_position(x), cd = cross(c, d), bx = cross(b, to_x);
+  const Point3 b = from_position(mesh_->positions[place.base[0]]);
+  const Point3 c = from_position(mesh_->positions[place.base[1]]);
+  const Point3 d = from_position(mesh_->positions[place.base[2]]);
+  const Point3 to_x = from_position(x), cd = cross(c, d), bx = cross(b, to_x);
   const double whole = dot(b, cd);
   place.shares[1] = dot(to_x, cd) / whole;
   place.shares[2] = dot(d, bx) / whole;

@@ -13,12 +13,6 @@ namespace {
 // much more.
 constexpr int kPushes = 3;
 constexpr float kSlack = 1.3F;
-// What a squared error costs at a point that goes; that is only looked at where it is more than so
-// many times the round's mean (where fields are smooth, all are off alike).
-constexpr double kLossCost = 8;
-constexpr double kLossOutlier = 8;
-// From this on nothing is dear: single precision has room for more.
-constexpr double kLargestThreshold = 1e30;
 // Where a point of the original speaks against it, these are tried, on the edge.
 constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
@@ -389,27 +383,6 @@ bool FuseRound<Real>::fuse(VertexId v, const Candidate& candidate) {
   return true;
 }
 
-// For those who go back: at the points, if all fields have bounds there; else what the quadric
-// says, at the position that was chosen. Rounded up.
-template <class Real>
-float FuseRound<Real>::error_of(VertexId v, const Candidate& candidate) const {
-  double error = 0;
-  if (errors_.bounds_all()) {
-    error = errors_.largest_error(values_);
-  } else {
-    float cost = candidate.cost;
-    if (!fixed_) {
-      const MergedQuadric& merged = edge_costs_.merged();
-      const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
-      const float weight = is_on_sheet(v) ? 1 : merged.sum[kQuadricW];
-      cost = std::max(cost, value_at(merged.reduced, u) / weight * weight_of(v, candidate.partner));
-    }
-    error = std::sqrt(std::max(cost, 0.0F));
-  }
-  const auto single = static_cast<float>(error);
-  return single < error ? std::nextafter(single, std::numeric_limits<float>::infinity()) : single;
-}
-
 // Finds a position that is allowed, and the cavity.
 template <class Real>
 bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
@@ -458,12 +431,10 @@ bool FuseRound<Real>::slide(VertexId v, VertexId partner, float most) {
 template <class Real>
 bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   dear_ = 0;
-  loss_ = 0;
   const auto reason = cavity_.collect(v, partner, fixed_, position_);
   reject_ = reason.value_or(Reject::kSurface);
   if (reason || (is_on_sheet(v) && !sheet_fusion_.allows(position_))) return false;
-  if (looks_at_points() && (loses(v, cavity_.place_of_vertex(), v, partner) ||
-                            (!fixed_ && loses(partner, cavity_.place_of_partner(), v, partner)))) {
+  if (loses_too_much(v, partner)) {
     reject_ = Reject::kError;
     return false;
   }
@@ -474,45 +445,6 @@ bool FuseRound<Real>::allows(VertexId v, VertexId partner) {
   if (!fixed_ || is_on_sheet(v) || (mesh_->marks[partner] & kLocked) == 0) return true;
   reject_ = Reject::kLocked;
   return !cavity_.doubles_faces(v, partner);
-}
-
-// Bounds look at more points than those of one fusion.
-template <class Real>
-bool FuseRound<Real>::looks_at_points() const {
-  return width_ > 0 && limits_->threshold < kLargestThreshold && !errors_.bounds();
-}
-
-// A quadric knows how far the new vertex is from the fields that it stands for, but not what its
-// tetrahedra are to the points that go: where a field bends, long ones cut the corner. Would the
-// new fields be so far off at the place of x that the fusion should cost more than the round may?
-template <class Real>
-bool FuseRound<Real>::loses(VertexId x, const Place& place, VertexId v, VertexId partner) {
-  const double* steering = mesh_->steering.data();
-  const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
-  double squares = 0;
-  for (std::size_t k = 0; k < width_; ++k) {
-    const double scale = edge_costs_.scale(k);
-    double value = steering[partner * width_ + k];
-    if (!fixed_) {
-      const float best = best_value(edge_costs_.merged().sum.data(), k, u);
-      value = steering[v * width_ + k] + double{best} / scale;
-    }
-    value *= place.shares[0];
-    for (std::size_t i = 0; i < 3; ++i) {
-      value += place.shares[i + 1] * steering[place.base[i] * width_ + k];
-    }
-    const double error = (value - steering[x * width_ + k]) * scale;
-    squares += error * error;
-  }
-  const double cost = kLossCost * squares * double{weight_of(v, partner)};
-  loss_ = std::max(loss_, std::min(cost, limits_->threshold));
-  if (!(cost > limits_->threshold) || cost * static_cast<double>(fused_) < kLossOutlier * losses_) {
-    return false;
-  }
-  // Rounded up, so that it is above the threshold, too.
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  dear_ = std::nextafter(static_cast<float>(std::min(cost, kLargestThreshold)), kInfinity);
-  return true;
 }
 
 // Of the candidate in hand, which comes in a later round, or never.

@@ -173,9 +173,8 @@ class FuseRound {
   bool push(VertexId v, VertexId partner, float most);
   bool slide(VertexId v, VertexId partner, float most);
   bool allows(VertexId v, VertexId partner);
-  using Place = typename FuseCavity<Real>::Place;
-  bool looks_at_points() const;
-  bool loses(VertexId x, const Place& place, VertexId v, VertexId partner);
+  bool loses_too_much(VertexId v, VertexId partner);
+  double best_at(VertexId v, const Offset& u, std::size_t k) const;
   void raise_cost(VertexId v);
   // May the values speak against a fusion?
   bool judges_values() const { return errors_.bounds() || paper_.any() || integrals_.stay(); }

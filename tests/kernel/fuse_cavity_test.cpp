@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "support/fuse_meshes.h"
@@ -100,13 +101,20 @@ TEST(FuseCavity, SeesFacesThatWouldBeThereTwice) {
   }
 }
 
-TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
-  WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(5, 0.1, 2));
-  count_incidence(&mesh);
+struct InMesh {
+  explicit InMesh(Geometry geometry) : mesh(testing::to_work_mesh(std::move(geometry))) {
+    balls.reset(mesh.vertex_count(), mesh.tets);
+    cavity.begin(&mesh, &balls, 0.05, 0x1p-3);
+  }
+  WorkMesh<double> mesh;
   LiveBalls balls;
-  balls.reset(mesh.vertex_count(), mesh.tets);
   FuseCavity<double> cavity;
-  cavity.begin(&mesh, &balls, 0.05, 0x1p-3);
+};
+
+TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
+  InMesh in(testing::five_split_cube(5, 0.1, 2));
+  const WorkMesh<double>& mesh = in.mesh;
+  FuseCavity<double>& cavity = in.cavity;
   const auto inside = [&](VertexId v) { return (mesh.marks[v] & kOnBoundary) == 0; };
   std::size_t allowed = 0;
   for (const Tet& tet : mesh.tets) {
@@ -130,12 +138,9 @@ TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
 
 // Where the two were is in the new mesh, in a tetrahedron that the new vertex has.
 TEST(FuseCavity, KnowsWhereTheTwoWouldBe) {
-  WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(6, 0.3, 4));
-  count_incidence(&mesh);
-  LiveBalls balls;
-  balls.reset(mesh.vertex_count(), mesh.tets);
-  FuseCavity<double> cavity;
-  cavity.begin(&mesh, &balls, 0.05, kUnit);
+  InMesh in(testing::five_split_cube(6, 0.3, 4));
+  const WorkMesh<double>& mesh = in.mesh;
+  FuseCavity<double>& cavity = in.cavity;
   std::size_t allowed = 0;
   for (const Tet& tet : mesh.tets) {
     const VertexId v = tet[0], partner = tet[1];
