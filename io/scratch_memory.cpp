@@ -1,18 +1,14 @@
 // The in-core side: pieces in memory, nothing to resume.
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstring>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <new>
-#include <stdexcept>
 #include <utility>
 
+#include "base/page_pool.h"
 #include "io/scratch.h"
 
 namespace tetfusion {
@@ -21,7 +17,7 @@ namespace {
 
 constexpr std::align_val_t kAlignment{64};
 
-// Of all generations together.
+// Of all generations together. Thread-safe.
 class ByteCount {
  public:
   void add(std::uint64_t bytes) {
@@ -38,121 +34,49 @@ class ByteCount {
   std::atomic<std::uint64_t> peak_{0};
 };
 
-// Blocks of this size and more are the system's pages: freed, they leave no holes in a heap that
+// Pieces of this size and more are pages of their own: freed, they leave no holes in a heap that
 // others use between two generations.
 constexpr std::size_t kOwnPages = std::size_t{64} << 10;
-// So much of what one chunk's pieces have left is kept for the pieces that the next one makes.
-constexpr std::size_t kMostSpare = std::size_t{16} << 20;
 
-// Where pieces have their bytes. Pages that have been freed are used again: the first touch of a
-// new one costs more than copying a page's bytes. Thread-safe.
-class Pages {
- public:
-  Pages() = default;
-  ~Pages() { release_spare(); }
-  Pages(const Pages&) = delete;
-  Pages& operator=(const Pages&) = delete;
+std::byte* allocate(std::size_t bytes) {
+  if (bytes >= kOwnPages) return allocate_pages(bytes);
+  return static_cast<std::byte*>(::operator new(bytes, kAlignment));
+}
 
-  std::byte* allocate(std::size_t bytes) {
-    if (bytes < kOwnPages) return static_cast<std::byte*>(::operator new(bytes, kAlignment));
-    const std::size_t size = whole(bytes);
-    const std::lock_guard lock(mutex_);
-    if (std::byte* spare = take_spare(size)) return spare;
-    void* pages = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (pages == MAP_FAILED) throw std::bad_alloc();
-    return static_cast<std::byte*>(pages);
+void release(std::byte* data, std::size_t bytes) noexcept {
+  if (bytes >= kOwnPages) {
+    free_pages(data, bytes);
+  } else {
+    ::operator delete(data, kAlignment);
   }
-
-  void release(std::byte* data, std::size_t bytes) {
-    if (bytes < kOwnPages) {
-      ::operator delete(data, kAlignment);
-      return;
-    }
-    const std::size_t size = whole(bytes);
-    const std::lock_guard lock(mutex_);
-    if (spare_bytes_ + size > kMostSpare) {
-      ::munmap(data, size);
-      return;
-    }
-    spare_bytes_ += size;
-    auto at = spare_.emplace(data, size).first;
-    const auto after = std::next(at);
-    if (after != spare_.end() && data + size == after->first) {
-      at->second += after->second;
-      spare_.erase(after);
-    }
-    if (at == spare_.begin()) return;
-    const auto before = std::prev(at);
-    if (before->first + before->second != data) return;
-    before->second += at->second;
-    spare_.erase(at);
-  }
-
-  // Back to the system.
-  void release_spare() {
-    const std::lock_guard lock(mutex_);
-    for (const auto& [data, size] : spare_) ::munmap(data, size);
-    spare_.clear();
-    spare_bytes_ = 0;
-  }
-
- private:
-  static std::size_t whole(std::size_t bytes) {
-    static const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-    return (bytes + page - 1) / page * page;
-  }
-
-  // The beginning of the smallest that is large enough; null: there is none.
-  std::byte* take_spare(std::size_t size) {
-    auto best = spare_.end();
-    for (auto it = spare_.begin(); it != spare_.end(); ++it) {
-      if (it->second >= size && (best == spare_.end() || it->second < best->second)) best = it;
-    }
-    if (best == spare_.end()) return nullptr;
-    const auto [data, all] = *best;
-    spare_.erase(best);
-    if (all > size) spare_.emplace(data + size, all - size);
-    spare_bytes_ -= size;
-    return data;
-  }
-
-  std::mutex mutex_;
-  std::map<std::byte*, std::size_t> spare_;  // ranges, none beside another
-  std::size_t spare_bytes_ = 0;
-};
-
-// What all generations share.
-struct Memory {
-  ByteCount count;
-  Pages pages;
-};
+}
 
 // A piece's own copy of its bytes: no more of them than there are, freed with it.
 class Piece {
  public:
-  Piece(std::uint32_t source, std::span<const std::byte> bytes, std::shared_ptr<Memory> memory)
+  Piece(std::uint32_t source, std::span<const std::byte> bytes, std::shared_ptr<ByteCount> count)
       : source_(source),
         size_(bytes.size()),
-        data_(memory->pages.allocate(bytes.size())),
-        memory_(std::move(memory)) {
+        data_(allocate(bytes.size())),
+        count_(std::move(count)) {
     std::memcpy(data_, bytes.data(), size_);
-    memory_->count.add(size_);
+    count_->add(size_);
   }
   ~Piece() {
-    if (memory_ == nullptr) return;
-    memory_->pages.release(data_, size_);
-    memory_->count.subtract(size_);
+    if (count_ == nullptr) return;
+    release(data_, size_);
+    count_->subtract(size_);
   }
   Piece(Piece&& other) noexcept
       : source_(other.source_),
         size_(other.size_),
         data_(std::exchange(other.data_, nullptr)),
-        memory_(std::move(other.memory_)) {}
+        count_(std::move(other.count_)) {}
   Piece& operator=(Piece&& other) noexcept {
     std::swap(source_, other.source_);
     std::swap(size_, other.size_);
     std::swap(data_, other.data_);
-    std::swap(memory_, other.memory_);
+    std::swap(count_, other.count_);
     return *this;
   }
   Piece(const Piece&) = delete;
@@ -165,7 +89,7 @@ class Piece {
   std::uint32_t source_;
   std::size_t size_;
   std::byte* data_;
-  std::shared_ptr<Memory> memory_;
+  std::shared_ptr<ByteCount> count_;
 };
 
 struct Bucket {
@@ -187,10 +111,10 @@ class MemoryBucketPieces : public BucketPieces {
 
 class MemoryPieceStore : public PieceStore {
  public:
-  explicit MemoryPieceStore(std::shared_ptr<Memory> memory) : memory_(std::move(memory)) {}
+  explicit MemoryPieceStore(std::shared_ptr<ByteCount> count) : count_(std::move(count)) {}
   ~MemoryPieceStore() override {
     buckets_.clear();
-    memory_->pages.release_spare();
+    free_spare_pages();
   }
   MemoryPieceStore(const MemoryPieceStore&) = delete;
   MemoryPieceStore& operator=(const MemoryPieceStore&) = delete;
@@ -198,7 +122,7 @@ class MemoryPieceStore : public PieceStore {
   void add(std::uint32_t source, std::span<const PieceRef> pieces) override {
     std::vector<Piece> copies;
     copies.reserve(pieces.size());
-    for (const PieceRef& piece : pieces) copies.emplace_back(source, piece.bytes, memory_);
+    for (const PieceRef& piece : pieces) copies.emplace_back(source, piece.bytes, count_);
     const std::lock_guard lock(mutex_);
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       std::shared_ptr<Bucket>& bucket = buckets_[pieces[i].bucket];
@@ -248,23 +172,23 @@ class MemoryPieceStore : public PieceStore {
   mutable std::mutex mutex_;
   std::map<std::uint32_t, std::shared_ptr<Bucket>> buckets_;
   std::uint64_t bytes_ = 0;
-  std::shared_ptr<Memory> memory_;
+  std::shared_ptr<ByteCount> count_;
 };
 
 class MemoryScratch : public Scratch {
  public:
   std::unique_ptr<PieceStore> begin(const std::string&) override {
-    return std::make_unique<MemoryPieceStore>(memory_);
+    return std::make_unique<MemoryPieceStore>(count_);
   }
   void commit(const std::string&, std::span<const std::byte>) override {}
   void keep(const std::string&) override {}
   std::optional<Checkpoint> resume() override { return std::nullopt; }
   void drop_spares() override {}
   void remove() override {}
-  std::uint64_t peak_bytes() const override { return memory_->count.peak(); }
+  std::uint64_t peak_bytes() const override { return count_->peak(); }
 
  private:
-  std::shared_ptr<Memory> memory_ = std::make_shared<Memory>();
+  std::shared_ptr<ByteCount> count_ = std::make_shared<ByteCount>();
 };
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/numbers.h"
+#include "base/page_pool.h"
 #include "base/resources.h"
 
 namespace tetfusion {
@@ -154,6 +155,7 @@ void return_freed_memory() {
 }
 
 void trim_memory() {
+  free_spare_pages();
   // Where another allocator is in glibc's place, as a sanitizer's, nobody has set up glibc's heap
   // yet: the first call does, and not safely from several threads at once.
   static const int first = ::malloc_trim(0);

@@ -190,7 +190,7 @@ TEST(MemoryScratch, UsesPagesAgain) {
   const auto next = scratch->begin("next");
   std::vector<PieceText> pieces;
   for (std::uint32_t b = 0; b < 6; ++b) {
-    pieces.push_back({b, std::string(70'000 + 60'000 * b, static_cast<char>('a' + b))});
+    pieces.push_back({b, std::string(900'000 - 160'000 * b, static_cast<char>('a' + b))});
   }
   add_pieces(next.get(), 0, pieces);
   next->seal();

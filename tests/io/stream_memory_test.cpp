@@ -41,7 +41,7 @@ std::uint64_t resident(const std::string& name) {
 // tell.
 template <class F>
 std::optional<std::uint64_t> peak_of(F f) {
-  ::malloc_trim(0);
+  trim_memory();
   const std::uint64_t before = resident("VmRSS:");
   if (!(std::ofstream("/proc/self/clear_refs") << "5" << std::flush)) return std::nullopt;
   if (before == 0 || resident("VmHWM:") > before + (std::uint64_t{8} << 20)) return std::nullopt;
