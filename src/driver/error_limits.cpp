@@ -18,13 +18,17 @@ constexpr double kHopeless = 256;
 // for any bound.
 constexpr double kEdge = 1e-6;
 
-double cost_of_points(std::span<const SteeringField> fields, double max_error) {
+// So much of a squared bound at most is the gradients' variance to cost.
+constexpr double kVarianceShare = 1.0 / 16;
+
+// Infinite without fields.
+double squared_limits(std::span<const SteeringField> fields, double max_error) {
   double squares = 0;
   for (const SteeringField& f : fields) {
     const double limit = f.tolerance.value_or(max_error);
     squares += limit * limit;
   }
-  return fields.empty() ? kInfinity : kHopeless * squares + kEdge;
+  return fields.empty() ? kInfinity : squares;
 }
 
 double range_in(const SteeringBox& box, const SteeringField& f) {
@@ -71,11 +75,12 @@ ErrorLimits error_limits(const BehaviourOptions& options, std::span<const Steeri
   limits.max_error = options.max_error.value_or(by_default ? kDefaultMaxError : kInfinity);
   limits.at_points = !fields.empty() && (own || limits.max_error < kInfinity);
   limits.rise = limits.at_points && has_goal;
-  // Weights multiply what fusions cost: then no cost says that there is no hope.
-  if (options.weight.empty()) limits.max_cost = cost_of_points(fields, limits.max_error);
-  if (options.max_rms) {
-    limits.max_cost = std::min(limits.max_cost, *options.max_rms * *options.max_rms);
-  }
+  const double mean = options.max_rms ? *options.max_rms * *options.max_rms : kInfinity;
+  // Weights multiply what fusions cost: then no cost says that there is no hope at points.
+  const double at_points =
+      options.weight.empty() ? squared_limits(fields, limits.max_error) : kInfinity;
+  limits.max_cost = std::min(kHopeless * at_points + kEdge, mean);
+  limits.max_variance = kVarianceShare * std::min(at_points, mean);
   return limits;
 }
 

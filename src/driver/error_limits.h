@@ -17,6 +17,8 @@ struct ErrorLimits {
   double max_error = std::numeric_limits<double>::infinity();
   // Of a fusion: the mean of the squares of its deviations.
   double max_cost = std::numeric_limits<double>::infinity();
+  // Of the gradients' variance (cost_of_variance()): little beside what bounds allow.
+  double max_variance = std::numeric_limits<double>::infinity();
   // Some field has a limit at the original's points: those that go have to be remembered.
   bool at_points = false;
   // Towards a goal these limits rise from round to round.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "base/resources.h"
 
@@ -50,6 +51,10 @@ constexpr double kSurfaceCost = 1000;
 // 3 or 4.5 times as long.
 constexpr double kErrorShare = 0.25;
 
+// The first round's threshold is raised by so many times what the gradients' variance costs: with
+// less the mesh needs a round more.
+constexpr double kVarianceInFirst = 2;
+
 double diagonal_of(const Box& box) {
   return std::hypot(box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z);
 }
@@ -58,6 +63,16 @@ double diagonal_of(const Box& box) {
 double unit_of(double diagonal) {
   if (!std::isnormal(diagonal)) return 1;
   return std::ldexp(1.0, -std::ilogb(diagonal));
+}
+
+// Of gradients, in the unit, so that it costs about so much across an edge of regular tetrahedra
+// that would fill the box. A power of two: no last bit of a cube root shows in the result.
+double gradient_variance(double cost, const Box& box, double unit, std::uint64_t tets) {
+  const double volume = (box.hi.x - box.lo.x) * unit * ((box.hi.y - box.lo.y) * unit) *
+                        ((box.hi.z - box.lo.z) * unit);
+  const double edge = std::cbrt(6 * std::numbers::sqrt2 * volume / static_cast<double>(tets));
+  const double variance = cost / (edge * edge);
+  return std::isnormal(variance) ? std::ldexp(1.0, std::ilogb(variance) + 1) : 0;
 }
 
 }  // namespace
@@ -90,14 +105,14 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   // turn before the quota is gone.
   plan.settings.passes = !goal && lod + 1 >= schedule() ? kPassesPerRound : 1;
   if (fuse) {
-    plan_fuse(box, limits.quota, goal.has_value(), state, &plan.settings);
+    plan_fuse(box, tets, limits.quota, goal.has_value(), state, &plan.settings);
   }
   plan.start = wall_seconds();
   return plan;
 }
 
 // The first round only looks.
-void RoundPlanner::plan_fuse(const Box& box, std::uint64_t quota, bool has_goal,
+void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t quota, bool has_goal,
                              const RoundsState& state, RoundSettings* settings) const {
   settings->look = state.lods.empty();
   const double diagonal = diagonal_of(box);
@@ -113,9 +128,14 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t quota, bool has_goal,
   settings->fuse.max_error = errors_.max_error;
   settings->fuse.keep_integrals = options_.conserve;
   if (settings->look) return;
-  const double next =
-      next_threshold(state.costs, state.threshold, has_goal ? std::optional(quota) : std::nullopt);
-  settings->fuse.threshold = std::min(next, errors_.max_cost);
+  const auto to_go = has_goal ? std::optional(quota) : std::nullopt;
+  double threshold = next_threshold(state.costs, state.threshold, to_go);
+  if (state.lods.size() == 1) {
+    const double cost = cost_of_variance(state.costs, to_go, errors_.max_variance);
+    settings->fuse.gradient_variance = gradient_variance(cost, box, settings->fuse.unit, tets);
+    threshold += kVarianceInFirst * cost;
+  }
+  settings->fuse.threshold = std::min(threshold, errors_.max_cost);
   if (errors_.rise) settings->fuse.error_now = kErrorShare * std::sqrt(settings->fuse.threshold);
 }
 

@@ -60,8 +60,8 @@ class RoundPlanner {
   void note(const RoundPlan& plan, const RoundStatistics& round, RoundsState* state) const;
 
  private:
-  void plan_fuse(const Box& box, std::uint64_t quota, bool has_goal, const RoundsState& state,
-                 RoundSettings* settings) const;
+  void plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t quota, bool has_goal,
+                 const RoundsState& state, RoundSettings* settings) const;
   StageEnd judge(const RoundStatistics& round, double saturated, RoundsState* state) const;
   StageEnd judge_fuse(const RoundStatistics& round, RoundsState* state) const;
   std::size_t schedule() const;

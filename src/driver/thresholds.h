@@ -18,6 +18,13 @@ struct Threshold {
 double next_threshold(const CostHistogram& costs, const Threshold& last,
                       std::optional<std::uint64_t> tets_to_go);
 
+// What the gradients' variance (FuseLimits) is to cost a fusion across a typical edge, where
+// `costs` are those of the mesh as it was read: more than fusions do where the fields hardly bend,
+// and less than the last ones on the way to the goal, so that it decides between the former alone;
+// and never more than `most`. 0 where no vertex costs anything.
+double cost_of_variance(const CostHistogram& costs, std::optional<std::uint64_t> tets_to_go,
+                        double most);
+
 // No vertex costs more; 0 without vertices.
 double largest_cost(const CostHistogram& costs);
 

@@ -104,10 +104,21 @@ float FuseRound<Real>::weight_of(VertexId v, VertexId partner) const {
   return weight * weight;
 }
 
+// Weights multiply what it costs, too: so much less is added.
+template <class Real>
+void FuseRound<Real>::add_gradient_variances() {
+  const auto variance = static_cast<float>(limits_->gradient_variance);
+  for (VertexId v = 0; v < state_.size(); ++v) {
+    add_gradient_variance(variance / weight_of(v, v),
+                          mesh_->quadrics.data() + std::size_t{v} * mesh_->quadric_width);
+  }
+}
+
 template <class Real>
 FuseStatistics FuseRound<Real>::run(const FuseLimits& limits, std::span<const SteeringField> fields,
                                     WorkMesh<Real>* mesh, FusionLog* log) {
   begin(limits, fields, mesh);
+  if (limits.gradient_variance > 0) add_gradient_variances();
   notes_.begin(mesh, log);
   work();
   FuseStatistics statistics;

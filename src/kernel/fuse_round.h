@@ -55,7 +55,10 @@ struct FuseLimits {
   double error_now = std::numeric_limits<double>::infinity();
   PaperLimits paper;            // of single fusions; stretch is against the start of the round
   bool keep_integrals = false;  // of all floating-point fields (field_integrals.h)
-  double unit = 1;              // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
+  // Added to the quadrics before the round begins, in squared shares of ranges a squared unit. For
+  // a mesh in which nothing has fused yet.
+  double gradient_variance = 0;
+  double unit = 1;  // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
   // At most so many tetrahedra may go.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();
 
@@ -159,6 +162,7 @@ class FuseRound {
   void judge(VertexId v, Edges edges = Edges::kOwn);
   void find_partners(VertexId v);
   void begin_weights();
+  void add_gradient_variances();
   // What a fusion of these costs, as a multiple of what it does.
   float weight_of(VertexId v, VertexId partner) const;
   float threshold_for(VertexId v, VertexId partner) const {

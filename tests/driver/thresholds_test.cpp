@@ -80,6 +80,32 @@ TEST(NextThreshold, AlwaysGoesOn) {
   EXPECT_GT(next_threshold({}, {}, {}), 0);
 }
 
+TEST(CostOfVariance, LiesBetweenTheFlatAndTheLastOnTheWay) {
+  const CostHistogram costs = histogram({{1e-10, 60}, {1e-6, 30}, {1e-2, 10}});
+  const double none = std::numeric_limits<double>::infinity();
+  const auto between = [](double flat, double last) {
+    return std::sqrt(above(flat) * above(last)) / 4;
+  };
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, {}, none), between(1e-10, 1e-2));
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 85, none), between(1e-10, 1e-6));
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 50, none), above(1e-10) / 4);
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 1'000'000, none), between(1e-10, 1e-2));
+}
+
+TEST(CostOfVariance, IsNoMoreThanItMay) {
+  const CostHistogram costs = histogram({{1e-6, 60}, {1e-2, 40}});
+  for (const double most : {1e-12, 1e-8, 1e-5, 1e-3}) {
+    EXPECT_LE(cost_of_variance(costs, {}, most), most);
+    EXPECT_LE(cost_of_variance(costs, 6 * 90, most), most);
+  }
+  EXPECT_EQ(cost_of_variance(costs, {}, 0), 0);
+}
+
+TEST(CostOfVariance, IsNothingWhereNothingCosts) {
+  EXPECT_EQ(cost_of_variance({}, {}, 1), 0);
+  EXPECT_EQ(cost_of_variance({}, 600, 1), 0);
+}
+
 TEST(LargestCost, IsAboveAll) {
   EXPECT_EQ(largest_cost({}), 0);
   EXPECT_EQ(largest_cost(histogram({{1e-9, 5}})), above(1e-9));

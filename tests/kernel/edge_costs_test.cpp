@@ -49,6 +49,35 @@ TEST(EdgeCosts, DoNotDependOnTheLane) {
   }
 }
 
+// A linear field tells nothing apart. Where gradients are uncertain the two stand for that many
+// tetrahedra each that lie so far away: at their common centre the squares are least.
+TEST(EdgeCosts, GradientsVarianceMakesFarOnesDear) {
+  constexpr float kVariance = 0.25F;
+  Steered s = steered(five_split_cube(4, 0.2, 3), testing::linear);
+  EdgeCosts<double> costs;
+  costs.begin(&s.mesh, s.fields(), kUnit);
+  const auto cost_of = [&](VertexId v, VertexId partner) {
+    float cost = -1;
+    costs.between(v, {&partner, 1}, &cost);
+    return cost;
+  };
+  for (VertexId v = 20; v < 90; v += 7) EXPECT_LT(cost_of(3, v), 3e-6F);
+  for (std::size_t at = 0; at < s.mesh.quadrics.size(); at += s.mesh.quadric_width) {
+    add_gradient_variance(kVariance, s.mesh.quadrics.data() + at);
+  }
+  const auto weight = [&](VertexId v) {
+    return double{s.mesh.quadrics[v * s.mesh.quadric_width + kQuadricW]};
+  };
+  for (VertexId v = 20; v < 90; v += 7) {
+    const Offset edge = costs.offset(s.mesh.positions[3], s.mesh.positions[v]);
+    const double all = weight(3) + weight(v);
+    const double least =
+        double{kVariance} * double{dot(edge.data(), edge)} * weight(3) * weight(v) / (all * all);
+    EXPECT_GE(cost_of(3, v), 0.999 * least);
+    EXPECT_LE(cost_of(3, v), 1.05 * least);
+  }
+}
+
 TEST(CostQueue, TheCheapestComeFirstAndThenThoseWhoCameFirst) {
   CostQueue queue;
   queue.reset(6);
