@@ -359,7 +359,7 @@ TEST_P(JobFaults, AReservationIsRefused) {
     if (HasFailure()) FAIL() << "at reservation " << n;
     if (!refused) break;
   }
-  EXPECT_GT(trials_.points, 50);
+  EXPECT_GT(trials_.points, 30);
 }
 
 class ProgressiveJobFaults : public JobFaults {
