@@ -60,8 +60,13 @@ class PagePool {
   }
 
   void free(std::byte* block, std::size_t bytes) noexcept {
+    const std::size_t size = whole_pages(bytes);
+    if (size > kMostSparePages) {
+      ::munmap(block, size);
+      return;
+    }
     const std::lock_guard lock(mutex_);
-    keep(block, whole_pages(bytes));
+    keep(block, size);
   }
 
   void free_spare() noexcept {
@@ -89,11 +94,10 @@ class PagePool {
     return begin;
   }
 
-  // What has no room beside others that are as large goes back to the system: small ranges first,
-  // which fit few blocks.
+  // Beyond the limit the smallest ranges go back to the system: they fit few blocks.
   void keep(std::byte* begin, std::size_t size) noexcept {
     if (size == 0) return;
-    if (size > kMostSparePages || !add_spare(begin, size)) {
+    if (!add_spare(begin, size)) {
       ::munmap(begin, size);
       return;
     }
