@@ -206,20 +206,27 @@ TEST_F(MaxError, ALinearFieldGoesAsFarAsItsGeometry) {
 }
 
 TEST_F(MaxError, TheMeshsScaleDoesNotMatter) {
-  MeshFile file = wavy_box(9, false);
-  request.behaviour.max_error = 0.01;
-  std::vector<Tet> expected;
-  for (const int exponent : {0, -20, 20}) {
-    MeshFile scaled = file;
-    const double scale = std::ldexp(1.0, exponent);
-    for (P& p : std::get<Vector<P>>(scaled.geometry.points)) {
-      p = {p.x * scale, p.y * scale, p.z * scale};
+  const MeshFile file = wavy_box(9, false);
+  for (const bool has_goal : {false, true}) {
+    if (has_goal) {
+      request.behaviour.max_error.reset();
+      request.behaviour.reduction = 0.6;
+    } else {
+      request.behaviour.max_error = 0.01;
     }
-    run(scaled);
-    const Geometry out = open_mesh(request.output)->read_geometry();
-    const std::vector<Tet> tets(out.tets.begin(), out.tets.end());
-    if (exponent == 0) expected = tets;
-    EXPECT_EQ(tets == expected, true) << exponent;
+    std::vector<Tet> expected;
+    for (const int exponent : {0, -20, 20}) {
+      MeshFile scaled = file;
+      const double scale = std::ldexp(1.0, exponent);
+      for (P& p : std::get<Vector<P>>(scaled.geometry.points)) {
+        p = {p.x * scale, p.y * scale, p.z * scale};
+      }
+      EXPECT_GT(run(scaled).reduction(), 0.1);
+      const Geometry out = open_mesh(request.output)->read_geometry();
+      const std::vector<Tet> tets(out.tets.begin(), out.tets.end());
+      if (exponent == 0) expected = tets;
+      EXPECT_EQ(tets == expected, true) << exponent;
+    }
   }
 }
 
