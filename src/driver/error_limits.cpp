@@ -19,7 +19,7 @@ constexpr double kHopeless = 256;
 constexpr double kEdge = 1e-6;
 
 // So much of a squared bound at most is the gradients' variance to cost.
-constexpr double kVarianceShare = 1.0 / 16;
+constexpr double kVarianceOfBound = 1.0 / 16;
 
 // Infinite without fields.
 double squared_limits(std::span<const SteeringField> fields, double max_error) {
@@ -80,7 +80,7 @@ ErrorLimits error_limits(const BehaviourOptions& options, std::span<const Steeri
   const double at_points =
       options.weight.empty() ? squared_limits(fields, limits.max_error) : kInfinity;
   limits.max_cost = std::min(kHopeless * at_points + kEdge, mean);
-  limits.max_variance = kVarianceShare * std::min(at_points, mean);
+  limits.max_variance = kVarianceOfBound * std::min(at_points, mean);
   return limits;
 }
 

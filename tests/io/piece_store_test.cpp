@@ -183,7 +183,7 @@ TEST(MemoryScratch, UsesPagesAgain) {
   const auto data_of = [](const PieceStore& store, std::uint32_t bucket) {
     return store.read(bucket)->pieces().front().data();
   };
-  const std::byte* first = data_of(*old, 0);
+  [[maybe_unused]] const std::byte* const first = data_of(*old, 0);
   const auto reader = old->read(1);
   old->forget(0);
   old->forget(1);
@@ -196,9 +196,6 @@ TEST(MemoryScratch, UsesPagesAgain) {
   next->seal();
 #if !defined(__SANITIZE_ADDRESS__)  // which keeps what is freed for a while
   EXPECT_EQ(data_of(*next, 0), first);
-#else
-  EXPECT_NE(data_of(*next, 0), nullptr);
-  EXPECT_NE(first, nullptr);
 #endif
   for (const PieceText& piece : pieces) {
     EXPECT_THAT(pieces_in(*next, piece.bucket), ElementsAre(piece.text));
