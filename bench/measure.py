@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 import time
 
-PHASES = ["read", "locate", "scatter cells", "scatter points", "assemble", "passes", "write"]
+PHASES = ["read", "locate", "scatter cells", "scatter points", "assemble", "passes", "fit", "write"]
 UNITS = {"": 1, "B": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30}
 MIB = 1 << 20
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "mesh/hilbert.h"
 
@@ -16,6 +17,16 @@ constexpr Vec3<double> kStep{0.8191725133961645, 0.6710436067037893, 0.549700477
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double fraction(double x) { return x - std::floor(x); }
+
+Vector<std::uint64_t> first_keys_of(std::uint32_t chunks, Vector<std::uint64_t> samples) {
+  Vector<std::uint64_t> first_keys;
+  if (samples.empty()) return first_keys;
+  std::sort(samples.begin(), samples.end());
+  for (std::uint64_t c = 1; c < chunks; ++c) {
+    first_keys.push_back(samples[c * samples.size() / chunks]);
+  }
+  return first_keys;
+}
 
 }  // namespace
 
@@ -58,12 +69,11 @@ std::uint64_t ShiftedCurve::key(const Vec3<Real>& p) const {
 }
 
 CurveCut::CurveCut(const ShiftedCurve& curve, std::uint32_t chunks, Vector<std::uint64_t> samples)
-    : curve_(curve) {
-  if (chunks <= 1 || samples.empty()) return;
-  std::sort(samples.begin(), samples.end());
-  for (std::uint64_t c = 1; c < chunks; ++c) {
-    first_keys_.push_back(samples[c * samples.size() / chunks]);
-  }
+    : CurveCut(curve, first_keys_of(chunks, std::move(samples))) {}
+
+CurveCut::CurveCut(const ShiftedCurve& curve, Vector<std::uint64_t> first_keys)
+    : curve_(curve), first_keys_(std::move(first_keys)) {
+  if (first_keys_.empty()) return;
   std::uint32_t chunk = 0;
   for (std::uint64_t i = 0; i <= std::uint64_t{1} << kTableBits; ++i) {
     const std::uint64_t key = i << (3 * kHilbertBits - kTableBits);

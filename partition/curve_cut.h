@@ -46,6 +46,11 @@ class CurveCut {
   // keys on the curve, in any order. Chunks may turn out empty where points coincide.
   CurveCut(const ShiftedCurve& curve, std::uint32_t chunks, Vector<std::uint64_t> samples);
 
+  // The same as a cut that has these; they ascend.
+  CurveCut(const ShiftedCurve& curve, Vector<std::uint64_t> first_keys);
+  const ShiftedCurve& curve() const { return curve_; }
+  const Vector<std::uint64_t>& first_keys() const { return first_keys_; }
+
   std::uint32_t chunks() const { return static_cast<std::uint32_t>(first_keys_.size()) + 1; }
 
   template <class Real>

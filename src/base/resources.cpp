@@ -67,6 +67,11 @@ void PhaseClock::begin(const std::string& phase) {
   since_ = wall_seconds();
 }
 
+void PhaseClock::move(const std::string& from, const std::string& to, double seconds) {
+  seconds_[from] -= seconds;
+  seconds_[to] += seconds;
+}
+
 void PhaseClock::end() {
   if (!phase_.empty()) seconds_[phase_] += wall_seconds() - since_;
   phase_.clear();

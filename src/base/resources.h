@@ -49,6 +49,8 @@ class PhaseClock {
   // Ends the running phase and begins another one; coming back to a phase adds to it.
   void begin(const std::string& phase);
   void end();
+  // What was counted for one phase, or will be, is another's.
+  void move(const std::string& from, const std::string& to, double seconds);
   const std::map<std::string, double>& seconds() const { return seconds_; }
 
  private:

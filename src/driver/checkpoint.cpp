@@ -62,6 +62,11 @@ void pass(Stream stream, State& state) {
   stream.value(mesh.tets);
   stream.value(mesh.removed);
   stream.value(mesh.chunks);
+  auto curve = mesh.cut.curve();
+  auto first_keys = mesh.cut.first_keys();
+  stream.value(curve);
+  stream.all(first_keys);
+  if constexpr (!std::is_const_v<State>) mesh.cut = CurveCut(curve, std::move(first_keys));
   stream.all(mesh.interface.entries());
   stream.all(mesh.sizes);
   stream.all(mesh.costs);
@@ -88,6 +93,7 @@ void pass(Stream stream, State& state) {
   stream.all(state.lods);
   pass_strings(stream, state.outputs);
   stream.all(state.log_slices);
+  stream.value(state.value_chunks);
   stream.value(state.chunk_tets);
   stream.value(state.shrink);
   stream.value(state.spread);

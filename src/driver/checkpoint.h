@@ -19,6 +19,8 @@ struct RunState : RoundsState {
   std::uint32_t steering_width = 0;
   std::vector<std::string> outputs;       // files that are written already: one a stage
   std::vector<std::uint32_t> log_slices;  // of the rounds whose fusions are kept
+  std::uint32_t value_chunks = 0;         // OriginalValues::keep()
+  std::unique_ptr<OriginalValues<Real>> values;  // apart, too; null: nobody wants to know
 };
 
 // The mesh must be in pieces.

@@ -272,12 +272,13 @@ void clear_leftovers(const std::string& path) noexcept {
 template <class Real>
 MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
                         const LowerPart<Real>& lower, const CarriedArrays& carried,
-                        MeshSource* source, const ExportSettings& settings,
-                        const RunContext& context, MemoryBudget* budget, Scratch* scratch) {
+                        FittedValues<Real>* fitted, MeshSource* source,
+                        const ExportSettings& settings, const RunContext& context,
+                        MemoryBudget* budget, Scratch* scratch) {
   const auto run = [&](const WorkMesh<Real>& rows, const LowerPart<Real>& lower_cells,
                        const CarriedArrays& arrays) {
-    const ExportJob<Real> job{mesh,     rows,    lower_cells, arrays, source,
-                              settings, context, budget,      scratch};
+    const ExportJob<Real> job{mesh,   rows,     lower_cells, arrays, fitted,
+                              source, settings, context,     budget, scratch};
     if (settings.sink != nullptr) return export_to_memory(job);
     return is_pieces_name(settings.path) ? export_pieces(job) : Exporter<Real>(job).run();
   };
@@ -290,10 +291,12 @@ MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout
 }
 
 template MeshSummary export_mesh(const MacroLod<float>&, const WorkMesh<float>&,
-                                 const LowerPart<float>&, const CarriedArrays&, MeshSource*,
+                                 const LowerPart<float>&, const CarriedArrays&,
+                                 FittedValues<float>*, MeshSource*,
                                  const ExportSettings&, const RunContext&, MemoryBudget*, Scratch*);
 template MeshSummary export_mesh(const MacroLod<double>&, const WorkMesh<double>&,
-                                 const LowerPart<double>&, const CarriedArrays&, MeshSource*,
+                                 const LowerPart<double>&, const CarriedArrays&,
+                                 FittedValues<double>*, MeshSource*,
                                  const ExportSettings&, const RunContext&, MemoryBudget*, Scratch*);
 
 }  // namespace tetfusion

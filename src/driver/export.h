@@ -49,13 +49,15 @@ void tell_left_out(const std::string& path, const MeshDescription& mesh, const R
 // Removes what a run to that name left that was killed: see remove_dead_pieces(). Does not fail.
 void clear_leftovers(const std::string& path) noexcept;
 
-// Writes the mesh with the carried arrays and the input's field data. Points are numbered chunk by
+// Writes the mesh with the carried arrays and the input's field data; where `fitted` is not null
+// with fitted values. Points are numbered chunk by
 // chunk, a point between chunks with the lowest of them, those that only cells of lower dimension
 // use last. The mesh stays as it is. Returns what was written.
 template <class Real>
 MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
                         const LowerPart<Real>& lower, const CarriedArrays& carried,
-                        MeshSource* source, const ExportSettings& settings,
-                        const RunContext& context, MemoryBudget* budget, Scratch* scratch);
+                        FittedValues<Real>* fitted, MeshSource* source,
+                        const ExportSettings& settings, const RunContext& context,
+                        MemoryBudget* budget, Scratch* scratch);
 
 }  // namespace tetfusion

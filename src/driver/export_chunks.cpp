@@ -118,13 +118,15 @@ void ExportChunks<Real>::for_each(double share, const Emit& emit) {
     if (mesh.whole) {
       chunk.mesh = *mesh.whole;
     } else {
-      memory = job_.budget->wait_for(chunk_memory(mesh.pieces->bytes(chunk.number)),
+      const std::uint64_t fit = job_.fitted != nullptr ? job_.fitted->memory(chunk.number) : 0;
+      memory = job_.budget->wait_for(chunk_memory(mesh.pieces->bytes(chunk.number)) + fit,
                                      "a chunk to be written");
       const std::size_t ahead = c + workers.size();
       if (ahead < mesh.chunks) mesh.pieces->will_read(static_cast<std::uint32_t>(ahead));
       Rounds<Real>::gather(mesh, chunk.number, &chunk.gather, &chunk.mesh);
     }
     if (job_.settings.has_numbers) chunk.mesh.cell_columns.pop_back();
+    if (job_.fitted != nullptr) job_.fitted->fit(chunk.number, &chunk.fit, &chunk.mesh);
     name_vertices(&chunk);
     note_original_ids(chunk);
     if (job_.settings.original_ids) {

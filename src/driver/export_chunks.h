@@ -20,6 +20,7 @@ struct ExportJob {
   const WorkMesh<Real>& layout;
   const LowerPart<Real>& lower;
   const CarriedArrays& carried;
+  FittedValues<Real>* fitted;  // may be null
   MeshSource* source;
   const ExportSettings& settings;
   const RunContext& context;
@@ -46,6 +47,7 @@ class ExportChunks {
     Vector<std::uint32_t> own;      // its own vertices, in the order of their numbers
     ChunkGather<Real> gather;
     ChunkInspector inspector;
+    ValueFit<Real> fit;
   };
   using Emit = std::function<void(const Chunk& chunk)>;
   // A point that a cell of lower dimension uses.

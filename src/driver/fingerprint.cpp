@@ -66,7 +66,7 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   text +=
       fmt::format("method: {}\nminimum quality: {}\nmaximum rms: {}\n", static_cast<int>(b.method),
                   b.min_quality, b.max_rms ? fmt::format("{}", *b.max_rms) : "none");
-  text += fmt::format("conserve: {}\n", b.conserve);
+  text += fmt::format("conserve: {}\nfit values: {}\n", b.conserve, b.fit_values);
   text += fmt::format("boundary: {} {}\n", static_cast<int>(b.boundary), b.boundary_distance);
   text +=
       fmt::format("maximum error: {}\n", b.max_error ? fmt::format("{}", *b.max_error) : "none");

@@ -40,6 +40,7 @@ struct MacroLod {
   // of the vertices between them.
   std::optional<WorkMesh<Real>> whole;
   std::unique_ptr<PieceStore> pieces;
+  CurveCut cut;                   // that made the chunks, of every macroLoD but the first
   std::vector<ChunkSize> sizes;   // one a chunk
   std::vector<ChunkCosts> costs;  // one a chunk; none where nothing has been judged
   InterfaceTable interface;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "driver/carried_arrays.h"
+#include "driver/original_values.h"
 #include "driver/rounds.h"
 #include "verify/verify.h"
 
@@ -59,18 +60,26 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
       chunks > 1 ? chunks * interface_vertices(static_cast<double>(chunk_tets)) * kInterfaceBytes
                  : 0;
   const double of_points = 4 * points;
-  const double work = threads * (static_cast<double>(kWindows) + 6 * chunk);
+  const double aside =
+      steering.point_aside == 0 ? 0 : 3 * real + static_cast<double>(steering.point_aside);
+  const auto fit = static_cast<double>(
+      steering.point_aside == 0
+          ? 0
+          : fit_memory(mesh.points, steering.point_aside / sizeof(double),
+                       std::min(mesh.cells, chunk_tets)));
+  const double work = threads * (std::max(static_cast<double>(kWindows), fit) + 6 * chunk);
   const double fixed = static_cast<double>(kProcess) + static_cast<double>(memory_to_read) + work +
                        std::max(of_points, between);
   MemoryNeeds needs;
   needs.pieces = static_cast<std::uint64_t>(pieces);
   needs.out_of_core = static_cast<std::uint64_t>(fixed);
   // What was scattered for the chunks stays until the first round is over, and that leaves pieces.
-  needs.in_core = static_cast<std::uint64_t>(fixed + 1.75 * pieces);
+  // In the end there is more room.
+  needs.in_core = static_cast<std::uint64_t>(fixed + 1.75 * pieces + aside * points);
   // What was scattered for the chunks, and the first round's pieces; later the generation that is
   // read, the one that is written, and the one that is durable, each half as large. Up to 1.95
   // measured; in part of that are files kept to be overwritten, which go where room is short.
-  needs.scratch = static_cast<std::uint64_t>(2.0 * pieces);
+  needs.scratch = static_cast<std::uint64_t>(2.0 * pieces + aside * points);
   return needs;
 }
 

@@ -18,10 +18,11 @@ struct MemoryNeeds {
   std::uint64_t scratch = 0;      // of the disk, beside the output, where the mesh is kept there
 };
 
-// What steering takes of a vertex, and of a point that is no vertex any more but remembered for the
-// sake of a bound at points; 0: none is.
+// What steering takes of a vertex; of a point that is no vertex any more but remembered for the
+// sake of a bound at points; and of one of the original that is put aside (original_values.h). 0:
+// none is.
 struct SteeringBytes {
-  std::uint64_t vertex = 0, removed_point = 0;
+  std::uint64_t vertex = 0, removed_point = 0, point_aside = 0;
 };
 
 // `memory_to_read` is what the reader

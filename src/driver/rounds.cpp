@@ -183,6 +183,11 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
     round_.fields = fields;
     round_.facing = std::move(mesh->facing);
     begin_facing();
+    if (puts_values_aside()) {
+      values_->begin();
+      values_->add(0, whole);
+      values_->end();
+    }
     const FuseStatistics all = run_passes(limits, 0, &whole, wanted(&log));
     mesh->facing = std::move(round_.next_facing);
     statistics.pass = all.pass;
@@ -234,6 +239,7 @@ void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits
   round_.tets = tets;
   round_.shares = std::move(shares);
   begin_facing();
+  if (puts_values_aside()) values_->begin();
   round_.results.resize(round_.shares.size() - 1);
   round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
   if (logs_ != nullptr) logs_->begin(tets);
@@ -260,6 +266,7 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
   ChunkResult& result = round_.results[chunk];
   Worker& tools = *workers_[worker];
   FusionLog log;
+  if (puts_values_aside()) values_->add(chunk, *mesh);
   const FuseStatistics statistics = run_passes(own, worker, mesh, wanted(&log));
   if (logs_ != nullptr) logs_->add(chunk, log);
   result.pass = statistics.pass;
@@ -284,7 +291,9 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
 template <class Real>
 RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& marks) {
   MacroLod<Real> next;
+  if (puts_values_aside()) values_->end();
   next.chunks = round_.next_cut.chunks();
+  next.cut = std::move(round_.next_cut);
   next.pieces = std::move(round_.next);
   next.pieces->seal();
   next.costs = std::move(round_.costs);

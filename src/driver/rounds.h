@@ -13,6 +13,7 @@
 #include "base/run_context.h"
 #include "driver/fusion_logs.h"
 #include "driver/macro_lod.h"
+#include "driver/original_values.h"
 #include "io/scratch.h"
 #include "kernel/fuse_round.h"
 #include "kernel/greedy_pass.h"
@@ -75,6 +76,9 @@ class Rounds {
   // From here on every fusion is noted there, which outlives this.
   void keep_logs(FusionLogs* logs) { logs_ = logs; }
 
+  // A first round that only looks puts aside there what the fields are; it outlives this.
+  void put_values_aside(OriginalValues<Real>* values) { values_ = values; }
+
   // Gathers a chunk, for whoever wants to look at it.
   static void gather(const MacroLod<Real>& mesh, std::uint32_t chunk, ChunkGather<Real>* gather,
                      WorkMesh<Real>* out);
@@ -116,6 +120,7 @@ class Rounds {
   void make_whole(MacroLod<Real>* mesh);
   FuseStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
                             FusionLog* log);
+  bool puts_values_aside() const { return values_ != nullptr && round_.settings.look; }
   FusionLog* wanted(FusionLog* log) const { return logs_ != nullptr ? log : nullptr; }
   void count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter);
   std::vector<std::uint64_t> shares_of(const RoundSettings& settings,
@@ -127,6 +132,7 @@ class Rounds {
   std::vector<std::unique_ptr<Worker>> workers_;
   Round round_;
   FusionLogs* logs_ = nullptr;
+  OriginalValues<Real>* values_ = nullptr;
   std::mutex costs_mutex_;
 };
 

@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "base/error.h"
+#include "driver/error_limits.h"
+#include "driver/promise.h"
 #include "kernel/vertex_quadrics.h"
 
 namespace tetfusion {
@@ -21,6 +23,30 @@ std::uint32_t quadric_width(const BehaviourOptions& behaviour, std::uint32_t ste
 
 bool surfaces_move(const BehaviourOptions& behaviour) {
   return behaviour.boundary != Boundary::kExact;
+}
+
+bool fits_values(const SimplifyRequest& request, const MeshDescription& mesh,
+                 const std::vector<SteeringChoice>& choices) {
+  const BehaviourOptions& b = request.behaviour;
+  const auto can_be_fitted = [&](const SteeringChoice& c) {
+    return c.association == Association::kPoint && is_float(mesh.point_data.arrays[c.index].type);
+  };
+  return b.method == Method::kFuse && b.fit_values && !b.conserve && request.progressive.empty() &&
+         !error_limits(b, limits_of(choices)).at_points &&
+         std::any_of(choices.begin(), choices.end(), can_be_fitted);
+}
+
+SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
+                             const std::vector<SteeringChoice>& choices) {
+  const BehaviourOptions& b = request.behaviour;
+  const std::uint32_t width = components_of(choices, mesh);
+  const std::uint64_t row = width * sizeof(double);
+  std::uint64_t vertex = row;
+  if (b.method == Method::kFuse) {
+    vertex += (quadric_width(b, width) + (surfaces_move(b) ? 1 : 0)) * sizeof(float);
+  }
+  return {vertex, error_limits(b, limits_of(choices)).at_points ? row : 0,
+          fits_values(request, mesh, choices) ? row : 0};
 }
 
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,

@@ -9,6 +9,7 @@
 #include "base/run_context.h"
 #include "driver/carried_arrays.h"
 #include "driver/import.h"
+#include "driver/memory_plan.h"
 #include "driver/options.h"
 #include "driver/steering.h"
 #include "io/mesh_stream.h"
@@ -16,6 +17,14 @@
 namespace tetfusion {
 
 bool surfaces_move(const BehaviourOptions& behaviour);
+
+// Are values of new points fitted to the original's in the end (original_values.h)? Not where they
+// are promised already, or where the way back begins with those that fusions left.
+bool fits_values(const SimplifyRequest& request, const MeshDescription& mesh,
+                 const std::vector<SteeringChoice>& choices);
+
+SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
+                             const std::vector<SteeringChoice>& choices);
 
 // Columns of chunks: those of cell arrays of the description.
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,

@@ -73,7 +73,6 @@ class Job {
   bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                        const RoundsState& state) const;
-  double progress_at(std::uint64_t tets, std::size_t rounds) const;
   void make_map(const std::string& path, const Vector<std::int64_t>& original_ids,
                 const MeshSummary& written, OutputFile* file);
   void verify(const std::string& output, const std::string& path, const InputFacts& facts,
@@ -233,14 +232,7 @@ void Job::plan_memory() {
   const std::uint64_t total =
       request_.performance.memory != 0 ? request_.performance.memory : memory_limit() / 2;
   const MeshDescription& mesh = source_->description();
-  const std::uint32_t width = components_of(steering_choices_, mesh);
-  const bool removed_points =
-      error_limits(request_.behaviour, limits_of(steering_choices_)).at_points;
-  std::uint64_t steering_bytes = width * sizeof(double);
-  if (request_.behaviour.method == Method::kFuse)
-    steering_bytes +=
-        (quadric_row(width, surfaces_move()) + (surfaces_move() ? 1 : 0)) * sizeof(float);
-  needs_ = estimate_needs(mesh, {steering_bytes, removed_points ? width * sizeof(double) : 0},
+  needs_ = estimate_needs(mesh, steering_bytes(request_, mesh, steering_choices_),
                           request_.behaviour.chunk_tets, thread_count(),
                           stream_ ? stream_->bytes() : source_->memory_to_read());
   // Without a goal nobody knows how large the result will be.
@@ -304,6 +296,10 @@ void Job::run_with() {
       logs_ = std::make_unique<FusionLogs>(scratch_.get(), log_bytes_per_tet(description));
       rounds->keep_logs(logs_.get());
     }
+    if (fits_values(request_, source_->description(), steering_choices_)) {
+      state.values = std::make_unique<OriginalValues<Real>>(scratch_.get(), surfaces_move());
+      rounds->put_values_aside(state.values.get());
+    }
     return layout;
   };
   if (checkpoint_) {
@@ -316,6 +312,7 @@ void Job::run_with() {
                              format_count(state.input.mesh.tets)));
     const auto layout = begin(state.steering_width);
     if (keeps_logs()) logs_->resume(state.log_slices, &*checkpoint_);
+    if (state.values) state.values->resume(state.value_chunks, &*checkpoint_);
     checkpoint_.reset();
     describe_input(state.input.facts);
     plan_output(state.input.facts.tets);
@@ -439,6 +436,7 @@ template <class Real>
 void Job::commit(const std::string& generation, RunState<Real>* state) {
   if (!on_disk_ || !keeps_work() || state->input.mesh.whole) return;
   if (keeps_logs()) state->log_slices = logs_->keep();
+  if (state->values) state->value_chunks = state->values->keep();
   scratch_->commit(generation, save(*state));
   committed_ = true;
 }
@@ -462,7 +460,8 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     clock_.begin("write");
     if (last) rounds.reset();
     if (last) scratch_->drop_spares();
-    const double share = progress_at(state->input.mesh.tets, state->lods.size());
+    const double share = share_done(report_.input.tets, state->input.mesh.tets,
+                                    stages_.back().tets, state->lods.size());
     const auto progress = [&](double done) {
       context_.check();
       context_.report("writing", share + (last ? 1 - share : 0) * done);
@@ -476,6 +475,14 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     out.sink = sink_;
     out.original_ids = request_.behaviour.original_ids;
     out.has_numbers = keeps_logs();
+    std::unique_ptr<FittedValues<Real>> fitted;
+    if (state->values != nullptr && state->values->chunks() > 0) {
+      clock_.begin("fit");
+      fitted = std::make_unique<FittedValues<Real>>(*state->values, state->input.mesh,
+                                                    state->fields, state->steering_width,
+                                                    thread_count(), scratch_.get());
+      clock_.begin("write");
+    }
     std::optional<OutputFile> progressive;
     if (keeps_logs()) {
       clock_.begin("progressive");
@@ -499,8 +506,10 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
       if (map) map->finish();
     };
     if (looks_at_result()) out.inspect = inspect;
-    report_.output = export_mesh(state->input.mesh, layout, state->input.lower, carried,
-                                 source_.get(), out, context_, budget_.get(), scratch_.get());
+    report_.output =
+        export_mesh(state->input.mesh, layout, state->input.lower, carried, fitted.get(),
+                    source_.get(), out, context_, budget_.get(), scratch_.get());
+    if (fitted) clock_.move("write", "fit", fitted->seconds() / thread_count());
     if (map) map->commit();
     if (progressive) progressive->commit();
     state->outputs.push_back(stages_[i].path);
@@ -538,20 +547,6 @@ void Job::verify(const std::string& output, const std::string& path, const Input
   clock_.begin("write");
 }
 
-// How much of the run is done. Without a goal nobody knows where passes will end; most of what goes
-// does so in the first rounds.
-double Job::progress_at(std::uint64_t tets, std::size_t rounds) const {
-  constexpr double kImportShare = 0.25;
-  constexpr double kRoundsShare = 0.55;
-  if (!stages_.back().tets) {
-    return kImportShare + kRoundsShare * (1 - std::pow(0.7, static_cast<double>(rounds)));
-  }
-  const auto first = static_cast<double>(report_.input.tets);
-  const auto goal = static_cast<double>(*stages_.back().tets);
-  const double done = first > goal ? (first - static_cast<double>(tets)) / (first - goal) : 1;
-  return kImportShare + kRoundsShare * std::min(done, 1.0);
-}
-
 // Runs rounds until the goal is reached (true) or nothing fuses (false).
 template <class Real>
 bool Job::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds,
@@ -559,7 +554,8 @@ bool Job::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds,
   MacroLod<Real>& mesh = state->input.mesh;
   while (!goal || mesh.tets > *goal) {
     if (state->end != StageEnd::kOpen) return state->end == StageEnd::kGoal;
-    context_.report("fusing", progress_at(mesh.tets, state->lods.size()));
+    context_.report("fusing", share_done(report_.input.tets, mesh.tets, stages_.back().tets,
+                                         state->lods.size()));
     const RoundPlan plan = plan_round(state->input.box, mesh.tets, goal, *state);
     const RoundStatistics round =
         rounds->run(plan.settings, plan.limits, state->fields, context_, &mesh);

@@ -337,6 +337,7 @@ SimplifyRequest SharedSeries::job(double share) const {
   job.performance.scratch = folder_.chunks();
   job.performance.keep_work = false;
   BehaviourOptions& b = job.behaviour;
+  b.fit_values = false;  // those of each step are
   b.arrays.clear();
   double largest = 1;
   bool bounded = false;

@@ -63,8 +63,8 @@ class ExportPieces : public ::testing::Test {
                         ExportSettings settings = {}) {
     settings.path = path;
     return export_mesh<Real>(import->imported.mesh, import->layout, import->imported.lower,
-                             import->carried, import->source.get(), settings, {}, &import->budget,
-                             import->scratch.get());
+                             import->carried, nullptr, import->source.get(), settings, {},
+                             &import->budget, import->scratch.get());
   }
 
   std::size_t files_of_pieces() const {

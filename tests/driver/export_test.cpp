@@ -33,8 +33,8 @@ class ExportMesh : public ::testing::Test {
                         ExportSettings settings = {}) {
     settings.path = path;
     return export_mesh<Real>(import->imported.mesh, import->layout, import->imported.lower,
-                             import->carried, import->source.get(), settings, {}, &import->budget,
-                             import->scratch.get());
+                             import->carried, nullptr, import->source.get(), settings, {},
+                             &import->budget, import->scratch.get());
   }
 
   // Imports in chunks, exports, and compares with the file that it came from.

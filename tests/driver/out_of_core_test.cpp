@@ -183,7 +183,7 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   const std::string expected = run_in_core();
   const auto source = open_mesh(request.input);
   request.performance.threads = 2;
-  const MemoryNeeds needs = estimate_needs(source->description(), {sizeof(double), 0},
+  const MemoryNeeds needs = estimate_needs(source->description(), {.vertex = sizeof(double)},
                                            request.behaviour.chunk_tets, 2, 0);
   request.performance.memory = needs.in_core;
   EXPECT_EQ(simplify(request).scratch_bytes, 0u);
@@ -204,11 +204,25 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
 TEST_F(OutOfCore, RemovedPointsTakeMemory) {
   const auto source = open_mesh(request.input);
   const auto needs = [&](std::uint64_t removed) {
-    return estimate_needs(source->description(), {8, removed}, 700, 2, 0);
+    return estimate_needs(source->description(), {.vertex = 8, .removed_point = removed},
+                          700, 2, 0);
   };
   EXPECT_EQ(needs(0).out_of_core, needs(1).out_of_core);  // less than its tetrahedra
   EXPECT_EQ(needs(2000).out_of_core - needs(1000).out_of_core, 2u * 6 * 2 * 700 * 1000);
   EXPECT_EQ(needs(2000).pieces, needs(0).pieces);
+}
+
+// All of them in memory; in the end at most four for each tetrahedron of a chunk.
+TEST_F(OutOfCore, PointsThatArePutAsideTakeMemory) {
+  const auto source = open_mesh(request.input);
+  const auto needs = [&](std::uint64_t aside, std::uint64_t chunk_tets) {
+    return estimate_needs(source->description(), {.vertex = 8, .point_aside = aside}, chunk_tets, 2,
+                          0);
+  };
+  EXPECT_EQ(needs(8, 700).out_of_core, needs(0, 700).out_of_core);  // less than windows
+  EXPECT_EQ(needs(8, 700).in_core - needs(0, 700).in_core,
+            source->description().points * (3 * 8 + 8));
+  EXPECT_EQ(needs(8, 700).pieces, needs(0, 700).pieces);
 }
 
 // Else the end of a run, or of one that is stopped, would have to wait for the disk.

@@ -76,6 +76,16 @@ TEST(CurveCut, ChunksHoldAsManySamplesAsTheOthers) {
   }
 }
 
+TEST(CurveCut, IsMadeAgainOfWhatItWas) {
+  const auto points = random_points(3000);
+  for (const std::uint32_t chunks : {1, 2, 40}) {
+    const CurveCut cut = cut_points(points, chunks, 3);
+    const CurveCut again(cut.curve(), Vector<std::uint64_t>(cut.first_keys()));
+    EXPECT_EQ(again.chunks(), chunks);
+    for (const auto& p : points) EXPECT_EQ(again.chunk_of(p), cut.chunk_of(p));
+  }
+}
+
 TEST(CurveCut, ChunksOfAMeshAreBalanced) {
   const auto mesh = testing::to_work_mesh(testing::five_split_cube(20, 0.2, 3));
   for (std::uint32_t round = 0; round < 4; ++round) {

@@ -35,6 +35,7 @@ class Refine : public ::testing::Test {
   void simplify_both(const MeshFile& file) {
     file.write(request.input);
     request.progressive.clear();
+    request.behaviour.fit_values = false;
     simplify(request);
     const std::string plain = bytes_of(request.output);
     request.progressive = folder.file("run.tfp");

@@ -1,0 +1,194 @@
+// A piece: the number of points, their positions, and each component of what steers.
+#include "driver/original_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/error.h"
+#include "base/resources.h"
+#include "base/serialize.h"
+#include "base/tasks.h"
+#include "driver/windows.h"
+#include "kernel/fusions.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr const char* kName = "original-values";
+
+// More points of the original than so many for each tetrahedron of the result have nothing to add.
+constexpr std::uint64_t kMostPoints = 4;
+
+std::uint64_t row_bytes(std::size_t real_bytes, std::size_t width) {
+  return 3 * real_bytes + width * sizeof(double);
+}
+
+template <class Real>
+struct Rows {
+  Rows(std::span<const std::byte> piece, std::size_t width) {
+    RowReader reader(piece);
+    positions = {reader.take<Vec3<Real>>(), reader.items()};
+    for (std::size_t k = 0; k < width; ++k) columns.push_back(reader.take<double>());
+  }
+  std::span<const Vec3<Real>> positions;
+  std::vector<const double*> columns;
+};
+
+}  // namespace
+
+template <class Real>
+void OriginalValues<Real>::begin() {
+  store_.reset();  // its name is free again
+  store_ = scratch_->begin(kName);
+  chunks_ = 0;
+  is_whole_ = false;
+}
+
+// A vertex between chunks is its last one's. Where surfaces move, what lies on one may come to lie
+// on the other side of a crack, and whether a vertex between chunks is on one is not yet known.
+template <class Real>
+void OriginalValues<Real>::add(std::uint32_t chunk, const WorkMesh<Real>& mesh) {
+  ++chunks_;
+  const std::size_t width = mesh.steering_width;
+  const std::uint8_t unsure = surfaces_move_ ? kOnBoundary | kOnInterface : 0;
+  Vector<std::uint32_t> vertices;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (sharing_of(mesh.marks[v]) == kShared || (mesh.marks[v] & unsure) != 0) continue;
+    const double* values = mesh.steering.data() + v * width;
+    if (std::all_of(values, values + width, [](double x) { return std::isfinite(x); })) {
+      vertices.push_back(v);
+    }
+  }
+  if (vertices.empty()) return;
+  ByteWriter count;
+  count.put(std::uint64_t{vertices.size()});
+  Vector<std::byte> piece = count.take();
+  RowWriter writer(&piece);
+  writer.put<Vec3<Real>>(vertices, [&](std::uint32_t v) { return mesh.positions[v]; });
+  for (std::size_t k = 0; k < width; ++k) {
+    writer.put<double>(vertices, [&](std::uint32_t v) { return mesh.steering[v * width + k]; });
+  }
+  const PieceRef ref{chunk, piece};
+  store_->add(chunk, {&ref, 1});
+}
+
+template <class Real>
+void OriginalValues<Real>::end() {
+  store_->seal();
+  is_whole_ = true;
+}
+
+template <class Real>
+std::uint32_t OriginalValues<Real>::keep() {
+  if (is_whole_ && !is_kept_) scratch_->keep(kName);
+  is_kept_ = is_whole_;
+  return chunks();
+}
+
+template <class Real>
+void OriginalValues<Real>::resume(std::uint32_t chunks, Checkpoint* from) {
+  if (chunks == 0) return;
+  const auto store = from->kept.find(kName);
+  if (store == from->kept.end() || store->second == nullptr) {
+    throw Error(ErrorCode::kIo,
+                "the work in the scratch folder lacks the original's values: remove the folder, and "
+                "start the run again");
+  }
+  store_ = std::move(store->second);
+  chunks_ = chunks;
+  is_whole_ = is_kept_ = true;
+}
+
+template <class Real>
+FittedValues<Real>::FittedValues(const OriginalValues<Real>& original, const MacroLod<Real>& mesh,
+                                 std::span<const SteeringField> fields, std::uint32_t width,
+                                 int threads, Scratch* scratch)
+    : original_(original), mesh_(mesh), fields_(fields), width_(width) {
+  if (!mesh.whole) sort_points(threads, scratch);
+}
+
+// By the chunk of the mesh that each point is in.
+template <class Real>
+void FittedValues<Real>::sort_points(int threads, Scratch* scratch) {
+  sorted_ = scratch->begin(fmt::format("sorted-values-{}", mesh_.tets));
+  Pool<WindowPieces> tools;
+  run_tasks(original_.chunks(), threads, [&](std::size_t c, std::size_t) {
+    const auto chunk = static_cast<std::uint32_t>(c);
+    const auto bucket = original_.store().read(chunk);
+    if (bucket->pieces().empty()) return;
+    const Rows<Real> rows(bucket->pieces()[0], width_);
+    Vector<std::uint32_t> chunk_of(rows.positions.size());
+    for (std::size_t i = 0; i < chunk_of.size(); ++i) {
+      chunk_of[i] = mesh_.cut.chunk_of(rows.positions[i]);
+    }
+    tools.borrow()->add(chunk, chunk_of, mesh_.chunks, sorted_.get(), [&](const auto& points, RowWriter* to) {
+      to->put<Vec3<Real>>(points, [&](std::uint32_t i) { return rows.positions[i]; });
+      for (const double* column : rows.columns) {
+        to->put<double>(points, [&](std::uint32_t i) { return column[i]; });
+      }
+    });
+  });
+  sorted_->seal();
+}
+
+template <class Real>
+std::uint64_t FittedValues<Real>::bytes_of(std::uint32_t chunk) const {
+  return sorted_ ? sorted_->bytes(chunk) : original_.store().bytes();
+}
+
+template <class Real>
+std::uint64_t FittedValues<Real>::memory(std::uint32_t chunk) const {
+  const std::uint64_t tets = mesh_.whole ? mesh_.tets : mesh_.sizes[chunk].tets;
+  return fit_memory(bytes_of(chunk) / row_bytes(sizeof(Real), width_), width_, tets);
+}
+
+template <class Real>
+void FittedValues<Real>::fit(std::uint32_t chunk, ValueFit<Real>* tool,
+                             WorkMesh<Real>* mesh) {
+  const double start = wall_seconds();
+  tool->begin(mesh);
+  add_points(chunk, mesh->tets.size(), tool);
+  write_steering_columns(fields_, tool->fit(), mesh);
+  const std::lock_guard lock(seconds_mutex_);
+  seconds_ += wall_seconds() - start;
+}
+
+// All, or every second, third, ...: however they are cut into pieces.
+template <class Real>
+void FittedValues<Real>::add_points(std::uint32_t chunk, std::uint64_t tets,
+                                    ValueFit<Real>* to) const {
+  const std::uint64_t points = bytes_of(chunk) / row_bytes(sizeof(Real), width_);
+  const std::uint64_t step = points / (kMostPoints * tets + 1) + 1;
+  std::uint64_t next = 0;
+  const auto add = [&](const PieceStore& store, std::uint32_t bucket) {
+    const auto pieces = store.read(bucket);
+    for (const std::span<const std::byte> piece : pieces->pieces()) {
+      const Rows<Real> rows(piece, width_);
+      to->add({rows.positions, rows.columns}, next, step);
+      const std::uint64_t count = rows.positions.size();
+      next += next < count ? (count - next + step - 1) / step * step : 0;
+      next -= count;
+    }
+    pieces->check();
+  };
+  if (sorted_) {
+    add(*sorted_, chunk);
+  } else {
+    for (std::uint32_t c = 0; c < original_.chunks(); ++c) add(original_.store(), c);
+  }
+}
+
+std::uint64_t fit_memory(std::uint64_t points, std::size_t width, std::uint64_t tets) {
+  return ValueFit<double>::memory(std::min(points, kMostPoints * tets), width, tets);
+}
+
+template class OriginalValues<float>;
+template class OriginalValues<double>;
+template class FittedValues<float>;
+template class FittedValues<double>;
+
+}  // namespace tetfusion

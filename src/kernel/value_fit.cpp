@@ -1,0 +1,255 @@
+#include "kernel/value_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetfusion {
+
+namespace {
+
+// Steps towards the least squares: the first takes most of what can be had, a fourth nothing that
+// could be measured. Then so many towards a largest error of this share of what it is after them:
+// a smaller one would be paid for in squares (bench/README.md).
+constexpr int kSteps = 3;
+constexpr int kCorrections = 8;
+constexpr double kWanted = 0.7;
+// Corrections aim a little further, so that they come to an end.
+constexpr double kAimed = 0.98;
+
+// A walk that is longer is lost.
+constexpr int kLongestWalk = 64;
+// A weight that is less negative is rounding.
+constexpr double kInside = -1e-9;
+// Where a vertex has less weight, it has no influence: it would have to move far for a little.
+constexpr double kInfluence = 1.0 / 16;
+// Where points have less weight altogether, values move by a part of what these say.
+constexpr double kFullWeight = 0.5;
+
+constexpr double kNoBound = -1;
+
+Vec3<double> cross(const Vec3<double>& a, const Vec3<double>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+double dot(const Vec3<double>& a, const Vec3<double>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+// Of the corners: volumes with the point in a corner's place, as shares of the tetrahedron's.
+template <class Real>
+std::array<double, 4> weights_of(const Vec3<Real>& p, const std::array<Vec3<Real>, 4>& corners) {
+  std::array<Vec3<double>, 4> r;
+  for (std::size_t k = 0; k < 4; ++k) {
+    r[k] = {double{corners[k].x} - double{p.x}, double{corners[k].y} - double{p.y},
+            double{corners[k].z} - double{p.z}};
+  }
+  const Vec3<double> c01 = cross(r[0], r[1]), c23 = cross(r[2], r[3]);
+  std::array<double, 4> weights{dot(r[1], c23), -dot(r[0], c23), dot(r[3], c01), -dot(r[2], c01)};
+  const double all = weights[0] + weights[1] + weights[2] + weights[3];
+  for (double& w : weights) w /= all;
+  return weights;
+}
+
+std::array<double, 4> all_weights(const std::array<double, 3>& last_three) {
+  const auto& [b, c, d] = last_three;
+  return {1 - b - c - d, b, c, d};
+}
+
+}  // namespace
+
+template <class Real>
+std::uint64_t ValueFit<Real>::memory(std::uint64_t points, std::size_t width, std::uint64_t tets) {
+  // Of balls, and of vertices, of which there are four times fewer, but for odd meshes.
+  constexpr std::uint64_t kTetBytes =
+      16 + (2 * sizeof(VertexId) + 1 + sizeof(double) + sizeof(Move)) / 4;
+  return points * (sizeof(Place) + width * sizeof(double)) + tets * kTetBytes;
+}
+
+template <class Real>
+void ValueFit<Real>::begin(WorkMesh<Real>* mesh) {
+  mesh_ = mesh;
+  may_change_.assign(mesh->vertex_count(), 0);
+  vertices_.clear();
+  for (VertexId v = 0; v < mesh->vertex_count(); ++v) {
+    if ((mesh->marks[v] & (kMoved | kLocked | kOnInterface)) != kMoved) continue;
+    may_change_[v] = 1;
+    vertices_.push_back(v);
+  }
+  places_.clear();
+  columns_.resize(mesh->steering_width);
+  for (Vector<double>& column : columns_) column.clear();
+  last_ = {};
+  if (!vertices_.empty()) build_vertex_tets(mesh->vertex_count(), mesh->tets, &balls_);
+}
+
+template <class Real>
+void ValueFit<Real>::add(const OriginalRows<Real>& points, std::uint64_t first,
+                         std::uint64_t step) {
+  if (vertices_.empty()) return;
+  for (std::uint64_t i = first; i < points.positions.size(); i += step) {
+    if (!find(points.positions[i], &last_) || !depends_on_new(last_)) continue;
+    places_.push_back(last_);
+    for (std::size_t k = 0; k < columns_.size(); ++k) {
+      columns_[k].push_back(points.columns[k][i]);
+    }
+  }
+}
+
+// Walks there from place->tet: always over the face that the point is furthest beyond, if there is
+// a tetrahedron on the other side and it is not where the walk comes from. Where it ends without
+// the point, place->tet stays.
+template <class Real>
+bool ValueFit<Real>::find(const Vec3<Real>& point, Place* place) const {
+  TetId t = place->tet;
+  TetId before = kNoVertex;
+  for (int i = 0; i < kLongestWalk; ++i) {
+    const std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[t]));
+    TetId next = kNoVertex;
+    double furthest = kInside;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (!(w[k] < furthest)) continue;
+      const TetId other = beyond(t, k);
+      if (other == kNoVertex || other == before) continue;
+      next = other;
+      furthest = w[k];
+    }
+    if (next == kNoVertex) {
+      if (!(std::min({w[0], w[1], w[2], w[3]}) >= kInside)) return false;
+      *place = {{w[1], w[2], w[3]}, t};
+      return true;
+    }
+    before = t;
+    t = next;
+  }
+  return false;
+}
+
+// The tetrahedron on the other side of the face without that corner.
+template <class Real>
+TetId ValueFit<Real>::beyond(TetId tet, std::size_t corner) const {
+  const Tet& here = mesh_->tets[tet];
+  const VertexId a = here[(corner + 1) & 3u], b = here[(corner + 2) & 3u],
+                 c = here[(corner + 3) & 3u];
+  for (const std::uint32_t entry : balls_.of(a)) {
+    const Tet& there = mesh_->tets[entry >> 2];
+    const auto has = [&](VertexId v) {
+      return there[0] == v || there[1] == v || there[2] == v || there[3] == v;
+    };
+    if (has(b) && has(c) && (entry >> 2) != tet) return entry >> 2;
+  }
+  return kNoVertex;
+}
+
+template <class Real>
+bool ValueFit<Real>::depends_on_new(const Place& place) const {
+  const Tet& tet = mesh_->tets[place.tet];
+  const std::array<double, 4> weights = all_weights(place.weights);
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (may_change_[tet[k]] != 0 && weights[k] > kInfluence) return true;
+  }
+  return false;
+}
+
+template <class Real>
+std::span<const VertexId> ValueFit<Real>::fit() {
+  if (places_.empty()) return {};
+  for (std::size_t k = 0; k < columns_.size(); ++k) fit_component(k);
+  return vertices_;
+}
+
+template <class Real>
+void ValueFit<Real>::fit_component(std::size_t component) {
+  const std::size_t width = columns_.size();
+  goals_ = columns_[component].data();
+  values_.resize(mesh_->vertex_count());
+  for (std::size_t v = 0; v < values_.size(); ++v) {
+    values_[v] = mesh_->steering[v * width + component];
+  }
+  moves_.resize(values_.size());
+  find_ranges();
+  for (int i = 0; i < kSteps; ++i) {
+    sweep(kNoBound);
+    move_values(kFullWeight);
+  }
+  const double bound = kWanted * largest_error();
+  for (int i = 0; i < kCorrections && sweep(bound) > bound; ++i) move_values(0);
+  for (const VertexId v : vertices_) mesh_->steering[v * width + component] = values_[v];
+}
+
+// Values that take part in an interpolation are within.
+template <class Real>
+void ValueFit<Real>::find_ranges() {
+  for (const VertexId v : vertices_) moves_[v] = {values_[v], values_[v], 0, 0};
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    for (const VertexId v : mesh_->tets[places_[i].tet]) {
+      if (may_change_[v] == 0) continue;
+      moves_[v].least = std::min(moves_[v].least, goals_[i]);
+      moves_[v].most = std::max(moves_[v].most, goals_[i]);
+    }
+  }
+}
+
+// Differences first: a constant is off by nothing.
+template <class Real>
+double ValueFit<Real>::error_at(std::size_t i) const {
+  const Place& place = places_[i];
+  const Tet& tet = mesh_->tets[place.tet];
+  const double first = values_[tet[0]];
+  double value = first;
+  for (std::size_t k = 0; k < 3; ++k) value += place.weights[k] * (values_[tet[k + 1]] - first);
+  return goals_[i] - value;
+}
+
+// Adds up what errors beyond the bound ask of the vertices. Without one that is the mean error
+// (SIRT); else the smallest moves that would bring the point by itself within the bound
+// (projections on convex sets), each as loud as the others. Returns the largest error.
+template <class Real>
+double ValueFit<Real>::sweep(double bound) {
+  for (const VertexId v : vertices_) moves_[v].sum = moves_[v].weight = 0;
+  double largest = 0;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const double error = error_at(i);
+    largest = std::max(largest, std::abs(error));
+    if (!(std::abs(error) > bound)) continue;
+    const Place& place = places_[i];
+    const Tet& tet = mesh_->tets[place.tet];
+    std::array<double, 4> weights = all_weights(place.weights);
+    double squares = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (may_change_[tet[k]] == 0 || !(weights[k] > kInfluence)) weights[k] = 0;
+      squares += weights[k] * weights[k];
+    }
+    const double wanted =
+        bound < 0 ? error : (error - std::copysign(kAimed * bound, error)) / squares;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (weights[k] == 0) continue;
+      Move& move = moves_[tet[k]];
+      move.sum += weights[k] * wanted;
+      move.weight += bound < 0 ? weights[k] : 1;
+    }
+  }
+  return largest;
+}
+
+template <class Real>
+double ValueFit<Real>::largest_error() const {
+  double largest = 0;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    largest = std::max(largest, std::abs(error_at(i)));
+  }
+  return largest;
+}
+
+template <class Real>
+void ValueFit<Real>::move_values(double full_weight) {
+  for (const VertexId v : vertices_) {
+    const Move& move = moves_[v];
+    if (!(move.weight > 0)) continue;
+    values_[v] = std::clamp(values_[v] + move.sum / std::max(move.weight, full_weight), move.least,
+                            move.most);
+  }
+}
+
+template class ValueFit<float>;
+template class ValueFit<double>;
+
+}  // namespace tetfusion

@@ -1,0 +1,85 @@
+// Values of new vertices, fitted to what the original has at the points that are gone.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/vector.h"
+#include "kernel/criteria.h"
+#include "mesh/vertex_tets.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// Points of the original, and a column of each component of what steered there.
+template <class Real>
+struct OriginalRows {
+  std::span<const Vec3<Real>> positions;
+  std::span<const double* const> columns;
+};
+
+// Fusing chooses a value by the gradients that were where the vertices came from; what the mesh
+// makes of it at points between vertices is only known when all is done (README.md).
+//
+// Begin with a mesh, add points, and fit; keeps its scratch memory; one a thread.
+template <class Real>
+class ValueFit {
+ public:
+  // The mesh is not changed until fit(), and outlives that.
+  void begin(WorkMesh<Real>* mesh);
+
+  // Every step-th point, from that one on. Neighbours are best near each other in the list. Points
+  // outside of the mesh do not count. Values must be finite.
+  void add(const OriginalRows<Real>& points, std::uint64_t first, std::uint64_t step);
+
+  // Fits the steering values of the vertices that were fused to new places, and that no other chunk
+  // has, one component after another: first for small squares of the errors at the points, then
+  // for a small largest one. None leaves the range of its own value and those of the points in the
+  // tetrahedra round it; a linear field stays what it is, to rounding. Returns these vertices. A
+  // function of the mesh and the points.
+  std::span<const VertexId> fit();
+
+  // Bytes that takes beside the mesh, for so many points and tetrahedra.
+  static std::uint64_t memory(std::uint64_t points, std::size_t width, std::uint64_t tets);
+
+ private:
+  // Where a point lies: the first corner's weight is what the others leave of 1.
+  struct Place {
+    std::array<double, 3> weights;
+    TetId tet;
+  };
+  // A vertex's values may lie between these; what the points' errors ask for, and how loudly.
+  struct Move {
+    double least, most;
+    double sum, weight;
+  };
+
+  bool find(const Vec3<Real>& point, Place* place) const;
+  TetId beyond(TetId tet, std::size_t corner) const;
+  bool depends_on_new(const Place& place) const;
+  void fit_component(std::size_t component);
+  void find_ranges();
+  double largest_error() const;
+  double error_at(std::size_t i) const;
+  double sweep(double bound);
+  void move_values(double full_weight);
+
+  WorkMesh<Real>* mesh_ = nullptr;
+  VertexTets balls_;
+  Vector<std::uint8_t> may_change_;  // of each vertex
+  Vector<VertexId> vertices_;        // those that may
+  Place last_{};                     // of the point before
+  Vector<Place> places_;             // of points on which such vertices have influence
+  std::vector<Vector<double>> columns_;  // what the original has there
+  // Of the component in hand:
+  const double* goals_ = nullptr;  // its column
+  Vector<double> values_;          // of each vertex
+  Vector<Move> moves_;             // of each vertex
+};
+
+extern template class ValueFit<float>;
+extern template class ValueFit<double>;
+
+}  // namespace tetfusion

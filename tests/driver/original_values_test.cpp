@@ -1,0 +1,239 @@
+// The values of new points, fitted to the original's at the end of a run.
+#include "driver/original_values.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "base/error.h"
+#include "compare/compare.h"
+#include "driver/checkpoint.h"
+#include "driver/simplify.h"
+#include "io/mesh_source.h"
+#include "support/comparison.h"
+#include "support/mesh_file.h"
+#include "support/temp_dir.h"
+#include "support/work_meshes.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::array_of;
+using testing::bytes_of;
+using testing::five_split_cube;
+using ::testing::HasSubstr;
+using testing::MeshFile;
+using testing::point_array;
+using testing::TempDir;
+
+using P = Vec3<double>;
+
+MeshFile wavy_box(std::uint32_t n) {
+  MeshFile file;
+  file.geometry = five_split_cube(n, 0.15, 4);
+  file.point_arrays.push_back(point_array<float>(
+      file, "wave", [&](const P& p) { return std::tanh(p.x + 0.3 * p.y - 0.6 * n); }));
+  return file;
+}
+
+class FittedValuesOf : public ::testing::Test {
+ protected:
+  void run(bool fit_values) {
+    request.behaviour.fit_values = fit_values;
+    report = simplify(request);
+  }
+  ArrayComparison compare(const std::string& output) const {
+    const auto original = open_mesh(request.input), simplified = open_mesh(output);
+    return array_of(compare_meshes(original.get(), simplified.get(), {}), "wave");
+  }
+  // Are the bytes the same with and without?
+  bool does_nothing() {
+    run(true);
+    const std::string bytes = bytes_of(request.output);
+    run(false);
+    return bytes_of(request.output) == bytes;
+  }
+  TempDir folder = TempDir::in_memory();
+  SimplifyRequest request = [this] {
+    SimplifyRequest r;
+    r.input = folder.file("in.vtu");
+    r.output = folder.file("out.vtu");
+    r.behaviour.reduction = 0.7;
+    wavy_box(16).write(r.input);
+    return r;
+  }();
+  SimplifyReport report;
+};
+
+TEST_F(FittedValuesOf, ARunAreNearerToTheOriginals) {
+  for (const std::uint64_t chunk_tets : {200'000, 3000}) {
+    request.behaviour.chunk_tets = chunk_tets;
+    run(false);
+    const ArrayComparison before = compare(request.output);
+    const auto kept = open_mesh(request.output);
+    const Geometry geometry = kept->read_geometry();
+    const DataArray values = testing::read_point_array(kept.get(), "wave");
+    run(true);
+    const ArrayComparison after = compare(request.output);
+    EXPECT_LT(after.rms, 0.9 * before.rms);
+    if (chunk_tets == 200'000) {
+      EXPECT_LT(after.max, before.max);
+    }
+    const auto fitted = open_mesh(request.output);
+    const Geometry same = fitted->read_geometry();
+    EXPECT_EQ(same.tets, geometry.tets);
+    for (VertexId v = 0; v < point_count(geometry.points); ++v) {
+      const P p = testing::point(geometry, v), q = testing::point(same, v);
+      EXPECT_EQ((std::array{p.x, p.y, p.z}), (std::array{q.x, q.y, q.z}));
+    }
+    EXPECT_NE(testing::read_point_array(fitted.get(), "wave").bytes, values.bytes);
+    EXPECT_GT(report.seconds.at("fit"), 0);
+  }
+}
+
+TEST_F(FittedValuesOf, PointsThatStayedAreTheirs) {
+  request.behaviour.original_ids = true;
+  run(true);
+  const auto original = open_mesh(request.input), result = open_mesh(request.output);
+  const DataArray before = testing::read_point_array(original.get(), "wave");
+  const DataArray after = testing::read_point_array(result.get(), "wave");
+  const DataArray ids = testing::read_point_array(result.get(), kOriginalIds);
+  std::size_t stayed = 0;
+  for (std::size_t i = 0; i < after.info.tuples; ++i) {
+    const auto id = ids.as<std::int64_t>()[i];
+    if (id < 0) continue;
+    ++stayed;
+    EXPECT_EQ(after.as<float>()[i], before.as<float>()[id]);
+  }
+  EXPECT_GT(stayed, 100u);
+  EXPECT_LT(stayed, after.info.tuples);
+}
+
+TEST_F(FittedValuesOf, LevelsDoNotReachTheNextOne) {
+  request.behaviour.reduction.reset();
+  request.behaviour.lods = {0.5, 0.7};
+  request.output = folder.file("out_{lod}.vtu");
+  run(true);
+  const ArrayComparison first = compare(report.outputs[0]), second = compare(report.outputs[1]);
+  const Geometry geometry = open_mesh(report.outputs[1])->read_geometry();
+  run(false);
+  EXPECT_LT(first.rms, compare(report.outputs[0]).rms);
+  EXPECT_LT(second.rms, compare(report.outputs[1]).rms);
+  EXPECT_EQ(open_mesh(report.outputs[1])->read_geometry().tets, geometry.tets);
+}
+
+TEST_F(FittedValuesOf, ABoundaryThatMovesAreNearerToo) {
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.01;
+  run(false);
+  const ArrayComparison before = compare(request.output);
+  run(true);
+  EXPECT_LT(compare(request.output).rms, 0.95 * before.rms);
+}
+
+// Else the value on one side of a crack would be drawn towards that on the other.
+TEST_F(FittedValuesOf, ACrackStayOnTheirSides) {
+  MeshFile file;
+  file.geometry = five_split_cube(14, 0, 4);
+  auto& points = std::get<Vector<P>>(file.geometry.points);
+  std::map<VertexId, VertexId> twins;
+  for (Tet& tet : file.geometry.tets) {
+    double above = 0;
+    for (const VertexId v : tet) above = std::max(above, points[v].x);
+    if (above <= 7) continue;
+    for (VertexId& v : tet) {
+      if (points[v].x != 7) continue;
+      const auto [twin, is_new] = twins.try_emplace(v, static_cast<VertexId>(points.size()));
+      if (is_new) points.push_back(P(points[v]));
+      v = twin->second;
+    }
+  }
+  std::vector<bool> right(points.size());
+  for (const Tet& tet : file.geometry.tets) {
+    double above = 0;
+    for (const VertexId v : tet) above = std::max(above, points[v].x);
+    for (const VertexId v : tet) right[v] = above > 7;
+  }
+  file.point_arrays.push_back(
+      testing::make_array<float>("wave", points.size(), 1, [&](std::size_t v, std::size_t) {
+        return (right[v] ? 1000 : 0) + std::sin(points[v].y) * std::sin(points[v].z);
+      }));
+  file.write(request.input);
+  for (const Boundary boundary : {Boundary::kExact, Boundary::kPlanar, Boundary::kWithin}) {
+    request.behaviour.boundary = boundary;
+    request.behaviour.boundary_distance = boundary == Boundary::kWithin ? 0.02 : 0;
+    request.behaviour.chunk_tets = boundary == Boundary::kWithin ? 1000 : 200'000;
+    run(true);
+    const auto result = open_mesh(request.output);
+    const Geometry mesh = result->read_geometry();
+    const DataArray wave = testing::read_point_array(result.get(), "wave");
+    for (const Tet& tet : mesh.tets) {
+      double x = 0;
+      for (const VertexId v : tet) x += testing::point(mesh, v).x / 4;
+      for (const VertexId v : tet) {
+        EXPECT_LT(std::abs(wave.as<float>()[v] - (x > 7 ? 1000 : 0)), 1.01);
+      }
+    }
+  }
+}
+
+TEST_F(FittedValuesOf, APromiseAreNotTouched) {
+  request.behaviour.max_error = 0.05;
+  EXPECT_TRUE(does_nothing());
+  request.behaviour.max_error.reset();
+  request.behaviour.conserve = true;
+  EXPECT_TRUE(does_nothing());
+  request.behaviour.conserve = false;
+  request.progressive = folder.file("out.tfp");
+  EXPECT_TRUE(does_nothing());
+  request.progressive.clear();
+  request.behaviour.method = Method::kTetFuse;
+  request.behaviour.reduction = 0.2;
+  EXPECT_TRUE(does_nothing());
+}
+
+TEST_F(FittedValuesOf, IntegersStay) {
+  MeshFile file = wavy_box(12);
+  file.point_arrays.push_back(point_array<std::int32_t>(
+      file, "count", [](const P& p) { return static_cast<int>(10 * p.x); }));
+  file.write(request.input);
+  request.behaviour.arrays = {"count"};
+  EXPECT_TRUE(does_nothing());
+}
+
+TEST(OriginalValues, OfAResumedRunMustBeThere) {
+  const auto scratch = memory_scratch();
+  OriginalValues<float> values(scratch.get(), false);
+  Checkpoint from;
+  values.resume(0, &from);  // none had been put aside
+  EXPECT_EQ(values.chunks(), 0u);
+  try {
+    values.resume(3, &from);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("lacks the original's values"));
+  }
+}
+
+// As where the first round turns out to be of no use.
+TEST(OriginalValues, CanBeginAgain) {
+  auto mesh = testing::to_work_mesh(five_split_cube(3, 0.1, 2));
+  testing::steer_by([](double x, double, double) { return x; }, &mesh);
+  const auto scratch = memory_scratch();
+  OriginalValues<double> values(scratch.get(), false);
+  values.begin();
+  values.add(0, mesh);
+  values.add(1, mesh);
+  EXPECT_EQ(values.keep(), 0u);  // not whole yet
+  values.begin();
+  values.add(0, mesh);
+  values.end();
+  EXPECT_EQ(values.chunks(), 1u);
+  EXPECT_EQ(values.store().bytes(), 8 + mesh.vertex_count() * (3 * 8 + 8));
+}
+
+}  // namespace
+}  // namespace tetfusion

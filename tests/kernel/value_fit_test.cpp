@@ -1,0 +1,241 @@
+#include "kernel/value_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/meshes.h"
+#include "support/point_deviation.h"
+#include "support/work_meshes.h"
+
+namespace tetfusion {
+namespace {
+
+// Points inside tetrahedra, with the values of a function there.
+template <class Real>
+struct Samples {
+  Vector<Vec3<Real>> positions;
+  Vector<double> values;
+
+  template <class F>
+  void add(const Vec3<Real>& p, F&& f) {
+    positions.push_back(p);
+    values.push_back(f(p));
+  }
+  void add_to(ValueFit<Real>* fit, std::uint64_t first = 0, std::uint64_t step = 1) const {
+    const double* const column = values.data();
+    fit->add({positions, {&column, 1}}, first, step);
+  }
+};
+
+// `per_tet` points somewhere in each tetrahedron, in the order of these.
+template <class Real, class F>
+Samples<Real> sample(const WorkMesh<Real>& mesh, std::size_t per_tet, F&& f) {
+  Samples<Real> out;
+  for (std::size_t i = 0; i < per_tet * mesh.tets.size(); ++i) {
+    std::array<double, 4> w{};
+    double sum = 0;
+    for (std::size_t k = 0; k < 4; ++k) sum += w[k] = 0.05 + testing::uniform(17, 4 * i + k);
+    Vec3<double> p{};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vec3<Real>& q = mesh.positions[mesh.tets[i / per_tet][k]];
+      p = {p.x + w[k] / sum * q.x, p.y + w[k] / sum * q.y, p.z + w[k] / sum * q.z};
+    }
+    out.add({static_cast<Real>(p.x), static_cast<Real>(p.y), static_cast<Real>(p.z)}, f);
+  }
+  return out;
+}
+
+// The only interior vertex, 0, is a new one.
+WorkMesh<double> ball(double value) {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::icosahedron_ball());
+  testing::steer_by([](double, double, double) { return 1.0; }, &mesh);
+  mesh.steering[0] = value;
+  mesh.marks[0] |= kMoved;
+  return mesh;
+}
+
+Vector<VertexId> fit(const Samples<double>& samples, WorkMesh<double>* mesh) {
+  ValueFit<double> tool;
+  tool.begin(mesh);
+  samples.add_to(&tool);
+  const auto fitted = tool.fit();
+  return {fitted.begin(), fitted.end()};
+}
+
+double wave(double x) { return 3 + std::sin(0.2 * x); }
+
+// A box with some new vertices, whose values are off by up to 0.2.
+WorkMesh<double> rough_box() {
+  WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(6, 0.15, 8));
+  testing::steer_by([](double x, double, double) { return wave(x); }, &mesh);
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (mesh.marks[v] != 0 || testing::uniform(3, v) < 0.5) continue;
+    mesh.marks[v] |= kMoved;
+    mesh.steering[v] += 0.4 * (testing::uniform(4, v) - 0.5);
+  }
+  return mesh;
+}
+
+// Errors at points with these values, found in all tetrahedra.
+Vector<double> errors_at(const Samples<double>& samples, std::size_t per_tet,
+                         const WorkMesh<double>& mesh) {
+  Vector<double> errors;
+  SteeringField field;
+  field.range = 1;
+  for (std::size_t i = 0; i < samples.values.size(); ++i) {
+    errors.push_back(testing::deviation_in(mesh, mesh.tets[i / per_tet], samples.positions[i],
+                                           &samples.values[i], field));
+  }
+  return errors;
+}
+
+double sum_of_squares(const Vector<double>& errors) {
+  double sum = 0;
+  for (const double e : errors) sum += e * e;
+  return sum;
+}
+double largest(const Vector<double>& errors) {
+  return *std::max_element(errors.begin(), errors.end());
+}
+
+TEST(ValueFit, APointInTheVertexHasItsWay) {
+  WorkMesh<double> mesh = ball(1);
+  Samples<double> samples;
+  samples.add(mesh.positions[0], [](auto) { return 4.0; });
+  EXPECT_EQ(fit(samples, &mesh), Vector<VertexId>{0});
+  EXPECT_EQ(mesh.steering[0], 4);
+}
+
+TEST(ValueFit, PointsHalfwayAreMetByTheVertex) {
+  WorkMesh<double> mesh = ball(1);
+  Samples<double> samples;
+  // With 1 at the corners outside, 3 in the middle makes 2 halfway. One far value allows for 3.
+  for (std::size_t v = 1; v < mesh.vertex_count(); ++v) {
+    const Vec3<double>& p = mesh.positions[v];
+    samples.add({p.x / 2, p.y / 2, p.z / 2}, [](auto) { return 2.0; });
+  }
+  fit(samples, &mesh);
+  EXPECT_EQ(mesh.steering[0], 2);  // not beyond what the original has round it
+  samples.add({0.01, 0.01, 0.01}, [](auto) { return 3.0; });
+  fit(samples, &mesh);
+  EXPECT_NEAR(mesh.steering[0], 3, 0.1);
+}
+
+TEST(ValueFit, OnlyNewVerticesThatNobodyElseHasMove) {
+  const std::uint8_t fixed[] = {0, kMoved | kOnInterface, kMoved | kLocked};
+  for (const std::uint8_t marks : fixed) {
+    WorkMesh<double> mesh = ball(1);
+    mesh.marks[0] = marks;
+    Samples<double> samples;
+    samples.add(mesh.positions[0], [](auto) { return 4.0; });
+    EXPECT_TRUE(fit(samples, &mesh).empty());
+    EXPECT_EQ(mesh.steering[0], 1);
+  }
+}
+
+TEST(ValueFit, PointsOutsideDoNotCount) {
+  WorkMesh<double> mesh = ball(1);
+  Samples<double> samples;
+  samples.add({2, 0, 0}, [](auto) { return 4.0; });
+  samples.add({0, -3, 0.5}, [](auto) { return 4.0; });
+  EXPECT_TRUE(fit(samples, &mesh).empty());
+  samples.add(mesh.positions[0], [](auto) { return 5.0; });  // found after these, too
+  fit(samples, &mesh);
+  EXPECT_EQ(mesh.steering[0], 5);
+}
+
+TEST(ValueFit, ErrorsBecomeSmaller) {
+  WorkMesh<double> mesh = rough_box();
+  const auto samples = sample(mesh, 3, [](const Vec3<double>& p) { return wave(p.x); });
+  const Vector<double> before = errors_at(samples, 3, mesh);
+  const WorkMesh<double> as_it_was = mesh;
+  fit(samples, &mesh);
+  const Vector<double> after = errors_at(samples, 3, mesh);
+  EXPECT_LT(sum_of_squares(after), 0.5 * sum_of_squares(before));
+  EXPECT_LT(largest(after), 0.8 * largest(before));
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    if ((mesh.marks[v] & kMoved) != 0) continue;
+    EXPECT_EQ(mesh.steering[v], as_it_was.steering[v]);
+  }
+}
+
+TEST(ValueFit, ALinearFieldStays) {
+  WorkMesh<double> mesh = rough_box();
+  const auto f = [](double x, double y, double z) { return 1e5 + 2 * x - 3 * y + 0.5 * z; };
+  testing::steer_by(f, &mesh);
+  const WorkMesh<double> before = mesh;
+  fit(sample(mesh, 2, [&](const Vec3<double>& p) { return f(p.x, p.y, p.z); }), &mesh);
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    EXPECT_NEAR(mesh.steering[v], before.steering[v], 1e-9) << v;
+  }
+}
+
+TEST(ValueFit, ComponentsDoNotKnowEachOther) {
+  WorkMesh<double> one = rough_box();
+  WorkMesh<double> two = one;
+  two.steering_width = 2;
+  two.steering.clear();
+  for (const double value : one.steering) two.steering.insert(two.steering.end(), {-7, value});
+  const auto samples = sample(one, 3, [](const Vec3<double>& p) { return wave(p.x); });
+  fit(samples, &one);
+  const Vector<double> constant(samples.values.size(), -7);
+  const double* const columns[] = {constant.data(), samples.values.data()};
+  ValueFit<double> tool;
+  tool.begin(&two);
+  tool.add({samples.positions, columns}, 0, 1);
+  tool.fit();
+  for (std::size_t v = 0; v < one.vertex_count(); ++v) {
+    EXPECT_EQ(two.steering[2 * v], -7);
+    EXPECT_EQ(two.steering[2 * v + 1], one.steering[v]);
+  }
+}
+
+TEST(ValueFit, TakesEveryNthPoint) {
+  WorkMesh<double> all = rough_box();
+  const auto samples = sample(all, 4, [](const Vec3<double>& p) { return wave(p.x); });
+  WorkMesh<double> some = all;
+  Samples<double> third;
+  for (std::size_t i = 2; i < samples.values.size(); i += 3) {
+    third.positions.push_back(samples.positions[i]);
+    third.values.push_back(samples.values[i]);
+  }
+  fit(third, &some);
+  ValueFit<double> tool;
+  tool.begin(&all);
+  samples.add_to(&tool, 2, 3);
+  tool.fit();
+  EXPECT_EQ(all.steering, some.steering);
+}
+
+TEST(ValueFit, ForgetsTheMeshBefore) {
+  WorkMesh<double> mesh = rough_box(), same = mesh;
+  const auto samples = sample(mesh, 3, [](const Vec3<double>& p) { return wave(p.x); });
+  fit(samples, &mesh);
+  ValueFit<double> tool;
+  WorkMesh<double> other = ball(1);
+  tool.begin(&other);
+  samples.add_to(&tool);
+  tool.fit();
+  tool.begin(&same);
+  samples.add_to(&tool);
+  tool.fit();
+  EXPECT_EQ(same.steering, mesh.steering);
+}
+
+TEST(ValueFit, SinglePrecisionToo) {
+  WorkMesh<float> mesh = testing::to_float_work_mesh(testing::icosahedron_ball());
+  testing::steer_by([](double, double, double) { return 1.0; }, &mesh);
+  mesh.marks[0] |= kMoved;
+  Samples<float> samples;
+  samples.add(mesh.positions[0], [](auto) { return 4.0; });
+  ValueFit<float> tool;
+  tool.begin(&mesh);
+  samples.add_to(&tool);
+  tool.fit();
+  EXPECT_EQ(mesh.steering[0], 4);
+}
+
+}  // namespace
+}  // namespace tetfusion
