@@ -61,6 +61,14 @@ LoopThreads::~LoopThreads() {
 #endif
 }
 
+int loop_threads() {
+#ifdef _OPENMP
+  return omp_get_max_threads();
+#else
+  return 1;
+#endif
+}
+
 void PhaseClock::begin(const std::string& phase) {
   end();
   phase_ = phase;

@@ -43,6 +43,9 @@ class LoopThreads {
   int before_ = 0;
 };
 
+// How many a loop that the calling thread begins may use.
+int loop_threads();
+
 // Wall time by phase.
 class PhaseClock {
  public:

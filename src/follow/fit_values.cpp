@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/resources.h"
 #include "compare/measure.h"
 #include "mesh/blocks.h"
 
@@ -35,8 +36,12 @@ class Fitter {
     range_.ranges.resize(width_);
     for (int i = 0; i < kSteps; ++i) {
       sweep([&](std::size_t window, const double* rows) {
-        take_errors(window, rows, i == 0);
-        add_errors(window);
+        if (loop_threads() == 1) {
+          take_and_add_errors(window, rows, i == 0);
+        } else {
+          take_errors(window, rows, i == 0);
+          add_errors(window);
+        }
       });
     }
     if (!std::isfinite(bound)) return;
@@ -89,7 +94,6 @@ class Fitter {
     });
   }
 
-  // Where there is none, the first component is not a number.
   void take_errors(std::size_t window, const double* rows, bool first_time) {
     const auto places = weights_.places(window);
     errors_.resize(places.size() * width_);
@@ -97,20 +101,39 @@ class Fitter {
     for_each_block(places.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
       ranges[b].ranges.resize(width_);
       for (std::size_t i = begin; i < end; ++i) {
-        const double* row = rows + i * width_;
-        double* error = errors_.data() + i * width_;
-        error[0] = std::numeric_limits<double>::quiet_NaN();
-        if (places[i].corners[0] == kNoVertex || !all_finite(row, width_)) continue;
-        if (first_time) ranges[b].add(row);
-        take_error(places[i], row, error);
-        if (!all_finite(error, width_)) error[0] = std::numeric_limits<double>::quiet_NaN();
+        take_error(places[i], rows + i * width_, errors_.data() + i * width_,
+                   first_time ? &ranges[b] : nullptr);
       }
     });
     if (!first_time) return;
     for (const FieldValues& range : ranges) range_.add(range);
   }
 
-  void take_error(const PointPlace& place, const double* row, double* error) const {
+  // By one thread both are done at once, with the same sums: a new point's parts are in the order
+  // of the points either way.
+  void take_and_add_errors(std::size_t window, const double* rows, bool first_time) {
+    errors_.resize(width_);
+    double* error = errors_.data();
+    for (const PointPlace& place : weights_.places(window)) {
+      take_error(place, rows, error, first_time ? &range_ : nullptr);
+      rows += width_;
+      if (std::isnan(error[0])) continue;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const VertexId to = place.corners[k];
+        if (!(place.weights[k] > 0) || weights_.is_new()[to] == 0) continue;
+        double* sum = sums_.data() + to * width_;
+        for (std::size_t c = 0; c < width_; ++c) sum[c] += place.weights[k] * error[c];
+        counts_[to] += place.weights[k];
+      }
+    }
+  }
+
+  // The first component is not a number where there is no error. `range` may be null.
+  void take_error(const PointPlace& place, const double* row, double* error,
+                  FieldValues* range) const {
+    error[0] = std::numeric_limits<double>::quiet_NaN();
+    if (place.corners[0] == kNoVertex || !all_finite(row, width_)) return;
+    if (range != nullptr) range->add(row);
     for (std::size_t c = 0; c < width_; ++c) {
       double value = 0;
       for (std::size_t k = 0; k < 4; ++k) {
@@ -118,6 +141,7 @@ class Fitter {
       }
       error[c] = row[c] - value;
     }
+    if (!all_finite(error, width_)) error[0] = std::numeric_limits<double>::quiet_NaN();
   }
 
   // In the order of the points for each new one, whatever the threads.
@@ -182,7 +206,7 @@ class Fitter {
   Vector<double>& values_;
   const ReadRows& read_;
   Vector<double> sums_, counts_;  // of each point of the result
-  Vector<double> errors_;         // of the window in hand
+  Vector<double> errors_;         // of the window in hand, or a point of it
   FieldValues range_;             // of the original's values
   double bound_ = 0;
   std::uint64_t beyond_ = 0;
