@@ -17,9 +17,9 @@ struct RunState : RoundsState {
   std::vector<SteeringField> fields;
   std::vector<std::string> field_names;
   std::uint32_t steering_width = 0;
-  std::vector<std::string> outputs;       // files that are written already: one a stage
-  std::vector<std::uint32_t> log_slices;  // of the rounds whose fusions are kept
-  std::uint32_t value_chunks = 0;         // OriginalValues::keep()
+  std::vector<std::string> outputs;              // files that are written already: one a stage
+  std::vector<std::uint32_t> log_slices;         // of the rounds whose fusions are kept
+  std::uint32_t value_chunks = 0;                // OriginalValues::keep()
   std::unique_ptr<OriginalValues<Real>> values;  // apart, too; null: nobody wants to know
 };
 

@@ -292,11 +292,11 @@ MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout
 
 template MeshSummary export_mesh(const MacroLod<float>&, const WorkMesh<float>&,
                                  const LowerPart<float>&, const CarriedArrays&,
-                                 FittedValues<float>*, MeshSource*,
-                                 const ExportSettings&, const RunContext&, MemoryBudget*, Scratch*);
+                                 FittedValues<float>*, MeshSource*, const ExportSettings&,
+                                 const RunContext&, MemoryBudget*, Scratch*);
 template MeshSummary export_mesh(const MacroLod<double>&, const WorkMesh<double>&,
                                  const LowerPart<double>&, const CarriedArrays&,
-                                 FittedValues<double>*, MeshSource*,
-                                 const ExportSettings&, const RunContext&, MemoryBudget*, Scratch*);
+                                 FittedValues<double>*, MeshSource*, const ExportSettings&,
+                                 const RunContext&, MemoryBudget*, Scratch*);
 
 }  // namespace tetfusion

@@ -66,6 +66,7 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   text +=
       fmt::format("method: {}\nminimum quality: {}\nmaximum rms: {}\n", static_cast<int>(b.method),
                   b.min_quality, b.max_rms ? fmt::format("{}", *b.max_rms) : "none");
+  text += fmt::format("give up: {}\n", b.give_up_rms.value_or(0));
   text += fmt::format("conserve: {}\nfit values: {}\n", b.conserve, b.fit_values);
   text += fmt::format("boundary: {} {}\n", static_cast<int>(b.boundary), b.boundary_distance);
   text +=

@@ -63,10 +63,9 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double aside =
       steering.point_aside == 0 ? 0 : 3 * real + static_cast<double>(steering.point_aside);
   const auto fit = static_cast<double>(
-      steering.point_aside == 0
-          ? 0
-          : fit_memory(mesh.points, steering.point_aside / sizeof(double),
-                       std::min(mesh.cells, chunk_tets)));
+      steering.point_aside == 0 ? 0
+                                : fit_memory(mesh.points, steering.point_aside / sizeof(double),
+                                             std::min(mesh.cells, chunk_tets)));
   const double work = threads * (std::max(static_cast<double>(kWindows), fit) + 6 * chunk);
   const double fixed = static_cast<double>(kProcess) + static_cast<double>(memory_to_read) + work +
                        std::max(of_points, between);

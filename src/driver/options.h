@@ -55,6 +55,9 @@ struct BehaviourOptions {
   // With kFuse: what a fusion may do to the steering fields, in the mean of squares, as a share of
   // their range; > 0. Absent: anything.
   std::optional<double> max_rms;
+  // With kFuse and a goal: where a fusion would have to do more, in the same terms, the run ends
+  // with OutOfReach (simplify.h); > 0. Absent: it goes on.
+  std::optional<double> give_up_rms;
   // With kFuse: no steering field deviates by more from the original's at any of the original's
   // points, as a share of its range; > 0. Absent: anything with a goal, another bound, or a
   // tolerance of an array; else kDefaultMaxError.
@@ -79,8 +82,8 @@ struct BehaviourOptions {
   // Where the mesh stays as it is (mesh/region_of_interest.h).
   std::vector<std::string> interest;
 
-  // With kFuse, without a bound at points, conserved integrals or a progressive file: in the end the
-  // steering arrays of new points are fitted to the original's values.
+  // With kFuse, without a bound at points, conserved integrals or a progressive file: in the end
+  // the steering arrays of new points are fitted to the original's values.
   bool fit_values = true;
 
   // With kFuse: a point array, or "cell:NAME", >= 0; errors count so many times as much there.

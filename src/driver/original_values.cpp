@@ -94,9 +94,10 @@ void OriginalValues<Real>::resume(std::uint32_t chunks, Checkpoint* from) {
   if (chunks == 0) return;
   const auto store = from->kept.find(kName);
   if (store == from->kept.end() || store->second == nullptr) {
-    throw Error(ErrorCode::kIo,
-                "the work in the scratch folder lacks the original's values: remove the folder, and "
-                "start the run again");
+    throw Error(
+        ErrorCode::kIo,
+        "the work in the scratch folder lacks the original's values: remove the folder, and "
+        "start the run again");
   }
   store_ = std::move(store->second);
   chunks_ = chunks;
@@ -125,12 +126,13 @@ void FittedValues<Real>::sort_points(int threads, Scratch* scratch) {
     for (std::size_t i = 0; i < chunk_of.size(); ++i) {
       chunk_of[i] = mesh_.cut.chunk_of(rows.positions[i]);
     }
-    tools.borrow()->add(chunk, chunk_of, mesh_.chunks, sorted_.get(), [&](const auto& points, RowWriter* to) {
-      to->put<Vec3<Real>>(points, [&](std::uint32_t i) { return rows.positions[i]; });
-      for (const double* column : rows.columns) {
-        to->put<double>(points, [&](std::uint32_t i) { return column[i]; });
-      }
-    });
+    tools.borrow()->add(
+        chunk, chunk_of, mesh_.chunks, sorted_.get(), [&](const auto& points, RowWriter* to) {
+          to->put<Vec3<Real>>(points, [&](std::uint32_t i) { return rows.positions[i]; });
+          for (const double* column : rows.columns) {
+            to->put<double>(points, [&](std::uint32_t i) { return column[i]; });
+          }
+        });
   });
   sorted_->seal();
 }
@@ -147,8 +149,7 @@ std::uint64_t FittedValues<Real>::memory(std::uint32_t chunk) const {
 }
 
 template <class Real>
-void FittedValues<Real>::fit(std::uint32_t chunk, ValueFit<Real>* tool,
-                             WorkMesh<Real>* mesh) {
+void FittedValues<Real>::fit(std::uint32_t chunk, ValueFit<Real>* tool, WorkMesh<Real>* mesh) {
   const double start = wall_seconds();
   tool->begin(mesh);
   add_points(chunk, mesh->tets.size(), tool);

@@ -355,6 +355,10 @@ RoundPlan Job::plan_round(const Box& box, std::uint64_t tets,
                           const std::optional<std::uint64_t>& goal,
                           const RoundsState& state) const {
   RoundPlan plan = planner_.plan(box, tets, goal, state);
+  const auto& most = request_.behaviour.give_up_rms;
+  if (most && !plan.settings.look && plan.settings.fuse.threshold > *most * *most) {
+    throw OutOfReach();
+  }
   if (surfaces_move()) plan.settings.fuse.regions = region_columns_;
   plan.settings.fuse.weights = weight_column_;
   return plan;
@@ -460,8 +464,8 @@ void Job::run_stages(const CarriedArrays& carried, const WorkMesh<Real>& layout,
     clock_.begin("write");
     if (last) rounds.reset();
     if (last) scratch_->drop_spares();
-    const double share = share_done(report_.input.tets, state->input.mesh.tets,
-                                    stages_.back().tets, state->lods.size());
+    const double share = share_done(report_.input.tets, state->input.mesh.tets, stages_.back().tets,
+                                    state->lods.size());
     const auto progress = [&](double done) {
       context_.check();
       context_.report("writing", share + (last ? 1 - share : 0) * done);

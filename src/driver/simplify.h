@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "base/error.h"
 #include "base/run_context.h"
 #include "driver/options.h"
 #include "driver/report.h"
@@ -12,13 +13,20 @@
 
 namespace tetfusion {
 
+// BehaviourOptions::give_up_rms was not enough.
+class OutOfReach : public Error {
+ public:
+  OutOfReach() : Error(ErrorCode::kBroken, "the goal is out of reach of the error") {}
+};
+
 // Reads request.input, runs greedy passes of TetFuse until the goal is reached or nothing fuses,
 // and writes request.output (and a file a level, with request.behaviour.lods). Each file appears
 // under its name when it is whole. The files' bytes are a function of the input and the behaviour
 // options alone.
 //
 // Throws Error: kUsage for options that contradict each other or the mesh, kBadInput, kIo,
-// kInterrupted. On a throw no output has been touched, but for levels that were already whole.
+// kInterrupted; OutOfReach. On a throw no output has been touched, but for levels that were already
+// whole.
 SimplifyReport simplify(const SimplifyRequest& request, const RunContext& context = {});
 
 // The same with a mesh that is opened already; the request's input is a word for messages.

@@ -171,8 +171,8 @@ void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& re
   }
 }
 
-double share_done(std::uint64_t first, std::uint64_t tets,
-                  const std::optional<std::uint64_t>& goal, std::size_t rounds) {
+double share_done(std::uint64_t first, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
+                  std::size_t rounds) {
   constexpr double kImportShare = 0.25;
   constexpr double kRoundsShare = 0.55;
   if (!goal) return kImportShare + kRoundsShare * (1 - std::pow(0.7, static_cast<double>(rounds)));

@@ -29,7 +29,7 @@ std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tet
 
 // How much of a run is done when it has come from `first` tetrahedra to `tets`, in so many rounds.
 // Without a goal nobody knows where they will end; most of what goes does so in the first ones.
-double share_done(std::uint64_t first, std::uint64_t tets,
-                  const std::optional<std::uint64_t>& goal, std::size_t rounds);
+double share_done(std::uint64_t first, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
+                  std::size_t rounds);
 
 }  // namespace tetfusion

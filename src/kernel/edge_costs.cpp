@@ -96,6 +96,9 @@ void EdgeCosts<Real>::between(VertexId v, std::span<const VertexId> partners, fl
       case 3:
         between_lanes<3>(v, group, costs + i);
         break;
+      case 4:
+        between_lanes<4>(v, group, costs + i);
+        break;
       case 6:
         between_lanes<6>(v, group, costs + i);
         break;

@@ -68,10 +68,10 @@ class ValueFit {
 
   WorkMesh<Real>* mesh_ = nullptr;
   VertexTets balls_;
-  Vector<std::uint8_t> may_change_;  // of each vertex
-  Vector<VertexId> vertices_;        // those that may
-  Place last_{};                     // of the point before
-  Vector<Place> places_;             // of points on which such vertices have influence
+  Vector<std::uint8_t> may_change_;      // of each vertex
+  Vector<VertexId> vertices_;            // those that may
+  Place last_{};                         // of the point before
+  Vector<Place> places_;                 // of points on which such vertices have influence
   std::vector<Vector<double>> columns_;  // what the original has there
   // Of the component in hand:
   const double* goals_ = nullptr;  // its column

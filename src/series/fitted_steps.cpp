@@ -1,8 +1,12 @@
 #include "series/fitted_steps.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <numeric>
 #include <utility>
+
+#include "base/memory_budget.h"
+#include "base/resources.h"
 
 namespace tetfusion {
 
@@ -24,6 +28,26 @@ std::uint64_t sum_of(const std::vector<std::uint64_t>& sizes) {
 }
 
 }  // namespace
+
+bool have_room_for_two(const MapFile& map, const MeshDescription& step, std::uint64_t memory) {
+  const auto [points, cells] = std::pair(map.counts().points, map.counts().cells);
+  std::uint64_t point = 0, cell = 0, widest = 0;
+  for (const ArrayInfo& info : step.point_data.arrays) {
+    point += info.components * size_of(info.type);
+    widest = std::max<std::uint64_t>(widest, info.components);
+  }
+  for (const ArrayInfo& info : step.cell_data.arrays) {
+    cell += info.components * size_of(info.type);
+  }
+  // The map's mesh and numbers of cells, twice, are there once; what fitting takes of the widest
+  // array, and windows, for each step.
+  constexpr std::uint64_t kProcess = std::uint64_t{64} << 20, kWindows = std::uint64_t{32} << 20;
+  const std::uint64_t once = kProcess + points * (24 + 16) + cells * (41 + 16);
+  const std::uint64_t of_step = points * (point + widest * 3 * sizeof(double)) + cells * cell;
+  MemoryBudget budget(memory != 0 ? memory : memory_limit() / 2);
+  const auto one = budget.reserve(once + of_step, "the arrays of a step on the simplified mesh");
+  return budget.free() >= of_step + kWindows;
+}
 
 FittedSteps::FittedSteps(const std::string& folder, const MapFile& map, std::vector<ArrayFit> fits,
                          const MeshDescription& first, std::size_t steps)

@@ -14,6 +14,11 @@
 
 namespace tetfusion {
 
+// Is there memory for two steps with such arrays at once? By what writing one takes: the values of
+// its arrays, and what else is there for each point and cell of the result. `memory` is as in
+// PerformanceOptions. Throws Error(kMemory) where there is none for one.
+bool have_room_for_two(const MapFile& map, const MeshDescription& step, std::uint64_t memory);
+
 // They lie on the disk, and so does what is known of the map's places.
 class FittedSteps {
  public:

@@ -9,7 +9,6 @@
 #include <memory>
 #include <utility>
 
-#include "base/memory_budget.h"
 #include "base/numbers.h"
 #include "base/resources.h"
 #include "base/tasks.h"
@@ -42,13 +41,17 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Sums of steps: where a goal says how far to go, and where a bound does (README.md).
-constexpr std::size_t kFewSums = 6, kManySums = 8;
+// Sums of steps: where a goal alone says how far to go, where a bound has a say, too, and where it
+// has the only one (README.md).
+constexpr std::size_t kFewSums = 4, kSomeSums = 6, kManySums = 8;
 
 // How much of the bound the sums may use, as what is off by that much there may be off by more in a
 // step; and what becomes of that share where it turns out to have been too much (README.md).
 constexpr double kFirstShare = 0.95, kLess = 0.8, kMuchLess = 0.5;
 constexpr int kLessTries = 5, kMostTries = 12;
+// Towards a goal they have none at first, as it is often reached long before the bounds are. A
+// fusion that is off by this share of one in the mean leaves no hope of that.
+constexpr double kHopeful = 1;
 // A bound that no step has come near to was held too strictly: sums of steps that are alike are
 // larger than these. What is to become of it, and how often that is worth another try.
 constexpr double kNear = 0.6, kAim = 0.85, kMostAtOnce = 8;
@@ -98,11 +101,13 @@ class SharedSeries {
   void add_up_again();
   void simplify_and_compare();
   double bound_of(std::size_t array) const;
+  bool simplify_without_bounds();
+  void simplify_once(std::optional<double> share);
   void simplify_within_bounds();
-  SimplifyRequest job(double share) const;
+  bool tries_without_bounds() const;
+  SimplifyRequest job(std::optional<double> share) const;
   std::unique_ptr<MeshSource> summed_mesh() const;
   double fit_steps(const RunContext& context);
-  bool has_room_for_two() const;
   void write_steps();
   void write_step(std::size_t i, const ResultMesh& result, const RunContext& context);
   // An array that steers, of a step.
@@ -204,7 +209,8 @@ void SharedSeries::look_at_first() {
   tell_left_out(plan_.steps[0].output, open_file(plan_.steps[0])->description(), context_);
   context_.report_size(mesh.cells);
   regions_->add(0, mesh, *stream, context_);
-  adding_.sums = b.reduction || b.tets ? kFewSums : kManySums;
+  const bool has_goal = b.reduction || b.tets;
+  adding_.sums = tries_without_bounds() ? kFewSums : has_goal ? kSomeSums : kManySums;
   sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_,
                                            plan_.steps.size(), adding_);
   add_to_sums(0, mesh, *stream);
@@ -328,7 +334,8 @@ std::unique_ptr<MeshSource> SharedSeries::summed_mesh() const {
   return with_arrays(std::move(source), std::move(arrays));
 }
 
-SimplifyRequest SharedSeries::job(double share) const {
+// With bounds for the sums of so large a share of the steps', or without.
+SimplifyRequest SharedSeries::job(std::optional<double> share) const {
   SimplifyRequest job = request_.job;
   job.input = plan_.steps[0].input;
   job.output = folder_.mesh();
@@ -340,42 +347,74 @@ SimplifyRequest SharedSeries::job(double share) const {
   b.fit_values = false;  // those of each step are
   b.arrays.clear();
   double largest = 1;
-  bool bounded = false;
+  double least_bound = kInfinity;
   for (std::size_t f = 0; f < sums_->fields().size(); ++f) {
     if (!(sums_->range(f) > 0)) continue;
     const SteeringChoice& array = arrays_[sums_->array_of(f)];
-    const double bound = bound_of(sums_->array_of(f));
+    const double bound = bound_of(sums_->array_of(f)) / sums_->range(f);
+    least_bound = std::min(least_bound, bound);
     std::string text = sums_->fields()[f].name;
     if (bound < kInfinity) {
-      text += fmt::format(":{}", share * bound / sums_->range(f));
-      bounded = true;
+      if (share) text += fmt::format(":{}", *share * bound);
     } else if (array.tolerance) {
       text += fmt::format(":{}", *array.tolerance);
     }
     b.arrays.push_back(std::move(text));
     largest = std::max(largest, sums_->range(f));
   }
-  if (bounded) b.max_error.reset();
+  if (least_bound < kInfinity) b.max_error.reset();
   // As a share of the sums' ranges.
   if (b.max_rms) *b.max_rms /= largest;
+  if (!share) b.give_up_rms = kHopeful * least_bound;
   return job;
 }
 
+bool SharedSeries::tries_without_bounds() const {
+  const BehaviourOptions& b = request_.job.behaviour;
+  if (!b.reduction && !b.tets) return false;
+  for (std::size_t a = 0; a < arrays_.size(); ++a) {
+    if (bound_of(a) < kInfinity) return true;
+  }
+  return false;
+}
+
+// The first try, where there is a goal: are the bounds kept without being looked at on the way?
+bool SharedSeries::simplify_without_bounds() {
+  if (!tries_without_bounds()) return false;
+  try {
+    simplify_once(std::nullopt);
+    if (report_.runs[0].stop_reason == StopReason::kGoal && fit_steps(part(0.6, 0.7)) <= 1) {
+      return true;
+    }
+  } catch (const OutOfReach&) {
+    // Nothing was written, and more is said below.
+  }
+  context_.say("the goal alone would break the bound on the error: once more, with bounds");
+  adding_.sums = kSomeSums;
+  add_up_again();
+  return false;
+}
+
+void SharedSeries::simplify_once(std::optional<double> share) {
+  ++report_.tries;
+  RunContext context = part(0.2, 0.6);
+  if (report_.tries > 1) context.notice = {};
+  const SimplifyRequest job = this->job(share);
+  map_.reset();
+  clock_.begin("simplify");
+  report_.runs = {simplify(job, summed_mesh(), context)};
+  clock_.begin("fit");
+  map_ = std::make_unique<MapFile>(MapFile::open(folder_.map()));
+}
+
 void SharedSeries::simplify_within_bounds() {
+  report_.tries = 0;
+  if (simplify_without_bounds()) return;
   double share = kFirstShare;
   bool too_much = false;
   int more_tries = 0;
-  report_.tries = 0;
   for (;;) {
-    ++report_.tries;
-    RunContext context = part(0.2, 0.6);
-    if (report_.tries > 1) context.notice = {};
-    const SimplifyRequest job = this->job(share);
-    map_.reset();
-    clock_.begin("simplify");
-    report_.runs = {simplify(job, summed_mesh(), context)};
-    clock_.begin("fit");
-    map_ = std::make_unique<MapFile>(MapFile::open(folder_.map()));
+    simplify_once(share);
     const double used = fit_steps(part(0.6, 0.7));
     const bool goal = report_.runs[0].has_goal && report_.runs[0].stop_reason == StopReason::kGoal;
     if (used > 1) {
@@ -413,7 +452,10 @@ void SharedSeries::simplify_within_bounds() {
 // Fits the values of the arrays that steer to each step, puts them aside, and returns the largest
 // error, as a share of its bound; 0 where there is none.
 double SharedSeries::fit_steps(const RunContext& context) {
-  if (!has_room_for_two()) at_once_ = 1;
+  if (!have_room_for_two(*map_, open(plan_.steps[0])->description(),
+                         request_.job.performance.memory)) {
+    at_once_ = 1;
+  }
   if (arrays_.empty()) return 0;
   std::vector<ArrayFit> fits;
   for (std::size_t a = 0; a < arrays_.size(); ++a) fits.push_back({arrays_[a].name, bound_of(a)});
@@ -436,30 +478,6 @@ double SharedSeries::fit_steps(const RunContext& context) {
     context.report("fitting", 0, 1, ++done, plan_.steps.size());
   });
   return *std::max_element(used.begin(), used.end());
-}
-
-// By what writing a step takes: the values of its arrays, and what else is there for each point and
-// cell of the result. Throws Error(kMemory) where there is none for one.
-bool SharedSeries::has_room_for_two() const {
-  const auto [points, cells] = std::pair(map_->counts().points, map_->counts().cells);
-  const auto source = open(plan_.steps[0]);
-  std::uint64_t point = 0, cell = 0, widest = 0;
-  for (const ArrayInfo& info : source->description().point_data.arrays) {
-    point += info.components * size_of(info.type);
-    widest = std::max<std::uint64_t>(widest, info.components);
-  }
-  for (const ArrayInfo& info : source->description().cell_data.arrays) {
-    cell += info.components * size_of(info.type);
-  }
-  // The map's mesh and numbers of cells, twice, are there once; what fitting takes of the widest
-  // array, and windows, for each step.
-  constexpr std::uint64_t kProcess = std::uint64_t{64} << 20, kWindows = std::uint64_t{32} << 20;
-  const std::uint64_t once = kProcess + points * (24 + 16) + cells * (41 + 16);
-  const std::uint64_t of_step = points * (point + widest * 3 * sizeof(double)) + cells * cell;
-  MemoryBudget budget(request_.job.performance.memory != 0 ? request_.job.performance.memory
-                                                           : memory_limit() / 2);
-  const auto one = budget.reserve(once + of_step, "the arrays of a step on the simplified mesh");
-  return budget.free() >= of_step + kWindows;
 }
 
 void SharedSeries::write_steps() {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 
 #include "base/error.h"
@@ -103,6 +104,20 @@ TEST_F(MaxError, IsOnePercentWhereNothingIsSaid) {
   request.behaviour.reduction = 0.6;
   EXPECT_EQ(refused(run(file)), 0u);
   EXPECT_GT(array_of(compare(), "wave").max, 0.01);
+}
+
+// As who tries a goal without a bound wants it.
+TEST_F(MaxError, AGoalThatCostsTooMuchIsGivenUp) {
+  request.behaviour.reduction = 0.7;
+  run(wavy_box(10));
+  const std::string whole = bytes_of(request.output);
+  std::filesystem::remove(request.output);
+  request.behaviour.give_up_rms = 1e-4;
+  EXPECT_THROW(simplify(request), OutOfReach);
+  EXPECT_FALSE(std::filesystem::exists(request.output));
+  request.behaviour.give_up_rms = 1;
+  simplify(request);
+  EXPECT_TRUE(bytes_of(request.output) == whole);
 }
 
 // With several limits the first one reached stops.

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/resources.h"
 #include "driver/simplify.h"
 #include "follow/apply_map.h"
 #include "follow/point_weights.h"
@@ -168,6 +169,46 @@ TEST_F(Series, PartsAreThePlacesTheOtherWayRound) {
     EXPECT_GT(kept, 1000u);
     EXPECT_GT(stayed, 1000u);
   }
+}
+
+// One thread adds up what several keep apart, range by range.
+TEST_F(Series, AnyNumberOfThreadsFitsTheSame) {
+  request.job.map = folder.file("points.map");
+  simplify_series(request);
+  const MapFile map = MapFile::open(request.job.map);
+  const PointWeights weights(map, "");
+  const auto step = open_mesh(request.inputs[1]);
+  const auto fitted = [&](int threads) {
+    set_thread_count(threads);
+    return fit_arrays(map, weights, step.get(), {{"wave", 0.01}}, {})[0].array.bytes;
+  };
+  const auto by_one = fitted(1), by_four = fitted(4);
+  set_thread_count(1);
+  EXPECT_TRUE(by_one == by_four);
+}
+
+// Towards a goal bounds are not looked at on the way where it is reached without breaking them.
+TEST_F(Series, ALooseBoundChangesNothingBesideAGoal) {
+  std::vector<Vector<Tet>> meshes;
+  for (const double max_error : {0.9, 0.5}) {
+    request.job.behaviour.max_error = max_error;
+    const SeriesReport report = simplify_series(request);
+    EXPECT_EQ(report.tries, 1);
+    meshes.push_back(open_mesh(report.steps[1].output)->read_geometry().tets);
+  }
+  EXPECT_EQ(meshes[0], meshes[1]);
+}
+
+TEST_F(Series, ATightBoundHasASayInTheGoal) {
+  std::vector<std::string> said;
+  RunContext context;
+  context.notice = [&](std::string_view text) { said.emplace_back(text); };
+  request.job.behaviour.reduction = 0.6;
+  request.job.behaviour.max_error = 0.004;
+  const SeriesReport report = simplify_series(request, context);
+  EXPECT_GT(report.tries, 1);
+  EXPECT_THAT(said, ::testing::Contains(HasSubstr("once more, with bounds")));
+  for (const StepReport& step : report.steps) EXPECT_LE(step.arrays[0].max, 0.004);
 }
 
 TEST_F(Series, AFittedLinearFieldStaysLinear) {
