@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "kernel/patch_distance.h"
 
 namespace tetfusion {
 
@@ -27,22 +30,15 @@ constexpr double kFullWeight = 0.5;
 
 constexpr double kNoBound = -1;
 
-Vec3<double> cross(const Vec3<double>& a, const Vec3<double>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-double dot(const Vec3<double>& a, const Vec3<double>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
 // Of the corners: volumes with the point in a corner's place, as shares of the tetrahedron's.
 template <class Real>
 std::array<double, 4> weights_of(const Vec3<Real>& p, const std::array<Vec3<Real>, 4>& corners) {
-  std::array<Vec3<double>, 4> r;
+  std::array<Point3, 4> r;
   for (std::size_t k = 0; k < 4; ++k) {
     r[k] = {double{corners[k].x} - double{p.x}, double{corners[k].y} - double{p.y},
             double{corners[k].z} - double{p.z}};
   }
-  const Vec3<double> c01 = cross(r[0], r[1]), c23 = cross(r[2], r[3]);
+  const Point3 c01 = cross(r[0], r[1]), c23 = cross(r[2], r[3]);
   std::array<double, 4> weights{dot(r[1], c23), -dot(r[0], c23), dot(r[3], c01), -dot(r[2], c01)};
   const double all = weights[0] + weights[1] + weights[2] + weights[3];
   for (double& w : weights) w /= all;
@@ -170,7 +166,7 @@ void ValueFit<Real>::fit_component(std::size_t component) {
     sweep(kNoBound);
     move_values(kFullWeight);
   }
-  const double bound = kWanted * largest_error();
+  const double bound = kWanted * sweep(std::numeric_limits<double>::infinity());  // adds nothing up
   for (int i = 0; i < kCorrections && sweep(bound) > bound; ++i) move_values(0);
   for (const VertexId v : vertices_) mesh_->steering[v * width + component] = values_[v];
 }
@@ -226,15 +222,6 @@ double ValueFit<Real>::sweep(double bound) {
       move.sum += weights[k] * wanted;
       move.weight += bound < 0 ? weights[k] : 1;
     }
-  }
-  return largest;
-}
-
-template <class Real>
-double ValueFit<Real>::largest_error() const {
-  double largest = 0;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    largest = std::max(largest, std::abs(error_at(i)));
   }
   return largest;
 }

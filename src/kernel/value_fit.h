@@ -61,7 +61,6 @@ class ValueFit {
   bool depends_on_new(const Place& place) const;
   void fit_component(std::size_t component);
   void find_ranges();
-  double largest_error() const;
   double error_at(std::size_t i) const;
   double sweep(double bound);
   void move_values(double full_weight);

@@ -49,9 +49,6 @@ constexpr std::size_t kFewSums = 4, kSomeSums = 6, kManySums = 8;
 // step; and what becomes of that share where it turns out to have been too much (README.md).
 constexpr double kFirstShare = 0.95, kLess = 0.8, kMuchLess = 0.5;
 constexpr int kLessTries = 5, kMostTries = 12;
-// Towards a goal they have none at first, as it is often reached long before the bounds are. A
-// fusion that is off by this share of one in the mean leaves no hope of that.
-constexpr double kHopeful = 1;
 // A bound that no step has come near to was held too strictly: sums of steps that are alike are
 // larger than these. What is to become of it, and how often that is worth another try.
 constexpr double kNear = 0.6, kAim = 0.85, kMostAtOnce = 8;
@@ -100,7 +97,7 @@ class SharedSeries {
   void add_to_sums(std::size_t i, const MeshDescription& mesh, const MeshStream& stream);
   void add_up_again();
   void simplify_and_compare();
-  double bound_of(std::size_t array) const;
+  double bound_of(const SteeringChoice& array) const;
   bool simplify_without_bounds();
   void simplify_once(std::optional<double> share);
   void simplify_within_bounds();
@@ -286,10 +283,10 @@ void SharedSeries::simplify_and_compare() {
 
 // At the points of each step, as a share of the array's range there. With tetfuse an array's own
 // share is a tolerance, for the sums.
-double SharedSeries::bound_of(std::size_t array) const {
+double SharedSeries::bound_of(const SteeringChoice& array) const {
   if (request_.job.behaviour.method != Method::kFuse) return kInfinity;
   const ErrorLimits limits = error_limits(request_.job.behaviour, limits_of(arrays_));
-  return arrays_[array].tolerance.value_or(limits.max_error);
+  return array.tolerance.value_or(limits.max_error);
 }
 
 // The first step's mesh, with the sums in place of its arrays, and the weights if there are any; of
@@ -351,7 +348,7 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
   for (std::size_t f = 0; f < sums_->fields().size(); ++f) {
     if (!(sums_->range(f) > 0)) continue;
     const SteeringChoice& array = arrays_[sums_->array_of(f)];
-    const double bound = bound_of(sums_->array_of(f)) / sums_->range(f);
+    const double bound = bound_of(array) / sums_->range(f);
     least_bound = std::min(least_bound, bound);
     std::string text = sums_->fields()[f].name;
     if (bound < kInfinity) {
@@ -365,27 +362,25 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
   if (least_bound < kInfinity) b.max_error.reset();
   // As a share of the sums' ranges.
   if (b.max_rms) *b.max_rms /= largest;
-  if (!share) b.give_up_rms = kHopeful * least_bound;
+  // A fusion that is off by a bound in the mean leaves no hope that it is kept by itself.
+  if (!share) b.give_up_rms = least_bound;
   return job;
 }
 
 bool SharedSeries::tries_without_bounds() const {
   const BehaviourOptions& b = request_.job.behaviour;
-  if (!b.reduction && !b.tets) return false;
-  for (std::size_t a = 0; a < arrays_.size(); ++a) {
-    if (bound_of(a) < kInfinity) return true;
-  }
-  return false;
+  return (b.reduction || b.tets) &&
+         std::any_of(arrays_.begin(), arrays_.end(),
+                     [&](const SteeringChoice& a) { return bound_of(a) < kInfinity; });
 }
 
-// The first try, where there is a goal: are the bounds kept without being looked at on the way?
+// The first try, where there is a goal, as that is often reached long before the bounds are: are
+// they kept without being looked at on the way?
 bool SharedSeries::simplify_without_bounds() {
   if (!tries_without_bounds()) return false;
   try {
     simplify_once(std::nullopt);
-    if (report_.runs[0].stop_reason == StopReason::kGoal && fit_steps(part(0.6, 0.7)) <= 1) {
-      return true;
-    }
+    if (fit_steps(part(0.6, 0.7)) <= 1) return true;
   } catch (const OutOfReach&) {
     // Nothing was written, and more is said below.
   }
@@ -458,7 +453,7 @@ double SharedSeries::fit_steps(const RunContext& context) {
   }
   if (arrays_.empty()) return 0;
   std::vector<ArrayFit> fits;
-  for (std::size_t a = 0; a < arrays_.size(); ++a) fits.push_back({arrays_[a].name, bound_of(a)});
+  for (const SteeringChoice& a : arrays_) fits.push_back({a.name, bound_of(a)});
   fitted_.emplace(folder_.path(), *map_, fits, open(plan_.steps[0])->description(),
                   plan_.steps.size());
   RunContext quiet = context;

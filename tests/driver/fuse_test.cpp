@@ -12,6 +12,7 @@
 #include "io/mesh_source.h"
 #include "kernel/vertex_quadrics.h"
 #include "mesh/inspect.h"
+#include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/rounds_engine.h"
 #include "support/temp_dir.h"
@@ -48,13 +49,7 @@ class Fuse : public ::testing::Test {
     return simplify(request);
   }
   TempDir folder = TempDir::in_memory();
-  SimplifyRequest request = [this] {
-    SimplifyRequest r;
-    r.input = folder.file("in.vtu");
-    r.output = folder.file("out.vtu");
-    r.behaviour.method = Method::kFuse;
-    return r;
-  }();
+  SimplifyRequest request = testing::request_in(folder);
 };
 
 // The same triangles, wherever their points are in the file.

@@ -13,6 +13,7 @@
 #include "io/mesh_source.h"
 #include "kernel/vertex_quadrics.h"
 #include "support/comparison.h"
+#include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/point_deviation.h"
 #include "support/rounds_engine.h"
@@ -57,12 +58,7 @@ class MaxError : public ::testing::Test {
     return compare_meshes(original.get(), simplified.get(), {});
   }
   TempDir folder = TempDir::in_memory();
-  SimplifyRequest request = [this] {
-    SimplifyRequest r;
-    r.input = folder.file("in.vtu");
-    r.output = folder.file("out.vtu");
-    return r;
-  }();
+  SimplifyRequest request = testing::request_in(folder);
 };
 
 TEST_F(MaxError, CompareFindsNothingBeyondIt) {

@@ -14,6 +14,7 @@
 #include "driver/simplify.h"
 #include "io/mesh_source.h"
 #include "support/comparison.h"
+#include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 #include "support/work_meshes.h"
@@ -56,15 +57,12 @@ class FittedValuesOf : public ::testing::Test {
     run(false);
     return bytes_of(request.output) == bytes;
   }
+  FittedValuesOf() {
+    request.behaviour.reduction = 0.7;
+    wavy_box(16).write(request.input);
+  }
   TempDir folder = TempDir::in_memory();
-  SimplifyRequest request = [this] {
-    SimplifyRequest r;
-    r.input = folder.file("in.vtu");
-    r.output = folder.file("out.vtu");
-    r.behaviour.reduction = 0.7;
-    wavy_box(16).write(r.input);
-    return r;
-  }();
+  SimplifyRequest request = testing::request_in(folder);
   SimplifyReport report;
 };
 

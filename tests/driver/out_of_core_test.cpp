@@ -204,8 +204,8 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
 TEST_F(OutOfCore, RemovedPointsTakeMemory) {
   const auto source = open_mesh(request.input);
   const auto needs = [&](std::uint64_t removed) {
-    return estimate_needs(source->description(), {.vertex = 8, .removed_point = removed},
-                          700, 2, 0);
+    return estimate_needs(source->description(), {.vertex = 8, .removed_point = removed}, 700, 2,
+                          0);
   };
   EXPECT_EQ(needs(0).out_of_core, needs(1).out_of_core);  // less than its tetrahedra
   EXPECT_EQ(needs(2000).out_of_core - needs(1000).out_of_core, 2u * 6 * 2 * 700 * 1000);

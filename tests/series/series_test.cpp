@@ -70,6 +70,11 @@ class Series : public ::testing::Test {
     std::sort(all.begin(), all.end());
     return all;
   }
+  MapFile simplify_with_map() {
+    request.job.map = folder.file("points.map");
+    simplify_series(request);
+    return MapFile::open(request.job.map);
+  }
   TempDir folder = TempDir::in_memory();
   SeriesRequest request;
 };
@@ -128,9 +133,7 @@ TEST_F(Series, WhatOnlySteersIsNotInTheResult) {
 TEST_F(Series, PartsAreThePlacesTheOtherWayRound) {
   request.inputs = {folder.file("big0.vtu"), folder.file("big1.vtu")};
   for (int i = 0; i < 2; ++i) box_with_wave(44, 9.0 * i).write(request.inputs[i]);
-  request.job.map = folder.file("points.map");
-  simplify_series(request);
-  const MapFile map = MapFile::open(request.job.map);
+  const MapFile map = simplify_with_map();
   for (const std::string& where : {std::string(), folder.path().string()}) {
     const PointWeights weights(map, where);
     ASSERT_EQ(weights.windows(), 2u);
@@ -173,9 +176,7 @@ TEST_F(Series, PartsAreThePlacesTheOtherWayRound) {
 
 // One thread adds up what several keep apart, range by range.
 TEST_F(Series, AnyNumberOfThreadsFitsTheSame) {
-  request.job.map = folder.file("points.map");
-  simplify_series(request);
-  const MapFile map = MapFile::open(request.job.map);
+  const MapFile map = simplify_with_map();
   const PointWeights weights(map, "");
   const auto step = open_mesh(request.inputs[1]);
   const auto fitted = [&](int threads) {
@@ -212,9 +213,7 @@ TEST_F(Series, ATightBoundHasASayInTheGoal) {
 }
 
 TEST_F(Series, AFittedLinearFieldStaysLinear) {
-  request.job.map = folder.file("points.map");
-  simplify_series(request);
-  const MapFile map = MapFile::open(request.job.map);
+  const MapFile map = simplify_with_map();
   const PointWeights weights(map, "");
   const auto step = open_mesh(request.inputs[2]);
   const auto between = apply_map(map, step.get(), {"plane"}, {});
@@ -226,9 +225,7 @@ TEST_F(Series, AFittedLinearFieldStaysLinear) {
 
 // Squares of values beyond 1e154 and below 1e-162 are no numbers any more.
 TEST_F(Series, FieldsOfAnyMagnitudeAreFittedAlike) {
-  request.job.map = folder.file("points.map");
-  simplify_series(request);
-  const MapFile map = MapFile::open(request.job.map);
+  const MapFile map = simplify_with_map();
   const PointWeights weights(map, "");
   const auto moved = [&](double scale) {
     MeshFile file = box_with_wave(6, 2);
@@ -253,9 +250,7 @@ TEST_F(Series, FieldsOfAnyMagnitudeAreFittedAlike) {
 
 // A point between corners that all stayed has an error that no value can help.
 TEST_F(Series, ABoundThatCannotBeKeptIsSeen) {
-  request.job.map = folder.file("points.map");
-  simplify_series(request);
-  const MapFile map = MapFile::open(request.job.map);
+  const MapFile map = simplify_with_map();
   const PointWeights weights(map, "");
   const auto step = open_mesh(request.inputs[0]);
   const auto moved = fit_arrays(map, weights, step.get(), {{"wave", 1e-9}}, {});
