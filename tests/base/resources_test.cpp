@@ -179,5 +179,29 @@ TEST(ResidentMemory, PeakIsNotInheritedThroughExec) {
   EXPECT_LT(std::stoull(text.substr(at + std::strlen("peak="))), 128 * kMiB);
 }
 
+TEST(PhaseClock, WhatIsMovedIsStillThere) {
+  PhaseClock clock;
+  clock.begin("write");
+  clock.move("write", "fit", 2);
+  clock.end();
+  EXPECT_EQ(clock.seconds().at("fit"), 2);
+  EXPECT_GE(clock.seconds().at("write"), -2);
+  EXPECT_LT(clock.seconds().at("write"), -1);
+}
+
+#ifdef _OPENMP
+TEST(LoopThreads, AreThoseOfTheLoopsAlone) {
+  set_thread_count(4);
+  EXPECT_EQ(loop_threads(), 4);
+  {
+    const LoopThreads one(1);
+    EXPECT_EQ(loop_threads(), 1);
+    EXPECT_EQ(thread_count(), 4);
+  }
+  EXPECT_EQ(loop_threads(), 4);
+  set_thread_count(0);
+}
+#endif
+
 }  // namespace
 }  // namespace tetfusion
