@@ -480,7 +480,7 @@ void add_simplify_command(CLI::App& app) {
                    "step (default); each, every step by itself. Not with a series: --lods, "
                    "--dry-run, --progressive, --pieces, standard input and output; "
                    "each: --map; shared: --resume, --verify, --conserve, arrays of cells "
-                   "that steer, and --roi by the values of an array")
+                   "that steer")
       ->check(CLI::IsMember({"shared", "each"}).description("{shared,each}"))
       ->group(kOutputGroup);
   command

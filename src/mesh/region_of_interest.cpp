@@ -15,6 +15,8 @@ namespace tetfusion {
 
 namespace {
 
+constexpr std::string_view kBox = "box=", kSphere = "sphere=";
+
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
   throw Error(ErrorCode::kUsage, fmt::format("--roi {}: {}", text, why));
 }
@@ -47,9 +49,12 @@ RegionOfInterest::RegionOfInterest(const std::vector<std::string>& texts, const 
   for (const std::string& text : texts) parts_.push_back(parse(text, path, point_data));
 }
 
+bool RegionOfInterest::is_by_values(const std::string& text) {
+  return !text.starts_with(kBox) && !text.starts_with(kSphere);
+}
+
 auto RegionOfInterest::parse(const std::string& text, const std::string& path,
                              const AttributeSet& point_data) -> Part {
-  constexpr std::string_view kBox = "box=", kSphere = "sphere=";
   if (text.starts_with(kBox)) {
     const auto n = parse_numbers(text, std::string_view(text).substr(kBox.size()));
     if (n.size() != 6 || !(n[0] <= n[1] && n[2] <= n[3] && n[4] <= n[5])) {
@@ -87,33 +92,37 @@ void RegionOfInterest::mark(std::span<const Vec3<Real>> positions, const ReadRow
                             std::uint8_t* inside) const {
   const auto mark_where = [&](auto is_inside) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      if (is_inside(i)) inside[i] = 1;
+      const Vec3<Real>& p = positions[i];
+      if (is_inside(Vec3<double>{double{p.x}, double{p.y}, double{p.z}})) inside[i] = 1;
     }
-  };
-  const auto position = [&](std::size_t i) {
-    return Vec3<double>{double{positions[i].x}, double{positions[i].y}, double{positions[i].z}};
   };
   for (const Part& part : parts_) {
     if (const auto* box = std::get_if<Bounds>(&part)) {
-      mark_where([&](std::size_t i) { return contains(box->limits, position(i)); });
+      mark_where([&](const Vec3<double>& p) { return contains(box->limits, p); });
     } else if (const auto* sphere = std::get_if<Sphere>(&part)) {
-      mark_where([&](std::size_t i) {
-        const Vec3<double> p = position(i);
+      mark_where([&](const Vec3<double>& p) {
         const double x = p.x - sphere->centre.x, y = p.y - sphere->centre.y;
         const double z = p.z - sphere->centre.z;
         return x * x + y * y + z * z <= sphere->radius * sphere->radius;
       });
-    } else {
-      const auto& threshold = std::get<Threshold>(part);
-      const std::size_t width = threshold.array.components;
-      Vector<std::byte> rows(positions.size() * width * size_of(threshold.array.type));
-      read(threshold.index, rows);
-      const Vector<double> values = to_doubles(threshold.array.type, rows);
-      mark_where([&](std::size_t i) {
-        const double value =
-            width == 1 ? values[i] : std::sqrt(squared_length(&values[i * width], width));
-        return threshold.above ? value > threshold.value : value < threshold.value;
-      });
+    }
+  }
+  mark_by_values(positions.size(), read, inside);
+}
+
+void RegionOfInterest::mark_by_values(std::size_t points, const ReadRows& read,
+                                      std::uint8_t* inside) const {
+  for (const Part& part : parts_) {
+    const auto* threshold = std::get_if<Threshold>(&part);
+    if (threshold == nullptr) continue;
+    const std::size_t width = threshold->array.components;
+    Vector<std::byte> rows(points * width * size_of(threshold->array.type));
+    read(threshold->index, rows);
+    const Vector<double> values = to_doubles(threshold->array.type, rows);
+    for (std::size_t i = 0; i < points; ++i) {
+      const double value =
+          width == 1 ? values[i] : std::sqrt(squared_length(&values[i * width], width));
+      if (threshold->above ? value > threshold->value : value < threshold->value) inside[i] = 1;
     }
   }
 }

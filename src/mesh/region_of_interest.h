@@ -31,6 +31,9 @@ class RegionOfInterest {
   RegionOfInterest(const std::vector<std::string>& texts, const std::string& path,
                    const AttributeSet& point_data);
 
+  // Whether such a text goes by the values of an array, not by places.
+  static bool is_by_values(const std::string& text);
+
   bool empty() const { return parts_.empty(); }
 
   // Reads the values of an array at the points in hand.
@@ -39,6 +42,8 @@ class RegionOfInterest {
   template <class Real>
   void mark(std::span<const Vec3<Real>> positions, const ReadRows& read,
             std::uint8_t* inside) const;
+  // The same for what goes by values alone: without the points' places.
+  void mark_by_values(std::size_t points, const ReadRows& read, std::uint8_t* inside) const;
 
  private:
   struct Bounds {

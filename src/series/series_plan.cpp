@@ -114,10 +114,6 @@ void check_request(const SeriesRequest& request) {
   for (const std::string& name : b.arrays) {
     only_each(name.starts_with("cell:"), "an array of cells that steers");
   }
-  for (const std::string& text : b.interest) {
-    const bool has_place = text.starts_with("box=") || text.starts_with("sphere=");
-    only_each(!has_place, "a region of interest by the values of an array");
-  }
 }
 
 bool holds_step(const std::string& name) { return name.find(kStepField) != std::string::npos; }

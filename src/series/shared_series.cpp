@@ -27,6 +27,7 @@
 #include "io/output_file.h"
 #include "mesh/time_value.h"
 #include "series/combined_fields.h"
+#include "series/combined_interest.h"
 #include "series/combined_regions.h"
 #include "series/fitted_steps.h"
 #include "series/other_arrays.h"
@@ -128,6 +129,7 @@ class SharedSeries {
   CombinedFields::Settings adding_;
   std::unique_ptr<CombinedFields> sums_;
   std::optional<CombinedRegions> regions_;
+  std::optional<CombinedInterest> interest_;
   bool compare_apart_ = false;  // from reading the arrays: beside the first simplification
   std::unique_ptr<MapFile> map_;
   int at_once_ = 1;  // so many steps are in hand together: 1 or 2
@@ -169,6 +171,7 @@ void SharedSeries::look_at_steps() {
           }
           regions_->add(i, mesh, stream, context_);
         }
+        interest_->add(mesh, stream, context_);
         require_no_original_ids(mesh);
       });
   sums_->finish(context_);
@@ -206,6 +209,8 @@ void SharedSeries::look_at_first() {
   tell_left_out(plan_.steps[0].output, open_file(plan_.steps[0])->description(), context_);
   context_.report_size(mesh.cells);
   regions_->add(0, mesh, *stream, context_);
+  interest_.emplace(b.interest, mesh);
+  interest_->add(mesh, *stream, context_);
   const bool has_goal = b.reduction || b.tets;
   adding_.sums = tries_without_bounds() ? kFewSums : has_goal ? kSomeSums : kManySums;
   sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_,
@@ -289,8 +294,8 @@ double SharedSeries::bound_of(const SteeringChoice& array) const {
   return array.tolerance.value_or(limits.max_error);
 }
 
-// The first step's mesh, with the sums in place of its arrays, and the weights if there are any; of
-// the cells those that may tell regions, and where each is in the files.
+// The first step's mesh, with the sums in place of its arrays, what is of interest, and the
+// weights; of the cells those that may tell regions, and where each is in the files.
 std::unique_ptr<MeshSource> SharedSeries::summed_mesh() const {
   auto source = open(plan_.steps[0]);
   OtherArrays arrays;
@@ -303,6 +308,11 @@ std::unique_ptr<MeshSource> SharedSeries::summed_mesh() const {
                              }});
   }
   const MeshDescription& mesh = source->description();
+  if (!interest_->empty()) {
+    arrays.points.push_back(
+        {interest_->info(), [this](const MeshStream&, std::uint64_t first,
+                                   std::span<std::byte> out) { interest_->read(first, out); }});
+  }
   const auto weights = find_array(mesh, request_.job.behaviour.weight);
   if (weights && weights->association == Association::kPoint) {
     arrays.points.push_back(own_array(mesh, Association::kPoint, weights->index));
@@ -342,6 +352,7 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
   job.performance.keep_work = false;
   BehaviourOptions& b = job.behaviour;
   b.fit_values = false;  // those of each step are
+  b.interest = interest_->texts();
   b.arrays.clear();
   double largest = 1;
   double least_bound = kInfinity;

@@ -70,6 +70,31 @@ class Shared(SeriesTest):
                 self.assertAlmostEqual(array["max"], compared[array["name"]]["max"], delta=1e-9)
             self.assertEqual([a["name"] for a in entry["arrays"]], ["bump", "drift"])
 
+    def test_the_mesh_stays_where_any_step_is_of_interest(self):
+        def inner_cells(mesh, inside):
+            corners = mesh.points[mesh.tets[inside[mesh.tets].all(axis=1)]]
+            return {tuple(sorted(map(tuple, cell))) for cell in corners.tolist()}
+
+        steps = self.steps()
+        without = self.simplify(steps, *GOAL)
+        report = self.simplify(steps, *GOAL, "--roi", "bump>0.9", "--roi", "box=0,2,0,2,8,10")
+        self.assertEqual(len({(len(m.tets), m.tets.tobytes()) for m in map(Vtu, self.outputs())}), 1)
+        self.assertEqual(list(Vtu(self.outputs()[0]).arrays["point"]), list(Vtu(steps[0]).arrays["point"]))
+        originals, corner = [Vtu(p) for p in steps], np.array([2, 2, 8])
+        fields = [values(mesh, "bump").ravel() for mesh in originals]
+        points = originals[0].points
+        inside = np.any([f > 0.9 for f in fields], axis=0) | (points[:, :2] <= corner[:2]).all(axis=1) & (points[:, 2] >= 8)
+        expected = inner_cells(originals[0], inside)
+        self.assertGreater(len(expected), 3 * len(inner_cells(originals[0], fields[2] > 0.9)))  # one step is not all
+        result = Vtu(self.outputs()[0])
+        self.assertLessEqual(expected, inner_cells(result, np.ones(len(result.points), bool)))
+        self.assertLess(report["reduction"], 0.61)
+        self.assertGreater(without["reduction"], 0.59)
+        one = self.in_one_mesh()
+        self.simplify([one], *GOAL, "--array", "bump_{step}", "--roi", "bump_{step}>0.9", out="one.vtu")
+        self.assertLessEqual(inner_cells(originals[0], np.any([f > 0.9 for f in fields], axis=0)),
+                             inner_cells(Vtu(self.folder / "one.vtu"), np.ones(len(Vtu(self.folder / "one.vtu").points), bool)))
+
     def in_one_mesh(self, count=5):
         """The same steps as arrays of one mesh, and one array that is none of them."""
         arrays = {"mass": ("Float64", np.array(jittered(10).points)[:, 0])}
@@ -431,8 +456,11 @@ class Refused(SeriesTest):
         for options in (["--lods", "10%,20%"], ["--dry-run"], ["--pieces", "2"], ["--progressive", "a.tfp"]):
             for mode in ("shared", "each"):
                 self.assertIn("series", self.refuse(steps, "--series", mode, *options))
-        for options in (["--resume"], ["--verify"], ["--conserve"], ["--array", "cell:id"], ["--roi", "bump>0.5"]):
+        for options in (["--resume"], ["--verify"], ["--conserve"], ["--array", "cell:id"]):
             self.assertIn("--series each", self.refuse(steps, *options))
+        self.assertIn("none", self.refuse(steps, "--roi", "none>0.5"))
+        other = self.write(with_arrays(jittered(10), bump=("Float32", np.array(jittered(10).points)[:, 0])), "other.vtu")
+        self.assertIn("drift", self.refuse([*steps, other], "--array", "bump", "--roi", "drift>0.5"))
         self.refuse(steps, "--series", "each", "--map", self.folder / "o.map")
         self.refuse(steps, "--series", "both")
 

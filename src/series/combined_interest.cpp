@@ -1,0 +1,64 @@
+#include "series/combined_interest.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mesh/region_of_interest.h"
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr const char* kName = "in a region of interest";
+
+}  // namespace
+
+CombinedInterest::CombinedInterest(const std::vector<std::string>& texts,
+                                   const MeshDescription& first)
+    : inside_(first.points) {
+  // What is wrong with them is said before steps are read.
+  static_cast<void>(RegionOfInterest(texts, first.path, first.point_data));
+  for (const std::string& text : texts) {
+    (RegionOfInterest::is_by_values(text) ? by_values_ : by_place_).push_back(text);
+  }
+}
+
+void CombinedInterest::add(const MeshDescription& mesh, const MeshStream& stream,
+                           const RunContext& context) {
+  if (empty()) return;
+  const RegionOfInterest interest(by_values_, mesh.path, mesh.point_data);
+  Vector<std::uint8_t> inside;
+  for (std::uint64_t first = 0; first < inside_.points(); first += kWindow) {
+    context.check();
+    const std::uint64_t count = std::min(kWindow, inside_.points() - first);
+    inside.assign(count, 0);
+    const auto read = [&](std::size_t array, std::span<std::byte> rows) {
+      stream.read_rows(Association::kPoint, array, first, count, rows);
+    };
+    interest.mark_by_values(count, read, inside.data());
+    const std::lock_guard lock(mutex_);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      if (inside[i] != 0) inside_.add(first + i);
+    }
+  }
+}
+
+std::vector<std::string> CombinedInterest::texts() const {
+  std::vector<std::string> texts = by_place_;
+  if (!empty()) texts.push_back(fmt::format("{}>0", kName));
+  return texts;
+}
+
+ArrayInfo CombinedInterest::info() const {
+  return {kName, ValueType::kUInt8, 1, {}, inside_.points(), true};
+}
+
+void CombinedInterest::read(std::uint64_t first, std::span<std::byte> out) const {
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i] = std::byte{inside_.has(first + i) ? std::uint8_t{1} : std::uint8_t{0}};
+  }
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,41 @@
+// Where the steps of a series together are in a region of interest by the values of an array.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/run_context.h"
+#include "compare/original_mesh.h"
+#include "io/mesh_stream.h"
+
+namespace tetfusion {
+
+// A point is inside if it is in some step. In memory is a bit for each point.
+class CombinedInterest {
+ public:
+  // Of the texts (mesh/region_of_interest.h) those that go by values; the others are left to
+  // whoever has the places. `first` is a step's mesh. Throws Error(kUsage) where a text is wrong.
+  CombinedInterest(const std::vector<std::string>& texts, const MeshDescription& first);
+
+  bool empty() const { return by_values_.empty(); }
+
+  // Each step once, from several threads at once, in any order. Throws Error(kUsage) where it has
+  // not the arrays.
+  void add(const MeshDescription& mesh, const MeshStream& stream, const RunContext& context);
+
+  // After all steps: the texts for a mesh that has this array (UInt8, of one component, that only
+  // steers) in place of theirs.
+  std::vector<std::string> texts() const;
+  ArrayInfo info() const;
+  void read(std::uint64_t first, std::span<std::byte> out) const;
+
+ private:
+  std::vector<std::string> by_values_, by_place_;
+  PointSet inside_;
+  std::mutex mutex_;  // for inside_
+};
+
+}  // namespace tetfusion
