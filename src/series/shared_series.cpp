@@ -42,9 +42,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Sums of steps: where a goal alone says how far to go, where a bound has a say, too, and where it
-// has the only one (README.md).
-constexpr std::size_t kFewSums = 4, kSomeSums = 6, kManySums = 8;
+// Sums of steps, where there is a goal and where a bound alone says how far to go (README.md).
+constexpr std::size_t kFewSums = 6, kManySums = 8;
 
 // How much of the bound the sums may use, as what is off by that much there may be off by more in a
 // step; and what becomes of that share where it turns out to have been too much (README.md).
@@ -211,8 +210,7 @@ void SharedSeries::look_at_first() {
   regions_->add(0, mesh, *stream, context_);
   interest_.emplace(b.interest, mesh);
   interest_->add(mesh, *stream, context_);
-  const bool has_goal = b.reduction || b.tets;
-  adding_.sums = tries_without_bounds() ? kFewSums : has_goal ? kSomeSums : kManySums;
+  adding_.sums = b.reduction || b.tets ? kFewSums : kManySums;
   sums_ = std::make_unique<CombinedFields>(folder_.path(), arrays_, mesh, &*used_,
                                            plan_.steps.size(), adding_);
   add_to_sums(0, mesh, *stream);
@@ -396,8 +394,6 @@ bool SharedSeries::simplify_without_bounds() {
     // Nothing was written, and more is said below.
   }
   context_.say("the goal alone would break the bound on the error: once more, with bounds");
-  adding_.sums = kSomeSums;
-  add_up_again();
   return false;
 }
 
