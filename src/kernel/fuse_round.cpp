@@ -9,11 +9,9 @@ namespace tetfusion {
 
 namespace {
 
-// Where the best position is not allowed, it is pushed so often, as long as it costs at most so
-// much more.
-constexpr int kPushes = 3;
+// Where the best position is not allowed, others may cost so much more.
 constexpr float kSlack = 1.3F;
-// Where a point of the original speaks against it, these are tried, on the edge.
+// On the edge.
 constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
 // Bins: a block has so many before the next one's turn comes, and then failures are asked again.
@@ -410,24 +408,23 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
                threshold_for(v, partner) * weight);
-  return push(v, partner, most) || (reject_ == Reject::kDeviation && slide(v, partner, most));
+  return push(v, partner, most) || (dear_ == 0 && slide(v, partner, most));
 }
 
-// Off the tetrahedra that speak against a position.
+// Off the tetrahedron that speaks against a position.
 template <class Real>
 bool FuseRound<Real>::push(VertexId v, VertexId partner, float most) {
-  for (int i = 0; i < kPushes && (reject_ == Reject::kFlip || reject_ == Reject::kQuality); ++i) {
-    position_ = cavity_.pushed();
-    const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
-    if (!(value_at(edge_costs_.merged().reduced, u) <= most)) return false;
-    if (allows(v, partner)) return true;
-  }
-  return false;
+  if (reject_ != Reject::kFlip && reject_ != Reject::kQuality) return false;
+  position_ = cavity_.pushed();
+  const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
+  return value_at(edge_costs_.merged().reduced, u) <= most && allows(v, partner);
 }
 
-// Along the edge, away from points of the original that speak against one.
+// Along the edge, away from what speaks against a position; at its ends one of the two stays where
+// it is, as suits layers and lattices.
 template <class Real>
 bool FuseRound<Real>::slide(VertexId v, VertexId partner, float most) {
+  const Reject reason = reject_;
   const MergedQuadric& merged = edge_costs_.merged();
   for (const float t : kElsewhere) {
     const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
@@ -435,7 +432,7 @@ bool FuseRound<Real>::slide(VertexId v, VertexId partner, float most) {
     position_ = edge_costs_.place(v, u);
     if (allows(v, partner)) return true;
   }
-  reject_ = Reject::kDeviation;
+  reject_ = reason;
   return false;
 }
 

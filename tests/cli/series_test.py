@@ -214,7 +214,7 @@ class Shared(SeriesTest):
     def test_a_goal_within_a_bound_that_few_sums_do_not_hold(self):
         steps = self.steps_that_come_back(6)
         report = self.simplify(steps, "--max-error", "4%", "--reduction", "40%")
-        self.assertEqual(report["tries"], 3)  # without a bound, with six sums, with eight
+        self.assertIn(report["tries"], range(3, 6))  # without a bound, with six sums, with eight until it holds
         self.check_bound(steps, report, "4%")
         self.assertEqual(self.simplify(steps, "--reduction", "40%")["tries"], 1)
 
