@@ -143,10 +143,10 @@ void FuseRound<Real>::finish(FuseStatistics* statistics) {
   pass.fused = fused_;
   for (VertexId v = 0; v < state_.size(); ++v) {
     if (mesh_->incidence[v] == 0) continue;
-    float least = 0;
-    const Reject reason = look_back(v, &least);
+    float least = 0, failed = 0;
+    const Reject reason = look_back(v, &least, &failed);
     ++pass.rejected[static_cast<std::size_t>(reason)];
-    known_cost(v) = least;
+    known_cost(v) = failed > 0 ? -failed : least;
     if (least > 0) ++statistics->costs[cost_bin(least)];
     if (limits_->facing_after != nullptr) {
       sheets_.note_facing(v, limits_->marks_are_known, limits_->facing_after);
@@ -157,22 +157,22 @@ void FuseRound<Real>::finish(FuseStatistics* statistics) {
   }
 }
 
-// Why the vertex has not fused; `least` gets what its cheapest fusion costs, if that is known.
+// Why the vertex has not fused; `least` gets what its cheapest fusion costs that has not failed,
+// `failed` that of the cheapest one that has, if they are known.
 template <class Real>
-Reject FuseRound<Real>::look_back(VertexId v, float* least) {
+Reject FuseRound<Real>::look_back(VertexId v, float* least, float* failed) {
   if (!may_move(v)) {
     const std::uint8_t marks = mesh_->marks[v];
     if ((marks & kOnInterface) != 0) return Reject::kInterface;
     return (marks & kOnBoundary) != 0 ? Reject::kBoundary : Reject::kLocked;
   }
   const auto threshold = static_cast<float>(limits_->threshold);
-  bool failed = false;
   if (knows_candidates(v) || !(known_cost(v) > 0)) {
     if (!knows_candidates(v)) judge(v);
     for (const Candidate& c : candidates_[v]) {
       if (c.partner == kNoVertex || state_[c.partner].changed > state_[v].judged) continue;
       if (c.cost <= threshold && state_[v].failed >= state_[v].moved) {
-        failed = true;
+        if (*failed == 0) *failed = c.cost;
       } else if (*least == 0) {
         *least = c.cost;
       }
@@ -180,7 +180,7 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least) {
   } else {
     *least = known_cost(v);
   }
-  if (failed) return static_cast<Reject>(state_[v].reason);
+  if (*failed > 0) return static_cast<Reject>(state_[v].reason);
   return *least > 0 && *least <= threshold && quota_is_met() ? Reject::kQuota : Reject::kError;
 }
 
@@ -190,7 +190,7 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least) {
 template <class Real>
 void FuseRound<Real>::work() {
   for (VertexId v = 0; v < state_.size(); ++v) {
-    if (may_move(v)) queue_.push(v, known_cost(v));
+    if (may_move(v)) queue_.push(v, std::abs(known_cost(v)));
   }
   const std::size_t end = CostQueue::bin_of(static_cast<float>(limits_->threshold)) + 1;
   std::uint64_t removed_before = 0;

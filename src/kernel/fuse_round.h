@@ -142,7 +142,7 @@ class FuseRound {
   }
   Along along(VertexId v) const { return state_[v].kind == kOnLine ? Along::kLine : Along::kSheet; }
   void finish(FuseStatistics* statistics);
-  Reject look_back(VertexId v, float* least);
+  Reject look_back(VertexId v, float* least, float* failed);
 
   enum class Edges : std::uint8_t { kOwn, kAll };  // of a vertex: to be judged by it, or any
 

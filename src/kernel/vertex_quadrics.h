@@ -12,7 +12,8 @@
 namespace tetfusion {
 
 // Numbers in a row: the quadric; where sheets (sheets.h) may move, that of the sheet, which is one
-// without fields; and what the vertex's cheapest fusion costs, or 0 where nobody knows.
+// without fields; and what the vertex's cheapest fusion costs, negative where that has failed in
+// the last round, or 0 where nobody knows.
 constexpr std::uint32_t quadric_row(std::uint32_t steering_width, bool sheets_move = false) {
   return static_cast<std::uint32_t>(quadric_size(steering_width) +
                                     (sheets_move ? quadric_size(0) : 0) + 1);
