@@ -142,9 +142,8 @@ void CombinedFields::finish(const RunContext& context) {
   }
 }
 
-void CombinedFields::read(std::size_t field, std::uint64_t first, std::uint64_t count,
-                          std::span<std::byte> out) const {
-  file_->read(offset(field, first), out.first(count * infos_[field].components * sizeof(double)));
+void CombinedFields::read(std::size_t field, std::uint64_t first, std::span<std::byte> out) const {
+  file_->read(offset(field, first), out);
 }
 
 }  // namespace tetfusion

@@ -48,8 +48,8 @@ class CombinedFields {
   const std::vector<ArrayInfo>& fields() const { return infos_; }
   std::size_t array_of(std::size_t field) const { return field / sums_; }
   double range(std::size_t field) const { return ranges_[field]; }  // in steps' ranges
-  void read(std::size_t field, std::uint64_t first, std::uint64_t count,
-            std::span<std::byte> out) const;
+  // Its rows from `first` on, as many as there is room for.
+  void read(std::size_t field, std::uint64_t first, std::span<std::byte> out) const;
 
  private:
   struct Source {

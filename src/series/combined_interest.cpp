@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 #include "mesh/region_of_interest.h"
 
@@ -51,14 +52,13 @@ std::vector<std::string> CombinedInterest::texts() const {
   return texts;
 }
 
-ArrayInfo CombinedInterest::info() const {
-  return {kName, ValueType::kUInt8, 1, {}, inside_.points(), true};
-}
-
-void CombinedInterest::read(std::uint64_t first, std::span<std::byte> out) const {
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    out[i] = std::byte{inside_.has(first + i) ? std::uint8_t{1} : std::uint8_t{0}};
-  }
+ArrayFrom CombinedInterest::array() const {
+  const auto read = [this](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      out[i] = static_cast<std::byte>(inside_.has(first + i));
+    }
+  };
+  return {{kName, ValueType::kUInt8, 1, {}, inside_.points(), true}, read};
 }
 
 }  // namespace tetfusion

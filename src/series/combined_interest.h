@@ -3,13 +3,13 @@
 
 #include <cstdint>
 #include <mutex>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "base/run_context.h"
 #include "compare/original_mesh.h"
 #include "io/mesh_stream.h"
+#include "series/other_arrays.h"
 
 namespace tetfusion {
 
@@ -26,11 +26,10 @@ class CombinedInterest {
   // not the arrays.
   void add(const MeshDescription& mesh, const MeshStream& stream, const RunContext& context);
 
-  // After all steps: the texts for a mesh that has this array (UInt8, of one component, that only
-  // steers) in place of theirs.
+  // After all steps: the texts for a mesh that has this array in place of theirs. It only steers,
+  // and reads what is here.
   std::vector<std::string> texts() const;
-  ArrayInfo info() const;
-  void read(std::uint64_t first, std::span<std::byte> out) const;
+  ArrayFrom array() const;
 
  private:
   std::vector<std::string> by_values_, by_place_;

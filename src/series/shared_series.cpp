@@ -292,25 +292,19 @@ double SharedSeries::bound_of(const SteeringChoice& array) const {
   return array.tolerance.value_or(limits.max_error);
 }
 
-// The first step's mesh, with the sums in place of its arrays, what is of interest, and the
-// weights; of the cells those that may tell regions, and where each is in the files.
+// The first step's mesh, but with arrays of points that steer, and of cells that may tell regions
+// or say where each is in the files.
 std::unique_ptr<MeshSource> SharedSeries::summed_mesh() const {
   auto source = open(plan_.steps[0]);
   OtherArrays arrays;
   for (std::size_t f = 0; f < sums_->fields().size(); ++f) {
-    arrays.points.push_back({sums_->fields()[f], [this, f](const MeshStream&, std::uint64_t first,
-                                                           std::span<std::byte> out) {
-                               const std::uint64_t row =
-                                   sums_->fields()[f].components * sizeof(double);
-                               sums_->read(f, first, out.size() / row, out);
-                             }});
+    const auto read = [this, f](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {
+      sums_->read(f, first, out);
+    };
+    arrays.points.push_back({sums_->fields()[f], read});
   }
+  if (!interest_->empty()) arrays.points.push_back(interest_->array());
   const MeshDescription& mesh = source->description();
-  if (!interest_->empty()) {
-    arrays.points.push_back(
-        {interest_->info(), [this](const MeshStream&, std::uint64_t first,
-                                   std::span<std::byte> out) { interest_->read(first, out); }});
-  }
   const auto weights = find_array(mesh, request_.job.behaviour.weight);
   if (weights && weights->association == Association::kPoint) {
     arrays.points.push_back(own_array(mesh, Association::kPoint, weights->index));
@@ -390,8 +384,7 @@ bool SharedSeries::simplify_without_bounds() {
   try {
     simplify_once(std::nullopt);
     if (fit_steps(part(0.6, 0.7)) <= 1) return true;
-  } catch (const OutOfReach&) {
-    // Nothing was written, and more is said below.
+  } catch (const OutOfReach&) {  // nothing was written
   }
   context_.say("the goal alone would break the bound on the error: once more, with bounds");
   return false;

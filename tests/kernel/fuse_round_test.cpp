@@ -378,6 +378,29 @@ TEST(FuseRound, RemembersNothingOfOtherMeshes) {
   }
 }
 
+// They say so in the next round, too, and are asked again there.
+TEST(FuseRound, WhatHasFailedIsRemembered) {
+  Steered s = steered(five_split_cube(8, 0.4, 5), smooth);
+  FuseLimits limits = limits_of(1e-3);
+  limits.min_quality = 0.5;
+  FuseRound<double> round;
+  const auto failed = [&] {
+    const std::size_t row = s.mesh.quadric_width;
+    std::uint64_t count = 0;
+    for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+      count += s.mesh.quadrics[(v + 1) * row - 1] < 0 ? 1 : 0;
+    }
+    return count;
+  };
+  for (int i = 0; i < 3; ++i) {
+    const FuseStatistics statistics = round.run(limits, s.fields(), &s.mesh, nullptr);
+    const std::uint64_t for_shapes =
+        rejected(statistics, Reject::kFlip) + rejected(statistics, Reject::kQuality);
+    EXPECT_GT(for_shapes, 20u);
+    EXPECT_EQ(failed(), for_shapes);
+  }
+}
+
 TEST(FuseRound, ALookChangesNothingButWhatIsKnown) {
   Steered s = steered(five_split_cube(8, 0.2, 5), smooth);
   const WorkMesh<double> before = s.mesh;
