@@ -8,13 +8,12 @@ compare finds for the first array, as shares of the range; each level is checked
 SHA-256), or the mean error does not fall from level to level.
 """
 import argparse
-import hashlib
 import json
 import pathlib
 import subprocess
 import sys
 
-from measure import print_table
+from measure import print_table, sha256
 
 
 def run(*command):
@@ -23,14 +22,6 @@ def run(*command):
 
 def report_of(*command):
     return json.loads(run(*command, "--report", "-"))
-
-
-def sha256(path):
-    digest = hashlib.sha256()
-    with open(path, "rb") as file:
-        while block := file.read(1 << 24):
-            digest.update(block)
-    return digest.hexdigest()
 
 
 def mib(report):

@@ -402,9 +402,9 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       .add_option("--roi", a->request.behaviour.interest,
                   "A region of interest, where the mesh stays as it is: box=X0,X1,Y0,Y1,Z0,Z1, "
                   "sphere=X,Y,Z,RADIUS, or a point array and a value, as in \"pressure>0.5\" or "
-                  "\"pressure<0.5\" (of a vector its length). May be given again. A tetrahedron "
-                  "stays if all of its points "
-                  "are in one of them")
+                  "\"pressure<0.5\" (of a vector its length; in a shared series in any of the "
+                  "steps). May be given again. A tetrahedron stays if all of its points are in one "
+                  "of them")
       ->allow_extra_args(false)
       ->group(kGroup);
   command

@@ -378,7 +378,7 @@ TEST(FuseRound, RemembersNothingOfOtherMeshes) {
   }
 }
 
-// They say so in the next round, too, and are asked again there.
+// And asked again in the next round: or the reason would be that it costs too much.
 TEST(FuseRound, WhatHasFailedIsRemembered) {
   Steered s = steered(five_split_cube(8, 0.4, 5), smooth);
   FuseLimits limits = limits_of(1e-3);
