@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -24,6 +25,15 @@ inline Lanes select(LaneMask condition, Lanes a, Lanes b) { return condition ? a
 
 // Whole numbers as numbers.
 inline Lanes to_lanes(LaneMask x) { return __builtin_convertvector(x, Lanes); }
+
+// The power of two that makes a number > 0 one in [1, 2), as far as there is such a power; of other
+// numbers anything.
+inline float normalizer(float x) {
+  return std::bit_cast<float>((254 - (std::bit_cast<std::int32_t>(x) >> 23)) << 23);
+}
+inline Lanes normalizer(Lanes x) {
+  return std::bit_cast<Lanes>((254 - (std::bit_cast<LaneMask>(x) >> 23)) << 23);
+}
 
 // Rows as columns.
 template <class L>

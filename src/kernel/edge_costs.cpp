@@ -1,6 +1,8 @@
 #include "kernel/edge_costs.h"
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 
 namespace tetfusion {
 
@@ -13,6 +15,9 @@ constexpr float kReachSquared = 0.25F;  // half the edge
 // What an edge's squared length (in units of the mesh) adds to the cost, so that where fields do
 // not tell, short edges go first: an edge of a tenth of the mesh is worth an error of 1e-4.
 constexpr float kLengthCost = 1e-6F;
+
+// What between_lanes() works on: quadrics and what lies behind them, sums, differences.
+constexpr std::size_t lanes_for(std::size_t width) { return 2 * quadric_size(width) + 1 + width; }
 
 // Best on an edge from the origin to d.
 template <class F>
@@ -57,7 +62,7 @@ void EdgeCosts<Real>::begin(const WorkMesh<Real>* mesh, std::span<const Steering
   differences_.resize(width_);
   sum_.resize(quadric_size(width_));
   merged_.sum.resize(quadric_size(width_));
-  lanes_.resize(2 * quadric_size(width_) + width_);
+  lanes_.resize(lanes_for(width_));
 }
 
 template <class Real>
@@ -118,20 +123,31 @@ template <std::size_t kWidth>
 void EdgeCosts<Real>::between_lanes(VertexId v, std::span<const VertexId> partners, float* costs) {
   const std::size_t width = kWidth != 0 ? kWidth : width_;
   const std::size_t size = quadric_size(width);
-  std::array<Lanes, kWidth != 0 ? 2 * quadric_size(kWidth) + kWidth : 1> small;
+  std::array<Lanes, kWidth != 0 ? lanes_for(kWidth) : 1> small;
   Lanes* from = kWidth != 0 ? small.data() : lanes_.data();
-  Lanes* sum = from + size;
+  Lanes* sum = from + size + 1;
   Lanes* t = sum + size;
-  OffsetOf<Lanes> d{};
+  std::array<VertexId, kLanes> u;
+  for (std::size_t i = 0; i < kLanes; ++i) u[i] = partners[std::min(i, partners.size() - 1)];
+  // Behind a quadric a row has a number more.
+  static_assert((quadric_size(0) + 1) % kLanes == 0);
+  std::array<Lanes, kLanes> rows;
+  for (std::size_t j = 0; j < size; j += kLanes) {
+    for (std::size_t i = 0; i < kLanes; ++i) std::memcpy(&rows[i], quadric(u[i]) + j, sizeof rows[i]);
+    const auto columns = transposed(rows);
+    std::copy(columns.begin(), columns.end(), from + j);
+  }
   for (std::size_t i = 0; i < kLanes; ++i) {
-    const VertexId u = partners[std::min(i, partners.size() - 1)];
-    const float* row = quadric(u);
-    for (std::size_t j = 0; j < size; ++j) from[j][i] = row[j];
-    const Offset edge = offset(mesh_->positions[v], mesh_->positions[u]);
-    for (std::size_t a = 0; a < 3; ++a) d[a][i] = edge[a];
-    for (std::size_t k = 0; k < width; ++k) {
-      t[k][i] = static_cast<float>(values(v)[k] - values(u)[k]) * scale_[k];
-    }
+    const Offset edge = offset(mesh_->positions[v], mesh_->positions[u[i]]);
+    rows[i] = Lanes{edge[0], edge[1], edge[2], 0};
+  }
+  const auto [x, y, z, none] = transposed(rows);
+  const OffsetOf<Lanes> d{x, y, z};
+  for (std::size_t k = 0; k < width; ++k) {
+    const auto difference = [&](std::size_t i) {
+      return static_cast<float>(values(v)[k] - values(u[i])[k]) * scale_[k];
+    };
+    t[k] = Lanes{difference(0), difference(1), difference(2), difference(3)};
   }
   for (std::size_t j = 0; j < size; ++j) sum[j] = Lanes{} + quadric(v)[j];
   add_shifted(from, {-d[0], -d[1], -d[2]}, t, width, sum);
