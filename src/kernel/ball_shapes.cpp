@@ -27,6 +27,12 @@ Lanes3 difference(const Lanes3& a, const Lanes3& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
+Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Lanes dot(const Lanes3& a, const Lanes3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
 Lanes square(const Lanes3& a) { return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]; }
 
 // A power of two that makes the largest of these numbers one near 1.
@@ -90,26 +96,23 @@ void BallShapes<Real>::gather(const WorkMesh<Real>& mesh, const GridPositions<Re
   Lanes reach{};  // squared
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     Group& group = groups_[g];
-    std::array<Lanes3, 3> p;  // of b, c and d
-    std::array<std::uint32_t, kLanes> entries;
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      entries[i] = ball[std::min(kLanes * g + i, ball.size() - 1)];
-    }
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::array<Lanes, kLanes> rows;
-      for (std::size_t i = 0; i < kLanes; ++i) {
-        const Tet& tet = mesh.tets[entries[i] >> 2];
-        const VertexId u = tet[kCornerFirst[entries[i] & 3u][k + 1]];
-        rows[i] = to_lanes(grid.at(u) - origin_) * scale_;
-      }
-      const auto columns = transposed(rows);
-      p[k] = {columns[0], columns[1], columns[2]};
-    }
+    std::array<Lanes3, 3>& p = group.base;  // b, c and d
     std::array<LaneMask, kLanes> tets;
+    std::array<std::array<Lanes, kLanes>, 3> rows;
     for (std::size_t i = 0; i < kLanes; ++i) {
-      std::memcpy(&tets[i], &mesh.tets[entries[i] >> 2], sizeof(Tet));
+      const std::uint32_t entry = ball[std::min(kLanes * g + i, ball.size() - 1)];
+      const Tet& tet = mesh.tets[entry >> 2];
+      const auto& order = kCornerFirst[entry & 3u];
+      std::memcpy(&tets[i], &tet, sizeof tet);
+      for (std::size_t k = 0; k < 3; ++k) {
+        rows[k][i] = to_lanes(grid.at(tet[order[k + 1]]) - origin_) * scale_;
+      }
     }
     group.corners = transposed(tets);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [x, y, z, none] = transposed(rows[k]);
+      p[k] = {x, y, z};
+    }
     const Lanes3 e = difference(p[1], p[0]), f = difference(p[2], p[0]), h = difference(p[2], p[1]);
     group.normal = {f[1] * e[2] - f[2] * e[1], f[2] * e[0] - f[0] * e[2],
                     f[0] * e[1] - f[1] * e[0]};
@@ -127,11 +130,25 @@ void BallShapes<Real>::gather(const WorkMesh<Real>& mesh, const GridPositions<Re
 }
 
 template <class Real>
-bool BallShapes<Real>::has(std::size_t entry, VertexId other) const {
-  const auto& corners = groups_[entry / kLanes].corners;
-  const auto id = static_cast<std::int32_t>(other);
-  const std::size_t i = entry % kLanes;
-  return corners[0][i] == id || corners[1][i] == id || corners[2][i] == id || corners[3][i] == id;
+void BallShapes<Real>::list(VertexId other, Vector<std::uint32_t>* without,
+                            Vector<TetId>* with) const {
+  const std::size_t before = without->size(), before_with = with->size();
+  without->resize(before + entries_.size());
+  with->resize(before_with + entries_.size());
+  std::uint32_t* entry = without->data() + before;
+  TetId* tet = with->data() + before_with;
+  for (std::size_t first = 0; first < entries_.size(); first += kLanes) {
+    const LaneMask have = groups_[first / kLanes].have(other);
+    const std::size_t count = std::min(kLanes, entries_.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      *entry = entries_[first + i];
+      *tet = entries_[first + i] >> 2;
+      entry += have[i] == 0 ? 1 : 0;
+      tet += have[i] == 0 ? 0 : 1;
+    }
+  }
+  without->resize(static_cast<std::size_t>(entry - without->data()));
+  with->resize(static_cast<std::size_t>(tet - with->data()));
 }
 
 template <class Real>
@@ -147,27 +164,24 @@ auto BallShapes<Real>::place(const Vec3<Real>& position) const -> Place {
   return place;
 }
 
-// Whose base triangle's plane is the first behind the vertex, seen from the place: the share that
-// the new vertex has there is the least.
+// The ray from the place to the vertex goes through one base triangle of the cavity.
 template <class Real>
-std::size_t BallShapes<Real>::entry_of_vertex(const Place& place, VertexId other) const {
-  Lanes least = Lanes{} + std::numeric_limits<float>::infinity();
-  LaneMask at{};
+std::optional<std::uint32_t> BallShapes<Real>::entry_of_vertex(const Place& place,
+                                                               VertexId other) const {
+  const Lanes3 to_place{Lanes{} + place.x[0], Lanes{} + place.x[1], Lanes{} + place.x[2]};
+  const Lanes3 to_vertex{-to_place[0], -to_place[1], -to_place[2]};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Group& group = groups_[g];
-    const Lanes from_centre = group.normal[0] * group.centre[0] +
-                              group.normal[1] * group.centre[1] + group.normal[2] * group.centre[2];
-    const Lanes to_place =
-        group.normal[0] * place.x[0] + group.normal[1] * place.x[1] + group.normal[2] * place.x[2];
-    const Lanes share = -from_centre / (to_place - from_centre);
-    const LaneMask is_less = ~group.have(other) & (share < least);
-    least = select(is_less, share, least);
-    at = is_less ? LaneMask{} + static_cast<std::int32_t>(g) : at;
+    const Lanes3 b = difference(group.base[0], to_place), c = difference(group.base[1], to_place);
+    const Lanes3 d = difference(group.base[2], to_place);
+    const Lanes3 b_vertex = cross(b, to_vertex);
+    const LaneMask inside = (dot(to_vertex, cross(c, d)) >= 0.0F) & (dot(d, b_vertex) >= 0.0F) &
+                            (dot(c, b_vertex) <= 0.0F) & ~group.have(other);
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      if (inside[i] != 0) return entries_[std::min(kLanes * g + i, entries_.size() - 1)];
+    }
   }
-  std::size_t lane = 0;
-  for (std::size_t i = 1; i < kLanes; ++i) lane = least[i] < least[lane] ? i : lane;
-  const std::size_t entry = static_cast<std::size_t>(at[lane]) * kLanes + lane;
-  return std::min(entry, entries_.size() - 1);
+  return std::nullopt;
 }
 
 template <class Real>
@@ -176,7 +190,7 @@ bool BallShapes<Real>::may_have_bad(const ShapeFloors& floors) {
     bad_ = Bad::kNone;
     const Place here{{}, kRounding * reach_};
     for (std::size_t first = 0; first < entries_.size(); first += kLanes) {
-      if (!all(judge(first, here, kNoVertex, floors).good)) bad_ = Bad::kSome;
+      if (!all(good(first, here, kNoVertex, floors))) bad_ = Bad::kSome;
     }
   }
   return bad_ == Bad::kSome;

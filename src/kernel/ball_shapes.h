@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "base/lanes.h"
@@ -43,11 +44,6 @@ struct ShapeFloors {
   float sure = 0, floor = 0;
 };
 
-// Lane by lane: which tetrahedra are certainly good, which certainly bad, or even flipped.
-struct ShapeVerdicts {
-  LaneMask good{}, bad{}, flipped{};
-};
-
 // Keeps its memory from ball to ball.
 template <class Real>
 class BallShapes {
@@ -60,8 +56,8 @@ class BallShapes {
   void forget() { vertex_ = kNoVertex; }
 
   std::span<const std::uint32_t> entries() const { return entries_; }
-  // Has the tetrahedron of the entry this vertex?
-  bool has(std::size_t entry, VertexId other) const;
+  // Appends the entries of tetrahedra that have not this vertex, and the tetrahedra that have.
+  void list(VertexId other, Vector<std::uint32_t>* without, Vector<TetId>* with) const;
 
   // A place as the ball sees it.
   struct Place {
@@ -69,26 +65,40 @@ class BallShapes {
     float error;  // of a determinant, as a share of the edges' squares
   };
   Place place(const Vec3<Real>& position) const;
-  // Of the entries from `first` on, a multiple of kLanes; behind the last one there are copies of
-  // it. What has the vertex `other` is good: it is deleted.
-  ShapeVerdicts judge(std::size_t first, const Place& place, VertexId other,
-                      const ShapeFloors& floors) const;
+  // Lane by lane, of the entries from `first` on, a multiple of kLanes (behind the last one there
+  // are copies of it): which tetrahedra are certainly good? What has the vertex `other` is: it is
+  // deleted.
+  LaneMask good(std::size_t first, const Place& place, VertexId other,
+                const ShapeFloors& floors) const;
+  // Which of them are certainly bad, and which of these flipped?
+  LaneMask bad(std::size_t first, const Place& place, const ShapeFloors& floors) const;
+  LaneMask flipped(std::size_t first, const Place& place) const;
   // When the vertex has come to the place: the entry of the tetrahedron that has the place where it
-  // is now, if the ball is convex. Not one that has `other`.
-  std::size_t entry_of_vertex(const Place& place, VertexId other) const;
+  // is now, but for rounding. None if that is one that has `other`, or none of the ball.
+  std::optional<std::uint32_t> entry_of_vertex(const Place& place, VertexId other) const;
   // May a tetrahedron be below the floor now?
   bool may_have_bad(const ShapeFloors& floors);
 
  private:
+  // Squares of what is below this may be no numbers any more.
+  static constexpr float kTiny = 1e-15F;
   struct Group {
     std::array<Lanes, 3> normal, centre;
     Lanes edges;
+    std::array<std::array<Lanes, 3>, 3> base;
     std::array<LaneMask, 4> corners;
     LaneMask have(VertexId v) const {
       const LaneMask id = LaneMask{} + static_cast<std::int32_t>(v);
       return (corners[0] == id) | (corners[1] == id) | (corners[2] == id) | (corners[3] == id);
     }
   };
+
+  // At a place: six times the volume, the edges' squares, and whether anything is known of these.
+  struct Shapes {
+    Lanes det, edges;
+    LaneMask known;
+  };
+  Shapes shapes(std::size_t first, const Place& place) const;
 
   const GridPositions<Real>* grid_ = nullptr;
   VertexId vertex_ = kNoVertex;
@@ -101,10 +111,7 @@ class BallShapes {
 };
 
 template <class Real>
-inline ShapeVerdicts BallShapes<Real>::judge(std::size_t first, const Place& place, VertexId other,
-                                             const ShapeFloors& floors) const {
-  // Squares of what is below this may be no numbers any more.
-  constexpr float kTiny = 1e-15F;
+inline auto BallShapes<Real>::shapes(std::size_t first, const Place& place) const -> Shapes {
   // In squares of the error: of smaller edges nothing is known.
   constexpr float kLeastEdges = 256;
   const Group& group = groups_[first / kLanes];
@@ -113,12 +120,30 @@ inline ShapeVerdicts BallShapes<Real>::judge(std::size_t first, const Place& pla
   const Lanes z = place.x[2] - group.centre[2];
   const Lanes det = group.normal[0] * x + group.normal[1] * y + group.normal[2] * z;
   const Lanes edges = 3.0F * (x * x + y * y + z * z) + group.edges;
-  const Lanes cube = edges * edges * edges;
-  const LaneMask known = edges > kLeastEdges * place.error * place.error;
-  const Lanes least = det - place.error * edges, most = det + place.error * edges;
-  return {group.have(other) | (known & (least > kTiny) & (least * least >= floors.sure * cube)),
-          known & ((most <= 0.0F) | ((most > kTiny) & (most * most < floors.floor * cube))),
-          det <= 0.0F};
+  return {det, edges, edges > kLeastEdges * place.error * place.error};
+}
+
+template <class Real>
+inline LaneMask BallShapes<Real>::good(std::size_t first, const Place& place, VertexId other,
+                                       const ShapeFloors& floors) const {
+  const auto [det, edges, known] = shapes(first, place);
+  const Lanes least = det - place.error * edges;
+  return groups_[first / kLanes].have(other) |
+         (known & (least > kTiny) & (least * least >= floors.sure * (edges * edges * edges)));
+}
+
+template <class Real>
+inline LaneMask BallShapes<Real>::bad(std::size_t first, const Place& place,
+                                      const ShapeFloors& floors) const {
+  const auto [det, edges, known] = shapes(first, place);
+  const Lanes most = det + place.error * edges;
+  return known & ((most <= 0.0F) |
+                  ((most > kTiny) & (most * most < floors.floor * (edges * edges * edges))));
+}
+
+template <class Real>
+inline LaneMask BallShapes<Real>::flipped(std::size_t first, const Place& place) const {
+  return shapes(first, place).det <= 0.0F;
 }
 
 extern template class GridPositions<float>;

@@ -97,14 +97,15 @@ std::optional<Reject> FuseCavity<Real>::judge_ball(BallShapes<Real>& ball, Verte
   const auto place = ball.place(position_);
   const auto entries = ball.entries();
   for (std::size_t first = 0; first < entries.size(); first += kLanes) {
-    const ShapeVerdicts verdicts = ball.judge(first, place, other, floors_);
-    if (all(verdicts.good)) continue;
+    const LaneMask good = ball.good(first, place, other, floors_);
+    if (all(good)) continue;
+    const LaneMask bad = ball.bad(first, place, floors_);
     const std::size_t count = std::min(kLanes, entries.size() - first);
     for (std::size_t i = 0; i < count; ++i) {
-      if (verdicts.good[i] != 0) continue;
+      if (good[i] != 0) continue;
       failed_ = entries[first + i];
-      if (verdicts.bad[i] != 0 && !ball.may_have_bad(floors_)) {
-        return verdicts.flipped[i] != 0 ? Reject::kFlip : Reject::kQuality;
+      if (bad[i] != 0 && !ball.may_have_bad(floors_)) {
+        return ball.flipped(first, place)[i] != 0 ? Reject::kFlip : Reject::kQuality;
       }
       if (const auto reason = judge_shape(failed_)) return reason;
     }
@@ -112,12 +113,14 @@ std::optional<Reject> FuseCavity<Real>::judge_ball(BallShapes<Real>& ball, Verte
   return std::nullopt;
 }
 
-// The likeliest tetrahedron of the ball, or the first of the cavity that has the place, or nearly.
+// In the ball, or in the first tetrahedron of the cavity that has the place, or nearly.
 template <class Real>
 auto FuseCavity<Real>::find_place(const BallShapes<Real>& ball, VertexId other) const -> Place {
   const Vec3<Real>& x = mesh_->positions[ball.vertex()];
-  const std::size_t likeliest = ball.entry_of_vertex(ball.place(position_), other);
-  Place best = place_in(ball.entries()[likeliest], x);
+  if (const auto entry = ball.entry_of_vertex(ball.place(position_), other)) {
+    return place_in(*entry, x);
+  }
+  Place best = place_in(ball.entries().front(), x);
   for (const std::uint32_t entry : affected_) {
     if (best.least() >= 0) break;
     const Place place = place_in(entry, x);
@@ -150,19 +153,12 @@ template <class Real>
 void FuseCavity<Real>::list(VertexId partner, bool fixed) {
   affected_.clear();
   deleted_.clear();
-  const auto of_vertex = of_vertex_.entries();
-  for (std::size_t i = 0; i < of_vertex.size(); ++i) {
-    if (of_vertex_.has(i, partner)) {
-      deleted_.push_back(of_vertex[i] >> 2);
-    } else {
-      affected_.push_back(of_vertex[i]);
-    }
-  }
+  of_vertex_.list(partner, &affected_, &deleted_);
   if (fixed) return;
-  const auto of_partner = of_partner_.entries();
-  for (std::size_t i = 0; i < of_partner.size(); ++i) {
-    if (!of_partner_.has(i, of_vertex_.vertex())) affected_.push_back(of_partner[i]);
-  }
+  // What both have is there already.
+  const std::size_t deleted = deleted_.size();
+  of_partner_.list(of_vertex_.vertex(), &affected_, &deleted_);
+  deleted_.resize(deleted);
 }
 
 // Those that are below the floor with the worst that there are now.

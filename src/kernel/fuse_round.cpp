@@ -68,6 +68,10 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   now_ = 1;
   queue_.reset(n);
   failures_.clear();
+  slides_ = 0;
+  slid_ = 0;
+  not_slid_ = 0;
+  turns_over_ = false;
   removed_ = 0;
   fused_ = 0;
   losses_ = 0;
@@ -170,7 +174,8 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least, float* failed) {
   if (knows_candidates(v) || !(known_cost(v) > 0)) {
     if (!knows_candidates(v)) judge(v);
     for (const Candidate& c : candidates_[v]) {
-      if (c.partner == kNoVertex || state_[c.partner].changed > state_[v].judged) continue;
+      if (c.partner == kNoVertex) break;
+      if (state_[c.partner].changed > state_[v].judged) continue;
       if (c.cost <= threshold && state_[v].failed >= state_[v].moved) {
         if (*failed == 0) *failed = c.cost;
       } else if (*least == 0) {
@@ -205,6 +210,7 @@ void FuseRound<Real>::work() {
     for (std::size_t block = 0; block < queue_.blocks(); ++block) queue_.go_to(block, 0);
     const auto left = static_cast<double>(mesh_->tets.size() - removed_);
     if (static_cast<double>(removed_ - removed_before) < kIdleShare * left) return;
+    turns_over_ = true;
   } while (!quota_is_met() && ask_again(Edges::kAll));
 }
 
@@ -353,11 +359,16 @@ void FuseRound<Real>::judge(VertexId v, Edges edges) {
     }
   }
   Candidates& best = candidates_[v];
-  best = {};
   std::size_t count = 0;
+  const auto threshold = static_cast<float>(limits_->threshold);
+  Candidate later;  // the cheapest of those whose turn does not come in this round
   const auto add = [&](float unweighted, VertexId partner) {
     const float cost = unweighted * weight_of(v, partner);
-    if (!(cost < best.back().cost)) return;
+    if (!(cost <= threshold)) {
+      if (cost < later.cost) later = {cost, partner};
+      return;
+    }
+    if (count == kCandidates && !(cost < best.back().cost)) return;
     std::size_t at = count < kCandidates ? count++ : kCandidates - 1;
     for (; at > 0 && cost < best[at - 1].cost; --at) best[at] = best[at - 1];
     best[at] = {cost, partner};
@@ -371,6 +382,8 @@ void FuseRound<Real>::judge(VertexId v, Edges edges) {
     for (std::size_t i = 0; i < movable_.size(); ++i) add(costs_[i], movable_[i]);
     for (const VertexId u : fixed_ones_) add(edge_costs_.onto(v, u), u);
   }
+  if (count < kCandidates) best[count++] = later;
+  if (count < kCandidates) best[count] = {};
   state_[v].place = 0;
   state_[v].judged = ++now_;
 }
@@ -420,17 +433,28 @@ bool FuseRound<Real>::push(VertexId v, VertexId partner, float most) {
   return value_at(edge_costs_.merged().reduced, u) <= most && allows(v, partner);
 }
 
+// Where little comes of it, as on a Delaunay mesh, only now and then, until the turns are over.
+template <class Real>
+bool FuseRound<Real>::sliding_pays() {
+  constexpr std::uint64_t kFirst = 1024, kWorth = 100, kNowAndThen = 8;
+  return turns_over_ || slides_ < kFirst + kWorth * slid_ || ++not_slid_ % kNowAndThen == 0;
+}
+
 // Along the edge, away from what speaks against a position; at its ends one of the two stays where
 // it is, as suits layers and lattices.
 template <class Real>
 bool FuseRound<Real>::slide(VertexId v, VertexId partner, float most) {
+  if (!sliding_pays()) return false;
   const Reject reason = reject_;
   const MergedQuadric& merged = edge_costs_.merged();
   for (const float t : kElsewhere) {
     const Offset u{t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
     if (!(value_at(merged.reduced, u) <= most)) continue;
     position_ = edge_costs_.place(v, u);
-    if (allows(v, partner)) return true;
+    ++slides_;
+    if (!allows(v, partner)) continue;
+    ++slid_;
+    return true;
   }
   reject_ = reason;
   return false;

@@ -176,6 +176,7 @@ class FuseRound {
   bool plan(VertexId v, VertexId partner);
   bool push(VertexId v, VertexId partner, float most);
   bool slide(VertexId v, VertexId partner, float most);
+  bool sliding_pays();
   bool allows(VertexId v, VertexId partner);
   bool loses_too_much(VertexId v, VertexId partner);
   double best_at(VertexId v, const Offset& u, std::size_t k) const;
@@ -229,6 +230,9 @@ class FuseRound {
   Vector<VertexId> failures_;  // to be asked again
   std::uint64_t removed_ = 0, fused_ = 0;
   double losses_ = 0;  // of all that were fused
+  // Positions that slide() tried and was content with, and times that it did not try.
+  std::uint64_t slides_ = 0, slid_ = 0, not_slid_ = 0;
+  bool turns_over_ = false;  // all have had theirs in this round
 
   // The fusion in hand.
   std::vector<double> values_, least_, most_;  // of the new vertex; the cavity's, now

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -39,6 +40,8 @@ struct Counts {
   std::size_t good = 0, bad = 0, doubtful = 0;
 };
 
+bool has(const Tet& tet, VertexId v) { return std::find(tet.begin(), tet.end(), v) != tet.end(); }
+
 // Judges places near each vertex and far from it, and holds each verdict against the exact shape.
 template <class Real>
 Counts judge_places(const WorkMesh<Real>& mesh, const ShapeFloors& floors, unsigned seed) {
@@ -65,23 +68,23 @@ Counts judge_places(const WorkMesh<Real>& mesh, const ShapeFloors& floors, unsig
                           static_cast<Real>(a.z + z * (b.z - a.z))};
       const auto place = shapes.place(to);
       for (std::size_t i = 0; i < ball.size(); ++i) {
-        const ShapeVerdicts verdicts = shapes.judge(i / kLanes * kLanes, place, u, floors);
+        const std::size_t first = i / kLanes * kLanes, lane = i % kLanes;
+        const bool good = shapes.good(first, place, u, floors)[lane] != 0;
+        const bool bad = shapes.bad(first, place, floors)[lane] != 0;
         const Tet& tet = mesh.tets[ball[i] >> 2];
-        const bool has_u = std::find(tet.begin(), tet.end(), u) != tet.end();
-        EXPECT_EQ(shapes.has(i, u), has_u);
-        if (has_u) {
-          EXPECT_NE(verdicts.good[i % kLanes], 0);
+        if (has(tet, u)) {
+          EXPECT_TRUE(good);
           continue;
         }
         std::array<Point, 4> p{};
         for (std::size_t c = 0; c < 4; ++c) p[c] = point(mesh.positions[tet[c]]);
         p[ball[i] & 3u] = point(to);
         const long double shape = exact_shape(p);
-        if (verdicts.good[i % kLanes] != 0) {
+        if (good) {
           EXPECT_GE(shape, static_cast<long double>(floors.sure) * (1 - 1e-6L));
-          EXPECT_EQ(verdicts.bad[i % kLanes], 0);
+          EXPECT_FALSE(bad);
           ++counts.good;
-        } else if (verdicts.bad[i % kLanes] != 0) {
+        } else if (bad) {
           EXPECT_LE(shape, static_cast<long double>(floors.floor) * (1 + 1e-6L));
           ++counts.bad;
         } else {
@@ -154,13 +157,81 @@ TEST(BallShapes, AGridThatIsTooCoarseLeavesDoubts) {
   for (VertexId v = 0; v + 1 < mesh.vertex_count(); ++v) {
     shapes.gather(mesh, grid, v, balls.of(v, mesh.incidence[v], mesh.tets));
     EXPECT_TRUE(shapes.may_have_bad(kFloors[0]));
-    const ShapeVerdicts verdicts =
-        shapes.judge(0, shapes.place(mesh.positions[v]), kNoVertex, kFloors[0]);
+    const auto place = shapes.place(mesh.positions[v]);
+    const LaneMask good = shapes.good(0, place, kNoVertex, kFloors[0]);
+    const LaneMask bad = shapes.bad(0, place, kFloors[0]);
     for (std::size_t i = 0; i < kLanes; ++i) {
-      EXPECT_EQ(verdicts.good[i], 0);
-      EXPECT_EQ(verdicts.bad[i], 0);
+      EXPECT_EQ(good[i], 0);
+      EXPECT_EQ(bad[i], 0);
     }
   }
+}
+
+TEST(BallShapes, ListsWhatHasAVertexAndWhatHasNot) {
+  const WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(4, 0.3, 7));
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  GridPositions<double> grid;
+  grid.reset(mesh.positions);
+  BallShapes<double> shapes;
+  for (VertexId v = 0; v < mesh.vertex_count(); ++v) {
+    const auto ball = balls.of(v, mesh.incidence[v], mesh.tets);
+    shapes.gather(mesh, grid, v, ball);
+    for (const VertexId u : mesh.tets[ball[0] >> 2]) {
+      Vector<std::uint32_t> without{99}, wanted_without{99};  // what is there stays
+      Vector<TetId> with{77}, wanted_with{77};
+      for (const std::uint32_t entry : ball) {
+        if (has(mesh.tets[entry >> 2], u)) {
+          wanted_with.push_back(entry >> 2);
+        } else {
+          wanted_without.push_back(entry);
+        }
+      }
+      shapes.list(u, &without, &with);
+      EXPECT_EQ(without, wanted_without);
+      EXPECT_EQ(with, wanted_with);
+    }
+  }
+}
+
+// Moved to a place nearby, a vertex leaves its old place in one of its tetrahedra, as they are then.
+TEST(BallShapes, FindsTheTetrahedronThatAVertexWasIn) {
+  const WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(4, 0.2, 7));
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  GridPositions<double> grid;
+  grid.reset(mesh.positions);
+  BallShapes<double> shapes;
+  const auto point = [&](VertexId v) {
+    const Vec3<double>& p = mesh.positions[v];
+    return Point{p.x, p.y, p.z};
+  };
+  const VertexId inside = 2 * 25 + 2 * 5 + 2;
+  const auto ball = balls.of(inside, mesh.incidence[inside], mesh.tets);
+  shapes.gather(mesh, grid, inside, ball);
+  const Point old = point(inside);
+  std::size_t found_none = 0;
+  for (const VertexId u : {inside - 1, inside + 1, inside - 5, inside + 5}) {
+    const Vec3<double>&a = mesh.positions[inside], &b = mesh.positions[u];
+    const Vec3<double> to{a.x + 0.1 * (b.x - a.x), a.y + 0.1 * (b.y - a.y),
+                          a.z + 0.1 * (b.z - a.z)};
+    const auto entry = shapes.entry_of_vertex(shapes.place(to), u);
+    const auto any = shapes.entry_of_vertex(shapes.place(to), kNoVertex);
+    ASSERT_TRUE(any.has_value());
+    found_none += entry ? 0 : 1;
+    EXPECT_FALSE(entry && has(mesh.tets[*entry >> 2], u));
+    // The old place is on the inner side of each of the moved tetrahedron's faces.
+    const Tet& tet = mesh.tets[*any >> 2];
+    std::array<Point, 4> moved{};
+    for (std::size_t c = 0; c < 4; ++c) moved[c] = point(tet[c]);
+    moved[*any & 3u] = {to.x, to.y, to.z};
+    for (std::size_t c = 0; c < 4; ++c) {
+      std::array<Point, 4> part = moved;
+      part[c] = old;
+      EXPECT_GE(exact_shape(part), -1e-9L);
+    }
+  }
+  EXPECT_LT(found_none, 4u);
 }
 
 TEST(BallShapes, APositionOffTheGridLeavesDoubts) {
