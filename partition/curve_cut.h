@@ -57,10 +57,11 @@ class CurveCut {
   std::uint32_t chunk_of(const Vec3<Real>& p) const {
     return first_keys_.empty() ? 0 : chunk_of_key(curve_.key(p));
   }
+  // Of a place on the curve, where there are several chunks.
+  std::uint32_t chunk_of_key(std::uint64_t key) const;
 
  private:
   static constexpr int kTableBits = 12;
-  std::uint32_t chunk_of_key(std::uint64_t key) const;
 
   ShiftedCurve curve_{Box(), 0};
   Vector<std::uint64_t> first_keys_;  // of every chunk but the first, ascending

@@ -237,10 +237,10 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
       worker.scatter().keep(worker.mesh(), chunk, out.mesh.pieces.get());
       out.mesh.sizes[chunk] = size;
     }
-    trim_memory();  // a chunk takes several times what is kept of it
     context.report("assembling", 0.12, 0.25, ++done, chunks);
   });
   workers.clear();
+  trim_memory();
   if (out.mesh.pieces) out.mesh.pieces->seal();
 
   out.mesh.interface = InterfaceTable(std::move(reports));
@@ -254,10 +254,29 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
   return out;
 }
 
+template <class Real>
+WorkMesh<Real> assemble_excerpt(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunk,
+                                const std::vector<std::size_t>& regions, PieceStore& tets,
+                                PieceStore& points, MemoryBudget* budget) {
+  const auto memory = budget->wait_for(chunk_memory(tets.bytes(chunk) + points.bytes(chunk)),
+                                       "an excerpt of the mesh");
+  Assembler<Real> assembler(layout, box, regions, false);
+  assembler.assemble(chunk, tets, points);
+  points.forget(chunk);
+  tets.forget(chunk);
+  return std::move(assembler.mesh());
+}
+
 template Assembly<float> assemble_chunks(const WorkMesh<float>&, const Box&, std::uint32_t,
                                          const std::vector<std::size_t>&, std::uint64_t,
                                          PieceStore&, PieceStore&, const ChunkWork<float>&,
                                          const RunContext&, MemoryBudget*, Scratch*);
+template WorkMesh<float> assemble_excerpt(const WorkMesh<float>&, const Box&, std::uint32_t,
+                                          const std::vector<std::size_t>&, PieceStore&,
+                                          PieceStore&, MemoryBudget*);
+template WorkMesh<double> assemble_excerpt(const WorkMesh<double>&, const Box&, std::uint32_t,
+                                           const std::vector<std::size_t>&, PieceStore&,
+                                           PieceStore&, MemoryBudget*);
 template Assembly<double> assemble_chunks(const WorkMesh<double>&, const Box&, std::uint32_t,
                                           const std::vector<std::size_t>&, std::uint64_t,
                                           PieceStore&, PieceStore&, const ChunkWork<double>&,

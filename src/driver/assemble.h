@@ -48,4 +48,10 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
                                PieceStore& tets, PieceStore& points, const ChunkWork<Real>& work,
                                const RunContext& context, MemoryBudget* budget, Scratch* scratch);
 
+// One chunk by itself, as `work` would get it, of those that assemble_chunks() takes.
+template <class Real>
+WorkMesh<Real> assemble_excerpt(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunk,
+                                const std::vector<std::size_t>& regions, PieceStore& tets,
+                                PieceStore& points, MemoryBudget* budget);
+
 }  // namespace tetfusion

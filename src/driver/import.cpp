@@ -32,6 +32,12 @@ Assembly<Real> assemble(const WorkMesh<Real>& layout, const ImportSettings& sett
     for (std::uint32_t c = 0; c < from->all_chunks; ++c) {
       shares.push_back(shares.back() + from->tets->bytes(c));
     }
+    if (from->has_excerpt) {
+      WorkMesh<Real> excerpt =
+          assemble_excerpt(layout, from->box, from->all_chunks, settings.regions, *from->tets,
+                           *from->points, budget);
+      first_round.look(from->box, from->tet_count, &excerpt);
+    }
     first_round.begin(from->box, from->tet_count, std::move(shares), from->samples);
     Assembly<Real> assembly = chunks_to(first_round.work);
     *first_round_done = assembly.mesh.locks.empty();

@@ -34,9 +34,11 @@ struct ImportSettings : ScatterSettings {
 };
 
 // The first round may be done with each chunk as it is put together, so that it need not be written
-// and read again in between. Both empty: it is not done.
+// and read again in between. Without `begin` it is not done.
 template <class Real>
 struct FirstRound {
+  // Called before `begin` with an excerpt of the mesh, where one was asked for.
+  std::function<void(const Box& box, std::uint64_t tets, WorkMesh<Real>* excerpt)> look;
   // Called once, when all is known that a round begins with (Rounds::begin).
   std::function<void(const Box& box, std::uint64_t tets, std::vector<std::uint64_t> shares,
                      const Vector<Vec3<Real>>& samples)>

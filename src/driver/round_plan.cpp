@@ -31,6 +31,9 @@ constexpr std::uint64_t kSmallChunk = 100'000;
 constexpr double kNextShare = 0.2;
 // A fusion of two neighbours is not tried while fewer tetrahedra are to go (FuseRound).
 constexpr std::uint64_t kSmallestFusion = 3;
+// Most take so many: where fusions were refused for the goal's sake and fewer are to go, a further
+// round would cut the mesh for one or two, or nothing.
+constexpr std::uint64_t kUsualFusion = 6;
 
 double at_lod(const std::vector<double>& schedule, std::size_t lod, double otherwise) {
   if (schedule.empty()) return otherwise;
@@ -111,10 +114,11 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   return plan;
 }
 
-// The first round only looks.
+// Where nobody knows yet what fusions cost, the round only looks.
 void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t quota, bool has_goal,
                              const RoundsState& state, RoundSettings* settings) const {
-  settings->look = state.lods.empty();
+  settings->is_first = state.lods.empty();
+  settings->look = largest_cost(state.costs) == 0 && settings->is_first;
   const double diagonal = diagonal_of(box);
   settings->fuse.unit = unit_of(diagonal);
   if (options_.boundary != Boundary::kExact) {
@@ -130,7 +134,7 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
   if (settings->look) return;
   const auto to_go = has_goal ? std::optional(quota) : std::nullopt;
   double threshold = next_threshold(state.costs, state.threshold, to_go);
-  if (state.lods.size() == 1) {
+  if (state.threshold.cost == 0) {
     const double cost = cost_of_variance(state.costs, to_go, errors_.max_variance);
     settings->fuse.gradient_variance = gradient_variance(cost, box, settings->fuse.unit, tets);
     threshold += kVarianceInFirst * cost;
@@ -152,12 +156,12 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
   const bool has_goal = plan.limits.quota != PassLimits{}.quota;
   state->shrink = 1 - (fuse || has_goal ? 1 : kNextShare) * removed / before;
   state->costs = round.costs;
-  if (fuse && !plan.settings.look) {
+  if (plan.settings.look) return;
+  if (fuse) {
     state->threshold = {plan.settings.fuse.threshold, was_rejected(round, Reject::kQuota)};
   }
-  // A further round would cut the mesh for nothing.
-  if (fuse && !plan.settings.look &&
-      plan.limits.quota - static_cast<std::uint64_t>(removed) < kSmallestFusion) {
+  const std::uint64_t least = state->threshold.quota_was_met ? kUsualFusion : kSmallestFusion;
+  if (fuse && plan.limits.quota - static_cast<std::uint64_t>(removed) < least) {
     state->end = StageEnd::kGoal;
     return;
   }
@@ -189,7 +193,6 @@ StageEnd RoundPlanner::judge(const RoundStatistics& round, double saturated,
 }
 
 StageEnd RoundPlanner::judge_fuse(const RoundStatistics& round, RoundsState* state) const {
-  if (state->lods.size() == 1) return StageEnd::kOpen;  // it has only looked
   const auto before = static_cast<double>(round.pass.tets_before);
   const auto removed = before - static_cast<double>(round.pass.tets_after);
   if (state->threshold.quota_was_met) {

@@ -116,9 +116,16 @@ FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker, W
     fuse.facing_after = &round_.next_facing;
     fuse.marks_are_known = !settings.look;
   }
-  if (settings.look) begin_quadrics(round_.fields, fuse.unit, mesh);
+  if (settings.is_first) begin_quadrics(round_.fields, fuse.unit, mesh);
   return settings.look ? tools.fuse.look(fuse, round_.fields, mesh)
                        : tools.fuse.run(fuse, round_.fields, mesh, log);
+}
+
+template <class Real>
+CostHistogram Rounds<Real>::look(const RoundSettings& settings,
+                                 std::span<const SteeringField> fields, WorkMesh<Real>* mesh) {
+  begin_quadrics(fields, settings.fuse.unit, mesh);
+  return workers_[0]->fuse.look(settings.fuse, fields, mesh).costs;
 }
 
 // By the chunks that will have the vertices.

@@ -33,10 +33,10 @@ struct RoundStatistics {
 
 struct RoundSettings {
   Method method = Method::kTetFuse;
-  // With kFuse, whose quota is the pass limits'. In the first round nothing fuses: each vertex gets
-  // its quadric, and costs are counted.
+  // With kFuse, whose quota is the pass limits'.
   FuseLimits fuse;
-  bool look = false;
+  bool is_first = false;  // no vertex has a quadric yet
+  bool look = false;      // nothing fuses, costs are counted
   Box box;                       // of the input
   std::uint64_t chunk_tets = 1;  // at least 1
   // Where the mesh is cut, a chunk that has been loaded is worked on until a pass fuses next to
@@ -73,10 +73,14 @@ class Rounds {
   void work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh);
   RoundStatistics end(MacroLod<Real>* mesh, const InterfaceTable& marks = {});
 
+  // What fusions cost in a part of a mesh in which nothing has fused yet.
+  CostHistogram look(const RoundSettings& settings, std::span<const SteeringField> fields,
+                     WorkMesh<Real>* mesh);
+
   // From here on every fusion is noted there, which outlives this.
   void keep_logs(FusionLogs* logs) { logs_ = logs; }
 
-  // A first round that only looks puts aside there what the fields are; it outlives this.
+  // The first round puts aside there what the fields are; it outlives this.
   void put_values_aside(OriginalValues<Real>* values) { values_ = values; }
 
   // Gathers a chunk, for whoever wants to look at it.
@@ -120,7 +124,7 @@ class Rounds {
   void make_whole(MacroLod<Real>* mesh);
   FuseStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
                             FusionLog* log);
-  bool puts_values_aside() const { return values_ != nullptr && round_.settings.look; }
+  bool puts_values_aside() const { return values_ != nullptr && round_.settings.is_first; }
   FusionLog* wanted(FusionLog* log) const { return logs_ != nullptr ? log : nullptr; }
   void count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter);
   std::vector<std::uint64_t> shares_of(const RoundSettings& settings,

@@ -13,6 +13,7 @@
 #include "driver/stream_coincident.h"
 #include "driver/windows.h"
 #include "mesh/blocks.h"
+#include "partition/curve_excerpt.h"
 #include "partition/vertex_chunks.h"
 
 namespace tetfusion {
@@ -54,7 +55,8 @@ class Scatterer {
                               block_count(stream_.cells(), VertexChunks::kMaxChunks)));
     }
     out_.all_chunks = chunks_ = static_cast<std::uint32_t>(std::max<std::uint64_t>(chunks, 1));
-    out_.chunks = made_chunks();
+    out_.chunks = settings_.sample != nullptr ? 1 : chunks_;
+    out_.has_excerpt = settings_.excerpt && chunks_ > 1;
     clock->begin("locate");
     find_homes();
     clock->begin("scatter cells");
@@ -71,8 +73,10 @@ class Scatterer {
  private:
   void find_homes();
   Vector<Vec3<Real>> read_positions(std::uint64_t first, std::uint64_t count) const;
-  // All, or the one in the middle as number 0.
-  std::uint32_t made_chunks() const { return settings_.sample != nullptr ? 1 : chunks_; }
+  // All, and the excerpt, or the one in the middle as number 0.
+  std::uint32_t made_chunks() const {
+    return settings_.sample != nullptr ? 1 : chunks_ + (out_.has_excerpt ? 1 : 0);
+  }
   bool is_made(std::uint32_t chunk) const {
     return settings_.sample == nullptr || chunk == chunks_ / 2;
   }
@@ -81,6 +85,18 @@ class Scatterer {
   void take_lower(std::size_t window, std::uint64_t first, const CellWindow& cells,
                   const std::vector<Column>& columns);
   void keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chunk_of);
+  void add_to_excerpt(CellWindow* cells, Vector<std::uint32_t>* chunk_of);
+  void set_in_excerpt(VertexId v) {
+    std::atomic_ref(in_excerpt_[v / 64]).fetch_or(std::uint64_t{1} << v % 64,
+                                                  std::memory_order_relaxed);
+  }
+  // Has the excerpt all tetrahedra of the point?
+  bool is_in_excerpt(VertexId v) const { return (in_excerpt_[v / 64] >> v % 64 & 1) != 0; }
+  // There a point is between chunks if the excerpt lacks some of its tetrahedra.
+  std::uint8_t marks_in_excerpt(std::uint64_t v, std::uint8_t marks) const {
+    const bool is_whole = is_in_excerpt(static_cast<VertexId>(v));
+    return static_cast<std::uint8_t>((marks & ~kOnInterface) | (is_whole ? 0 : kOnInterface));
+  }
   void join_lower();
   void scatter_points(PieceStore* to);
   void find_coincident();
@@ -132,6 +148,7 @@ class Scatterer {
   std::vector<std::uint64_t> ghosts_;
   std::atomic<std::uint64_t> tet_count_{0};
   Vector<bool> coincident_;  // of points; empty: there are none, or nobody asked
+  Vector<std::uint64_t> in_excerpt_;  // a bit a point; empty: there is no excerpt
 };
 
 template <class Real>
@@ -170,13 +187,18 @@ void Scatterer<Real>::find_homes() {
     out_.samples.insert(out_.samples.end(), window.samples.begin(), window.samples.end());
     for (const Vec3<Real>& p : window.samples) keys.push_back(curve.key(p));
   }
+  const CurveExcerpt excerpt = out_.has_excerpt ? CurveExcerpt(points, keys) : CurveExcerpt();
+  if (out_.has_excerpt) in_excerpt_.assign(points / 64 + 1, 0);
   const CurveCut cut(curve, chunks_, std::move(keys));
   for_each_block(points, settings_.point_window,
                  [&](std::size_t, std::size_t begin, std::size_t end) {
                    context_.check();
                    const Vector<Vec3<Real>> positions = read_positions(begin, end - begin);
-                   for (std::size_t v = begin; v < end; ++v) {
-                     table_.set_home(static_cast<VertexId>(v), cut.chunk_of(positions[v - begin]));
+                   for (std::size_t i = begin; i < end; ++i) {
+                     const auto v = static_cast<VertexId>(i);
+                     const std::uint64_t key = curve.key(positions[i - begin]);
+                     table_.set_home(v, cut.chunk_of_key(key));
+                     if (excerpt.has(key)) set_in_excerpt(v);
                    }
                  });
 }
@@ -229,6 +251,7 @@ void Scatterer<Real>::scatter_window(std::size_t window, std::uint64_t first, st
   }
   for (std::uint64_t& row : cells.tet_rows) row -= first;
   if (settings_.sample != nullptr) keep_sampled(&cells, &chunk_of);
+  if (out_.has_excerpt) add_to_excerpt(&cells, &chunk_of);
   scratch->pieces.add(static_cast<std::uint32_t>(window), chunk_of, made_chunks(), to,
                       [&](std::span<const std::uint32_t> items, RowWriter* writer) {
                         writer->put<Tet>(items, [&](std::size_t t) { return cells.tets[t]; });
@@ -251,6 +274,27 @@ void Scatterer<Real>::keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chu
   cells->tets.resize(kept);
   cells->tet_rows.resize(kept);
   chunk_of->assign(kept, 0);
+}
+
+// Copies of the tetrahedra that have a point of it.
+template <class Real>
+void Scatterer<Real>::add_to_excerpt(CellWindow* cells, Vector<std::uint32_t>* chunk_of) {
+  VertexChunks::Notes notes(&table_);
+  Vector<std::uint64_t>& rows = cells->tet_rows;
+  const bool has_columns = !layout_.cell_columns.empty();
+  const std::size_t count = cells->tets.size();
+  for (std::size_t t = 0; t < count; ++t) {
+    const Tet tet = cells->tets[t];
+    if (std::ranges::none_of(tet, [&](VertexId v) { return is_in_excerpt(v); })) continue;
+    if (has_columns && rows.empty()) {
+      rows.resize(count);
+      std::iota(rows.begin(), rows.end(), std::uint64_t{0});
+    }
+    if (has_columns) rows.push_back(rows[t]);
+    cells->tets.push_back(tet);
+    chunk_of->push_back(chunks_);
+    for (const VertexId v : tet) notes.add(v, chunks_);
+  }
 }
 
 template <class Real>
@@ -390,8 +434,10 @@ void Scatterer<Real>::scatter_point_window(std::size_t window, std::uint64_t fir
     const auto v = static_cast<VertexId>(first + i);
     const std::size_t before = chunk_of.size();
     table_.chunks_of(v, &chunk_of);
-    const std::size_t chunks = chunk_of.size() - before;
-    last[i] = chunks > 0 && settings_.sample == nullptr ? chunk_of.back() : 0;
+    // Behind all others.
+    const bool in_excerpt = chunk_of.size() > before && chunk_of.back() == chunks_;
+    const std::size_t chunks = chunk_of.size() - before - (in_excerpt ? 1 : 0);
+    last[i] = chunks > 0 && settings_.sample == nullptr ? chunk_of[before + chunks - 1] : 0;
     if (settings_.sample != nullptr) keep_sampled(before, &chunk_of);
     items.insert(items.end(), chunk_of.size() - before, static_cast<std::uint32_t>(i));
     const bool is_carried = next_carried != carried.end() && *next_carried == v;
@@ -413,7 +459,8 @@ void Scatterer<Real>::scatter_point_window(std::size_t window, std::uint64_t fir
             places, [&](std::size_t i) { return static_cast<VertexId>(first + items[i]); });
         writer->put<std::uint8_t>(places, [&](std::size_t i) {
           const bool is_last = chunk_of[i] == last[items[i]];
-          return static_cast<std::uint8_t>(marks[items[i]] | (is_last ? kLast : 0));
+          const auto mark = static_cast<std::uint8_t>(marks[items[i]] | (is_last ? kLast : 0));
+          return chunk_of[i] == chunks_ ? marks_in_excerpt(first + items[i], mark) : mark;
         });
         writer->put<Vec3<Real>>(places, [&](std::size_t i) { return positions[items[i]]; });
         for (std::size_t k = 0; k < width; ++k) {

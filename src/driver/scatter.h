@@ -39,6 +39,8 @@ struct ScatterSettings {
   // Points that share their place with another one are locked: the two sides of a crack, or of a
   // contact, would move apart.
   bool lock_coincident = false;
+  // Makes an excerpt where there are several chunks. Not with a sample.
+  bool excerpt = false;
 };
 
 // What is not simplified but belongs to the result: cells of lower dimension, with their rows, and
@@ -63,6 +65,9 @@ struct ScatteredMesh {
   std::uint32_t all_chunks = 1;
   std::uint32_t chunks = 1;                  // made: all, or with a sample one
   std::unique_ptr<PieceStore> tets, points;  // as assemble_chunks() takes them
+  // One more chunk there, number all_chunks: the tetrahedra round a small part of the points, which
+  // other chunks have as well, and points of which others are missing as those on the interface.
+  bool has_excerpt = false;
   std::uint64_t tet_count = 0;
   std::uint64_t ghost_cells = 0;
   std::uint64_t interesting_points = 0;  // in the region of interest

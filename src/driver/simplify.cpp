@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -64,12 +65,21 @@ class Job {
   template <class Real>
   void end_round(const RoundPlan& plan, const RoundStatistics& round, RunState<Real>* state);
   template <class Real>
+  void look_at_excerpt(const Box& box, std::uint64_t tets, Rounds<Real>* rounds,
+                       WorkMesh<Real>* excerpt, RunState<Real>* state);
+  template <class Real>
   void commit(const std::string& generation, RunState<Real>* state);
   bool looks_at_result() const { return request_.verify || !request_.map.empty(); }
   // Who has the result in memory does not come back for the rest.
   bool keeps_work() const { return sink_ == nullptr && request_.performance.keep_work; }
   bool keeps_logs() const { return !request_.progressive.empty(); }
   bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
+  // Else the whole mesh has to be looked at before anything fuses: for the ways that surfaces look,
+  // or for the ranges that bounds are shares of.
+  bool begins_with_excerpt(const std::vector<SteeringField>& fields) const {
+    return request_.behaviour.method == Method::kFuse && !surfaces_move() &&
+           !error_limits(request_.behaviour, fields).at_points;
+  }
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                        const RoundsState& state) const;
   void make_map(const std::string& path, const Vector<std::int64_t>& original_ids,
@@ -388,6 +398,10 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
       plan = plan_round(box, tets, stages_.front().tets, *state);
       rounds->begin(plan.settings, plan.limits, state->fields, tets, std::move(shares), samples);
     };
+    settings.excerpt = begins_with_excerpt(state->fields);
+    first.look = [&](const Box& box, std::uint64_t tets, WorkMesh<Real>* excerpt) {
+      look_at_excerpt(box, tets, rounds, excerpt, state);
+    };
     first.work = [&](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
       rounds->work(chunk, worker, mesh);
     };
@@ -414,6 +428,25 @@ void Job::import(const CarriedArrays& carried, const Steering& steering, Rounds<
   const InterfaceTable marks = std::move(state->input.mesh.interface);
   const RoundStatistics round = rounds->end(&state->input.mesh, marks);
   end_round(plan, round, state);
+}
+
+// Finds out about what fusions cost in all of the mesh. The excerpt has all tetrahedra of those of
+// its points that are not between chunks.
+template <class Real>
+void Job::look_at_excerpt(const Box& box, std::uint64_t tets, Rounds<Real>* rounds,
+                          WorkMesh<Real>* excerpt, RunState<Real>* state) {
+  std::uint64_t corners = 0;
+  for (std::size_t v = 0; v < excerpt->vertex_count(); ++v) {
+    if ((excerpt->marks[v] & kOnInterface) == 0) corners += excerpt->incidence[v];
+  }
+  if (corners == 0) return;
+  const RoundPlan plan = plan_round(box, tets, std::nullopt, *state);
+  CostHistogram costs = rounds->look(plan.settings, state->fields, excerpt);
+  const double times = 4 * static_cast<double>(tets) / static_cast<double>(corners);
+  for (std::uint64_t& count : costs) {
+    count = static_cast<std::uint64_t>(std::ceil(times * static_cast<double>(count)));
+  }
+  state->costs = costs;
 }
 
 void Job::describe_input(const InputFacts& facts) {

@@ -9,7 +9,7 @@
 namespace tetfusion {
 
 struct Threshold {
-  double cost = 0;             // 0 before the first round
+  double cost = 0;             // 0 before the first round that fuses
   bool quota_was_met = false;  // the round ended with its quota, not with what the cost allowed
 };
 

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "base/resources.h"
@@ -344,6 +345,46 @@ TEST_F(ImportMesh, MayDoTheFirstRoundAtOnce) {
     EXPECT_TRUE(contents(at_once.joined(), false) == contents(after.joined(), false));
     at_once.scratch->remove();
   }
+}
+
+// An excerpt has all tetrahedra of its points but for those on its interface, as they are in the
+// mesh, which does not become another for it.
+TEST_F(ImportMesh, MakesAnExcerpt) {
+  rich_box(11).write(path);
+  Import<double> whole(path, {.regions = {"material"}, .first_round = true, .excerpt = true});
+  EXPECT_TRUE(whole.excerpt.tets.empty());  // nobody needs it
+  const WorkMesh<double> mesh = whole.joined();
+  std::map<std::uint64_t, VertexId> by_id;
+  for (VertexId v = 0; v < mesh.vertex_count(); ++v) by_id[mesh.point_ids[v]] = v;
+  std::set<std::set<std::uint64_t>> tets;
+  for (const Tet& t : mesh.tets) {
+    tets.insert({mesh.point_ids[t[0]], mesh.point_ids[t[1]], mesh.point_ids[t[2]],
+                 mesh.point_ids[t[3]]});
+  }
+  ImportChoice choice{.chunk_tets = 2000, .regions = {"material"}, .first_round = true};
+  const Import<double> without(path, choice);
+  choice.excerpt = choice.on_disk = true;
+  choice.window = 400;
+  const Import<double> with(path, choice);
+  EXPECT_TRUE(contents(with.joined(), false) == contents(without.joined(), false));
+  expect_same_facts(with.imported.facts, without.imported.facts);
+
+  const WorkMesh<double>& excerpt = with.excerpt;
+  for (const Tet& t : excerpt.tets) {
+    EXPECT_TRUE(tets.contains({excerpt.point_ids[t[0]], excerpt.point_ids[t[1]],
+                               excerpt.point_ids[t[2]], excerpt.point_ids[t[3]]}));
+  }
+  std::size_t complete = 0;
+  for (VertexId v = 0; v < excerpt.vertex_count(); ++v) {
+    const VertexId same = by_id.at(excerpt.point_ids[v]);
+    EXPECT_EQ(excerpt.positions[v].x, mesh.positions[same].x);
+    if ((excerpt.marks[v] & kOnInterface) != 0) continue;
+    ++complete;
+    EXPECT_EQ(excerpt.incidence[v], mesh.incidence[same]);
+    EXPECT_EQ(excerpt.marks[v] & (kOnBoundary | kLocked), mesh.marks[same] & (kOnBoundary | kLocked));
+  }
+  EXPECT_GE(complete, mesh.vertex_count() / 4);
+  EXPECT_LT(excerpt.tets.size(), mesh.tets.size());
 }
 
 // Broken things between chunks that only show when all chunks are there: the round is dropped.

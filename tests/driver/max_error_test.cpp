@@ -355,8 +355,10 @@ TEST(MaxErrorRounds, EveryPointIsWithinTheBoundAfterEveryRound) {
     engine.settings.fuse.unit = 0x1p-4;
     engine.settings.fuse.min_quality = 0.2;
     engine.settings.fuse.max_error = 0.01;
+    engine.settings.is_first = true;
     engine.settings.look = true;
     engine.run(1);
+    engine.settings.is_first = false;
     engine.settings.look = false;
     std::uint64_t refusals = 0;
     for (const double threshold : {1e-6, 1e-5, 1e-4, 1e-3, 1e-3}) {

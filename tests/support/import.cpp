@@ -44,6 +44,8 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
       rounds_->work(chunk, worker, mesh);
     };
   }
+  import_settings.excerpt = choice.excerpt;
+  first.look = [&](const Box&, std::uint64_t, WorkMesh<Real>* mesh) { excerpt = std::move(*mesh); };
   PhaseClock clock;
   imported = import_mesh<Real>(*stream, carried, steering, import_settings, first, context, &clock,
                                &budget, scratch.get());

@@ -18,6 +18,7 @@ struct ImportChoice {
   bool on_disk = false;
   std::vector<std::string> steering = {};
   bool first_round = false;  // done with the import, where that is possible
+  bool excerpt = false;      // with it
   std::uint64_t window = 0;  // cells and points a window; 0: as many as usual
 };
 
@@ -44,6 +45,7 @@ class Import {
   std::vector<SteeringField> fields;
   ImportedMesh<Real> imported;
   RoundStatistics first_round;  // if it was done with the import
+  WorkMesh<Real> excerpt;       // if one was asked for and made
 
  private:
   RoundSettings settings() const;

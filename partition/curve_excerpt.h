@@ -1,0 +1,31 @@
+// An excerpt of a mesh that is known by its points' places on a curve: windows of the curve, spread
+// evenly over the points.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+
+#include "base/vector.h"
+
+namespace tetfusion {
+
+class CurveExcerpt {
+ public:
+  CurveExcerpt() = default;  // nothing
+  // One in kShare of `points`: at least kLeastWindows windows, at most kMostWindows, of about kWindow
+  // points. Of a small mesh half, in as many windows. `samples` are keys of some of the points,
+  // taken evenly, in any order.
+  CurveExcerpt(std::uint64_t points, Vector<std::uint64_t> samples);
+
+  bool has(std::uint64_t key) const;
+
+  static constexpr std::uint64_t kShare = 16;
+  // In a window so large half of the points have all their neighbours beside them.
+  static constexpr std::uint64_t kWindow = 512;
+  static constexpr std::uint64_t kLeastWindows = 16, kMostWindows = 64;
+
+ private:
+  Vector<std::pair<std::uint64_t, std::uint64_t>> windows_;  // first and last keys, ascending
+};
+
+}  // namespace tetfusion
