@@ -9,6 +9,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
 
 namespace tetfusion {
 
@@ -56,9 +59,13 @@ inline bool all(LaneMask condition) {
 
 inline float square_root(float x) { return std::sqrt(x); }
 inline Lanes square_root(Lanes x) {
+#ifdef __SSE__
+  return _mm_sqrt_ps(x);
+#else
   Lanes root{};
   for (std::size_t i = 0; i < kLanes; ++i) root[i] = std::sqrt(x[i]);
   return root;
+#endif
 }
 
 }  // namespace tetfusion

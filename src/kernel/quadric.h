@@ -51,7 +51,7 @@ inline OffsetOf<F> times(const F* a, const OffsetOf<F>& u) {
 }
 
 // Adds a tetrahedron of this weight, in which the fields have these gradients (three numbers each),
-// to the quadric of one of its vertices.
+// to a quadric that is to be one of its vertices', or is added to theirs.
 inline void add_tetrahedron(float weight, const float* gradients, std::size_t width, float* q) {
   q[kQuadricW] += weight;
   for (std::size_t k = 0; k < width; ++k) {

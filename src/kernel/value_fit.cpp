@@ -99,19 +99,17 @@ bool ValueFit<Real>::find(const Vec3<Real>& point, Place* place) const {
   TetId before = kNoVertex;
   for (int i = 0; i < kLongestWalk; ++i) {
     const std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[t]));
-    TetId next = kNoVertex;
-    double furthest = kInside;
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (!(w[k] < furthest)) continue;
-      const TetId other = beyond(t, k);
-      if (other == kNoVertex || other == before) continue;
-      next = other;
-      furthest = w[k];
-    }
-    if (next == kNoVertex) {
-      if (!(std::min({w[0], w[1], w[2], w[3]}) >= kInside)) return false;
+    if (std::min({w[0], w[1], w[2], w[3]}) >= kInside) {
       *place = {{w[1], w[2], w[3]}, t};
       return true;
+    }
+    std::array<double, 4> left = w;
+    TetId next = kNoVertex;
+    while (next == kNoVertex || next == before) {
+      const auto furthest = std::min_element(left.begin(), left.end());
+      if (!(*furthest < kInside)) return false;
+      *furthest = 0;
+      next = beyond(t, static_cast<std::size_t>(furthest - left.begin()));
     }
     before = t;
     t = next;

@@ -1,7 +1,9 @@
 #include "kernel/vertex_quadrics.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 namespace tetfusion {
@@ -58,14 +60,25 @@ void begin_quadrics(std::span<const SteeringField> fields, double unit, WorkMesh
     for (std::uint32_t k = 0; k < f.count; ++k) scale[f.first + k] = 1 / f.range;
   }
   std::vector<float> gradients(3 * width);
+  // Of one tetrahedron, and behind it the row's last number, which stays.
+  std::vector<float> own(quadric_size(width) + 1);
+  static_assert((quadric_size(0) + 1) % kLanes == 0);
   for (const Tet& tet : mesh->tets) {
     const Determinant det = determinant(mesh->positions, tet);
     if (!(det.value > det.error)) continue;
     const double volume = det.value * unit * unit * unit;  // six times
     if (!find_gradients(*mesh, tet, scale, unit, volume, &gradients)) continue;
+    std::fill(own.begin(), own.end(), 0.0F);
+    add_tetrahedron(static_cast<float>(volume), gradients.data(), width, own.data());
     for (const VertexId v : tet) {
-      add_tetrahedron(static_cast<float>(volume), gradients.data(), width,
-                      mesh->quadrics.data() + v * mesh->quadric_width);
+      float* const row = mesh->quadrics.data() + v * mesh->quadric_width;
+      for (std::size_t i = 0; i < own.size(); i += kLanes) {
+        Lanes sum, more;
+        std::memcpy(&sum, row + i, sizeof sum);
+        std::memcpy(&more, own.data() + i, sizeof more);
+        sum += more;
+        std::memcpy(row + i, &sum, sizeof sum);
+      }
     }
   }
 }
