@@ -98,20 +98,18 @@ void BallShapes<Real>::gather(const WorkMesh<Real>& mesh, const GridPositions<Re
     Group& group = groups_[g];
     std::array<Lanes3, 3>& p = group.base;  // b, c and d
     std::array<LaneMask, kLanes> tets;
-    std::array<std::array<Lanes, kLanes>, 3> rows;
+    std::array<std::array<LaneMask, kLanes>, 3> rows;
     for (std::size_t i = 0; i < kLanes; ++i) {
       const std::uint32_t entry = ball[std::min(kLanes * g + i, ball.size() - 1)];
       const Tet& tet = mesh.tets[entry >> 2];
       const auto& order = kCornerFirst[entry & 3u];
       std::memcpy(&tets[i], &tet, sizeof tet);
-      for (std::size_t k = 0; k < 3; ++k) {
-        rows[k][i] = to_lanes(grid.at(tet[order[k + 1]]) - origin_) * scale_;
-      }
+      for (std::size_t k = 0; k < 3; ++k) rows[k][i] = grid.at(tet[order[k + 1]]) - origin_;
     }
     group.corners = transposed(tets);
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [x, y, z, none] = transposed(rows[k]);
-      p[k] = {x, y, z};
+      p[k] = {to_lanes(x) * scale_, to_lanes(y) * scale_, to_lanes(z) * scale_};
     }
     const Lanes3 e = difference(p[1], p[0]), f = difference(p[2], p[0]), h = difference(p[2], p[1]);
     group.normal = {f[1] * e[2] - f[2] * e[1], f[2] * e[0] - f[0] * e[2],

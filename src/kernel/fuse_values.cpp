@@ -33,19 +33,22 @@ std::size_t find_ranges(const WorkMesh<Real>& mesh, const FuseCavity<Real>& cavi
   std::array<F, kCount> least, most;
   least.fill(F{} + kInfinity);
   most.fill(F{} - kInfinity);
-  const auto look = [&](TetId t) {
-    for (const VertexId c : mesh.tets[t]) {
-      const double* const values = steering + c * width;
-      for (std::size_t k = 0; k < kCount; ++k) {
-        F value;
-        std::memcpy(&value, values + k * sizeof value / sizeof(double), sizeof value);
-        least[k] = value < least[k] ? value : least[k];
-        most[k] = most[k] < value ? value : most[k];
-      }
+  const auto look = [&](VertexId v) {
+    const double* const values = steering + v * width;
+    for (std::size_t k = 0; k < kCount; ++k) {
+      F value;
+      std::memcpy(&value, values + k * sizeof value / sizeof(double), sizeof value);
+      least[k] = value < least[k] ? value : least[k];
+      most[k] = most[k] < value ? value : most[k];
     }
   };
-  for (const std::uint32_t entry : cavity.affected()) look(entry >> 2);
-  for (const TetId t : cavity.deleted()) look(t);
+  // Those that move are corners of what is deleted.
+  for (const std::uint32_t entry : cavity.affected()) {
+    for (std::uint32_t i = 1; i < 4; ++i) look(mesh.tets[entry >> 2][(entry + i) & 3u]);
+  }
+  for (const TetId t : cavity.deleted()) {
+    for (const VertexId v : mesh.tets[t]) look(v);
+  }
   std::memcpy(least_out + first, least.data(), sizeof least);
   std::memcpy(most_out + first, most.data(), sizeof most);
   return first + sizeof least / sizeof(double);
