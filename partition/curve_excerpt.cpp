@@ -4,13 +4,15 @@
 
 namespace tetfusion {
 
-CurveExcerpt::CurveExcerpt(std::uint64_t points, Vector<std::uint64_t> samples) {
+CurveExcerpt::CurveExcerpt(std::uint64_t points, std::uint64_t most,
+                           Vector<std::uint64_t> samples) {
   if (samples.empty()) return;
   std::sort(samples.begin(), samples.end());
-  const std::uint64_t windows =
-      std::clamp(points / (kShare * kWindow), kLeastWindows, kMostWindows);
+  const std::uint64_t wanted =
+      std::clamp(points / kShare, std::min(points / 2, kFew), std::max(most, kFew));
+  const std::uint64_t windows = std::max(wanted / kWindow, kLeastWindows);
   const std::uint64_t all = samples.size();
-  const std::uint64_t in_one = std::min(kWindow * all / points, all / (2 * windows));
+  const std::uint64_t in_one = wanted * all / (points * windows);
   // In the middle of its part of the curve.
   for (std::uint64_t w = 0; w < windows; ++w) {
     const std::uint64_t begin = (2 * w + 1) * all / (2 * windows) - in_one / 2;

@@ -12,17 +12,18 @@ namespace tetfusion {
 class CurveExcerpt {
  public:
   CurveExcerpt() = default;  // nothing
-  // One in kShare of `points`: at least kLeastWindows windows, at most kMostWindows, of about kWindow
-  // points. Of a small mesh half, in as many windows. `samples` are keys of some of the points,
-  // taken evenly, in any order.
-  CurveExcerpt(std::uint64_t points, Vector<std::uint64_t> samples);
+  // One in kShare of `points`, in windows of about kWindow, but at most about `most`; though kFew, or
+  // half of a mesh with fewer, and kLeastWindows smaller windows are always worth their memory.
+  // `samples` are keys of some of the points, taken evenly, in any order.
+  CurveExcerpt(std::uint64_t points, std::uint64_t most, Vector<std::uint64_t> samples);
 
   bool has(std::uint64_t key) const;
 
   static constexpr std::uint64_t kShare = 16;
   // In a window so large half of the points have all their neighbours beside them.
   static constexpr std::uint64_t kWindow = 512;
-  static constexpr std::uint64_t kLeastWindows = 16, kMostWindows = 64;
+  static constexpr std::uint64_t kLeastWindows = 16;
+  static constexpr std::uint64_t kFew = 2048;
 
  private:
   Vector<std::pair<std::uint64_t, std::uint64_t>> windows_;  // first and last keys, ascending

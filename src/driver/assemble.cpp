@@ -257,9 +257,7 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
 template <class Real>
 WorkMesh<Real> assemble_excerpt(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunk,
                                 const std::vector<std::size_t>& regions, PieceStore& tets,
-                                PieceStore& points, MemoryBudget* budget) {
-  const auto memory = budget->wait_for(chunk_memory(tets.bytes(chunk) + points.bytes(chunk)),
-                                       "an excerpt of the mesh");
+                                PieceStore& points) {
   Assembler<Real> assembler(layout, box, regions, false);
   assembler.assemble(chunk, tets, points);
   points.forget(chunk);
@@ -273,10 +271,10 @@ template Assembly<float> assemble_chunks(const WorkMesh<float>&, const Box&, std
                                          const RunContext&, MemoryBudget*, Scratch*);
 template WorkMesh<float> assemble_excerpt(const WorkMesh<float>&, const Box&, std::uint32_t,
                                           const std::vector<std::size_t>&, PieceStore&,
-                                          PieceStore&, MemoryBudget*);
+                                          PieceStore&);
 template WorkMesh<double> assemble_excerpt(const WorkMesh<double>&, const Box&, std::uint32_t,
                                            const std::vector<std::size_t>&, PieceStore&,
-                                           PieceStore&, MemoryBudget*);
+                                           PieceStore&);
 template Assembly<double> assemble_chunks(const WorkMesh<double>&, const Box&, std::uint32_t,
                                           const std::vector<std::size_t>&, std::uint64_t,
                                           PieceStore&, PieceStore&, const ChunkWork<double>&,

@@ -52,6 +52,6 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
 template <class Real>
 WorkMesh<Real> assemble_excerpt(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunk,
                                 const std::vector<std::size_t>& regions, PieceStore& tets,
-                                PieceStore& points, MemoryBudget* budget);
+                                PieceStore& points);
 
 }  // namespace tetfusion

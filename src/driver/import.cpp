@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "driver/assemble.h"
+#include "driver/rounds.h"
 
 namespace tetfusion {
 
@@ -33,9 +34,12 @@ Assembly<Real> assemble(const WorkMesh<Real>& layout, const ImportSettings& sett
       shares.push_back(shares.back() + from->tets->bytes(c));
     }
     if (from->has_excerpt) {
-      WorkMesh<Real> excerpt =
-          assemble_excerpt(layout, from->box, from->all_chunks, settings.regions, *from->tets,
-                           *from->points, budget);
+      const std::uint32_t chunk = from->all_chunks;
+      const auto memory =
+          budget->wait_for(chunk_memory(from->tets->bytes(chunk) + from->points->bytes(chunk)),
+                           "an excerpt of the mesh");
+      WorkMesh<Real> excerpt = assemble_excerpt(layout, from->box, chunk, settings.regions,
+                                                *from->tets, *from->points);
       first_round.look(from->box, from->tet_count, &excerpt);
     }
     first_round.begin(from->box, from->tet_count, std::move(shares), from->samples);

@@ -59,7 +59,7 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double between =
       chunks > 1 ? chunks * interface_vertices(static_cast<double>(chunk_tets)) * kInterfaceBytes
                  : 0;
-  const double of_points = 4 * points;
+  const double of_points = (4 + 1.0 / 8) * points;
   const double aside =
       steering.point_aside == 0 ? 0 : 3 * real + static_cast<double>(steering.point_aside);
   const auto fit = static_cast<double>(

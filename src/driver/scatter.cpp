@@ -23,6 +23,10 @@ namespace {
 // What reading a window and sorting it takes.
 constexpr std::uint64_t kWindowMemory = std::uint64_t{48} << 20;
 
+// A point of an excerpt takes about ten tetrahedra, and two points beside it: so that it is no larger
+// than a chunk.
+constexpr std::uint64_t kTetsAPoint = 16;
+
 // Where the layout has a column more than the input has arrays, it is for these.
 void number_cells(std::uint64_t first, std::uint64_t count, Column* column) {
   column->resize(count);
@@ -187,7 +191,9 @@ void Scatterer<Real>::find_homes() {
     out_.samples.insert(out_.samples.end(), window.samples.begin(), window.samples.end());
     for (const Vec3<Real>& p : window.samples) keys.push_back(curve.key(p));
   }
-  const CurveExcerpt excerpt = out_.has_excerpt ? CurveExcerpt(points, keys) : CurveExcerpt();
+  const CurveExcerpt excerpt =
+      out_.has_excerpt ? CurveExcerpt(points, settings_.chunk_tets / kTetsAPoint, keys)
+                       : CurveExcerpt();
   if (out_.has_excerpt) in_excerpt_.assign(points / 64 + 1, 0);
   const CurveCut cut(curve, chunks_, std::move(keys));
   for_each_block(points, settings_.point_window,

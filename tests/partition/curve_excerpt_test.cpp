@@ -25,6 +25,8 @@ Vector<std::uint64_t> every(const Vector<std::uint64_t>& all, std::size_t step) 
   return some;
 }
 
+constexpr std::uint64_t kMany = 1'000'000;
+
 // In runs along the curve: how many, and how many points in all.
 struct Found {
   std::size_t points = 0, windows = 0;
@@ -45,7 +47,7 @@ Found look(const CurveExcerpt& excerpt, Vector<std::uint64_t> all) {
 
 TEST(CurveExcerpt, IsASixteenthInWindows) {
   const auto all = keys(200'000);
-  const Found found = look(CurveExcerpt(all.size(), every(all, 40)), all);
+  const Found found = look(CurveExcerpt(all.size(), kMany, every(all, 40)), all);
   EXPECT_EQ(found.windows, 200'000 / (CurveExcerpt::kShare * CurveExcerpt::kWindow));
   EXPECT_LE(found.points, 200'000 / CurveExcerpt::kShare);
   EXPECT_GE(found.points, 200'000 / CurveExcerpt::kShare * 4 / 5);
@@ -53,24 +55,26 @@ TEST(CurveExcerpt, IsASixteenthInWindows) {
 
 TEST(CurveExcerpt, OfALargeMeshIsNoLarger) {
   const auto all = keys(1'500'000);
-  const Found found = look(CurveExcerpt(all.size(), every(all, 64)), all);
-  EXPECT_EQ(found.windows, CurveExcerpt::kMostWindows);
-  EXPECT_NEAR(static_cast<double>(found.points),
-              double{CurveExcerpt::kMostWindows} * CurveExcerpt::kWindow, 3000);
+  const Found found = look(CurveExcerpt(all.size(), 10'000, every(all, 64)), all);
+  EXPECT_EQ(found.windows, 10'000 / CurveExcerpt::kWindow);
+  EXPECT_NEAR(static_cast<double>(found.points), 10'000, 1500);
+  const Found few = look(CurveExcerpt(all.size(), 1, every(all, 8)), all);
+  EXPECT_EQ(few.windows, CurveExcerpt::kLeastWindows);
+  EXPECT_NEAR(static_cast<double>(few.points), double{CurveExcerpt::kFew}, 300);
 }
 
 TEST(CurveExcerpt, OfASmallMeshIsHalf) {
   const auto all = keys(2'000);
-  const Found found = look(CurveExcerpt(all.size(), all), all);
+  const Found found = look(CurveExcerpt(all.size(), kMany, all), all);
   EXPECT_EQ(found.windows, CurveExcerpt::kLeastWindows);
   EXPECT_NEAR(static_cast<double>(found.points), 1000, 50);
   const auto few = keys(10);
-  EXPECT_LE(look(CurveExcerpt(few.size(), few), few).points, 10u);
+  EXPECT_LE(look(CurveExcerpt(few.size(), kMany, few), few).points, 10u);
 }
 
 TEST(CurveExcerpt, OfPointsInOnePlaceHasThatPlace) {
   const Vector<std::uint64_t> samples(100, 77);
-  const CurveExcerpt excerpt(100, samples);
+  const CurveExcerpt excerpt(100, kMany, samples);
   EXPECT_TRUE(excerpt.has(77));
   EXPECT_FALSE(excerpt.has(76));
   EXPECT_FALSE(excerpt.has(78));
@@ -78,7 +82,7 @@ TEST(CurveExcerpt, OfPointsInOnePlaceHasThatPlace) {
 
 TEST(CurveExcerpt, OfNothingIsNothing) {
   EXPECT_FALSE(CurveExcerpt().has(0));
-  EXPECT_FALSE(CurveExcerpt(0, {}).has(0));
+  EXPECT_FALSE(CurveExcerpt(0, kMany, {}).has(0));
 }
 
 }  // namespace
