@@ -31,6 +31,8 @@ constexpr std::uint64_t kSmallChunk = 100'000;
 constexpr double kNextShare = 0.2;
 // A fusion of two neighbours is not tried while fewer tetrahedra are to go (FuseRound).
 constexpr std::uint64_t kSmallestFusion = 3;
+// Where the last round has left more of the mesh, the next one is thorough.
+constexpr double kHardlyLess = 0.9;
 // Most take so many: where fusions were refused for the goal's sake and fewer are to go, a further
 // round would cut the mesh for one or two, or nothing.
 constexpr std::uint64_t kUsualFusion = 6;
@@ -140,6 +142,7 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
     threshold += kVarianceInFirst * cost;
   }
   settings->fuse.threshold = std::min(threshold, errors_.max_cost);
+  settings->fuse.thorough = state.threshold.cost > 0 && state.shrink > kHardlyLess;
   if (errors_.rise) settings->fuse.error_now = kErrorShare * std::sqrt(settings->fuse.threshold);
 }
 

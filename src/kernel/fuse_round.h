@@ -59,6 +59,8 @@ struct FuseLimits {
   // a mesh in which nothing has fused yet.
   double gradient_variance = 0;
   double unit = 1;  // of lengths, as in begin_quadrics(): about 1 / the mesh's diagonal
+  // All places are tried, however seldom anything comes of some. For a mesh that hardly shrinks.
+  bool thorough = false;
   // At most so many tetrahedra may go.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();
 
