@@ -11,7 +11,7 @@
 namespace tetfusion {
 
 // So much of what was freed is kept, in bytes.
-inline constexpr std::size_t kMostSparePages = std::size_t{64} << 20;
+inline constexpr std::size_t kMostSparePages = std::size_t{16} << 20;
 
 // At an address that is a multiple of 64; what is there is anything. Throws std::bad_alloc.
 std::byte* allocate_pages(std::size_t bytes);
