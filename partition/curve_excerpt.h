@@ -12,8 +12,8 @@ namespace tetfusion {
 class CurveExcerpt {
  public:
   CurveExcerpt() = default;  // nothing
-  // One in kShare of `points`, in windows of about kWindow, but at most about `most`; though kFew, or
-  // half of a mesh with fewer, and kLeastWindows smaller windows are always worth their memory.
+  // One in kShare of `points`, in windows of about kWindow, but at most about `most`; though kFew,
+  // or half of a mesh with fewer, and kLeastWindows smaller windows are always worth their memory.
   // `samples` are keys of some of the points, taken evenly, in any order.
   CurveExcerpt(std::uint64_t points, std::uint64_t most, Vector<std::uint64_t> samples);
 

@@ -38,8 +38,8 @@ Assembly<Real> assemble(const WorkMesh<Real>& layout, const ImportSettings& sett
       const auto memory =
           budget->wait_for(chunk_memory(from->tets->bytes(chunk) + from->points->bytes(chunk)),
                            "an excerpt of the mesh");
-      WorkMesh<Real> excerpt = assemble_excerpt(layout, from->box, chunk, settings.regions,
-                                                *from->tets, *from->points);
+      WorkMesh<Real> excerpt =
+          assemble_excerpt(layout, from->box, chunk, settings.regions, *from->tets, *from->points);
       first_round.look(from->box, from->tet_count, &excerpt);
     }
     first_round.begin(from->box, from->tet_count, std::move(shares), from->samples);

@@ -35,8 +35,8 @@ struct RoundSettings {
   Method method = Method::kTetFuse;
   // With kFuse, whose quota is the pass limits'.
   FuseLimits fuse;
-  bool is_first = false;  // no vertex has a quadric yet
-  bool look = false;      // nothing fuses, costs are counted
+  bool is_first = false;         // no vertex has a quadric yet
+  bool look = false;             // nothing fuses, costs are counted
   Box box;                       // of the input
   std::uint64_t chunk_tets = 1;  // at least 1
   // Where the mesh is cut, a chunk that has been loaded is worked on until a pass fuses next to

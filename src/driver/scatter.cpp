@@ -23,8 +23,8 @@ namespace {
 // What reading a window and sorting it takes.
 constexpr std::uint64_t kWindowMemory = std::uint64_t{48} << 20;
 
-// A point of an excerpt takes about ten tetrahedra, and two points beside it: so that it is no larger
-// than a chunk.
+// A point of an excerpt takes about ten tetrahedra, and two points beside it: so that it is no
+// larger than a chunk.
 constexpr std::uint64_t kTetsAPoint = 16;
 
 // Where the layout has a column more than the input has arrays, it is for these.
@@ -91,8 +91,8 @@ class Scatterer {
   void keep_sampled(CellWindow* cells, Vector<std::uint32_t>* chunk_of);
   void add_to_excerpt(CellWindow* cells, Vector<std::uint32_t>* chunk_of);
   void set_in_excerpt(VertexId v) {
-    std::atomic_ref(in_excerpt_[v / 64]).fetch_or(std::uint64_t{1} << v % 64,
-                                                  std::memory_order_relaxed);
+    std::atomic_ref(in_excerpt_[v / 64])
+        .fetch_or(std::uint64_t{1} << v % 64, std::memory_order_relaxed);
   }
   // Has the excerpt all tetrahedra of the point?
   bool is_in_excerpt(VertexId v) const { return (in_excerpt_[v / 64] >> v % 64 & 1) != 0; }
@@ -151,7 +151,7 @@ class Scatterer {
   std::vector<SteeringBox> boxes_;
   std::vector<std::uint64_t> ghosts_;
   std::atomic<std::uint64_t> tet_count_{0};
-  Vector<bool> coincident_;  // of points; empty: there are none, or nobody asked
+  Vector<bool> coincident_;           // of points; empty: there are none, or nobody asked
   Vector<std::uint64_t> in_excerpt_;  // a bit a point; empty: there is no excerpt
 };
 
@@ -191,9 +191,9 @@ void Scatterer<Real>::find_homes() {
     out_.samples.insert(out_.samples.end(), window.samples.begin(), window.samples.end());
     for (const Vec3<Real>& p : window.samples) keys.push_back(curve.key(p));
   }
-  const CurveExcerpt excerpt =
-      out_.has_excerpt ? CurveExcerpt(points, settings_.chunk_tets / kTetsAPoint, keys)
-                       : CurveExcerpt();
+  const CurveExcerpt excerpt = out_.has_excerpt
+                                   ? CurveExcerpt(points, settings_.chunk_tets / kTetsAPoint, keys)
+                                   : CurveExcerpt();
   if (out_.has_excerpt) in_excerpt_.assign(points / 64 + 1, 0);
   const CurveCut cut(curve, chunks_, std::move(keys));
   for_each_block(points, settings_.point_window,

@@ -133,7 +133,8 @@ void EdgeCosts<Real>::between_lanes(VertexId v, std::span<const VertexId> partne
   static_assert((quadric_size(0) + 1) % kLanes == 0);
   std::array<Lanes, kLanes> rows;
   for (std::size_t j = 0; j < size; j += kLanes) {
-    for (std::size_t i = 0; i < kLanes; ++i) std::memcpy(&rows[i], quadric(u[i]) + j, sizeof rows[i]);
+    for (std::size_t i = 0; i < kLanes; ++i)
+      std::memcpy(&rows[i], quadric(u[i]) + j, sizeof rows[i]);
     const auto columns = transposed(rows);
     std::copy(columns.begin(), columns.end(), from + j);
   }

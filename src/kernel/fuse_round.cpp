@@ -437,7 +437,8 @@ bool FuseRound<Real>::push(VertexId v, VertexId partner, float most) {
 template <class Real>
 bool FuseRound<Real>::sliding_pays() {
   constexpr std::uint64_t kFirst = 1024, kWorth = 100, kNowAndThen = 8;
-  return limits_->thorough || turns_over_ || slides_ < kFirst + kWorth * slid_ || ++not_slid_ % kNowAndThen == 0;
+  return limits_->thorough || turns_over_ || slides_ < kFirst + kWorth * slid_ ||
+         ++not_slid_ % kNowAndThen == 0;
 }
 
 // Along the edge, away from what speaks against a position; at its ends one of the two stays where

@@ -358,8 +358,8 @@ TEST_F(ImportMesh, MakesAnExcerpt) {
   for (VertexId v = 0; v < mesh.vertex_count(); ++v) by_id[mesh.point_ids[v]] = v;
   std::set<std::set<std::uint64_t>> tets;
   for (const Tet& t : mesh.tets) {
-    tets.insert({mesh.point_ids[t[0]], mesh.point_ids[t[1]], mesh.point_ids[t[2]],
-                 mesh.point_ids[t[3]]});
+    tets.insert(
+        {mesh.point_ids[t[0]], mesh.point_ids[t[1]], mesh.point_ids[t[2]], mesh.point_ids[t[3]]});
   }
   ImportChoice choice{.chunk_tets = 2000, .regions = {"material"}, .first_round = true};
   const Import<double> without(path, choice);
@@ -381,7 +381,8 @@ TEST_F(ImportMesh, MakesAnExcerpt) {
     if ((excerpt.marks[v] & kOnInterface) != 0) continue;
     ++complete;
     EXPECT_EQ(excerpt.incidence[v], mesh.incidence[same]);
-    EXPECT_EQ(excerpt.marks[v] & (kOnBoundary | kLocked), mesh.marks[same] & (kOnBoundary | kLocked));
+    EXPECT_EQ(excerpt.marks[v] & (kOnBoundary | kLocked),
+              mesh.marks[same] & (kOnBoundary | kLocked));
   }
   EXPECT_GE(complete, mesh.vertex_count() / 4);
   EXPECT_LT(excerpt.tets.size(), mesh.tets.size());

@@ -194,7 +194,8 @@ TEST(BallShapes, ListsWhatHasAVertexAndWhatHasNot) {
   }
 }
 
-// Moved to a place nearby, a vertex leaves its old place in one of its tetrahedra, as they are then.
+// Moved to a place nearby, a vertex leaves its old place in one of its tetrahedra, as they are
+// then.
 TEST(BallShapes, FindsTheTetrahedronThatAVertexWasIn) {
   const WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(4, 0.2, 7));
   LiveBalls balls;
