@@ -8,8 +8,10 @@ namespace tetfusion {
 
 namespace {
 
-// best_position(): enough to keep a vertex between its two where the fields are flat.
-constexpr float kPull = 0.02F;
+// best_position(): enough to keep a vertex between its two where the fields are flat, and too little
+// to draw it out of a plane or line in which a field bends, as that would cost something where it
+// need not. Below some 1e-6 it drowns in what rounding does to quadrics.
+constexpr float kPull = 2e-5F;
 constexpr float kReachSquared = 0.25F;  // half the edge
 
 // What an edge's squared length (in units of the mesh) adds to the cost, so that where fields do

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 #include <vector>
 
@@ -76,6 +77,31 @@ TEST(EdgeCosts, GradientsVarianceMakesFarOnesDear) {
     EXPECT_GE(cost_of(3, v), 0.999 * least);
     EXPECT_LE(cost_of(3, v), 1.05 * least);
   }
+}
+
+// Across the plane nothing but the bend says where to go, along it nothing at all: there the middle
+// of the edge is taken, and it must not draw the vertex out of the plane.
+TEST(EdgeCosts, StayInThePlaneWhereAFieldBends) {
+  constexpr double kPlane = 2;
+  Steered s = steered(five_split_cube(4, 0, 1),
+                      [](double, double, double z) { return std::max(z - kPlane, 0.0); });
+  EdgeCosts<double> costs;
+  costs.begin(&s.mesh, s.fields(), kUnit);
+  int seen = 0;
+  for (const Tet& tet : s.mesh.tets) {
+    for (const VertexId v : tet) {
+      for (const VertexId u : tet) {
+        const Vec3<double>&p = s.mesh.positions[v], &q = s.mesh.positions[u];
+        if (p.z != kPlane || q.z == kPlane) continue;
+        const Vec3<double> best = costs.place(v, costs.merge(v, u).best);
+        EXPECT_NEAR(best.x, (p.x + q.x) / 2, 1e-3);
+        EXPECT_NEAR(best.y, (p.y + q.y) / 2, 1e-3);
+        EXPECT_NEAR(best.z, kPlane, 1e-4);
+        ++seen;
+      }
+    }
+  }
+  EXPECT_GT(seen, 100);
 }
 
 TEST(CostQueue, TheCheapestComeFirstAndThenThoseWhoCameFirst) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "support/fuse_meshes.h"
+#include "support/point_deviation.h"
 
 namespace tetfusion {
 namespace {
@@ -105,6 +106,20 @@ TEST(FuseRound, LeavesAMeshWithoutInteriorVertices) {
   }
 }
 
+// A field that is linear but for bends along two planes can do without most vertices.
+TEST(FuseRound, LeavesBendsWhereTheyAre) {
+  Steered s = steered(five_split_cube(10, 0, 1), [](double x, double, double z) {
+    return std::abs(x - 5) + std::max(z - 4, 0.0);
+  });
+  const WorkMesh<double> before = s.mesh;
+  FuseLimits limits = limits_of(1e-7);
+  limits.quota = before.tets.size() * 45 / 100;
+  run(limits, &s);
+  EXPECT_LE(s.mesh.tets.size(), before.tets.size() * 56 / 100);
+  EXPECT_LT(testing::worst_deviation(before, s.mesh, s.field), 1e-4);
+  expect_whole(s.mesh);
+}
+
 TEST(FuseRound, KeepsTheMeshValid) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     for (const auto f : {smooth, rough, linear}) {
@@ -126,7 +141,7 @@ TEST(FuseRound, KeepsTheMeshValid) {
 }
 
 TEST(FuseRound, VerticesAtNewPlacesAreMarked) {
-  Steered s = steered(five_split_cube(6, 0.2, 3), smooth);
+  Steered s = steered(five_split_cube(9, 0.2, 3), smooth);
   const WorkMesh<double> before = s.mesh;
   run(limits_of(), &s);
   const auto first = by_id(before);
