@@ -13,9 +13,12 @@ namespace {
 // Heights up to this share of the width are what coordinates of single precision make of a plane.
 constexpr double kFlat = 1e-5;
 
-// So little is no rise; and so far may a part of the boundary move in a round that rises: a quarter
-// to a half of a cell of the grid, in the unit.
+// In the unit. So little is no rise; so far may a part of the boundary move in a round and count as
+// still, as where flat parts and straight edges meet at an angle, and a vertex goes along the edge
+// but for what single precision and the pull of best_position() make of it; and so far may one move
+// that rises: a quarter to a half of a cell of the grid.
 constexpr double kRounding = 1e-12;
+constexpr double kStill = 0x1p-20;
 constexpr double kReach = 1.0 / 256;
 
 }  // namespace
@@ -175,7 +178,9 @@ template <class Real>
 bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
   if (limits_.facing == nullptr || !(rise > kRounding)) return false;
   if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
-  if (!(moved_before_ + patch.distance + rise <= kReach)) return true;
+  const double moved = moved_before_ + patch.distance + rise;
+  if (moved <= kStill) return false;
+  if (!(moved <= kReach)) return true;
   return limits_.facing->may_face(box_of_patch(kReach), patch.normal);
 }
 

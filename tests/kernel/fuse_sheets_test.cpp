@@ -1,6 +1,7 @@
 // Fusions that move the boundary, and surfaces between regions.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <vector>
@@ -241,6 +242,36 @@ TEST(FuseSheets, PartsDoNotMeetAcrossAGap) {
     }
   }
   EXPECT_GT(compared, 3000);
+}
+
+// A thin wall, bent so little that the ridge is no line: its vertices go along the ridge, which is no
+// rise but for what single precision makes of it, though the other side looks against them nearby.
+TEST(FuseSheets, ARidgeOfAThinWallNeedsFewVertices) {
+  constexpr double kThickness = 0.35, kSlope = 0.3, kMiddle = 8, kTurn = 0.5;
+  Geometry g = five_split_box(16, 12, 1, 0, 1);
+  for (Vec3<double>& p : std::get<Vector<Vec3<double>>>(g.points)) {
+    const double x = p.x - kMiddle;
+    const std::array<double, 3> turned{std::cos(kTurn) * x - std::sin(kTurn) * p.y,
+                                       std::sin(kTurn) * x + std::cos(kTurn) * p.y,
+                                       kThickness * p.z + kSlope * std::abs(x)};
+    p = {static_cast<float>(turned[0]), static_cast<float>(turned[1]),
+         static_cast<float>(turned[2])};
+  }
+  Steered s = moving(g);
+  testing::steer_by(testing::linear, &s.mesh);
+  begin_quadrics(s.fields(), kUnit, &s.mesh);
+  const WorkMesh<double> before = s.mesh;
+  run_rounds(0.01, &s);
+  expect_valid(s.mesh, before);
+  const auto on_ridge = [&](const WorkMesh<double>& mesh) {
+    return std::count_if(mesh.positions.begin(), mesh.positions.end(), [](const auto& p) {
+      const double x = std::cos(kTurn) * p.x + std::sin(kTurn) * p.y;
+      return std::abs(x) < 0.01 && std::abs(p.z - kThickness) < 0.01;
+    });
+  };
+  EXPECT_EQ(on_ridge(before), 13);
+  EXPECT_LE(on_ridge(s.mesh), 6);
+  EXPECT_LT(distance_between(surface_of(s.mesh), surface_of(before)) * kUnit, 1e-5);
 }
 
 // A crack across the middle of a box of six: two sides, with points of their own inside a square.
