@@ -8,9 +8,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kCells = 64;  // along each axis
-constexpr unsigned kBins = 24;
-
 // The bin of a direction: the side of the cube that it leaves by, and the quarter of that.
 unsigned bin_of(const Point3& d) {
   std::size_t axis = 0;
@@ -50,9 +47,9 @@ struct Cone {
 
 // The bins that hold a direction at more than a right angle to this one: a corner is such a
 // direction if any is.
-std::uint32_t bins_against(const Point3& d) {
+std::uint32_t bins_against(const Point3& d, unsigned all) {
   std::uint32_t bins = 0;
-  for (unsigned bin = 0; bin < kBins; ++bin) {
+  for (unsigned bin = 0; bin < all; ++bin) {
     if (Cone(bin).least(d) < 0) bins |= 1u << bin;
   }
   return bins;
@@ -79,41 +76,21 @@ void FacingGrid::reset(const FacingBox& box) {
   cells_.assign(kCells * kCells * kCells, 0);
 }
 
-// Calls visit(cell) until it says true.
-template <class Visit>
-void FacingGrid::visit(const FacingBox& box, Visit visit) const {
-  std::array<std::size_t, 3> first{}, last{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double width = box_.hi[i] - box_.lo[i];
-    const auto at = [&](double x) {
-      const double share = width > 0 ? (x - box_.lo[i]) / width : 0;
-      return static_cast<std::size_t>(std::clamp(share * double{kCells}, 0.0, kCells - 1.0));
-    };
-    first[i] = at(box.lo[i]);
-    last[i] = at(box.hi[i]);
-  }
-  for (std::size_t z = first[2]; z <= last[2]; ++z) {
-    for (std::size_t y = first[1]; y <= last[1]; ++y) {
-      for (std::size_t x = first[0]; x <= last[0]; ++x) {
-        if (visit((z * kCells + y) * kCells + x)) return;
-      }
-    }
-  }
-}
-
 void FacingGrid::note(const Point3& a, const Point3& b, const Point3& c) {
   FacingBox box{a, a};
   box.add(b);
   box.add(c);
-  const std::uint32_t bit = 1u << bin_of(cross(minus(b, a), minus(c, a)));
+  const std::uint64_t bit = std::uint64_t{1} << bin_of(cross(minus(b, a), minus(c, a)));
   visit(box, [&](std::size_t cell) {
-    std::atomic_ref<std::uint32_t>(cells_[cell]).fetch_or(bit, std::memory_order_relaxed);
+    const std::atomic_ref<std::uint64_t> here(cells_[cell]);
+    here.fetch_or(bit, std::memory_order_relaxed);
+    here.fetch_add(std::uint64_t{1} << kBins, std::memory_order_relaxed);
     return false;
   });
 }
 
 bool FacingGrid::may_face(const FacingBox& box, const Point3& direction) const {
-  const std::uint32_t bins = bins_against(direction);
+  const std::uint32_t bins = bins_against(direction, kBins);
   bool found = false;
   visit(box, [&](std::size_t cell) {
     found = (cells_[cell] & bins) != 0;
@@ -123,7 +100,7 @@ bool FacingGrid::may_face(const FacingBox& box, const Point3& direction) const {
 }
 
 bool FacingGrid::looks_one_way(const FacingBox& box) const {
-  std::uint32_t bins = 0;
+  std::uint64_t bins = 0;
   visit(box, [&](std::size_t cell) {
     bins |= cells_[cell];
     return false;

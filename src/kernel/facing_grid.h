@@ -1,7 +1,11 @@
 // Which ways the boundary surface looks, roughly where: enough to know that a part of it that rises
-// will not meet another part across a gap. Its size does not depend on the mesh.
+// will not meet another part across a gap. Its size does not depend on the mesh. Where it cannot
+// tell what is across a gap from what is the other side of a wall, the triangles themselves can
+// (boundary_triangles.h).
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -18,7 +22,9 @@ struct FacingBox {
 
 class FacingGrid {
  public:
-  // Over a box, with nothing in it: 1 MiB.
+  static constexpr std::size_t kCells = 64;  // along each axis
+
+  // Over a box, with nothing in it: 2 MiB.
   void reset(const FacingBox& box);
   bool empty() const { return cells_.empty(); }
 
@@ -34,17 +40,45 @@ class FacingGrid {
   // half of all directions: the surface there is then a graph, and has one sheet alone.
   bool looks_one_way(const FacingBox& box) const;
 
-  const Vector<std::uint32_t>& cells() const { return cells_; }
-  Vector<std::uint32_t>& cells() { return cells_; }
+  // Calls visit(cell) with the cells that a box touches (what is outside counts to the nearest one),
+  // until it says true.
+  template <class Visit>
+  void visit(const FacingBox& box, Visit visit) const;
+  // How many triangles have been noted in a cell.
+  std::uint64_t count(std::size_t cell) const { return cells_[cell] >> kBins; }
+
+  const Vector<std::uint64_t>& cells() const { return cells_; }
+  Vector<std::uint64_t>& cells() { return cells_; }
   const FacingBox& box() const { return box_; }
   FacingBox& box() { return box_; }
 
  private:
-  template <class Visit>
-  void visit(const FacingBox& box, Visit visit) const;
+  static constexpr unsigned kBins = 24;
 
   FacingBox box_;
-  Vector<std::uint32_t> cells_;  // a bit a direction: 24 of them, four on each side of a cube
+  // A bit a direction: 24 of them, four on each side of a cube. Above these the number of triangles.
+  Vector<std::uint64_t> cells_;
 };
+
+template <class Visit>
+void FacingGrid::visit(const FacingBox& box, Visit visit) const {
+  std::array<std::size_t, 3> first{}, last{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double width = box_.hi[i] - box_.lo[i];
+    const auto at = [&](double x) {
+      const double share = width > 0 ? (x - box_.lo[i]) / width : 0;
+      return static_cast<std::size_t>(std::clamp(share * double{kCells}, 0.0, kCells - 1.0));
+    };
+    first[i] = at(box.lo[i]);
+    last[i] = at(box.hi[i]);
+  }
+  for (std::size_t z = first[2]; z <= last[2]; ++z) {
+    for (std::size_t y = first[1]; y <= last[1]; ++y) {
+      for (std::size_t x = first[0]; x <= last[0]; ++x) {
+        if (visit((z * kCells + y) * kCells + x)) return;
+      }
+    }
+  }
+}
 
 }  // namespace tetfusion

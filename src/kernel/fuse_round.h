@@ -213,6 +213,7 @@ class FuseRound {
   LiveBalls balls_;
   Sheets<Real> sheets_;
   SheetFusion<Real> sheet_fusion_;
+  BoundaryTriangles triangles_;
   SheetFan fan_;
   EdgeCosts<Real> edge_costs_;
   Vector<State> state_;

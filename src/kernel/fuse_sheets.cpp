@@ -35,7 +35,11 @@ void FuseRound<Real>::begin_sheets() {
   sheets_.begin(mesh_, &balls_, limits_->regions);
   sheet_fusion_.begin(mesh_, &sheets_,
                       {limits_->unit, limits_->max_deviation, limits_->deviation_before,
-                       limits_->facing, errors_.bounds()});
+                       limits_->facing, &triangles_, errors_.bounds()});
+  if (limits_->facing != nullptr) {
+    triangles_.begin(*limits_->facing);
+    for (VertexId v = 0; v < mesh_->vertex_count(); ++v) sheets_.note_facing(v, &triangles_);
+  }
   const std::size_t at = quadric_size(width_);
   for (VertexId v = 0; v < mesh_->vertex_count(); ++v) {
     const bool is_on_one = (mesh_->marks[v] & kOnBoundary) != 0 || sheets_.is_between_regions(v);

@@ -177,6 +177,53 @@ std::optional<PatchDistance> measure(const PatchChange& change) {
   return out;
 }
 
+namespace {
+
+// What planes cut off a triangle leaves a polygon of one corner more for each of them, at most.
+struct Polygon {
+  std::array<Point3, 6> corners{};
+  std::size_t count = 0;
+
+  // Leaves what has dot(normal, x) <= most.
+  void cut(const Point3& normal, double most) {
+    Polygon left;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Point3 &here = corners[i], &next = corners[(i + 1) % count];
+      const double a = dot(normal, here) - most, b = dot(normal, next) - most;
+      if (a <= 0) left.corners[left.count++] = here;
+      if ((a < 0 && b > 0) || (a > 0 && b < 0)) {
+        Point3& between = left.corners[left.count++];
+        for (std::size_t k = 0; k < 3; ++k) between[k] = here[k] + a / (a - b) * (next[k] - here[k]);
+      }
+    }
+    *this = left;
+  }
+};
+
+}  // namespace
+
+bool lies_on_side(const Triangle3& triangle, const Triangle3& other, const Point3& direction,
+                  Side side, double margin) {
+  Polygon seen;
+  std::copy(triangle.begin(), triangle.end(), seen.corners.begin());
+  seen.count = triangle.size();
+  for (std::size_t i = 0; i < 3 && seen.count > 0; ++i) {
+    const Point3 &from = other[i], &to = other[(i + 1) % 3];
+    const Point3 outward = cross(minus(to, from), direction);
+    seen.cut(outward, dot(outward, from) - margin * std::sqrt(dot(outward, outward)));
+  }
+  if (seen.count == 0) return true;
+  const Point3 normal = cross(minus(other[1], other[0]), minus(other[2], other[0]));
+  const double scale = (side == Side::kBefore ? 1 : -1) / dot(normal, direction);
+  double least = std::numeric_limits<double>::infinity(), sum = 0;
+  for (std::size_t i = 0; i < seen.count; ++i) {
+    const double height = scale * dot(minus(seen.corners[i], other[0]), normal);
+    least = std::min(least, height);
+    sum += height;
+  }
+  return least >= -margin && sum > margin * static_cast<double>(seen.count);
+}
+
 Point3 nearest_on_segment(const Point3& x, const Point3& from, const Point3& to) {
   const Point3 d = minus(to, from);
   const double square = dot(d, d);

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 namespace tetfusion {
 
 using Point3 = std::array<double, 3>;
+using Triangle3 = std::array<Point3, 3>;
 
 inline Point3 minus(const Point3& a, const Point3& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
@@ -24,7 +26,7 @@ inline Point3 cross(const Point3& a, const Point3& b) {
 // first point, which is not repeated), else the chain and the way from its last point over the apex
 // to its first one. Coordinates are small: about a point of the patch.
 struct PatchChange {
-  std::vector<std::array<Point3, 3>> triangles;
+  std::vector<Triangle3> triangles;
   std::vector<std::array<Point3, 2>> edges;  // between two of the triangles
   std::vector<Point3> points;                // corners of triangles that are not on the outline
   Point3 apex{};
@@ -51,6 +53,15 @@ struct PatchDistance {
 // at a corner. Nothing, if they are no such graphs, or if a triangle of the fan is tilted by more
 // than 60 degrees.
 std::optional<PatchDistance> measure(const PatchChange& change);
+
+enum class Side : std::uint8_t { kBehind, kBefore };
+
+// Seen along a direction to which another triangle shows its front: does what lies before or behind
+// it of a triangle lie on this side of its plane alone? What is nearer to its outline than `margin`
+// does not count, so that neighbours may touch it, but none may lie in the plane, as the other side
+// of a contact does: in the mean it must be further away than the margin.
+bool lies_on_side(const Triangle3& triangle, const Triangle3& other, const Point3& direction,
+                  Side side, double margin);
 
 // The point of a segment that is nearest to x.
 Point3 nearest_on_segment(const Point3& x, const Point3& from, const Point3& to);

@@ -143,7 +143,7 @@ bool SheetFusion<Real>::measure_disc(double* distance) {
   collect_disc();
   const auto disc = measure(change_);
   if (disc) *distance = disc->distance;
-  return disc && !may_meet_another(*disc, disc->rise) && is_alone(disc->distance);
+  return disc && !may_meet_another(*disc, disc->rise, true) && is_alone(disc->distance);
 }
 
 // First the line goes to its new place, and draws the triangles with it: they move no further than
@@ -163,7 +163,7 @@ bool SheetFusion<Real>::measure_line(double* distance) {
   for (const bool left : {true, false}) {
     collect_side(left);
     const auto side = measure(change_);
-    if (!side || may_meet_another(*side, side->rise + line)) return false;
+    if (!side || may_meet_another(*side, side->rise + line, line <= kStill)) return false;
     if (!is_alone(side->distance + line)) return false;
     sides = std::max(sides, side->distance);
   }
@@ -172,16 +172,75 @@ bool SheetFusion<Real>::measure_line(double* distance) {
 }
 
 // What a patch that rises would meet is another part of the boundary, somewhere above, that looks
-// down at it: a way up that enters the volume there crosses such a triangle. That part may have
-// risen, too, since the round began: no part may when it has moved by more than kReach.
+// down at it: a way up that enters the volume there crosses such a triangle. Parts that other chunks
+// have may have risen, too, since the round began: none may when it has moved by more than kReach,
+// or there are some that it may not know as near as it has moved. Where it knows all of them, as far
+// as they may have come, it looks at the triangles.
 template <class Real>
-bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
+bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise,
+                                         bool outline_stays) const {
   if (limits_.facing == nullptr || !(rise > kRounding)) return false;
   if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
   const double moved = moved_before_ + patch.distance + rise;
   if (moved <= kStill) return false;
-  if (!(moved <= kReach)) return true;
-  return limits_.facing->may_face(box_of_patch(kReach), patch.normal);
+  const bool is_near = moved <= kReach;
+  if (is_near && !limits_.facing->may_face(in_mesh(box_of_patch(kReach)), patch.normal)) return false;
+  if (!outline_stays || (limits_.stays_alone && !is_near)) return true;
+  return !limits_.triangles->knows(in_mesh(box_of_patch(std::max(kReach, moved)))) ||
+         meets_another(patch.normal);
+}
+
+// Does a triangle reach into what lies between the patch and its fan?
+template <class Real>
+bool SheetFusion<Real>::meets_another(const Point3& normal) const {
+  const FacingBox box = box_of_patch(0);
+  return limits_.triangles->any(in_mesh(box), [&](const BoundaryTriangles::Corners& corners) {
+    return is_in_the_way(corners, box, normal);
+  });
+}
+
+template <class Real>
+bool SheetFusion<Real>::is_in_the_way(const BoundaryTriangles::Corners& corners,
+                                      const FacingBox& box, const Point3& normal) const {
+  for (const VertexId u : corners) {
+    const bool goes = u == v_ || (u == partner_ && !fixed_);
+    if (goes || mesh_->incidence[u] == 0) return false;
+  }
+  const Triangle3 triangle{at(corners[0]), at(corners[1]), at(corners[2])};
+  FacingBox around{triangle[0], triangle[0]};
+  around.add(triangle[1]);
+  around.add(triangle[2]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (around.lo[i] > box.hi[i] || around.hi[i] < box.lo[i]) return false;
+  }
+  const bool is_behind = std::all_of(
+      change_.triangles.begin(), change_.triangles.end(), [&](const Triangle3& one) {
+        return lies_on_side(triangle, one, normal, Side::kBehind, kStill);
+      });
+  if (is_behind) return false;
+  const auto& chain = change_.chain;
+  for (std::size_t i = 0; i + (change_.closed ? 0 : 1) < chain.size(); ++i) {
+    const Triangle3 one{change_.apex, chain[i], chain[(i + 1) % chain.size()]};
+    if (!lies_on_side(triangle, one, normal, Side::kBefore, kStill)) return true;
+  }
+  return false;
+}
+
+// The new triangles of the boundary, for those who come after.
+template <class Real>
+void SheetFusion<Real>::note_fused(VertexId kept) {
+  moved_[kept] = moved_here_;
+  if (limits_.facing == nullptr || (mesh_->marks[v_] & kOnBoundary) == 0) return;
+  const auto add = [&](const SheetFan& fan) {
+    for (std::size_t i = 1; i + 1 < fan.size(); ++i) {
+      FacingBox box{position_, position_};
+      box.add(at(fan.ring[i]));
+      box.add(at(fan.ring[i + 1]));
+      limits_.triangles->add({kept, fan.ring[i], fan.ring[i + 1]}, in_mesh(box));
+    }
+  };
+  add(fan_v_);
+  if (!fixed_) add(fan_partner_);
 }
 
 // A point that comes to lie outside is then nearest to what is round its own place.
@@ -190,7 +249,7 @@ bool SheetFusion<Real>::is_alone(double distance) const {
   if (!limits_.stays_alone || limits_.facing == nullptr || distance <= kOnSurface) return true;
   if ((mesh_->marks[v_] & kOnBoundary) == 0) return true;
   const double furthest = std::max(limits_.deviation_before, double{deviation_before_} + distance);
-  return limits_.facing->looks_one_way(box_of_patch(2 * furthest + kReach));
+  return limits_.facing->looks_one_way(in_mesh(box_of_patch(2 * furthest + kReach)));
 }
 
 template <class Real>
@@ -200,11 +259,14 @@ FacingBox SheetFusion<Real>::box_of_patch(double wider) const {
     for (const Point3& p : triangle) box.add(p);
   }
   box.widen(wider);
+  return box;
+}
+
+// Back from about_v().
+template <class Real>
+Point3 SheetFusion<Real>::in_mesh(const Point3& p) const {
   const Vec3<Real>& o = mesh_->positions[v_];
-  const auto back = [&](const Point3& p) {
-    return Point3{p[0] / limits_.unit + o.x, p[1] / limits_.unit + o.y, p[2] / limits_.unit + o.z};
-  };
-  return {back(box.lo), back(box.hi)};
+  return {p[0] / limits_.unit + o.x, p[1] / limits_.unit + o.y, p[2] / limits_.unit + o.z};
 }
 
 // All triangles round v, or round both.

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "kernel/boundary_triangles.h"
 #include "kernel/edge_costs.h"
 #include "kernel/patch_distance.h"
 #include "kernel/sheets.h"
@@ -15,7 +16,9 @@ struct SheetLimits {
   double unit = 1;              // of lengths
   double max_deviation = 0;     // so far may a sheet move, in the unit
   double deviation_before = 0;  // so far has one moved at most
+  // As in FuseLimits, and the triangles by its cells. Null: nothing is in the way.
   const FacingGrid* facing = nullptr;
+  BoundaryTriangles* triangles = nullptr;
   // The boundary moves but where it is the only part of it that is in reach.
   bool stays_alone = false;
 };
@@ -43,19 +46,24 @@ class SheetFusion {
   bool allows(const Vec3<Real>& position);
   // If so: the deviation of the vertex that they become, which is to be noted when they have.
   float deviation() const { return deviation_; }
-  void note_fused(VertexId kept) { moved_[kept] = moved_here_; }
+  void note_fused(VertexId kept);
 
  private:
   Point3 about_v(const Vec3<Real>& p) const;
+  Point3 in_mesh(const Point3& p) const;
   Point3 at(VertexId u) const { return about_v(mesh_->positions[u]); }
   bool find_sides();
   void collect_disc();
   void collect_side(bool left);
   bool measure_disc(double* distance);
   bool measure_line(double* distance);
-  bool may_meet_another(const PatchDistance& patch, double rise) const;
+  bool may_meet_another(const PatchDistance& patch, double rise, bool outline_stays) const;
+  bool meets_another(const Point3& normal) const;
+  bool is_in_the_way(const BoundaryTriangles::Corners& corners, const FacingBox& box,
+                     const Point3& normal) const;
   bool is_alone(double distance) const;
   FacingBox box_of_patch(double wider) const;
+  FacingBox in_mesh(const FacingBox& box) const { return {in_mesh(box.lo), in_mesh(box.hi)}; }
   float largest(const Vector<float>& values) const;
 
   const WorkMesh<Real>* mesh_ = nullptr;

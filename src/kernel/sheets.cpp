@@ -123,21 +123,33 @@ const std::vector<SheetEdge>& Sheets<Real>::edges_opposite(VertexId v) {
 }
 
 template <class Real>
-void Sheets<Real>::note_facing(VertexId v, bool marks_are_known, FacingGrid* grid) {
-  const auto is_marked = [&](VertexId u, std::uint8_t mark) {
-    return (mesh_->marks[u] & mark) != 0;
-  };
-  const std::uint8_t here = marks_are_known ? kOnBoundary : kOnBoundary | kOnInterface;
-  if (!is_marked(v, here)) return;
-  const auto at = [&](VertexId u) {
-    const Vec3<Real>& p = mesh_->positions[u];
-    return Point3{double{p.x}, double{p.y}, double{p.z}};
-  };
+template <class Note>
+void Sheets<Real>::for_each_outer(VertexId v, Note note) {
   for (const SheetEdge& e : edges_opposite(v)) {
-    if (!e.is_outer || e.from < v || e.to < v) continue;
-    if (!is_marked(e.from, here) || !is_marked(e.to, here)) continue;
-    grid->note(at(v), at(e.from), at(e.to));
+    if (e.is_outer && e.from > v && e.to > v) note(v, e.from, e.to);
   }
+}
+
+template <class Real>
+void Sheets<Real>::note_facing(VertexId v, bool marks_are_known, FacingGrid* grid) {
+  const std::uint8_t wanted = marks_are_known ? kOnBoundary : kOnBoundary | kOnInterface;
+  const auto is_marked = [&](VertexId u) { return (mesh_->marks[u] & wanted) != 0; };
+  if (!is_marked(v)) return;
+  for_each_outer(v, [&](VertexId a, VertexId b, VertexId c) {
+    if (is_marked(b) && is_marked(c)) grid->note(at(a), at(b), at(c));
+  });
+}
+
+template <class Real>
+void Sheets<Real>::note_facing(VertexId v, BoundaryTriangles* triangles) {
+  if ((mesh_->marks[v] & (kOnBoundary | kOnInterface)) == 0) return;
+  for_each_outer(v, [&](VertexId a, VertexId b, VertexId c) {
+    if ((mesh_->marks[a] & mesh_->marks[b] & mesh_->marks[c] & kOnInterface) != 0) return;
+    FacingBox box{at(a), at(a)};
+    box.add(at(b));
+    box.add(at(c));
+    triangles->note({a, b, c}, box);
+  });
 }
 
 template <class Real>

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kernel/boundary_triangles.h"
 #include "kernel/facing_grid.h"
 #include "kernel/live_balls.h"
 #include "mesh/work_mesh.h"
@@ -61,8 +62,10 @@ class Sheets {
   const std::vector<SheetEdge>& edges_opposite(VertexId v);
   // Notes boundary triangles of the vertex, each once for all vertices. Those between vertices that
   // other chunks have, too, may lie between two chunks: they count if all three are marked as
-  // lying on the boundary, or if those marks are yet to come.
+  // lying on the boundary, or if those marks are yet to come ...
   void note_facing(VertexId v, bool marks_are_known, FacingGrid* grid);
+  // ... or do not count.
+  void note_facing(VertexId v, BoundaryTriangles* triangles);
   // False if the vertex's triangles are not one closed fan.
   bool find_fan(VertexId v, SheetFan* fan);
   SheetPlace place(VertexId v);
@@ -85,6 +88,13 @@ class Sheets {
     std::vector<VertexId> vertices;
     std::vector<std::uint64_t> edges;
   };
+  // Calls note(a, b, c) with the boundary triangles of which v is the first vertex.
+  template <class Note>
+  void for_each_outer(VertexId v, Note note);
+  Point3 at(VertexId v) const {
+    const Vec3<Real>& p = mesh_->positions[v];
+    return {double{p.x}, double{p.y}, double{p.z}};
+  }
   void mark_edges(VertexId v, SheetFan* fan) const;
   void find_link(VertexId v, Link* link);
   std::uint32_t region_of(std::size_t t) const { return region_.empty() ? 0 : region_[t]; }

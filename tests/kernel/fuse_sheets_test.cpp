@@ -242,6 +242,25 @@ TEST(FuseSheets, PartsDoNotMeetAcrossAGap) {
     }
   }
   EXPECT_GT(compared, 3000);
+  EXPECT_EQ(testing::count_crossings(surface_of(s.mesh)), 0u);
+}
+
+// Both sides of a thin wall that waves may rise: the other one lies behind.
+TEST(FuseSheets, AThinWallIsNotInItsOwnWay) {
+  constexpr double kThickness = 0.4;
+  Geometry g = five_split_box(24, 16, 1, 0, 1);
+  for (Vec3<double>& p : std::get<Vector<Vec3<double>>>(g.points)) {
+    p.z = kThickness * p.z + 0.4 * std::sin(0.6 * p.x) * std::cos(0.5 * p.y);
+  }
+  Steered s = moving(g);
+  testing::steer_by(testing::linear, &s.mesh);
+  begin_quadrics(s.fields(), kUnit, &s.mesh);
+  const WorkMesh<double> before = s.mesh;
+  ASSERT_TRUE(testing::all_positive(before));
+  run_rounds(0.02, &s);
+  expect_valid(s.mesh, before);
+  EXPECT_LT(surface_of(s.mesh).size(), surface_of(before).size() / 2);
+  EXPECT_EQ(testing::count_crossings(surface_of(s.mesh)), 0u);
 }
 
 // A thin wall, bent so little that the ridge is no line: its vertices go along the ridge, which is no

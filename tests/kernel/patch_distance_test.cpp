@@ -128,5 +128,29 @@ TEST(PatchDistance, IsABoundBothWays) {
   EXPECT_GT(worst, 0.25);
 }
 
+// Over or under the triangle z = x / 2 between x = 0 and 1.
+TEST(LiesOnSide, LooksAtWhatIsSeenOverTheOther) {
+  const Corners other{{{0, 0, 0}, {1, 0, 0.5}, {0, 1, 0}}};
+  const Point3 up{0, 0, 1};
+  const auto sides = [&](const Corners& triangle) {
+    return std::pair(lies_on_side(triangle, other, up, Side::kBehind, 1e-6),
+                     lies_on_side(triangle, other, up, Side::kBefore, 1e-6));
+  };
+  const std::pair behind(true, false), before(false, true), neither(false, false), both(true, true);
+  EXPECT_EQ(sides({{{0, 0, -0.1}, {1, 0, 0.4}, {0, 1, -0.1}}}), behind);
+  EXPECT_EQ(sides({{{0, 0, 0.1}, {1, 0, 0.6}, {0, 1, 0.1}}}), before);
+  EXPECT_EQ(sides({{{0.1, 0.1, -1}, {0.5, 0.1, 1}, {0.1, 0.5, 0.5}}}), neither);
+  // In its plane.
+  EXPECT_EQ(sides({{{0.1, 0.1, 0.05}, {0.5, 0.1, 0.25}, {0.1, 0.5, 0.05}}}), neither);
+  // Beside it, whatever its height, and along its side, where a neighbour begins.
+  EXPECT_EQ(sides({{{2, 0, -1}, {3, 0, 1}, {2, 1, 1}}}), both);
+  EXPECT_EQ(sides({{{0, 0, 0}, {0, 1, 0}, {-1, 0, 3}}}), both);
+  // A neighbour that leans over it, or goes back under it.
+  EXPECT_EQ(sides({{{0, 0, 0}, {0, 1, 0}, {0.5, 0.2, 3}}}), before);
+  EXPECT_EQ(sides({{{0, 0, 0}, {0, 1, 0}, {0.5, 0.2, -3}}}), behind);
+  // High above its plane, and through it only where the other one is not.
+  EXPECT_EQ(sides({{{0.1, 0.1, 1}, {0.2, 0.1, 1}, {8, 8, -10}}}), before);
+}
+
 }  // namespace
 }  // namespace tetfusion

@@ -39,7 +39,38 @@ SurfaceTriangle triangle(const WorkMesh<double>& mesh, const std::array<VertexId
   return out;
 }
 
+bool passes_through(const Point3& a, const Point3& b, const SurfaceTriangle& t) {
+  const auto side = [](const Point3& p, const Point3& q, const Point3& r, const Point3& x) {
+    return dot(cross(minus(q, p), minus(r, p)), minus(x, p));
+  };
+  if (!(side(t[0], t[1], t[2], a) * side(t[0], t[1], t[2], b) < 0)) return false;
+  const double first = side(a, b, t[0], t[1]);
+  return first * side(a, b, t[1], t[2]) > 0 && first * side(a, b, t[2], t[0]) > 0;
+}
+
+bool cross_each_other(const SurfaceTriangle& s, const SurfaceTriangle& t) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (std::find(t.begin(), t.end(), s[i]) != t.end()) return false;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (passes_through(s[i], s[(i + 1) % 3], t) || passes_through(t[i], t[(i + 1) % 3], s)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
+
+std::size_t count_crossings(const std::vector<SurfaceTriangle>& surface) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < surface.size(); ++i) {
+    for (std::size_t k = i + 1; k < surface.size(); ++k) {
+      count += cross_each_other(surface[i], surface[k]) ? 1 : 0;
+    }
+  }
+  return count;
+}
 
 std::vector<SurfaceTriangle> surface_of(const WorkMesh<double>& mesh) {
   std::vector<SurfaceTriangle> out;

@@ -26,6 +26,9 @@ double distance_between(const std::vector<SurfaceTriangle>& a,
 double distance_to(const Point3& x, const SurfaceTriangle& t);
 double furthest(const std::vector<SurfaceTriangle>& from, const std::vector<SurfaceTriangle>& to);
 
+// Pairs of triangles without a common corner that pass through one another.
+std::size_t count_crossings(const std::vector<SurfaceTriangle>& surface);
+
 // Where a vertical line first meets one of the triangles.
 std::optional<double> height_of(const std::vector<SurfaceTriangle>& surface, double x, double y);
 
