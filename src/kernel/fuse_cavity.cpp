@@ -36,7 +36,7 @@ double cubed_mean_ratio(const ShapeOf& s) {
   return 432 * s.det * s.det / (s.edges * s.edges * s.edges);
 }
 
-// pushed() goes a little further than it must.
+// Obstacles are cleared by a little more than is needed.
 constexpr double kPush = 1.05;
 
 // A mean ratio from which on the sign of a volume is beyond doubt.
@@ -241,22 +241,23 @@ bool FuseCavity<Real>::doubles_faces(VertexId v, VertexId partner) {
 
 // Along the base triangle's normal, which is the gradient of the tetrahedron's determinant.
 template <class Real>
-Vec3<Real> FuseCavity<Real>::pushed() const {
+auto FuseCavity<Real>::obstacle() const -> Obstacle {
   const Tet& tet = mesh_->tets[failed_ >> 2];
   const auto& order = kCornerFirst[failed_ & 3u];
   const auto& p = mesh_->positions;
   const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
   const ShapeOf shape = shape_of(position_, b, c, d, unit_);
   const double wanted = kPush * std::sqrt(sure_ * cube(shape.edges) / 432);
-  const double ux = (double{c.x} - b.x) * unit_, uy = (double{c.y} - b.y) * unit_;
-  const double uz = (double{c.z} - b.z) * unit_;
-  const double vx = (double{d.x} - b.x) * unit_, vy = (double{d.y} - b.y) * unit_;
-  const double vz = (double{d.z} - b.z) * unit_;
-  const double gx = uz * vy - uy * vz, gy = ux * vz - uz * vx, gz = uy * vx - ux * vy;
-  const double square = gx * gx + gy * gy + gz * gz;
-  const double step = square > 0 ? (wanted - shape.det) / (square * unit_) : 0;
-  return {static_cast<Real>(position_.x + step * gx), static_cast<Real>(position_.y + step * gy),
-          static_cast<Real>(position_.z + step * gz)};
+  const auto from_b = [&](const Vec3<Real>& x) {
+    return Point3{(double{x.x} - b.x) * unit_, (double{x.y} - b.y) * unit_,
+                  (double{x.z} - b.z) * unit_};
+  };
+  const Point3 gradient = cross(from_b(d), from_b(c));
+  const double length = std::sqrt(dot(gradient, gradient));
+  if (!(length > 0)) return {};
+  return {{static_cast<float>(gradient[0] / length), static_cast<float>(gradient[1] / length),
+           static_cast<float>(gradient[2] / length)},
+          static_cast<float>((wanted - shape.det) / length)};
 }
 
 template <class Real>

@@ -12,6 +12,7 @@
 #include "kernel/criteria.h"
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
+#include "kernel/quadric.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
@@ -45,9 +46,13 @@ class FuseCavity {
   // tetrahedra that are none now? That can be where the partner is a vertex of something broken.
   bool doubles_faces(VertexId v, VertexId partner);
 
-  // The last position, if it may not be, moved off the tetrahedron that spoke against it, so far
-  // that this one would be content.
-  Vec3<Real> pushed() const;
+  // What spoke against the last position, if that may not be: a tetrahedron that would be content if
+  // the position went so far along the direction of unit length, in the unit.
+  struct Obstacle {
+    Offset direction;
+    float distance;
+  };
+  Obstacle obstacle() const;
 
   // To be called when the cavity has been fused, with the vertex that it was fused into.
   void note_fused(VertexId kept);

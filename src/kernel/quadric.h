@@ -141,6 +141,29 @@ inline F value_at(const ReducedOf<F>& r, const OffsetOf<F>& u) {
   return dot(mu.data(), u) + 2.0F * dot(r.n.data(), u) + r.k;
 }
 
+// The products of two of its axes each, as a symmetric matrix: the inverse times the determinant.
+template <class F>
+inline std::array<F, 6> adjugate(const std::array<F, 6>& m) {
+  return {m[3] * m[5] - m[4] * m[4], m[2] * m[4] - m[1] * m[5], m[1] * m[4] - m[2] * m[3],
+          m[0] * m[5] - m[2] * m[2], m[1] * m[2] - m[0] * m[4], m[0] * m[3] - m[1] * m[1]};
+}
+
+// The step that goes so far along a direction of unit length and, but for a share `pull` of the
+// mean curvature, costs least on the way: where it goes aside costs nothing, it does.
+inline Offset cheapest_step(const Reduced& r, const Offset& direction, float distance, float pull) {
+  const float unit = normalizer(r.m[0] + r.m[3] + r.m[5]);
+  std::array<float, 6> m = r.m;
+  for (float& x : m) x *= unit;
+  const float rho = pull * (m[0] + m[3] + m[5]);
+  for (const std::size_t i : {0, 3, 5}) m[i] += rho;
+  Offset step = times(adjugate(m).data(), direction);
+  const float along = dot(step.data(), direction);
+  if (!(along > 0 && along < std::numeric_limits<float>::infinity())) step = direction;
+  const float scale = distance / dot(step.data(), direction);
+  for (float& x : step) x *= scale;
+  return step;
+}
+
 // Where it is least, or nearly: a share `pull` of its mean curvature draws the position towards
 // `home`, as along some directions nothing else may tell where to go, and it goes no further from
 // there than the root of `reach_squared`.
@@ -155,15 +178,12 @@ inline OffsetOf<F> best_position(const ReducedOf<F>& r, const OffsetOf<F>& home,
   const OffsetOf<F> mh = times(m.data(), home);
   const OffsetOf<F> g{mh[0] + unit * r.n[0], mh[1] + unit * r.n[1], mh[2] + unit * r.n[2]};
   const F rho = pull * (m[0] + m[3] + m[5]);
-  const F xx = m[0] + rho, yy = m[3] + rho, zz = m[5] + rho;
-  const F xy = m[1], xz = m[2], yz = m[4];
-  const F cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
-  const F det = xx * cxx + xy * cxy + xz * cxz;
-  const F cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
+  for (const std::size_t i : {0, 3, 5}) m[i] += rho;
+  const std::array<F, 6> c = adjugate(m);
+  const F det = m[0] * c[0] + m[1] * c[1] + m[2] * c[2];
   const F scale = -1.0F / det;
-  const OffsetOf<F> step{scale * (cxx * g[0] + cxy * g[1] + cxz * g[2]),
-                         scale * (cxy * g[0] + cyy * g[1] + cyz * g[2]),
-                         scale * (cxz * g[0] + cyz * g[1] + czz * g[2])};
+  const OffsetOf<F> cg = times(c.data(), g);
+  const OffsetOf<F> step{scale * cg[0], scale * cg[1], scale * cg[2]};
   const F square = dot(step.data(), step);
   const auto is_known = (det > 0.0F) & (square < std::numeric_limits<float>::infinity());
   const F shorten = select(square > reach_squared, square_root(reach_squared / square), F{} + 1.0F);

@@ -43,7 +43,11 @@ TEST_F(IcosahedronCavity, PushesAPositionUntilItIsAllowed) {
     auto reason = cavity.collect(centre, partner, true, position);
     EXPECT_TRUE(reason);
     for (; reason && pushes < 30; ++pushes) {
-      position = cavity.pushed();
+      const auto [direction, distance] = cavity.obstacle();
+      EXPECT_NEAR(dot(direction.data(), direction), 1, 1e-6);
+      position.x += double{distance} * direction[0] / kUnit;
+      position.y += double{distance} * direction[1] / kUnit;
+      position.z += double{distance} * direction[2] / kUnit;
       reason = cavity.collect(centre, partner, true, position);
     }
     EXPECT_FALSE(reason);

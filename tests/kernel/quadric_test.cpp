@@ -249,5 +249,38 @@ TEST(Quadric, WhereNothingTellsItStaysAtHome) {
   EXPECT_EQ(best_value(Quadric(quadric_size(1)).data(), 0, home), 0);
 }
 
+// It gets as far as it should, and no other step that does costs less.
+TEST(Quadric, TheCheapestStepGoesAsideWhereThatCostsNothing) {
+  Random random(7);
+  for (int round = 0; round < 50; ++round) {
+    Quadric q(quadric_size(1));
+    for (int i = 0; i < 2 + round % 3; ++i) {  // two: nothing tells along two directions
+      const Offset gradient = to_offset(random.vector());
+      add_tetrahedron(1, gradient.data(), 1, q.data());
+    }
+    Reduced r = reduce(q.data(), 1);
+    r.n = {0, 0, 0};
+    r.k = 0;
+    Offset direction = to_offset(random.vector());
+    const float length = std::sqrt(dot(direction.data(), direction));
+    for (float& x : direction) x /= length;
+    const float distance = static_cast<float>(random.next());
+    const Offset step = cheapest_step(r, direction, distance, 1e-3F);
+    EXPECT_NEAR(dot(step.data(), direction), distance, 1e-5);
+    const float trace = r.m[0] + r.m[3] + r.m[5];
+    const auto cost = [&](const Offset& u) {
+      return double{value_at(r, u)} + 1e-3 * double{trace} * double{dot(u.data(), u)};
+    };
+    for (int k = 0; k < 20; ++k) {
+      Offset other = to_offset(random.vector());
+      const float off = dot(other.data(), direction);
+      for (std::size_t i = 0; i < 3; ++i) other[i] = step[i] + other[i] - off * direction[i];
+      EXPECT_LE(cost(step), cost(other) * 1.001 + 1e-6);
+    }
+  }
+  const Reduced flat{{0, 0, 0, 0, 0, 0}, {0, 0, 0}, 0};
+  EXPECT_EQ(cheapest_step(flat, {0, 0, 1}, 0.5F, 0.01F), (Offset{0, 0, 0.5F}));
+}
+
 }  // namespace
 }  // namespace tetfusion
