@@ -60,6 +60,10 @@ constexpr double kErrorShare = 0.25;
 // less the mesh needs a round more.
 constexpr double kVarianceInFirst = 2;
 
+// A first round in which surfaces rest leaves some of the way to the goal to those in which they
+// move.
+constexpr double kShareAtRest = 0.8;
+
 double diagonal_of(const Box& box) {
   return std::hypot(box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z);
 }
@@ -111,6 +115,9 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   plan.settings.passes = !goal && lod + 1 >= schedule() ? kPassesPerRound : 1;
   if (fuse) {
     plan_fuse(box, tets, limits.quota, goal.has_value(), state, &plan.settings);
+    if (goal && plan.settings.fuse.sheets_rest) {
+      limits.quota = static_cast<std::uint64_t>(kShareAtRest * static_cast<double>(limits.quota));
+    }
   }
   plan.start = wall_seconds();
   return plan;
@@ -134,6 +141,7 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
   settings->fuse.max_error = errors_.max_error;
   settings->fuse.keep_integrals = options_.conserve;
   if (settings->look) return;
+  settings->fuse.sheets_rest = settings->is_first && settings->fuse.sheets_move();
   const auto to_go = has_goal ? std::optional(quota) : std::nullopt;
   double threshold = next_threshold(state.costs, state.threshold, to_go);
   if (state.threshold.cost == 0) {
@@ -163,6 +171,7 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
   if (fuse) {
     state->threshold = {plan.settings.fuse.threshold, was_rejected(round, Reject::kQuota)};
   }
+  if (plan.settings.fuse.sheets_rest) return;  // their turn comes
   const std::uint64_t least = state->threshold.quota_was_met ? kUsualFusion : kSmallestFusion;
   if (fuse && plan.limits.quota - static_cast<std::uint64_t>(removed) < least) {
     state->end = StageEnd::kGoal;

@@ -114,7 +114,7 @@ FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker, W
   if (fuse.sheets_move()) {
     fuse.facing = round_.facing.empty() ? nullptr : &round_.facing;
     fuse.facing_after = &round_.next_facing;
-    fuse.marks_are_known = !settings.look;
+    fuse.marks_are_known = !settings.is_first;
   }
   if (settings.is_first) begin_quadrics(round_.fields, fuse.unit, mesh);
   return settings.look ? tools.fuse.look(fuse, round_.fields, mesh)

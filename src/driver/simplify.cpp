@@ -74,10 +74,10 @@ class Job {
   bool keeps_work() const { return sink_ == nullptr && request_.performance.keep_work; }
   bool keeps_logs() const { return !request_.progressive.empty(); }
   bool surfaces_move() const { return tetfusion::surfaces_move(request_.behaviour); }
-  // Else the whole mesh has to be looked at before anything fuses: for the ways that surfaces look,
-  // or for the ranges that bounds are shares of.
+  // Else the whole mesh has to be looked at before anything fuses, for the ranges that bounds are
+  // shares of.
   bool begins_with_excerpt(const std::vector<SteeringField>& fields) const {
-    return request_.behaviour.method == Method::kFuse && !surfaces_move() &&
+    return request_.behaviour.method == Method::kFuse &&
            !error_limits(request_.behaviour, fields).at_points;
   }
   RoundPlan plan_round(const Box& box, std::uint64_t tets, const std::optional<std::uint64_t>& goal,

@@ -78,6 +78,8 @@ struct FuseLimits {
   // To be filled in; and whether the boundary's marks are known of vertices on the interface.
   FacingGrid* facing_after = nullptr;
   bool marks_are_known = true;
+  // Sheets that may move do not in this round, as nobody knows yet which ways the boundary looks.
+  bool sheets_rest = false;
   bool sheets_move() const { return max_deviation >= 0; }
 };
 
@@ -195,6 +197,9 @@ class FuseRound {
 
   // The same on sheets (fuse_sheets.cpp).
   void begin_sheets();
+  bool is_on_one(VertexId v) const {
+    return (mesh_->marks[v] & kOnBoundary) != 0 || sheets_.is_between_regions(v);
+  }
   Kind kind_on_sheet(VertexId v);
   void find_partners_on_sheet(VertexId v);
   bool plan_on_sheet(VertexId v, VertexId partner);

@@ -16,6 +16,7 @@ constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
 template <class Real>
 auto FuseRound<Real>::kind_on_sheet(VertexId v) -> Kind {
+  if (limits_->sheets_rest) return is_on_one(v) ? kTarget : kFree;
   switch (sheets_.place(v)) {
     case SheetPlace::kNone:
       return kFree;
@@ -40,10 +41,10 @@ void FuseRound<Real>::begin_sheets() {
     triangles_.begin(*limits_->facing);
     for (VertexId v = 0; v < mesh_->vertex_count(); ++v) sheets_.note_facing(v, &triangles_);
   }
+  if (limits_->sheets_rest) return;
   const std::size_t at = quadric_size(width_);
   for (VertexId v = 0; v < mesh_->vertex_count(); ++v) {
-    const bool is_on_one = (mesh_->marks[v] & kOnBoundary) != 0 || sheets_.is_between_regions(v);
-    if (!is_on_one || (mesh_->marks[v] & kOnInterface) != 0) continue;
+    if (!is_on_one(v) || (mesh_->marks[v] & kOnInterface) != 0) continue;
     float* quadric = mesh_->quadrics.data() + std::size_t{v} * mesh_->quadric_width + at;
     if (quadric[kQuadricW] == 0) sheets_.add_planes(v, limits_->unit, quadric);
   }

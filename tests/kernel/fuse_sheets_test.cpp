@@ -118,6 +118,24 @@ TEST(FuseSheets, SheetsStayUnlessTheyMay) {
   testing::expect_same_domain(s.mesh, before);
 }
 
+// Nor in a round in which they rest, those between regions included.
+TEST(FuseSheets, SheetsMayRestForARound) {
+  Geometry g = five_split_cube(8, 0.2, 3);
+  std::vector<std::int32_t> regions;
+  for (std::size_t t = 0; t < g.tets.size(); ++t) regions.push_back(t < g.tets.size() / 2 ? 1 : 2);
+  Steered s = moving(g, regions);
+  const WorkMesh<double> before = s.mesh;
+  FuseLimits limits = limits_of();
+  limits.max_deviation = 0.01;
+  limits.regions = {0};
+  limits.sheets_rest = true;
+  const FuseStatistics statistics = FuseRound<double>().run(limits, s.fields(), &s.mesh);
+  EXPECT_GT(statistics.pass.fused, 50u);
+  EXPECT_EQ(statistics.deviation, 0);
+  testing::expect_same_domain(s.mesh, before);
+  EXPECT_EQ(surface_between(s.mesh).size(), surface_between(before).size());
+}
+
 // The bound is one both ways, and the surface uses some of it.
 TEST(FuseSheets, TheDeviationIsABound) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
