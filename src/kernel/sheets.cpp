@@ -1,6 +1,7 @@
 #include "kernel/sheets.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <string>
@@ -93,20 +94,38 @@ void Sheets<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
   }
 }
 
+// Most faces are there twice, with the same region on both sides: these find one another in a table
+// of places by their keys. What is left is sorted.
 template <class Real>
 const std::vector<SheetEdge>& Sheets<Real>::edges_opposite(VertexId v) {
   faces_.clear();
-  for (const std::uint32_t entry : balls_->of(v, mesh_->incidence[v], mesh_->tets)) {
+  const auto ball = balls_->of(v, mesh_->incidence[v], mesh_->tets);
+  const std::size_t places = std::bit_ceil(8 * ball.size() + 1);
+  table_.assign(places, kNoFace);
+  for (const std::uint32_t entry : ball) {
     const Tet& tet = mesh_->tets[entry >> 2];
     const std::uint32_t at = entry & 3u;
+    const std::uint32_t region = region_of(entry >> 2);
     for (std::uint32_t apex = 0; apex < 4; ++apex) {
       if (apex == at) continue;
       const auto& corners = kFaceCorners[apex];
       const std::size_t i = corners[0] == at ? 0 : (corners[1] == at ? 1 : 2);
       const SheetEdge edge{tet[corners[(i + 1) % 3]], tet[corners[(i + 2) % 3]], true};
-      faces_.push_back({key_of(edge.from, edge.to), edge, region_of(entry >> 2)});
+      const std::uint64_t key = key_of(edge.from, edge.to);
+      std::size_t place = (key * 0x9E3779B97F4A7C15u >> 32) & (places - 1);
+      while (table_[place] != kNoFace && faces_[table_[place]].key != key) {
+        place = (place + 1) & (places - 1);
+      }
+      std::uint32_t& face = table_[place];
+      if (face != kNoFace && faces_[face].open && faces_[face].region == region) {
+        faces_[face].open = false;
+        continue;
+      }
+      face = static_cast<std::uint32_t>(faces_.size());
+      faces_.push_back({key, edge, region, true});
     }
   }
+  std::erase_if(faces_, [](const Face& face) { return !face.open; });
   std::sort(faces_.begin(), faces_.end(), [](const Face& a, const Face& b) {
     return a.key != b.key ? a.key < b.key : a.region < b.region;
   });
@@ -142,9 +161,10 @@ void Sheets<Real>::note_facing(VertexId v, bool marks_are_known, FacingGrid* gri
 
 template <class Real>
 void Sheets<Real>::note_facing(VertexId v, BoundaryTriangles* triangles) {
-  if ((mesh_->marks[v] & (kOnBoundary | kOnInterface)) == 0) return;
+  if ((mesh_->marks[v] & kOnBoundary) == 0) return;
   for_each_outer(v, [&](VertexId a, VertexId b, VertexId c) {
-    if ((mesh_->marks[a] & mesh_->marks[b] & mesh_->marks[c] & kOnInterface) != 0) return;
+    const auto all = mesh_->marks[a] & mesh_->marks[b] & mesh_->marks[c];
+    if ((all & kOnBoundary) == 0 || (all & kOnInterface) != 0) return;
     FacingBox box{at(a), at(a)};
     box.add(at(b));
     box.add(at(c));

@@ -83,7 +83,9 @@ class Sheets {
     std::uint64_t key;  // its two other corners, the smaller one first
     SheetEdge edge;
     std::uint32_t region;
+    bool open;  // it has not been seen from the other side, in the same region
   };
+  static constexpr std::uint32_t kNoFace = 0xFFFFFFFFu;
   struct Link {
     std::vector<VertexId> vertices;
     std::vector<std::uint64_t> edges;
@@ -104,6 +106,7 @@ class Sheets {
   Vector<std::uint32_t> region_;  // of a tetrahedron; none: there is one region
   Vector<std::uint8_t> mixed_;
   std::vector<Face> faces_;
+  std::vector<std::uint32_t> table_;
   std::vector<SheetEdge> edges_;
   SheetFan fan_;
   Link link_a_, link_b_;
