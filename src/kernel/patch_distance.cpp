@@ -214,7 +214,9 @@ bool lies_on_side(const Triangle3& triangle, const Triangle3& other, const Point
   }
   if (seen.count == 0) return true;
   const Point3 normal = cross(minus(other[1], other[0]), minus(other[2], other[0]));
-  const double scale = (side == Side::kBefore ? 1 : -1) / dot(normal, direction);
+  const double front = dot(normal, direction);
+  if (!(front > 0)) return false;
+  const double scale = (side == Side::kBefore ? 1 : -1) / front;
   double least = std::numeric_limits<double>::infinity(), sum = 0;
   for (std::size_t i = 0; i < seen.count; ++i) {
     const double height = scale * dot(minus(seen.corners[i], other[0]), normal);

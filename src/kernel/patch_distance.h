@@ -59,7 +59,8 @@ enum class Side : std::uint8_t { kBehind, kBefore };
 // Seen along a direction to which another triangle shows its front: does what lies before or behind
 // it of a triangle lie on this side of its plane alone? What is nearer to its outline than `margin`
 // does not count, so that neighbours may touch it, but none may lie in the plane, as the other side
-// of a contact does: in the mean it must be further away than the margin.
+// of a contact does: in the mean it must be further away than the margin. False where the other one
+// shows its back.
 bool lies_on_side(const Triangle3& triangle, const Triangle3& other, const Point3& direction,
                   Side side, double margin);
 

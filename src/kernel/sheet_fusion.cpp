@@ -141,9 +141,11 @@ bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
 template <class Real>
 bool SheetFusion<Real>::measure_disc(double* distance) {
   collect_disc();
+  old_ = change_.triangles;
+  outline_moves_ = false;
   const auto disc = measure(change_);
   if (disc) *distance = disc->distance;
-  return disc && !may_meet_another(*disc, disc->rise, true) && is_alone(disc->distance);
+  return disc && !may_meet_another(*disc, disc->rise) && is_alone(disc->distance);
 }
 
 // First the line goes to its new place, and draws the triangles with it: they move no further than
@@ -160,10 +162,12 @@ bool SheetFusion<Real>::measure_line(double* distance) {
                      length(minus(position_, nearest_on_segment(position_, {}, partner)))});
   }
   double sides = 0;
+  outline_moves_ = line > kStill;
   for (const bool left : {true, false}) {
     collect_side(left);
+    collect_old_side(left);
     const auto side = measure(change_);
-    if (!side || may_meet_another(*side, side->rise + line, line <= kStill)) return false;
+    if (!side || may_meet_another(*side, side->rise + line)) return false;
     if (!is_alone(side->distance + line)) return false;
     sides = std::max(sides, side->distance);
   }
@@ -177,20 +181,20 @@ bool SheetFusion<Real>::measure_line(double* distance) {
 // or there are some that it may not know as near as it has moved. Where it knows all of them, as far
 // as they may have come, it looks at the triangles.
 template <class Real>
-bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise,
-                                         bool outline_stays) const {
+bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
   if (limits_.facing == nullptr || !(rise > kRounding)) return false;
   if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
   const double moved = moved_before_ + patch.distance + rise;
   if (moved <= kStill) return false;
   const bool is_near = moved <= kReach;
   if (is_near && !limits_.facing->may_face(in_mesh(box_of_patch(kReach)), patch.normal)) return false;
-  if (!outline_stays || (limits_.stays_alone && !is_near)) return true;
+  if (limits_.stays_alone && !is_near) return true;
   return !limits_.triangles->knows(in_mesh(box_of_patch(std::max(kReach, moved)))) ||
          meets_another(patch.normal);
 }
 
-// Does a triangle reach into what lies between the patch and its fan?
+// Does a triangle reach into what lies between the patch and its fan? Where the outline moves, what
+// is behind one of them must be behind both.
 template <class Real>
 bool SheetFusion<Real>::meets_another(const Point3& normal) const {
   const FacingBox box = box_of_patch(0);
@@ -213,17 +217,18 @@ bool SheetFusion<Real>::is_in_the_way(const BoundaryTriangles::Corners& corners,
   for (std::size_t i = 0; i < 3; ++i) {
     if (around.lo[i] > box.hi[i] || around.hi[i] < box.lo[i]) return false;
   }
-  const bool is_behind = std::all_of(
-      change_.triangles.begin(), change_.triangles.end(), [&](const Triangle3& one) {
-        return lies_on_side(triangle, one, normal, Side::kBehind, kStill);
-      });
-  if (is_behind) return false;
-  const auto& chain = change_.chain;
-  for (std::size_t i = 0; i + (change_.closed ? 0 : 1) < chain.size(); ++i) {
-    const Triangle3 one{change_.apex, chain[i], chain[(i + 1) % chain.size()]};
-    if (!lies_on_side(triangle, one, normal, Side::kBefore, kStill)) return true;
-  }
-  return false;
+  const auto is_on = [&](Side side) {
+    const auto& chain = change_.chain;
+    for (std::size_t i = 0; i + (change_.closed ? 0 : 1) < chain.size(); ++i) {
+      const Triangle3 one{change_.apex, chain[i], chain[(i + 1) % chain.size()]};
+      if (!lies_on_side(triangle, one, normal, side, kStill)) return false;
+    }
+    return true;
+  };
+  const bool is_behind = std::all_of(old_.begin(), old_.end(), [&](const Triangle3& one) {
+    return lies_on_side(triangle, one, normal, Side::kBehind, kStill);
+  });
+  return !(is_behind && (!outline_moves_ || is_on(Side::kBehind))) && !is_on(Side::kBefore);
 }
 
 // The new triangles of the boundary, for those who come after.
@@ -255,8 +260,10 @@ bool SheetFusion<Real>::is_alone(double distance) const {
 template <class Real>
 FacingBox SheetFusion<Real>::box_of_patch(double wider) const {
   FacingBox box{change_.apex, change_.apex};
-  for (const auto& triangle : change_.triangles) {
-    for (const Point3& p : triangle) box.add(p);
+  for (const auto* triangles : {&change_.triangles, &old_}) {
+    for (const Triangle3& triangle : *triangles) {
+      for (const Point3& p : triangle) box.add(p);
+    }
   }
   box.widen(wider);
   return box;
@@ -345,6 +352,23 @@ void SheetFusion<Real>::collect_side(bool left) {
     add_round(near_v_, fan_v_, end_v_, n - 1);
     if (!fixed_) add_round(near_partner_, fan_partner_, 1, end_partner_);
   }
+}
+
+// The line leaves v's fan by ring[end_v_] and the partner's by ring[end_partner_], and runs from the
+// one to the other.
+template <class Real>
+void SheetFusion<Real>::collect_old_side(bool left) {
+  old_.clear();
+  const auto add = [&](const Point3& centre, const SheetFan& fan, std::size_t first,
+                       std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      old_.push_back({centre, at(fan.ring[i]), at(fan.at(i + 1))});
+    }
+  };
+  add({}, fan_v_, left ? 0 : end_v_, left ? end_v_ : fan_v_.size());
+  if (fixed_) return;
+  add(at(partner_), fan_partner_, left ? end_partner_ : 0,
+      left ? fan_partner_.size() : end_partner_);
 }
 
 template class SheetFusion<float>;

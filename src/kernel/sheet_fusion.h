@@ -55,9 +55,10 @@ class SheetFusion {
   bool find_sides();
   void collect_disc();
   void collect_side(bool left);
+  void collect_old_side(bool left);
   bool measure_disc(double* distance);
   bool measure_line(double* distance);
-  bool may_meet_another(const PatchDistance& patch, double rise, bool outline_stays) const;
+  bool may_meet_another(const PatchDistance& patch, double rise) const;
   bool meets_another(const Point3& normal) const;
   bool is_in_the_way(const BoundaryTriangles::Corners& corners, const FacingBox& box,
                      const Point3& normal) const;
@@ -85,6 +86,10 @@ class SheetFusion {
   Point3 position_{};
   Point3 near_v_{}, near_partner_{};  // on the new line
   PatchChange change_;
+  // What goes, as it is: for a line, the triangles on the side in hand. With a line the outline may
+  // move, too.
+  std::vector<Triangle3> old_;
+  bool outline_moves_ = false;
 };
 
 extern template class SheetFusion<float>;

@@ -263,7 +263,8 @@ TEST(FuseSheets, PartsDoNotMeetAcrossAGap) {
   EXPECT_EQ(testing::count_crossings(surface_of(s.mesh)), 0u);
 }
 
-// Both sides of a thin wall that waves may rise: the other one lies behind.
+// Both sides of a thin wall that waves may rise, as may the lines along its rim: the other side lies
+// behind.
 TEST(FuseSheets, AThinWallIsNotInItsOwnWay) {
   constexpr double kThickness = 0.4;
   Geometry g = five_split_box(24, 16, 1, 0, 1);
@@ -278,6 +279,12 @@ TEST(FuseSheets, AThinWallIsNotInItsOwnWay) {
   run_rounds(0.02, &s);
   expect_valid(s.mesh, before);
   EXPECT_LT(surface_of(s.mesh).size(), surface_of(before).size() / 2);
+  const auto on_rim = [](const WorkMesh<double>& mesh) {
+    return std::count_if(mesh.positions.begin(), mesh.positions.end(),
+                         [](const auto& p) { return std::abs(p.y) < 1e-3; });
+  };
+  EXPECT_EQ(on_rim(before), 50);
+  EXPECT_LT(on_rim(s.mesh), 35);
   EXPECT_EQ(testing::count_crossings(surface_of(s.mesh)), 0u);
 }
 
