@@ -8,6 +8,8 @@ namespace tetfusion {
 
 namespace {
 
+constexpr unsigned kBins = FacingGrid::kBins;
+
 // The bin of a direction: the side of the cube that it leaves by, and the quarter of that.
 unsigned bin_of(const Point3& d) {
   std::size_t axis = 0;
@@ -47,9 +49,9 @@ struct Cone {
 
 // The bins that hold a direction at more than a right angle to this one: a corner is such a
 // direction if any is.
-std::uint32_t bins_against(const Point3& d, unsigned all) {
+std::uint32_t bins_against(const Point3& d) {
   std::uint32_t bins = 0;
-  for (unsigned bin = 0; bin < all; ++bin) {
+  for (unsigned bin = 0; bin < kBins; ++bin) {
     if (Cone(bin).least(d) < 0) bins |= 1u << bin;
   }
   return bins;
@@ -90,7 +92,7 @@ void FacingGrid::note(const Point3& a, const Point3& b, const Point3& c) {
 }
 
 bool FacingGrid::may_face(const FacingBox& box, const Point3& direction) const {
-  const std::uint32_t bins = bins_against(direction, kBins);
+  const std::uint32_t bins = bins_against(direction);
   bool found = false;
   visit(box, [&](std::size_t cell) {
     found = (cells_[cell] & bins) != 0;

@@ -23,6 +23,7 @@ struct FacingBox {
 class FacingGrid {
  public:
   static constexpr std::size_t kCells = 64;  // along each axis
+  static constexpr unsigned kBins = 24;      // of directions: four on each side of a cube
 
   // Over a box, with nothing in it: 2 MiB.
   void reset(const FacingBox& box);
@@ -53,11 +54,8 @@ class FacingGrid {
   FacingBox& box() { return box_; }
 
  private:
-  static constexpr unsigned kBins = 24;
-
   FacingBox box_;
-  // A bit a direction: 24 of them, four on each side of a cube. Above these the number of triangles.
-  Vector<std::uint64_t> cells_;
+  Vector<std::uint64_t> cells_;  // a bit a bin, and above these the number of triangles
 };
 
 template <class Visit>

@@ -90,6 +90,14 @@ class RealMeshes(unittest.TestCase):
                 outside += json.loads(report.read_text())["outside_points"]
         self.assertGreater(outside, 500)
 
+    def test_thin_walls_are_simplified_too(self):
+        for name, reduction, distance, most in (("spx", "80%", "1%", 2600), ("can", "90%", "0.5%", 9500)):
+            mesh, out, report = DATA / f"{name}.vtu", self.folder / "out.vtu", self.folder / "report.json"
+            with self.subTest(mesh=name):
+                run("simplify", mesh, "-o", out, "--reduction", reduction, "--boundary", distance, "--verify", "--quiet", "--report", report)
+                self.assertLessEqual(json.loads(report.read_text())["output"]["tets"], most)
+                run("compare", mesh, out, "--surface", distance, "--quiet")
+
     def test_a_goal_out_of_reach(self):
         mesh, out = DATA / "spx.vtu", self.folder / "out.vtu"
         run("simplify", mesh, "-o", out, "--reduction", "95%", "--quiet")
