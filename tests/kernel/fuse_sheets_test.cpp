@@ -315,7 +315,7 @@ TEST(FuseSheets, ARidgeOfAThinWallNeedsFewVertices) {
   };
   EXPECT_EQ(on_ridge(before), 13);
   EXPECT_LE(on_ridge(s.mesh), 6);
-  EXPECT_LT(distance_between(surface_of(s.mesh), surface_of(before)) * kUnit, 1e-5);
+  EXPECT_LT(distance_between(surface_of(s.mesh), surface_of(before)) * kUnit, 1e-4);
 }
 
 // A crack across the middle of a box of six: two sides, with points of their own inside a square.
