@@ -8,9 +8,9 @@ namespace tetfusion {
 
 namespace {
 
-// best_position(): enough to keep a vertex between its two where the fields are flat, and too little
-// to draw it out of a plane or line in which a field bends, as that would cost something where it
-// need not. Below some 1e-6 it drowns in what rounding does to quadrics.
+// best_position(): enough to keep a vertex between its two where the fields are flat, and too
+// little to draw it out of a plane or line in which a field bends, as that would cost something
+// where it need not. Below some 1e-6 it drowns in what rounding does to quadrics.
 constexpr float kPull = 2e-5F;
 constexpr float kReachSquared = 0.25F;  // half the edge
 

@@ -41,8 +41,8 @@ class FacingGrid {
   // half of all directions: the surface there is then a graph, and has one sheet alone.
   bool looks_one_way(const FacingBox& box) const;
 
-  // Calls visit(cell) with the cells that a box touches (what is outside counts to the nearest one),
-  // until it says true.
+  // Calls visit(cell) with the cells that a box touches (what is outside counts to the nearest
+  // one), until it says true.
   template <class Visit>
   void visit(const FacingBox& box, Visit visit) const;
   // How many triangles have been noted in a cell.

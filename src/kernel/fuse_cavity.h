@@ -46,8 +46,8 @@ class FuseCavity {
   // tetrahedra that are none now? That can be where the partner is a vertex of something broken.
   bool doubles_faces(VertexId v, VertexId partner);
 
-  // What spoke against the last position, if that may not be: a tetrahedron that would be content if
-  // the position went so far along the direction of unit length, in the unit.
+  // What spoke against the last position, if that may not be: a tetrahedron that would be content
+  // if the position went so far along the direction of unit length, in the unit.
   struct Obstacle {
     Offset direction;
     float distance;

@@ -73,8 +73,8 @@ struct FuseLimits {
   std::vector<std::uint32_t> regions;  // cell columns: sheets lie where their values differ
   WeightColumn weights;
   // Ways the boundary looks at the beginning of the round: no part of it rises where another part
-  // that faces it may be in reach, unless all that are there are this mesh's own, and lie elsewhere.
-  // Null: there is none.
+  // that faces it may be in reach, unless all that are there are this mesh's own, and lie
+  // elsewhere. Null: there is none.
   const FacingGrid* facing = nullptr;
   // To be filled in; and whether the boundary's marks are known of vertices on the interface.
   FacingGrid* facing_after = nullptr;

@@ -193,7 +193,8 @@ struct Polygon {
       if (a <= 0) left.corners[left.count++] = here;
       if ((a < 0 && b > 0) || (a > 0 && b < 0)) {
         Point3& between = left.corners[left.count++];
-        for (std::size_t k = 0; k < 3; ++k) between[k] = here[k] + a / (a - b) * (next[k] - here[k]);
+        for (std::size_t k = 0; k < 3; ++k)
+          between[k] = here[k] + a / (a - b) * (next[k] - here[k]);
       }
     }
     *this = left;

@@ -176,10 +176,10 @@ bool SheetFusion<Real>::measure_line(double* distance) {
 }
 
 // What a patch that rises would meet is another part of the boundary, somewhere above, that looks
-// down at it: a way up that enters the volume there crosses such a triangle. Parts that other chunks
-// have may have risen, too, since the round began: none may when it has moved by more than kReach,
-// or there are some that it may not know as near as it has moved. Where it knows all of them, as far
-// as they may have come, it looks at the triangles.
+// down at it: a way up that enters the volume there crosses such a triangle. Parts that other
+// chunks have may have risen, too, since the round began: none may when it has moved by more than
+// kReach, or there are some that it may not know as near as it has moved. Where it knows all of
+// them, as far as they may have come, it looks at the triangles.
 template <class Real>
 bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
   if (limits_.facing == nullptr || !(rise > kRounding)) return false;
@@ -187,7 +187,8 @@ bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise
   const double moved = moved_before_ + patch.distance + rise;
   if (moved <= kStill) return false;
   const bool is_near = moved <= kReach;
-  if (is_near && !limits_.facing->may_face(in_mesh(box_of_patch(kReach)), patch.normal)) return false;
+  if (is_near && !limits_.facing->may_face(in_mesh(box_of_patch(kReach)), patch.normal))
+    return false;
   if (limits_.stays_alone && !is_near) return true;
   return !limits_.triangles->knows(in_mesh(box_of_patch(std::max(kReach, moved)))) ||
          meets_another(patch.normal);
@@ -354,8 +355,8 @@ void SheetFusion<Real>::collect_side(bool left) {
   }
 }
 
-// The line leaves v's fan by ring[end_v_] and the partner's by ring[end_partner_], and runs from the
-// one to the other.
+// The line leaves v's fan by ring[end_v_] and the partner's by ring[end_partner_], and runs from
+// the one to the other.
 template <class Real>
 void SheetFusion<Real>::collect_old_side(bool left) {
   old_.clear();

@@ -62,7 +62,8 @@ TEST(BoundaryTriangles, ComeOnceWhereverTheyReach) {
   const FacingBox everywhere{{0, 0, 0}, {64, 64, 64}};
   EXPECT_EQ(all_in(&triangles, everywhere), (std::multiset<Corners>{{1, 2, 3}, {4, 5, 6}}));
   EXPECT_EQ(all_in(&triangles, at(3.5)), (std::multiset<Corners>{{1, 2, 3}, {4, 5, 6}}));
-  EXPECT_EQ(all_in(&triangles, {{8.5, 8.5, 1}, {8.5, 8.5, 1}}), (std::multiset<Corners>{{1, 2, 3}}));
+  EXPECT_EQ(all_in(&triangles, {{8.5, 8.5, 1}, {8.5, 8.5, 1}}),
+            (std::multiset<Corners>{{1, 2, 3}}));
   int asked = 0;
   EXPECT_TRUE(triangles.any(everywhere, [&](const Corners&) { return ++asked == 1; }));
   EXPECT_EQ(asked, 1);

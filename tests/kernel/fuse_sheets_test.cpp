@@ -263,8 +263,8 @@ TEST(FuseSheets, PartsDoNotMeetAcrossAGap) {
   EXPECT_EQ(testing::count_crossings(surface_of(s.mesh)), 0u);
 }
 
-// Both sides of a thin wall that waves may rise, as may the lines along its rim: the other side lies
-// behind.
+// Both sides of a thin wall that waves may rise, as may the lines along its rim: the other side
+// lies behind.
 TEST(FuseSheets, AThinWallIsNotInItsOwnWay) {
   constexpr double kThickness = 0.4;
   Geometry g = five_split_box(24, 16, 1, 0, 1);
@@ -288,8 +288,9 @@ TEST(FuseSheets, AThinWallIsNotInItsOwnWay) {
   EXPECT_EQ(testing::count_crossings(surface_of(s.mesh)), 0u);
 }
 
-// A thin wall, bent so little that the ridge is no line: its vertices go along the ridge, which is no
-// rise but for what single precision makes of it, though the other side looks against them nearby.
+// A thin wall, bent so little that the ridge is no line: its vertices go along the ridge, which is
+// no rise but for what single precision makes of it, though the other side looks against them
+// nearby.
 TEST(FuseSheets, ARidgeOfAThinWallNeedsFewVertices) {
   constexpr double kThickness = 0.35, kSlope = 0.3, kMiddle = 8, kTurn = 0.5;
   Geometry g = five_split_box(16, 12, 1, 0, 1);
