@@ -322,8 +322,9 @@ class Shared(SeriesTest):
                         array[4] = list(array[4]) + [0] * array[3]
                 yield self.write(mesh, f"s{i}.vtu")
         reports = [self.simplify(list(steps(value)), "--array", "bump", "--max-error", "3%") for value in (0.5, -9999.0)]
-        # Costs are shares of a range that is ten thousand times as large then, and what lengths add to them is not.
-        self.assertAlmostEqual(reports[1]["output"]["tets"] / reports[0]["output"]["tets"], 1, delta=0.15)
+        # Costs are shares of a range that is ten thousand times as large then, and what lengths add to them is not, so that
+        # the order is another one; a bound that is as much larger would leave next to nothing inside.
+        self.assertAlmostEqual(reports[1]["output"]["tets"] / reports[0]["output"]["tets"], 1, delta=0.3)
 
     def test_weights_are_those_of_the_first_step(self):
         def make(mesh, time):
