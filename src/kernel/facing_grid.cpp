@@ -79,11 +79,8 @@ void FacingGrid::reset(const FacingBox& box) {
 }
 
 void FacingGrid::note(const Point3& a, const Point3& b, const Point3& c) {
-  FacingBox box{a, a};
-  box.add(b);
-  box.add(c);
   const std::uint64_t bit = std::uint64_t{1} << bin_of(cross(minus(b, a), minus(c, a)));
-  visit(box, [&](std::size_t cell) {
+  visit(box_round(a, b, c), [&](std::size_t cell) {
     const std::atomic_ref<std::uint64_t> here(cells_[cell]);
     here.fetch_or(bit, std::memory_order_relaxed);
     here.fetch_add(std::uint64_t{1} << kBins, std::memory_order_relaxed);

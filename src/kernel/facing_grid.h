@@ -20,6 +20,13 @@ struct FacingBox {
   void widen(double by);
 };
 
+inline FacingBox box_round(const Point3& a, const Point3& b, const Point3& c) {
+  FacingBox box{a, a};
+  box.add(b);
+  box.add(c);
+  return box;
+}
+
 class FacingGrid {
  public:
   static constexpr std::size_t kCells = 64;  // along each axis

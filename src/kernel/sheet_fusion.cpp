@@ -212,9 +212,7 @@ bool SheetFusion<Real>::is_in_the_way(const BoundaryTriangles::Corners& corners,
     if (goes || mesh_->incidence[u] == 0) return false;
   }
   const Triangle3 triangle{at(corners[0]), at(corners[1]), at(corners[2])};
-  FacingBox around{triangle[0], triangle[0]};
-  around.add(triangle[1]);
-  around.add(triangle[2]);
+  const FacingBox around = box_round(triangle[0], triangle[1], triangle[2]);
   for (std::size_t i = 0; i < 3; ++i) {
     if (around.lo[i] > box.hi[i] || around.hi[i] < box.lo[i]) return false;
   }
@@ -239,10 +237,8 @@ void SheetFusion<Real>::note_fused(VertexId kept) {
   if (limits_.facing == nullptr || (mesh_->marks[v_] & kOnBoundary) == 0) return;
   const auto add = [&](const SheetFan& fan) {
     for (std::size_t i = 1; i + 1 < fan.size(); ++i) {
-      FacingBox box{position_, position_};
-      box.add(at(fan.ring[i]));
-      box.add(at(fan.ring[i + 1]));
-      limits_.triangles->add({kept, fan.ring[i], fan.ring[i + 1]}, in_mesh(box));
+      const VertexId a = fan.ring[i], b = fan.ring[i + 1];
+      limits_.triangles->add({kept, a, b}, in_mesh(box_round(position_, at(a), at(b))));
     }
   };
   add(fan_v_);
