@@ -14,11 +14,6 @@ namespace {
 // Coordinates on the grid stay below this in the beginning; there is as much room for what moves.
 constexpr double kGrid = 1 << 30;
 
-// What rounding does to m.(x - g), as a share of the edges' squares times the largest coordinate,
-// is below nine times 2^-24: coordinates are rounded once, centres and edges of them again, and
-// products and sums of these. What it does to the squares themselves counts a twentieth of that, as
-// the determinant is compared with no more than a twentieth of their power 3/2.
-constexpr float kRounding = 1.0F / (1 << 20);
 // A unit of the grid is as much as rounding does to so many of them.
 constexpr float kPrecision = 1 << 24;
 using Lanes3 = std::array<Lanes, 3>;
@@ -82,49 +77,49 @@ void GridPositions<Real>::move(VertexId v, const Vec3<Real>& position) {
 }
 
 template <class Real>
-void BallShapes<Real>::gather(const WorkMesh<Real>& mesh, const GridPositions<Real>& grid,
-                              VertexId v, std::span<const std::uint32_t> ball) {
+void BallShapes<Real>::begin(const WorkMesh<Real>& mesh, const GridPositions<Real>& grid,
+                             VertexId v, std::span<const std::uint32_t> ball) {
+  mesh_ = &mesh;
   grid_ = &grid;
   vertex_ = v;
   entries_ = ball;
-  bad_ = Bad::kUnknown;
+  gathered_ = 0;
   groups_.resize((ball.size() + kLanes - 1) / kLanes);
   if (ball.empty()) return;
   origin_ = grid.at(v);
   const Tet& one = mesh.tets[ball[0] >> 2];
   scale_ = scale_for(grid.at(one[(ball[0] + 1) & 3u]) - origin_);
-  Lanes reach{};  // squared
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    Group& group = groups_[g];
-    std::array<Lanes3, 3>& p = group.base;  // b, c and d
-    std::array<LaneMask, kLanes> tets;
-    std::array<std::array<LaneMask, kLanes>, 3> rows;
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      const std::uint32_t entry = ball[std::min(kLanes * g + i, ball.size() - 1)];
-      const Tet& tet = mesh.tets[entry >> 2];
-      const auto& order = kCornerFirst[entry & 3u];
-      std::memcpy(&tets[i], &tet, sizeof tet);
-      for (std::size_t k = 0; k < 3; ++k) rows[k][i] = grid.at(tet[order[k + 1]]) - origin_;
-    }
-    group.corners = transposed(tets);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [x, y, z, none] = transposed(rows[k]);
-      p[k] = {to_lanes(x) * scale_, to_lanes(y) * scale_, to_lanes(z) * scale_};
-    }
-    const Lanes3 e = difference(p[1], p[0]), f = difference(p[2], p[0]), h = difference(p[2], p[1]);
-    group.normal = {f[1] * e[2] - f[2] * e[1], f[2] * e[0] - f[0] * e[2],
-                    f[0] * e[1] - f[1] * e[0]};
-    for (std::size_t a = 0; a < 3; ++a) {
-      group.centre[a] = (p[0][a] + p[1][a] + p[2][a]) * (1.0F / 3);
-    }
-    group.edges = (square(e) + square(f) + square(h)) * (4.0F / 3);
-    // The centre's distance, and the corners' from it.
-    const Lanes far = 2.0F * square(group.centre) + group.edges;
-    reach = select(far > reach, far, reach);
+  grid_reach_ = grid.holds() ? kPrecision * scale_ : std::numeric_limits<float>::infinity();
+}
+
+template <class Real>
+void BallShapes<Real>::gather_next() {
+  Group& group = groups_[gathered_ / kLanes];
+  std::array<Lanes3, 3>& p = group.base;  // b, c and d
+  std::array<LaneMask, kLanes> tets;
+  std::array<std::array<LaneMask, kLanes>, 3> rows;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const std::uint32_t entry = entries_[std::min(gathered_ + i, entries_.size() - 1)];
+    const Tet& tet = mesh_->tets[entry >> 2];
+    const auto& order = kCornerFirst[entry & 3u];
+    std::memcpy(&tets[i], &tet, sizeof tet);
+    for (std::size_t k = 0; k < 3; ++k) rows[k][i] = grid_->at(tet[order[k + 1]]) - origin_;
   }
-  reach_ = grid.holds()
-               ? std::sqrt(std::max({reach[0], reach[1], reach[2], reach[3]})) + kPrecision * scale_
-               : std::numeric_limits<float>::infinity();
+  group.corners = transposed(tets);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto [x, y, z, none] = transposed(rows[k]);
+    p[k] = {to_lanes(x) * scale_, to_lanes(y) * scale_, to_lanes(z) * scale_};
+  }
+  const Lanes3 e = difference(p[1], p[0]), f = difference(p[2], p[0]), h = difference(p[2], p[1]);
+  group.normal = {f[1] * e[2] - f[2] * e[1], f[2] * e[0] - f[0] * e[2], f[0] * e[1] - f[1] * e[0]};
+  for (std::size_t a = 0; a < 3; ++a) {
+    group.centre[a] = (p[0][a] + p[1][a] + p[2][a]) * (1.0F / 3);
+  }
+  group.edges = (square(e) + square(f) + square(h)) * (4.0F / 3);
+  // The centre's distance, and the corners' from it.
+  const Lanes far = 2.0F * square(group.centre) + group.edges;
+  group.reach = std::sqrt(std::max({far[0], far[1], far[2], far[3]})) + grid_reach_;
+  gathered_ += kLanes;
 }
 
 template <class Real>
@@ -153,12 +148,12 @@ template <class Real>
 auto BallShapes<Real>::place(const Vec3<Real>& position) const -> Place {
   const std::array<double, 3> x = grid_->on_grid(position);
   Place place{};
-  float far = reach_;
+  float far = 0;
   for (std::size_t a = 0; a < 3; ++a) {
     place.x[a] = static_cast<float>(x[a] - origin_[a]) * scale_;
     far = std::max(far, std::abs(place.x[a]));
   }
-  place.error = kRounding * far;
+  place.far = far;
   return place;
 }
 
@@ -184,14 +179,12 @@ std::optional<std::uint32_t> BallShapes<Real>::entry_of_vertex(const Place& plac
 
 template <class Real>
 bool BallShapes<Real>::may_have_bad(const ShapeFloors& floors) {
-  if (bad_ == Bad::kUnknown) {
-    bad_ = Bad::kNone;
-    const Place here{{}, kRounding * reach_};
-    for (std::size_t first = 0; first < entries_.size(); first += kLanes) {
-      if (!all(good(first, here, kNoVertex, floors))) bad_ = Bad::kSome;
-    }
+  const Place here{};
+  for (std::size_t first = 0; first < entries_.size(); first += kLanes) {
+    gather(first);
+    if (!all(good(first, here, kNoVertex, floors))) return true;
   }
-  return bad_ == Bad::kSome;
+  return false;
 }
 
 template class GridPositions<float>;

@@ -7,6 +7,7 @@
 // places are tried.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -48,10 +49,15 @@ struct ShapeFloors {
 template <class Real>
 class BallShapes {
  public:
-  // The ball of v, as entries (LiveBalls), and the positions are to stay as they are until the next
-  // call, or forget().
-  void gather(const WorkMesh<Real>& mesh, const GridPositions<Real>& grid, VertexId v,
-              std::span<const std::uint32_t> ball);
+  // The ball of v, as entries (LiveBalls), the mesh, and the positions are to stay as they are
+  // until the next call, or forget().
+  void begin(const WorkMesh<Real>& mesh, const GridPositions<Real>& grid, VertexId v,
+             std::span<const std::uint32_t> ball);
+  // To be called before anything is asked about the entries from `first` on, a multiple of kLanes,
+  // and for those in front of it first: whoever is refused early needs no more of the ball.
+  void gather(std::size_t first) {
+    if (first == gathered_) gather_next();
+  }
   VertexId vertex() const { return vertex_; }
   void forget() { vertex_ = kNoVertex; }
 
@@ -62,7 +68,7 @@ class BallShapes {
   // A place as the ball sees it.
   struct Place {
     std::array<float, 3> x;
-    float error;  // of a determinant, as a share of the edges' squares
+    float far;  // the largest coordinate
   };
   Place place(const Vec3<Real>& position) const;
   // Lane by lane, of the entries from `first` on, a multiple of kLanes (behind the last one there
@@ -76,15 +82,21 @@ class BallShapes {
   // When the vertex has come to the place: the entry of the tetrahedron that has the place where it
   // is now, but for rounding. None if that is one that has `other`, or none of the ball.
   std::optional<std::uint32_t> entry_of_vertex(const Place& place, VertexId other) const;
-  // May a tetrahedron be below the floor now?
+  // May a tetrahedron be below the floor now? Gathers all.
   bool may_have_bad(const ShapeFloors& floors);
 
  private:
   // Squares of what is below this may be no numbers any more.
   static constexpr float kTiny = 1e-15F;
+  // What rounding does to m.(x - g), as a share of the edges' squares times the largest coordinate,
+  // is below nine times 2^-24: coordinates are rounded once, centres and edges of them again, and
+  // products and sums of these. What it does to the squares themselves counts a twentieth of that,
+  // as the determinant is compared with no more than a twentieth of their power 3/2.
+  static constexpr float kRounding = 1.0F / (1 << 20);
   struct Group {
     std::array<Lanes, 3> normal, centre;
     Lanes edges;
+    float reach;  // the largest coordinate, and what the grid does to it
     std::array<std::array<Lanes, 3>, 3> base;
     std::array<LaneMask, 4> corners;
     LaneMask have(VertexId v) const {
@@ -93,19 +105,22 @@ class BallShapes {
     }
   };
 
-  // At a place: six times the volume, the edges' squares, and whether anything is known of these.
+  // At a place: six times the volume, the edges' squares, what rounding may do to the volume, and
+  // whether anything is known of these.
   struct Shapes {
-    Lanes det, edges;
+    Lanes det, edges, error;
     LaneMask known;
   };
   Shapes shapes(std::size_t first, const Place& place) const;
+  void gather_next();
 
+  const WorkMesh<Real>* mesh_ = nullptr;
   const GridPositions<Real>* grid_ = nullptr;
   VertexId vertex_ = kNoVertex;
   LaneMask origin_{};
   float scale_ = 1;
-  float reach_ = 0;  // the largest coordinate, and what the grid does to it
-  enum class Bad : std::uint8_t { kUnknown, kNone, kSome } bad_ = Bad::kUnknown;
+  float grid_reach_ = 0;  // a unit of the grid is like rounding of a coordinate so large
+  std::size_t gathered_ = 0;
   std::span<const std::uint32_t> entries_;
   Vector<Group> groups_;
 };
@@ -120,14 +135,15 @@ inline auto BallShapes<Real>::shapes(std::size_t first, const Place& place) cons
   const Lanes z = place.x[2] - group.centre[2];
   const Lanes det = group.normal[0] * x + group.normal[1] * y + group.normal[2] * z;
   const Lanes edges = 3.0F * (x * x + y * y + z * z) + group.edges;
-  return {det, edges, edges > kLeastEdges * place.error * place.error};
+  const float error = kRounding * std::max(group.reach, place.far);
+  return {det, edges, error * edges, edges > kLeastEdges * error * error};
 }
 
 template <class Real>
 inline LaneMask BallShapes<Real>::good(std::size_t first, const Place& place, VertexId other,
                                        const ShapeFloors& floors) const {
-  const auto [det, edges, known] = shapes(first, place);
-  const Lanes least = det - place.error * edges;
+  const auto [det, edges, error, known] = shapes(first, place);
+  const Lanes least = det - error;
   return groups_[first / kLanes].have(other) |
          (known & (least > kTiny) & (least * least >= floors.sure * (edges * edges * edges)));
 }
@@ -135,8 +151,8 @@ inline LaneMask BallShapes<Real>::good(std::size_t first, const Place& place, Ve
 template <class Real>
 inline LaneMask BallShapes<Real>::bad(std::size_t first, const Place& place,
                                       const ShapeFloors& floors) const {
-  const auto [det, edges, known] = shapes(first, place);
-  const Lanes most = det + place.error * edges;
+  const auto [det, edges, error, known] = shapes(first, place);
+  const Lanes most = det + error;
   return known & ((most <= 0.0F) |
                   ((most > kTiny) & (most * most < floors.floor * (edges * edges * edges))));
 }

@@ -60,10 +60,15 @@ void FuseCavity<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls, doubl
   of_vertex_.forget();
   of_partner_.forget();
   grid_.reset(mesh->positions);
+  has_none_bad_.assign(mesh->vertex_count(), false);
 }
 
 template <class Real>
 void FuseCavity<Real>::note_fused(VertexId kept) {
+  if (!fixed_) has_none_bad_[kept] = true;
+  for (const std::uint32_t entry : weak_) {
+    for (const VertexId v : mesh_->tets[entry >> 2]) has_none_bad_[v] = false;
+  }
   of_vertex_.forget();
   of_partner_.forget();
   grid_.move(kept, mesh_->positions[kept]);
@@ -73,6 +78,7 @@ template <class Real>
 std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bool fixed,
                                                 const Vec3<Real>& position) {
   partner_ = partner;
+  fixed_ = fixed;
   position_ = position;
   weak_.clear();
   if (const auto reason = judge_ball(shapes_of(v, &of_vertex_), partner)) return reason;
@@ -86,7 +92,7 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
 template <class Real>
 BallShapes<Real>& FuseCavity<Real>::shapes_of(VertexId v, BallShapes<Real>* shapes) {
   if (shapes->vertex() != v) {
-    shapes->gather(*mesh_, grid_, v, balls_->of(v, mesh_->incidence[v], mesh_->tets));
+    shapes->begin(*mesh_, grid_, v, balls_->of(v, mesh_->incidence[v], mesh_->tets));
   }
   return *shapes;
 }
@@ -97,6 +103,7 @@ std::optional<Reject> FuseCavity<Real>::judge_ball(BallShapes<Real>& ball, Verte
   const auto place = ball.place(position_);
   const auto entries = ball.entries();
   for (std::size_t first = 0; first < entries.size(); first += kLanes) {
+    ball.gather(first);
     const LaneMask good = ball.good(first, place, other, floors_);
     if (all(good)) continue;
     const LaneMask bad = ball.bad(first, place, floors_);
@@ -104,13 +111,22 @@ std::optional<Reject> FuseCavity<Real>::judge_ball(BallShapes<Real>& ball, Verte
     for (std::size_t i = 0; i < count; ++i) {
       if (good[i] != 0) continue;
       failed_ = entries[first + i];
-      if (bad[i] != 0 && !ball.may_have_bad(floors_)) {
+      if (bad[i] != 0 && !may_have_bad(&ball)) {
         return ball.flipped(first, place)[i] != 0 ? Reject::kFlip : Reject::kQuality;
       }
       if (const auto reason = judge_shape(failed_)) return reason;
     }
   }
   return std::nullopt;
+}
+
+// None comes to be so unless note_fused() hears of it.
+template <class Real>
+bool FuseCavity<Real>::may_have_bad(BallShapes<Real>* ball) {
+  if (has_none_bad_[ball->vertex()]) return false;
+  const bool may = ball->may_have_bad(floors_);
+  has_none_bad_[ball->vertex()] = !may;
+  return may;
 }
 
 // In the ball, or in the first tetrahedron of the cavity that has the place, or nearly.

@@ -46,8 +46,10 @@ class FuseCavity {
   // tetrahedra that are none now? That can be where the partner is a vertex of something broken.
   bool doubles_faces(VertexId v, VertexId partner);
 
-  // What spoke against the last position, if that may not be: a tetrahedron that would be content
-  // if the position went so far along the direction of unit length, in the unit.
+  // What spoke against the last position, if that may not be.
+  TetId refused_by() const { return failed_ >> 2; }
+  // It would be content if the position went so far along the direction of unit length, in the
+  // unit.
   struct Obstacle {
     Offset direction;
     float distance;
@@ -68,6 +70,7 @@ class FuseCavity {
   BallShapes<Real>& shapes_of(VertexId v, BallShapes<Real>* shapes);
   std::optional<Reject> judge_ball(BallShapes<Real>& ball, VertexId other);
   std::optional<Reject> judge_shape(std::uint32_t entry);
+  bool may_have_bad(BallShapes<Real>* ball);
   Place find_place(const BallShapes<Real>& ball, VertexId other) const;
   Place place_in(std::uint32_t entry, const Vec3<Real>& x) const;
   void list(VertexId partner, bool fixed);
@@ -84,6 +87,8 @@ class FuseCavity {
   VertexId partner_ = kNoVertex;
   Vec3<Real> position_{};
   BallShapes<Real> of_vertex_, of_partner_;
+  Vector<bool> has_none_bad_;  // of vertices: no tetrahedron round it is below the floor
+  bool fixed_ = false;
   std::uint32_t failed_ = 0;  // the entry that spoke against the last position
   Vector<std::uint32_t> affected_;
   Vector<std::uint32_t> weak_;  // those of them below the floor

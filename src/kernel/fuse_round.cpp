@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "kernel/cost_order.h"
+
 namespace tetfusion {
 
 namespace {
@@ -278,9 +280,21 @@ auto FuseRound<Real>::next_candidate(VertexId v) -> const Candidate* {
   for (std::uint8_t& i = state_[v].place; i < kCandidates; ++i) {
     const Candidate& c = candidates_[v][i];
     if (c.partner == kNoVertex) return nullptr;
-    if (state_[c.partner].changed <= state_[v].judged) return &c;
+    if (state_[c.partner].changed <= state_[v].judged && !is_refused(v, c)) return &c;
   }
   return nullptr;
+}
+
+// It has failed, and would again: what it was refused for is as it was.
+template <class Real>
+bool FuseRound<Real>::is_refused(VertexId v, const Candidate& candidate) const {
+  if (candidate.refused_by == kNoTet || turns_over_) return false;
+  const Tet& tet = mesh_->tets[candidate.refused_by];
+  if (is_deleted(tet)) return false;
+  for (const VertexId corner : tet) {
+    if (state_[corner].changed > state_[v].failed) return false;
+  }
+  return true;
 }
 
 // Tries the vertex's candidates whose turn has come, up to the first that it may fuse with.
@@ -307,6 +321,7 @@ void FuseRound<Real>::visit(VertexId v) {
       continue;
     }
     note_reason(v);
+    candidates_[v][state_[v].place].refused_by = refused_by_;
     ++state_[v].place;
     if (!state_[v].listed) failures_.push_back(v);
     state_[v].listed = true;
@@ -343,48 +358,62 @@ void FuseRound<Real>::find_partners(VertexId v) {
   partners_.resize(static_cast<std::size_t>(end - partners_.data()));
 }
 
-// Chooses the cheapest partners of v. An edge whose other end has been judged since v got its
-// quadric is that one's business, unless all are asked for.
+// Those of the neighbours with which v may be fused in its own turn. An edge whose other end has
+// been judged since v got its quadric is that one's business, unless all are asked for.
+template <class Real>
+void FuseRound<Real>::choose_partners(VertexId v, Edges edges) {
+  movable_.resize(partners_.size());
+  fixed_ones_.resize(partners_.size());
+  const Kind kind = state_[v].kind;
+  constexpr std::uint32_t kAlways = std::numeric_limits<std::uint32_t>::max();
+  const std::uint32_t changed = edges == Edges::kAll ? kAlways : state_[v].changed;
+  std::size_t movable = 0, fixed = 0;
+  for (const VertexId u : partners_) {
+    const State& other = state_[u];
+    const bool is_own = other.judged <= std::max(other.changed, changed);
+    // No branch, as in find_partners().
+    movable_[movable] = u;
+    movable += static_cast<std::size_t>(other.kind == kind) & static_cast<std::size_t>(is_own);
+    fixed_ones_[fixed] = u;
+    fixed +=
+        static_cast<std::size_t>(other.kind != kind) & static_cast<std::size_t>(other.kind != kOut);
+  }
+  movable_.resize(movable);
+  fixed_ones_.resize(fixed);
+  partners_ = movable_;
+  partners_.insert(partners_.end(), fixed_ones_.begin(), fixed_ones_.end());
+}
+
+// Chooses the cheapest partners of v.
 template <class Real>
 void FuseRound<Real>::judge(VertexId v, Edges edges) {
   const bool on_sheet = is_on_sheet(v);
   on_sheet ? find_partners_on_sheet(v) : find_partners(v);
-  movable_.clear();
-  fixed_ones_.clear();
-  for (const VertexId u : partners_) {
-    if (state_[u].kind == kOut) continue;
-    if (state_[u].kind != state_[v].kind) {
-      fixed_ones_.push_back(u);
-    } else if (edges == Edges::kAll || !knows_candidates(u) ||
-               state_[u].judged <= state_[v].changed) {
-      movable_.push_back(u);
-    }
-  }
-  Candidates& best = candidates_[v];
-  std::size_t count = 0;
-  const auto threshold = static_cast<float>(limits_->threshold);
-  Candidate later;  // the cheapest of those whose turn does not come in this round
-  const auto add = [&](float unweighted, VertexId partner) {
-    const float cost = unweighted * weight_of(v, partner);
-    if (!(cost <= threshold)) {
-      if (cost < later.cost) later = {cost, partner};
-      return;
-    }
-    if (count == kCandidates && !(cost < best.back().cost)) return;
-    std::size_t at = count < kCandidates ? count++ : kCandidates - 1;
-    for (; at > 0 && cost < best[at - 1].cost; --at) best[at] = best[at - 1];
-    best[at] = {cost, partner};
-  };
-  costs_.resize(movable_.size());
+  choose_partners(v, edges);
+  const std::size_t movable = movable_.size();
+  const std::size_t count = partners_.size();
+  costs_.resize(count + kLanes);
+  places_.resize(count + kLanes);
   if (on_sheet) {
-    for (const VertexId u : movable_) add(edge_costs_.between_on_sheet(v, u, along(v)), u);
-    for (const VertexId u : fixed_ones_) add(edge_costs_.onto_on_sheet(v, u), u);
+    for (std::size_t i = 0; i < count; ++i) {
+      costs_[i] = i < movable ? edge_costs_.between_on_sheet(v, partners_[i], along(v))
+                              : edge_costs_.onto_on_sheet(v, partners_[i]);
+    }
   } else {
     edge_costs_.between(v, movable_, costs_.data());
-    for (std::size_t i = 0; i < movable_.size(); ++i) add(costs_[i], movable_[i]);
-    for (const VertexId u : fixed_ones_) add(edge_costs_.onto(v, u), u);
+    for (std::size_t i = movable; i < count; ++i) {
+      costs_[i] = edge_costs_.onto(v, partners_[i]);
+    }
   }
-  if (count < kCandidates) best[count++] = later;
+  for (std::size_t i = 0; i < count && !weights_.empty(); ++i) {
+    costs_[i] *= weight_of(v, partners_[i]);
+  }
+  find_places(count, costs_.data(), places_.data());
+  Candidates& best = candidates_[v];
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto place = static_cast<std::size_t>(places_[i]);
+    if (place < kCandidates) best[place] = {costs_[i], partners_[i], kNoTet};
+  }
   if (count < kCandidates) best[count] = {};
   state_[v].place = 0;
   state_[v].judged = ++now_;
@@ -394,6 +423,7 @@ template <class Real>
 bool FuseRound<Real>::fuse(VertexId v, const Candidate& candidate) {
   const VertexId partner = candidate.partner;
   dear_ = 0;
+  refused_by_ = kNoTet;
   if (!plan(v, partner)) return false;
   if (removed_ + cavity_.deleted().size() > limits_->quota) {
     reject_ = Reject::kQuota;
@@ -414,16 +444,24 @@ bool FuseRound<Real>::plan(VertexId v, VertexId partner) {
   fixed_ = state_[partner].kind != state_[v].kind;
   if (fixed_) {
     position_ = mesh_->positions[partner];
-    return allows(v, partner);
+    if (allows(v, partner)) return true;
+    note_refusal();
+    return false;
   }
   const MergedQuadric& merged = edge_costs_.merge(v, partner);
   position_ = edge_costs_.place(v, merged.best);
   if (allows(v, partner)) return true;
+  note_refusal();
   const float weight = merged.sum[kQuadricW];
   const float most =
       std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
                threshold_for(v, partner) * weight);
   return push(v, partner, most) || (dear_ == 0 && slide(v, partner, most));
+}
+
+template <class Real>
+void FuseRound<Real>::note_refusal() {
+  if (reject_ == Reject::kFlip || reject_ == Reject::kQuality) refused_by_ = cavity_.refused_by();
 }
 
 // Off the tetrahedron that speaks against a position, by the way that costs least.
@@ -453,6 +491,7 @@ bool FuseRound<Real>::sliding_pays() {
 template <class Real>
 bool FuseRound<Real>::slide(VertexId v, VertexId partner, float most) {
   if (!sliding_pays()) return false;
+  refused_by_ = kNoTet;  // these places, too, may be allowed another time
   const Reject reason = reject_;
   const MergedQuadric& merged = edge_costs_.merged();
   for (const float t : kElsewhere) {
@@ -492,7 +531,7 @@ template <class Real>
 void FuseRound<Real>::raise_cost(VertexId v) {
   Candidates& all = candidates_[v];
   std::size_t at = state_[v].place;
-  const Candidate raised{dear_, all[at].partner};
+  const Candidate raised{dear_, all[at].partner, kNoTet};
   for (; at + 1 < kCandidates && all[at + 1].cost < dear_; ++at) all[at] = all[at + 1];
   all[at] = raised;
 }

@@ -112,9 +112,11 @@ class FuseRound {
 
  private:
   static constexpr std::size_t kCandidates = 12;
+  static constexpr TetId kNoTet = ~TetId{0};
   struct Candidate {
     float cost = std::numeric_limits<float>::infinity();
     VertexId partner = kNoVertex;
+    TetId refused_by = kNoTet;  // what the best position was refused for
   };
   using Candidates = std::array<Candidate, kCandidates>;  // ascending by cost
   enum Kind : std::uint8_t {
@@ -157,6 +159,7 @@ class FuseRound {
   void ask_ahead(VertexId next) const;
   void visit(VertexId v);
   const Candidate* next_candidate(VertexId v);
+  bool is_refused(VertexId v, const Candidate& candidate) const;
   void note_reason(VertexId v);
   // An edge inside has three tetrahedra or more.
   bool quota_is_met() const { return limits_->quota < removed_ + 3; }
@@ -165,6 +168,7 @@ class FuseRound {
   // With whom.
   bool knows_candidates(VertexId v) const { return state_[v].judged > state_[v].changed; }
   void judge(VertexId v, Edges edges = Edges::kOwn);
+  void choose_partners(VertexId v, Edges edges);
   void find_partners(VertexId v);
   void begin_weights();
   void add_gradient_variances();
@@ -180,6 +184,7 @@ class FuseRound {
   float error_of(VertexId v, const Candidate& candidate) const;
   bool plan(VertexId v, VertexId partner);
   bool push(VertexId v, VertexId partner, float most);
+  void note_refusal();
   bool slide(VertexId v, VertexId partner, float most);
   bool sliding_pays();
   bool allows(VertexId v, VertexId partner);
@@ -226,11 +231,13 @@ class FuseRound {
   Vector<float> weights_;  // of errors; none if all count alike
   Vector<Candidates> candidates_;
 
-  // The neighbours of the vertex in hand: those that may move, and those that stay.
+  // The neighbours of the vertex in hand: those that may move, and those that stay; in the end all
+  // of these, in this order.
   std::uint32_t stamped_ = 0;
   Vector<VertexId> partners_;
-  std::vector<VertexId> movable_, fixed_ones_;
-  std::vector<float> costs_;
+  Vector<VertexId> movable_, fixed_ones_;
+  Vector<float> costs_;  // of fusions with them
+  Vector<std::int32_t> places_;
 
   std::uint32_t now_ = 0;  // the last event
 
@@ -251,6 +258,7 @@ class FuseRound {
   double loss_ = 0;     // what the errors at the two points cost, at most the threshold
   float dear_ = 0;      // if it was refused for that: what it should cost
   Reject reject_{};
+  TetId refused_by_ = kNoTet;  // Candidate::refused_by
   FuseCavity<Real> cavity_;
   PaperBounds<Real> paper_;
   FieldIntegrals<Real> integrals_;

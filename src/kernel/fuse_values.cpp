@@ -22,6 +22,18 @@ constexpr double kLossOutlier = 8;
 // From this on nothing is dear: single precision has room for more.
 constexpr double kLargestThreshold = 1e30;
 
+template <class F>
+F load(const double* from) {
+  F values;
+  std::memcpy(&values, from, sizeof values);
+  return values;
+}
+// What went through memcpy() would be compared outside of the registers for numbers.
+template <>
+double load<double>(const double* from) {
+  return *from;
+}
+
 // The least and the most, in the cavity, of kCount values that steer, or of kCount lanes of them,
 // from that one on. What is in hand stays in registers. Returns the value after the last.
 template <class F, std::size_t kCount, class Real>
@@ -36,8 +48,7 @@ std::size_t find_ranges(const WorkMesh<Real>& mesh, const FuseCavity<Real>& cavi
   const auto look = [&](VertexId v) {
     const double* const values = steering + v * width;
     for (std::size_t k = 0; k < kCount; ++k) {
-      F value;
-      std::memcpy(&value, values + k * sizeof value / sizeof(double), sizeof value);
+      const F value = load<F>(values + k * sizeof(F) / sizeof(double));
       least[k] = value < least[k] ? value : least[k];
       most[k] = most[k] < value ? value : most[k];
     }

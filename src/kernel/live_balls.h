@@ -36,9 +36,14 @@ class LiveBalls {
     Ball& ball = balls_[v];
     std::uint32_t* entries = entries_.data() + ball.begin;
     if (ball.count != incidence) {
-      const auto gone = [&](std::uint32_t entry) { return is_deleted(tets[entry >> 2]); };
-      ball.count =
-          static_cast<std::uint32_t>(std::remove_if(entries, entries + ball.count, gone) - entries);
+      // No branch: who is gone cannot be foretold.
+      std::uint32_t kept = 0;
+      for (std::uint32_t i = 0; i < ball.count; ++i) {
+        const std::uint32_t entry = entries[i];
+        entries[kept] = entry;
+        kept += is_deleted(tets[entry >> 2]) ? 0 : 1;
+      }
+      ball.count = kept;
     }
     return {entries, ball.count};
   }

@@ -40,6 +40,13 @@ struct Counts {
   std::size_t good = 0, bad = 0, doubtful = 0;
 };
 
+template <class Real>
+void gather(const WorkMesh<Real>& mesh, const GridPositions<Real>& grid, VertexId v,
+            std::span<const std::uint32_t> ball, BallShapes<Real>* shapes) {
+  shapes->begin(mesh, grid, v, ball);
+  for (std::size_t first = 0; first < ball.size(); first += kLanes) shapes->gather(first);
+}
+
 bool has(const Tet& tet, VertexId v) { return std::find(tet.begin(), tet.end(), v) != tet.end(); }
 
 // Judges places near each vertex and far from it, and holds each verdict against the exact shape.
@@ -56,7 +63,7 @@ Counts judge_places(const WorkMesh<Real>& mesh, const ShapeFloors& floors, unsig
   const auto point = [](const Vec3<Real>& p) { return Point{p.x, p.y, p.z}; };
   for (VertexId v = 0; v < mesh.vertex_count(); ++v) {
     const auto ball = balls.of(v, mesh.incidence[v], mesh.tets);
-    shapes.gather(mesh, grid, v, ball);
+    gather(mesh, grid, v, ball, &shapes);
     EXPECT_EQ(shapes.vertex(), v);
     const Tet& some = mesh.tets[ball[v % ball.size()] >> 2];
     for (const VertexId u : some) {
@@ -155,7 +162,7 @@ TEST(BallShapes, AGridThatIsTooCoarseLeavesDoubts) {
   balls.reset(mesh.vertex_count(), mesh.tets);
   BallShapes<double> shapes;
   for (VertexId v = 0; v + 1 < mesh.vertex_count(); ++v) {
-    shapes.gather(mesh, grid, v, balls.of(v, mesh.incidence[v], mesh.tets));
+    gather(mesh, grid, v, balls.of(v, mesh.incidence[v], mesh.tets), &shapes);
     EXPECT_TRUE(shapes.may_have_bad(kFloors[0]));
     const auto place = shapes.place(mesh.positions[v]);
     const LaneMask good = shapes.good(0, place, kNoVertex, kFloors[0]);
@@ -176,7 +183,7 @@ TEST(BallShapes, ListsWhatHasAVertexAndWhatHasNot) {
   BallShapes<double> shapes;
   for (VertexId v = 0; v < mesh.vertex_count(); ++v) {
     const auto ball = balls.of(v, mesh.incidence[v], mesh.tets);
-    shapes.gather(mesh, grid, v, ball);
+    gather(mesh, grid, v, ball, &shapes);
     for (const VertexId u : mesh.tets[ball[0] >> 2]) {
       Vector<std::uint32_t> without{99}, wanted_without{99};  // what is there stays
       Vector<TetId> with{77}, wanted_with{77};
@@ -209,7 +216,7 @@ TEST(BallShapes, FindsTheTetrahedronThatAVertexWasIn) {
   };
   const VertexId inside = 2 * 25 + 2 * 5 + 2;
   const auto ball = balls.of(inside, mesh.incidence[inside], mesh.tets);
-  shapes.gather(mesh, grid, inside, ball);
+  gather(mesh, grid, inside, ball, &shapes);
   const Point old = point(inside);
   std::size_t found_none = 0;
   for (const VertexId u : {inside - 1, inside + 1, inside - 5, inside + 5}) {
@@ -243,11 +250,11 @@ TEST(BallShapes, APositionOffTheGridLeavesDoubts) {
   grid.reset(mesh.positions);
   BallShapes<double> shapes;
   const auto ball = balls.of(21, mesh.incidence[21], mesh.tets);
-  shapes.gather(mesh, grid, 21, ball);
+  gather(mesh, grid, 21, ball, &shapes);
   EXPECT_FALSE(shapes.may_have_bad(kFloors[0]));
   grid.move(0, {1e3, 0, 0});
   EXPECT_FALSE(grid.holds());
-  shapes.gather(mesh, grid, 21, ball);
+  gather(mesh, grid, 21, ball, &shapes);
   EXPECT_TRUE(shapes.may_have_bad(kFloors[0]));
 }
 
