@@ -179,12 +179,14 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least, float* failed) {
     if (!knows_candidates(v)) judge(v);
     for (const Candidate& c : candidates_[v]) {
       if (c.partner == kNoVertex) break;
-      if (state_[c.partner].changed > state_[v].judged) continue;
+      const bool is_known = state_[c.partner].changed <= state_[v].judged;
       if (c.cost <= threshold && state_[v].failed >= state_[v].moved) {
-        if (*failed == 0) *failed = c.cost;
-      } else if (*least == 0) {
+        if (is_known && *failed == 0) *failed = c.cost;
+      } else if (is_known && *least == 0) {
         *least = c.cost;
       }
+      // What comes after it says too much where its partner may be cheaper now.
+      if (!(c.cost <= threshold)) break;
     }
   } else {
     *least = known_cost(v);
