@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "kernel/cost_order.h"
-
 namespace tetfusion {
 
 namespace {
@@ -179,14 +177,12 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least, float* failed) {
     if (!knows_candidates(v)) judge(v);
     for (const Candidate& c : candidates_[v]) {
       if (c.partner == kNoVertex) break;
-      const bool is_known = state_[c.partner].changed <= state_[v].judged;
+      if (state_[c.partner].changed > state_[v].judged) continue;
       if (c.cost <= threshold && state_[v].failed >= state_[v].moved) {
-        if (is_known && *failed == 0) *failed = c.cost;
-      } else if (is_known && *least == 0) {
+        if (*failed == 0) *failed = c.cost;
+      } else if (*least == 0) {
         *least = c.cost;
       }
-      // What comes after it says too much where its partner may be cheaper now.
-      if (!(c.cost <= threshold)) break;
     }
   } else {
     *least = known_cost(v);
@@ -337,88 +333,6 @@ void FuseRound<Real>::note_reason(VertexId v) {
   constexpr auto kBound = static_cast<std::uint8_t>(Reject::kDeviation);
   if (state_[v].failed >= state_[v].moved && state_[v].reason == kBound) return;
   state_[v].reason = static_cast<std::uint8_t>(reject_);
-}
-
-// All neighbours.
-template <class Real>
-void FuseRound<Real>::find_partners(VertexId v) {
-  ++stamped_;
-  state_[v].stamp = stamped_;
-  const auto entries = ball(v);
-  partners_.resize(3 * entries.size());
-  VertexId* end = partners_.data();
-  for (const std::uint32_t entry : entries) {
-    const Tet& tet = mesh_->tets[entry >> 2];
-    // No branch: whether somebody has been seen cannot be foretold.
-    for (std::size_t i = 1; i < 4; ++i) {
-      const VertexId u = tet[(entry + i) & 3u];
-      *end = u;
-      end += state_[u].stamp != stamped_ ? 1 : 0;
-      state_[u].stamp = stamped_;
-    }
-  }
-  partners_.resize(static_cast<std::size_t>(end - partners_.data()));
-}
-
-// Those of the neighbours with which v may be fused in its own turn. An edge whose other end has
-// been judged since v got its quadric is that one's business, unless all are asked for.
-template <class Real>
-void FuseRound<Real>::choose_partners(VertexId v, Edges edges) {
-  movable_.resize(partners_.size());
-  fixed_ones_.resize(partners_.size());
-  const Kind kind = state_[v].kind;
-  constexpr std::uint32_t kAlways = std::numeric_limits<std::uint32_t>::max();
-  const std::uint32_t changed = edges == Edges::kAll ? kAlways : state_[v].changed;
-  std::size_t movable = 0, fixed = 0;
-  for (const VertexId u : partners_) {
-    const State& other = state_[u];
-    const bool is_own = other.judged <= std::max(other.changed, changed);
-    // No branch, as in find_partners().
-    movable_[movable] = u;
-    movable += static_cast<std::size_t>(other.kind == kind) & static_cast<std::size_t>(is_own);
-    fixed_ones_[fixed] = u;
-    fixed +=
-        static_cast<std::size_t>(other.kind != kind) & static_cast<std::size_t>(other.kind != kOut);
-  }
-  movable_.resize(movable);
-  fixed_ones_.resize(fixed);
-  partners_ = movable_;
-  partners_.insert(partners_.end(), fixed_ones_.begin(), fixed_ones_.end());
-}
-
-// Chooses the cheapest partners of v.
-template <class Real>
-void FuseRound<Real>::judge(VertexId v, Edges edges) {
-  const bool on_sheet = is_on_sheet(v);
-  on_sheet ? find_partners_on_sheet(v) : find_partners(v);
-  choose_partners(v, edges);
-  const std::size_t movable = movable_.size();
-  const std::size_t count = partners_.size();
-  costs_.resize(count + kLanes);
-  places_.resize(count + kLanes);
-  if (on_sheet) {
-    for (std::size_t i = 0; i < count; ++i) {
-      costs_[i] = i < movable ? edge_costs_.between_on_sheet(v, partners_[i], along(v))
-                              : edge_costs_.onto_on_sheet(v, partners_[i]);
-    }
-  } else {
-    edge_costs_.between(v, movable_, costs_.data());
-    for (std::size_t i = movable; i < count; ++i) {
-      costs_[i] = edge_costs_.onto(v, partners_[i]);
-    }
-  }
-  for (std::size_t i = 0; i < count && !weights_.empty(); ++i) {
-    costs_[i] *= weight_of(v, partners_[i]);
-  }
-  find_places(count, costs_.data(), places_.data());
-  Candidates& best = candidates_[v];
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto place = static_cast<std::size_t>(places_[i]);
-    if (place < kCandidates) best[place] = {costs_[i], partners_[i], kNoTet};
-  }
-  if (count < kCandidates) best[count] = {};
-  state_[v].place = 0;
-  state_[v].judged = ++now_;
 }
 
 template <class Real>

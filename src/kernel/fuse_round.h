@@ -167,9 +167,6 @@ class FuseRound {
 
   // With whom.
   bool knows_candidates(VertexId v) const { return state_[v].judged > state_[v].changed; }
-  void judge(VertexId v, Edges edges = Edges::kOwn);
-  void choose_partners(VertexId v, Edges edges);
-  void find_partners(VertexId v);
   void begin_weights();
   void add_gradient_variances();
   // What a fusion of these costs, as a multiple of what it does.
@@ -178,6 +175,11 @@ class FuseRound {
     return static_cast<float>(limits_->threshold) / weight_of(v, partner);
   }
   float& known_cost(VertexId v) { return mesh_->quadrics[(v + 1) * mesh_->quadric_width - 1]; }
+
+  // The same (fuse_partners.cpp).
+  void judge(VertexId v, Edges edges = Edges::kOwn);
+  void find_partners(VertexId v);
+  std::size_t choose_partners(VertexId v, Edges edges);
 
   // One fusion.
   bool fuse(VertexId v, const Candidate& candidate);
@@ -231,12 +233,11 @@ class FuseRound {
   Vector<float> weights_;  // of errors; none if all count alike
   Vector<Candidates> candidates_;
 
-  // The neighbours of the vertex in hand: those that may move, and those that stay; in the end all
-  // of these, in this order.
+  // Of the vertex in hand: its neighbours, then those that were chosen (choose_partners()), and
+  // what that takes; what fusions with them cost, and their places in the order of costs.
   std::uint32_t stamped_ = 0;
-  Vector<VertexId> partners_;
-  Vector<VertexId> movable_, fixed_ones_;
-  Vector<float> costs_;  // of fusions with them
+  Vector<VertexId> partners_, chosen_, fixed_ones_;
+  Vector<float> costs_;
   Vector<std::int32_t> places_;
 
   std::uint32_t now_ = 0;  // the last event
