@@ -77,8 +77,7 @@ TEST_F(Fuse, TheGoalIsMetFromAbove) {
       const SimplifyReport report = run(file);
       EXPECT_EQ(report.stop_reason, StopReason::kGoal) << reduction;
       EXPECT_GE(static_cast<double>(report.output.tets), tets * (1 - reduction) - 1e-6);
-      // Three fusions of four tetrahedra may be left where those that are cheap enough take more.
-      EXPECT_LE(static_cast<double>(report.output.tets), tets * (1 - reduction) + 12);
+      EXPECT_LT(static_cast<double>(report.output.tets), tets * (1 - reduction) + 12);
       EXPECT_NEAR(report.output.volume / report.input.volume, 1, 1e-12);
     }
     const Geometry out = open_mesh(request.output)->read_geometry();
