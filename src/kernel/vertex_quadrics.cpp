@@ -19,32 +19,62 @@ Vector3 cross(const Vector3& a, const Vector3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// Gradients of the fields, three numbers each; false where one is no number.
-template <class Real>
-bool find_gradients(const WorkMesh<Real>& mesh, const Tet& tet, const std::vector<double>& scale,
-                    double unit, double volume, std::vector<float>* gradients) {
-  const std::size_t width = mesh.steering_width;
-  const Vec3<Real>& o = mesh.positions[tet[0]];
-  std::array<Vector3, 3> e{};  // edges from the first corner
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3<Real>& p = mesh.positions[tet[i + 1]];
-    e[i] = {(double{p.x} - o.x) * unit, (double{p.y} - o.y) * unit, (double{p.z} - o.z) * unit};
+// So many numbers, or, where their count is not known here, as many as at run time.
+template <class T, std::size_t kSize, bool kKnown>
+auto numbers(std::size_t size) {
+  if constexpr (kKnown) {
+    return std::array<T, kSize>{};
+  } else {
+    return std::vector<T>(size);
   }
-  const std::array<Vector3, 3> dual{cross(e[1], e[2]), cross(e[2], e[0]), cross(e[0], e[1])};
-  bool finite = true;
-  for (std::size_t k = 0; k < width; ++k) {
-    const double first = mesh.steering[tet[0] * width + k];
-    Vector3 g{};
+}
+
+// Adds the tetrahedra to their vertices' quadrics; kWidth is the number of fields, or 0 for any.
+template <std::size_t kWidth, class Real>
+void add_tetrahedra(const std::vector<double>& scale, double unit, WorkMesh<Real>* mesh) {
+  const std::size_t width = kWidth != 0 ? kWidth : mesh->steering_width;
+  // Behind a quadric lies the row's last number, which stays.
+  auto own = numbers<float, quadric_size(kWidth) + 1, kWidth != 0>(quadric_size(width) + 1);
+  auto gradients = numbers<float, 3 * kWidth, kWidth != 0>(3 * width);
+  static_assert((quadric_size(0) + 1) % kLanes == 0);
+  for (const Tet& tet : mesh->tets) {
+    const Determinant det = determinant(mesh->positions, tet);
+    if (!(det.value > det.error)) continue;
+    const double volume = det.value * unit * unit * unit;  // six times
+    const Vec3<Real>& o = mesh->positions[tet[0]];
+    std::array<Vector3, 3> e{};  // edges from the first corner
     for (std::size_t i = 0; i < 3; ++i) {
-      const double rise = (mesh.steering[tet[i + 1] * width + k] - first) * scale[k] / volume;
-      for (std::size_t a = 0; a < 3; ++a) g[a] += rise * dual[i][a];
+      const Vec3<Real>& p = mesh->positions[tet[i + 1]];
+      e[i] = {(double{p.x} - o.x) * unit, (double{p.y} - o.y) * unit, (double{p.z} - o.z) * unit};
     }
-    for (std::size_t a = 0; a < 3; ++a) {
-      (*gradients)[3 * k + a] = static_cast<float>(g[a]);
-      finite = finite && g[a] * g[a] < kLargestSquare;
+    const std::array<Vector3, 3> dual{cross(e[1], e[2]), cross(e[2], e[0]), cross(e[0], e[1])};
+    bool finite = true;
+    for (std::size_t k = 0; k < width; ++k) {
+      const double first = mesh->steering[tet[0] * width + k];
+      Vector3 g{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double rise = (mesh->steering[tet[i + 1] * width + k] - first) * scale[k] / volume;
+        for (std::size_t a = 0; a < 3; ++a) g[a] += rise * dual[i][a];
+      }
+      for (std::size_t a = 0; a < 3; ++a) {
+        gradients[3 * k + a] = static_cast<float>(g[a]);
+        finite = finite & (g[a] * g[a] < kLargestSquare);  // false where it is no number
+      }
+    }
+    if (!finite) continue;
+    std::fill(own.begin(), own.end(), 0.0F);
+    add_tetrahedron(static_cast<float>(volume), gradients.data(), width, own.data());
+    for (const VertexId v : tet) {
+      float* const row = mesh->quadrics.data() + v * mesh->quadric_width;
+      for (std::size_t i = 0; i < own.size(); i += kLanes) {
+        Lanes sum, more;
+        std::memcpy(&sum, row + i, sizeof sum);
+        std::memcpy(&more, own.data() + i, sizeof more);
+        sum += more;
+        std::memcpy(row + i, &sum, sizeof sum);
+      }
     }
   }
-  return finite;
 }
 
 }  // namespace
@@ -59,27 +89,10 @@ void begin_quadrics(std::span<const SteeringField> fields, double unit, WorkMesh
   for (const SteeringField& f : fields) {
     for (std::uint32_t k = 0; k < f.count; ++k) scale[f.first + k] = 1 / f.range;
   }
-  std::vector<float> gradients(3 * width);
-  // Of one tetrahedron, and behind it the row's last number, which stays.
-  std::vector<float> own(quadric_size(width) + 1);
-  static_assert((quadric_size(0) + 1) % kLanes == 0);
-  for (const Tet& tet : mesh->tets) {
-    const Determinant det = determinant(mesh->positions, tet);
-    if (!(det.value > det.error)) continue;
-    const double volume = det.value * unit * unit * unit;  // six times
-    if (!find_gradients(*mesh, tet, scale, unit, volume, &gradients)) continue;
-    std::fill(own.begin(), own.end(), 0.0F);
-    add_tetrahedron(static_cast<float>(volume), gradients.data(), width, own.data());
-    for (const VertexId v : tet) {
-      float* const row = mesh->quadrics.data() + v * mesh->quadric_width;
-      for (std::size_t i = 0; i < own.size(); i += kLanes) {
-        Lanes sum, more;
-        std::memcpy(&sum, row + i, sizeof sum);
-        std::memcpy(&more, own.data() + i, sizeof more);
-        sum += more;
-        std::memcpy(row + i, &sum, sizeof sum);
-      }
-    }
+  if (width == 1) {
+    add_tetrahedra<1>(scale, unit, mesh);
+  } else {
+    add_tetrahedra<0>(scale, unit, mesh);
   }
 }
 
