@@ -19,8 +19,10 @@ constexpr double kWanted = 0.7;
 // Corrections aim a little further, so that they come to an end.
 constexpr double kAimed = 0.98;
 
-// A walk that is longer is lost.
-constexpr int kLongestWalk = 64;
+// Longer walks from one point to the next, and from the grid's start, are lost: more is hardly ever
+// needed.
+constexpr int kWalkToNext = 16;
+constexpr int kWalkFromStart = 64;
 // A weight that is less negative is rounding.
 constexpr double kInside = -1e-9;
 // Where a vertex has less weight, it has no influence: it would have to move far for a little.
@@ -57,7 +59,8 @@ std::uint64_t ValueFit<Real>::memory(std::uint64_t points, std::size_t width, st
   // Of balls, and of vertices, of which there are four times fewer, but for odd meshes.
   constexpr std::uint64_t kTetBytes =
       16 + (2 * sizeof(VertexId) + 1 + sizeof(double) + sizeof(Move)) / 4;
-  return points * (sizeof(Place) + width * sizeof(double)) + tets * kTetBytes;
+  return points * (sizeof(Place) + width * sizeof(double)) + tets * kTetBytes +
+         StartGrid<Real>::memory(tets);
 }
 
 template <class Real>
@@ -74,7 +77,9 @@ void ValueFit<Real>::begin(WorkMesh<Real>* mesh) {
   columns_.resize(mesh->steering_width);
   for (Vector<double>& column : columns_) column.clear();
   last_ = {};
-  if (!vertices_.empty()) build_vertex_tets(mesh->vertex_count(), mesh->tets, &balls_);
+  if (vertices_.empty()) return;
+  build_vertex_tets(mesh->vertex_count(), mesh->tets, &balls_);
+  starts_.begin(*mesh);
 }
 
 template <class Real>
@@ -82,7 +87,7 @@ void ValueFit<Real>::add(const OriginalRows<Real>& points, std::uint64_t first,
                          std::uint64_t step) {
   if (vertices_.empty()) return;
   for (std::uint64_t i = first; i < points.positions.size(); i += step) {
-    if (!find(points.positions[i], &last_) || !depends_on_new(last_)) continue;
+    if (!find(points.positions[i]) || !depends_on_new(last_)) continue;
     places_.push_back(last_);
     for (std::size_t k = 0; k < columns_.size(); ++k) {
       columns_[k].push_back(points.columns[k][i]);
@@ -90,17 +95,25 @@ void ValueFit<Real>::add(const OriginalRows<Real>& points, std::uint64_t first,
   }
 }
 
-// Walks there from place->tet: always over the face that the point is furthest beyond, if there is
-// a tetrahedron on the other side and it is not where the walk comes from. Where it ends without
-// the point, place->tet stays.
+// From where the point before was, or where there are gaps on the way, or cells without volume,
+// from near the point.
 template <class Real>
-bool ValueFit<Real>::find(const Vec3<Real>& point, Place* place) const {
-  TetId t = place->tet;
+bool ValueFit<Real>::find(const Vec3<Real>& point) {
+  if (walk(last_.tet, kWalkToNext, point)) return true;
+  const TetId start = starts_.near(point);
+  return start != kNoVertex && walk(start, kWalkFromStart, point);
+}
+
+// Always over the face that the point is furthest beyond, if there is a tetrahedron on the other
+// side and it is not where the walk comes from. Where it ends without the point, last_ stays.
+template <class Real>
+bool ValueFit<Real>::walk(TetId start, int longest, const Vec3<Real>& point) {
+  TetId t = start;
   TetId before = kNoVertex;
-  for (int i = 0; i < kLongestWalk; ++i) {
+  for (int i = 0; i < longest; ++i) {
     const std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[t]));
     if (std::min({w[0], w[1], w[2], w[3]}) >= kInside) {
-      *place = {{w[1], w[2], w[3]}, t};
+      last_ = {{w[1], w[2], w[3]}, t};
       return true;
     }
     std::array<double, 4> left = w;

@@ -8,6 +8,7 @@
 
 #include "base/vector.h"
 #include "kernel/criteria.h"
+#include "kernel/start_grid.h"
 #include "mesh/vertex_tets.h"
 #include "mesh/work_mesh.h"
 
@@ -56,7 +57,8 @@ class ValueFit {
     double sum, weight;
   };
 
-  bool find(const Vec3<Real>& point, Place* place) const;
+  bool find(const Vec3<Real>& point);
+  bool walk(TetId start, int longest, const Vec3<Real>& point);
   TetId beyond(TetId tet, std::size_t corner) const;
   bool depends_on_new(const Place& place) const;
   void fit_component(std::size_t component);
@@ -67,9 +69,10 @@ class ValueFit {
 
   WorkMesh<Real>* mesh_ = nullptr;
   VertexTets balls_;
-  Vector<std::uint8_t> may_change_;      // of each vertex
-  Vector<VertexId> vertices_;            // those that may
-  Place last_{};                         // of the point before
+  Vector<std::uint8_t> may_change_;  // of each vertex
+  Vector<VertexId> vertices_;        // those that may
+  StartGrid<Real> starts_;
+  Place last_{};                         // of the point found last
   Vector<Place> places_;                 // of points on which such vertices have influence
   std::vector<Vector<double>> columns_;  // what the original has there
   // Of the component in hand:

@@ -146,6 +146,38 @@ TEST(ValueFit, PointsOutsideDoNotCount) {
   EXPECT_EQ(mesh.steering[0], 5);
 }
 
+// Over a gap no walk gets, and from a tetrahedron without volume none gets anywhere.
+TEST(ValueFit, PointsAreFoundInPartsThatDoNotTouch) {
+  Geometry two = testing::make_mesh({{4, 0, 0}, {4, 0, 0}, {4, 0, 0}, {4, 0, 0}}, {{0, 1, 2, 3}});
+  const Geometry one = testing::icosahedron_ball();
+  auto& points = std::get<Vector<Vec3<double>>>(two.points);
+  for (const double x : {0.0, 8.0}) {
+    const auto first = static_cast<VertexId>(points.size());
+    for (VertexId v = 0; v < point_count(one.points); ++v) {
+      const testing::Point p = testing::point(one, v);
+      points.push_back({p.x + x, p.y, p.z});
+    }
+    for (Tet tet : one.tets) {
+      for (VertexId& v : tet) v += first;
+      two.tets.push_back(tet);
+    }
+  }
+  WorkMesh<double> mesh = testing::to_work_mesh(std::move(two));
+  testing::steer_by([](double, double, double) { return 1.0; }, &mesh);
+  Samples<double> samples;
+  for (VertexId v = 0; v < mesh.vertex_count(); ++v) {
+    const Vec3<double>& p = mesh.positions[v];
+    if (p.y != 0 || p.z != 0 || p.x == 4) continue;
+    mesh.marks[v] |= kMoved;
+    samples.add(p, [](const Vec3<double>& x) { return 2 + x.x; });
+  }
+  ASSERT_EQ(fit(samples, &mesh).size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const VertexId centre = static_cast<VertexId>(i == 0 ? 4 : 4 + point_count(one.points));
+    EXPECT_EQ(mesh.steering[centre], samples.values[i]) << i;
+  }
+}
+
 TEST(ValueFit, ErrorsBecomeSmaller) {
   WorkMesh<double> mesh = rough_box();
   const auto samples = sample(mesh, 3, [](const Vec3<double>& p) { return wave(p.x); });
