@@ -42,7 +42,8 @@ Offset best_on_line(const Reduced& r, const Offset& d) {
 // The cost of a sum of squares with this weight, at one end of an edge of this length.
 template <class F>
 F cost_of(F squares, F weight, F length_squared, std::size_t width) {
-  const F mean = select(weight > 0.0F, select(squares > 0.0F, squares, F{}) / weight, F{});
+  // What is less than nothing is so by rounding; what is no number stays that.
+  const F mean = select(weight > 0.0F, select(squares <= 0.0F, F{}, squares) / weight, F{});
   return mean + (width == 0 ? 1.0F : kLengthCost) * length_squared;
 }
 

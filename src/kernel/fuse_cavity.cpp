@@ -136,7 +136,8 @@ auto FuseCavity<Real>::find_place(const BallShapes<Real>& ball, VertexId other) 
   if (const auto entry = ball.entry_of_vertex(ball.place(position_), other)) {
     return place_in(*entry, x);
   }
-  Place best = place_in(ball.entries().front(), x);
+  // Not one that goes, which may have no volume by now.
+  Place best = place_in((affected_.empty() ? ball.entries() : affected_).front(), x);
   for (const std::uint32_t entry : affected_) {
     if (best.least() >= 0) break;
     const Place place = place_in(entry, x);

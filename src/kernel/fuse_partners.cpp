@@ -93,7 +93,7 @@ void FuseRound<Real>::judge(VertexId v, Edges edges) {
     if (place < kCandidates) best[place] = {costs_[i], partners_[i], kNoTet};
   }
   const std::size_t kept = std::min(cheap + 1, known);
-  if (kept < kCandidates) best[kept] = {};
+  if (kept < kCandidates) best[kept] = kNoCandidate;
   state_[v].place = 0;
   state_[v].judged = ++now_;
 }

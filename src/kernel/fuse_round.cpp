@@ -65,7 +65,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   if (limits.sheets_move()) begin_sheets();
   state_.assign(n, State{});
   for (VertexId v = 0; v < n; ++v) state_[v].kind = kind_of(v);
-  candidates_.assign(n, Candidates{});
+  candidates_.resize(n);  // nobody looks at them before they are judged
   stamped_ = 0;
   now_ = 1;
   queue_.reset(n);
@@ -197,7 +197,7 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least, float* failed) {
 template <class Real>
 void FuseRound<Real>::work() {
   for (VertexId v = 0; v < state_.size(); ++v) {
-    if (may_move(v)) queue_.push(v, std::abs(known_cost(v)));
+    if (may_move(v)) wait(v, std::abs(known_cost(v)));
   }
   const std::size_t end = CostQueue::bin_of(static_cast<float>(limits_->threshold)) + 1;
   std::uint64_t removed_before = 0;
@@ -214,6 +214,14 @@ void FuseRound<Real>::work() {
     if (static_cast<double>(removed_ - removed_before) < kIdleShare * left) return;
     turns_over_ = true;
   } while (!quota_is_met() && ask_again(Edges::kAll));
+}
+
+// For the vertex's turn, if it comes in this round: a vertex that waits does so until then.
+template <class Real>
+bool FuseRound<Real>::wait(VertexId v, float cost) {
+  if (!(cost <= static_cast<float>(limits_->threshold))) return false;
+  queue_.push(v, cost);
+  return true;
 }
 
 template <class Real>
@@ -258,8 +266,8 @@ bool FuseRound<Real>::ask_again(Edges edges) {
     if (state_[v].moved > state_[v].failed) {
       if (edges == Edges::kAll) judge(v, edges);
       state_[v].place = 0;
-      if (const Candidate* c = next_candidate(v)) {
-        queue_.push(v, c->cost);
+      const Candidate* c = next_candidate(v);
+      if (c != nullptr && wait(v, c->cost)) {
         any = true;
         continue;
       }
@@ -272,7 +280,7 @@ bool FuseRound<Real>::ask_again(Edges edges) {
   return any;
 }
 
-// The cheapest candidate of v that is not used up.
+// The cheapest candidate of v that is neither used up nor out of date; those before are.
 template <class Real>
 auto FuseRound<Real>::next_candidate(VertexId v) -> const Candidate* {
   for (std::uint8_t& i = state_[v].place; i < kCandidates; ++i) {
@@ -283,7 +291,8 @@ auto FuseRound<Real>::next_candidate(VertexId v) -> const Candidate* {
   return nullptr;
 }
 
-// It has failed, and would again: what it was refused for is as it was.
+// It has failed, and most likely would again: what it was refused for is as it was when the vertex
+// last failed.
 template <class Real>
 bool FuseRound<Real>::is_refused(VertexId v, const Candidate& candidate) const {
   if (candidate.refused_by == kNoTet || turns_over_) return false;
@@ -311,7 +320,7 @@ void FuseRound<Real>::visit(VertexId v) {
       const VertexId kept = mesh_->incidence[v] != 0 ? v : partner;
       if (!may_move(kept)) return;
       judge(kept);
-      if (const Candidate* next = next_candidate(kept)) queue_.push(kept, next->cost);
+      if (const Candidate* next = next_candidate(kept)) wait(kept, next->cost);
       return;
     }
     if (dear_ > 0) {
@@ -460,7 +469,7 @@ void FuseRound<Real>::apply(VertexId v, VertexId partner, VertexId kept, float e
   if (errors_.bounds()) errors_.apply();
   if (integrals_.stay()) integrals_.apply(kept, interpolation_.nearest);
   if (!fixed_) mesh_->marks[kept] |= kMoved;
-  if (!fixed_ && !weights_.empty()) weights_[kept] = std::max(weights_[v], weights_[partner]);
+  if (!weights_.empty()) weights_[kept] = std::max(weights_[v], weights_[partner]);
   merge_quadrics(v, kept);
   move_tets(kept, gone);
   removed_ += cavity_.deleted().size();

@@ -43,8 +43,8 @@ struct WeightColumn {
 struct FuseLimits {
   // No fusion costs more: the mean of the squared deviations, as shares of the fields' ranges, of
   // the fused vertex's fields from those of the original mesh that it stands for. Nor are the new
-  // fields off by more than the root of an eighth of it at a vertex that goes, unless they have
-  // been nearly as much in the mean, in this round.
+  // fields off by more than the root of an eighth of it at a vertex that goes, unless in the mean
+  // the squares have been an eighth of that or more, in this round.
   double threshold = std::numeric_limits<double>::infinity();
   // No affected tetrahedron has a lower mean ratio, unless one of the cavity had; in [0, 1).
   double min_quality = 0;
@@ -114,10 +114,12 @@ class FuseRound {
   static constexpr std::size_t kCandidates = 12;
   static constexpr TetId kNoTet = ~TetId{0};
   struct Candidate {
-    float cost = std::numeric_limits<float>::infinity();
-    VertexId partner = kNoVertex;
-    TetId refused_by = kNoTet;  // what the best position was refused for
+    float cost;
+    VertexId partner;
+    TetId refused_by;  // what the best position was refused for
   };
+  static constexpr Candidate kNoCandidate{std::numeric_limits<float>::infinity(), kNoVertex,
+                                          kNoTet};
   using Candidates = std::array<Candidate, kCandidates>;  // ascending by cost
   enum Kind : std::uint8_t {
     kFree,     // inside: may be fused
@@ -163,6 +165,7 @@ class FuseRound {
   void note_reason(VertexId v);
   // An edge inside has three tetrahedra or more.
   bool quota_is_met() const { return limits_->quota < removed_ + 3; }
+  bool wait(VertexId v, float cost);
   bool ask_again(Edges edges);
 
   // With whom.
