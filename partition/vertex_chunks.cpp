@@ -36,6 +36,20 @@ void VertexChunks::Notes::add(VertexId v, std::uint32_t chunk) {
   more_.push_back(note);
 }
 
+std::uint32_t VertexChunks::Notes::add(const Tet& tet) {
+  const std::uint32_t first = table_->place(tet[0]);
+  std::uint32_t lowest = first & kChunkBits, all = first, differ = 0;
+  for (std::size_t i = 1; i < 4; ++i) {
+    const std::uint32_t place = table_->place(tet[i]);
+    lowest = std::min(lowest, place & kChunkBits);
+    all &= place;
+    differ |= (place ^ first) & kChunkBits;
+  }
+  if (differ == 0 && (all & kAtHome) != 0) return lowest;  // as nearly always
+  for (const VertexId v : tet) add(v, lowest);
+  return lowest;
+}
+
 VertexChunks::Notes::~Notes() {
   sort_unique(&more_, 0);
   const std::lock_guard lock(table_->mutex_);

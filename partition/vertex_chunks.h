@@ -19,11 +19,7 @@ class VertexChunks {
 
   // A point's chunk on the curve, below kMaxChunks. Different points from several threads.
   void set_home(VertexId v, std::uint32_t chunk) { places_[v] = kNoneAway | chunk; }
-  std::uint32_t home(VertexId v) const {  // while others add notes, too
-    // Reading does not write, but there is no atomic reference to what is const before C++26.
-    auto& place = const_cast<std::uint32_t&>(places_[v]);
-    return std::atomic_ref(place).load(std::memory_order_relaxed) & kChunkBits;
-  }
+  std::uint32_t home(VertexId v) const { return place(v) & kChunkBits; }  // while notes are added
 
   // Notes, for a run of tetrahedra, that chunks have their points. One a thread; what it holds goes
   // to the table when it is destroyed.
@@ -36,6 +32,8 @@ class VertexChunks {
     Notes(const Notes&) = delete;
     Notes& operator=(const Notes&) = delete;
     void add(VertexId v, std::uint32_t chunk);
+    // Of a tetrahedron in the lowest of its points' own chunks, which it returns.
+    std::uint32_t add(const Tet& tet);
 
    private:
     static constexpr std::size_t kRecent = 4096;
@@ -58,6 +56,12 @@ class VertexChunks {
   std::size_t points() const { return places_.size(); }
 
  private:
+  std::uint32_t place(VertexId v) const {
+    // Reading does not write, but there is no atomic reference to what is const before C++26.
+    auto& place = const_cast<std::uint32_t&>(places_[v]);
+    return std::atomic_ref(place).load(std::memory_order_relaxed);
+  }
+
   // Of a place: the home chunk in the low bits; whether it has tetrahedra of the point; one other
   // chunk that has in the upper half.
   static constexpr std::uint32_t kChunkBits = 0x7FFF;

@@ -248,11 +248,7 @@ void Scatterer<Real>::scatter_window(std::size_t window, std::uint64_t first, st
   {
     VertexChunks::Notes notes(&table_);
     for (std::size_t t = 0; t < cells.tets.size(); ++t) {
-      const Tet& tet = cells.tets[t];
-      const std::uint32_t chunk = std::min(
-          {table_.home(tet[0]), table_.home(tet[1]), table_.home(tet[2]), table_.home(tet[3])});
-      chunk_of[t] = chunk;
-      for (const VertexId v : tet) notes.add(v, chunk);
+      chunk_of[t] = notes.add(cells.tets[t]);
     }
   }
   for (std::uint64_t& row : cells.tet_rows) row -= first;

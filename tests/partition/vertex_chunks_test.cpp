@@ -49,6 +49,20 @@ void expect_chunks(const VertexChunks& table,
   }
 }
 
+TEST(VertexChunks, ATetrahedronIsInTheLowestOfItsPointsChunks) {
+  VertexChunks table(6);
+  for (VertexId v = 0; v < 6; ++v) table.set_home(v, v < 4 ? 2 : v);
+  {
+    VertexChunks::Notes notes(&table);
+    EXPECT_EQ(notes.add({0, 1, 2, 3}), 2u);
+    EXPECT_EQ(notes.add({0, 1, 2, 3}), 2u);
+    EXPECT_EQ(notes.add({5, 1, 4, 3}), 2u);
+    EXPECT_EQ(notes.add({5, 5, 4, 4}), 4u);
+  }
+  table.finish();
+  expect_chunks(table, {{2}, {2}, {2}, {2}, {2, 4}, {2, 4}});
+}
+
 TEST(VertexChunks, KnowsTheChunksOfAVertex) {
   VertexChunks table(4);
   table.set_home(0, 5);
