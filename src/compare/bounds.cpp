@@ -34,7 +34,7 @@ bool is_made_up(const ArrayComparison& a, const Comparison& comparison) {
 BoundResult judge(const ArrayComparison& a, const Comparison& comparison, bool rms, double limit) {
   BoundResult r{rms ? "max_rms" : "max_error", a.info.name, limit, rms ? a.rms : a.max, false, {}};
   const char* option = rms ? "--max-rms" : "--max-error";
-  if (a.undefined > 0 && a.non_finite == 0) {
+  if (a.undefined > 0) {
     r.broken = true;
     r.sentence = fmt::format(
         "{} is broken: {} has values that are not finite where the original's are, at {} points",
@@ -67,7 +67,7 @@ BoundResult lost(const std::string& array, bool rms, double limit) {
 
 // Of those that bounds are for.
 std::vector<std::string> lost_arrays(const Comparison& comparison, const Bounds& bounds) {
-  if (bounds.arrays.empty()) return comparison.missing_fields;
+  if (bounds.arrays.empty()) return comparison.lost_fields;
   std::vector<std::string> names = bounds.arrays;
   for (const ArrayComparison* a : bounded_arrays(comparison, bounds)) {
     std::erase(names, a->info.name);

@@ -137,7 +137,7 @@ class Comparer {
     add_point_arrays(points, cells, mesh);
     add_cell_arrays(cells, mesh);
     result_.missing_arrays = match_.missing;
-    result_.missing_fields = match_.missing_fields;
+    result_.lost_fields = match_.lost_fields;
     result_.retyped_arrays = match_.retyped;
     return result_;
   }

@@ -81,8 +81,9 @@ struct Comparison {
   SurfaceShares to_simplified, to_original;  // from the original's boundary, and from the other
   std::vector<ArrayComparison> arrays;       // points, then cells, in the order of the file
   std::vector<std::string> missing_arrays;
-  std::vector<std::string> missing_fields;  // of these the floating-point arrays of points
   std::vector<RetypedArray> retyped_arrays;
+  // Floating-point arrays of points that are missing, or have another number of components.
+  std::vector<std::string> lost_fields;
 };
 
 // Reads the original in windows; the simplified mesh, and the boundary of the original, lie in
@@ -113,8 +114,9 @@ struct BoundResult {
 void require_arrays(const Bounds& bounds, const MeshDescription& original);
 
 // What rounding to the type of the array or the coordinates can do is not held against them. A
-// bound is broken, too, where all of the original's values are finite, and some of the simplified
-// mesh's are not; and by an array that the simplified mesh lacks.
+// bound is broken, too, where the original's value is finite and the simplified mesh's is not, or
+// where no value of the original is finite, but some of the simplified mesh's; and by an array that
+// the simplified mesh lacks, or has with another number of components.
 std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds& bounds);
 
 }  // namespace tetfusion

@@ -32,10 +32,13 @@ void match(const AttributeSet& original, const AttributeSet& simplified, std::st
     const std::size_t other = simplified.find(a.name);
     if (other == AttributeSet::npos) {
       result->missing.push_back(name);
-      if (common == &result->points && is_float(a.type)) result->missing_fields.push_back(name);
+      if (common == &result->points && is_float(a.type)) result->lost_fields.push_back(name);
       continue;
     }
     const ArrayInfo& b = simplified.arrays[other];
+    if (common == &result->points && is_float(a.type) && a.components != b.components) {
+      result->lost_fields.push_back(name);
+    }
     if (a.type != b.type || a.components != b.components) {
       result->retyped.push_back({name, describe(a), describe(b)});
     }

@@ -53,8 +53,9 @@ struct ArrayMatch {
   FieldSet points, cells;
   // Of the original; cell arrays as "cell:NAME", field arrays as "field:NAME".
   std::vector<std::string> missing;
-  std::vector<std::string> missing_fields;  // of these the floating-point arrays of points
-  std::vector<RetypedArray> retyped;        // other type or number of components
+  std::vector<RetypedArray> retyped;  // other type or number of components
+  // Floating-point arrays of points that are missing, or have another number of components.
+  std::vector<std::string> lost_fields;
 };
 
 ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& simplified);

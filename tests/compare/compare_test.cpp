@@ -354,9 +354,23 @@ TEST(Compare, ValuesThatAreNotFinite) {
   EXPECT_TRUE(std::isfinite(c.arrays[0].gradient_rms));
   Bounds bounds;
   bounds.max_error = 0;
-  EXPECT_FALSE(judge_bounds(c, bounds)[0].broken);
-  original.point_arrays[0].as<double>()[7] = simplified.point_arrays[0].as<double>()[7] = 0;
-  EXPECT_TRUE(judge_bounds(compare_files(original, simplified), bounds)[0].broken);
+  EXPECT_TRUE(judge_bounds(c, bounds)[0].broken);  // there was a value
+  simplified.point_arrays[0].as<double>()[11] = original.point_arrays[0].as<double>()[11];
+  EXPECT_FALSE(judge_bounds(compare_files(original, simplified), bounds)[0].broken);
+}
+
+TEST(Compare, AnotherNumberOfComponentsBreaksABound) {
+  const MeshFile original = mesh_with(testing::five_split_cube(2), linear);
+  MeshFile simplified = original;
+  simplified.point_arrays[0] = make_array<double>("f", 27, 2, [](auto, auto) { return 1.0; });
+  Bounds bounds;
+  bounds.max_error = 1;
+  for (const bool named : {false, true}) {
+    if (named) bounds.arrays = {"f"};
+    const auto results = judge_bounds(compare_files(original, simplified), bounds);
+    ASSERT_EQ(results.size(), 1u) << named;
+    EXPECT_TRUE(results[0].broken) << named;
+  }
 }
 
 TEST(Compare, ConstantFields) {
