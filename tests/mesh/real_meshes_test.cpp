@@ -1,4 +1,5 @@
 // Facts that are known of real meshes.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -26,7 +27,7 @@ class RealMesh : public ::testing::TestWithParam<Fact> {};
 
 TEST_P(RealMesh, IsAsKnown) {
   const Fact& fact = GetParam();
-  const std::string path = std::string(TETFUSION_TEST_DATA) + "/" + fact.name + ".vtu";
+  const std::string path = fmt::format("{}/{}.vtu", TETFUSION_TEST_DATA, fact.name);
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   Geometry mesh = open_mesh(path)->read_geometry();
   const Inspection i = inspect(mesh);
