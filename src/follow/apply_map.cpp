@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -87,6 +88,7 @@ class Mover {
   void move(const RunContext& context) {
     const std::span<T> out = moved_.array.as<T>();
     Vector<double> sums, most;  // of floating-point values; the largest weight so far
+    Vector<float> lost;         // weight of those that are not finite, once there are any
     if constexpr (std::is_floating_point_v<T>) {
       sums.assign(out.size(), 0);
     } else {
@@ -103,7 +105,12 @@ class Mover {
         if constexpr (std::is_floating_point_v<T>) {
           double* sum = sums.data() + next->point * width_;
           for (std::size_t c = 0; c < width_; ++c) {
-            sum[c] += next->weight * double{from[c]};
+            if (std::isfinite(from[c])) {
+              sum[c] += next->weight * double{from[c]};
+            } else if (next->weight < 1) {
+              if (lost.empty()) lost.assign(out.size(), 0);
+              lost[next->point * width_ + c] += static_cast<float>(next->weight);
+            }
             to[c] = next->weight == 1 ? from[c] : static_cast<T>(sum[c]);
           }
         } else if (next->weight > most[next->point]) {
@@ -114,6 +121,14 @@ class Mover {
       map_.forget(std::span(begin, next));
       begin = next;
     });
+    if constexpr (std::is_floating_point_v<T>) {
+      // As in a fusion (kernel/fusions.h).
+      for (std::size_t i = 0; i < lost.size(); ++i) {
+        if (!(lost[i] > 0)) continue;
+        out[i] = lost[i] <= 0.5F ? static_cast<T>(sums[i] / (1 - double{lost[i]}))
+                                 : std::numeric_limits<T>::quiet_NaN();
+      }
+    }
   }
 
   void fit(const RunContext& context, double bound) {

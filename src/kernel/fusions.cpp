@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 namespace tetfusion {
 
 namespace {
+
+constexpr std::array<double, 4> kAlike{0.25, 0.25, 0.25, 0.25};
 
 template <class T>
 void fuse_tuple(const Fusion& fusion, std::size_t components, T* values) {
@@ -14,8 +17,11 @@ void fuse_tuple(const Fusion& fusion, std::size_t components, T* values) {
   for (std::size_t i = 0; i < 4; ++i) tuple[i] = values + fusion.vertices[i] * components;
   if constexpr (std::is_floating_point_v<T>) {
     for (std::size_t k = 0; k < components; ++k) {
-      tuple[0][k] =
-          static_cast<T>(mean_of_four(tuple[0][k], tuple[1][k], tuple[2][k], tuple[3][k]));
+      const double mean = mean_of_four(tuple[0][k], tuple[1][k], tuple[2][k], tuple[3][k]);
+      tuple[0][k] = static_cast<T>(
+          std::isfinite(mean)
+              ? mean
+              : mean_of_finite({tuple[0][k], tuple[1][k], tuple[2][k], tuple[3][k]}, kAlike));
     }
   } else {
     std::copy_n(tuple[fusion.nearest], components, tuple[0]);
@@ -35,6 +41,19 @@ void interpolate_tuple(const Interpolation& fusion, std::size_t components, T* v
 }
 
 }  // namespace
+
+double mean_of_finite(const std::array<double, 4>& values, const std::array<double, 4>& weights) {
+  double sum = 0, weight = 0, other = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!std::isfinite(values[i])) {
+      other = values[i];
+    } else if (weights[i] > 0) {
+      weight += weights[i];
+      sum += (values[i] - sum) * (weights[i] / weight);  // the mean so far: cannot overflow
+    }
+  }
+  return weight >= 0.5 ? sum : other;
+}
 
 void interpolate_point_column(std::span<const Interpolation> fusions, Column* column) {
   visit_type(column->type, [&](auto zero) {

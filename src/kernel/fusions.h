@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -26,8 +27,11 @@ struct Interpolation {
   VertexId nearest = 0;  // of those that were fused
 };
 
+// The mean of the values that are finite, if these have half of the weight; else one that is not.
+double mean_of_finite(const std::array<double, 4>& values, const std::array<double, 4>& weights);
+
 // Component k there, of rows of so many. A constant stays the same to the bit, and the value is one
-// between those of the four.
+// between those of the four, or of those that are finite.
 template <class T>
 double interpolate(const Interpolation& fusion, const T* rows, std::size_t components,
                    std::size_t k) {
@@ -39,17 +43,22 @@ double interpolate(const Interpolation& fusion, const T* rows, std::size_t compo
     least = std::min(least, at(i));
     most = std::max(most, at(i));
   }
+  if (!std::isfinite(value)) {
+    return mean_of_finite({first, at(1), at(2), at(3)}, fusion.weights);
+  }
   return std::min(std::max(value, least), most);
 }
 
-// Gives each fused vertex the value of the old cavity's piecewise-linear interpolant at its place;
+// Gives each fused vertex the value of the old cavity's piecewise-linear interpolant at its place,
+// in which values that are not finite only count where they have more than half of the weight;
 // integers take the nearest fused vertex's. In the order of the list, as later ones may stand on
 // earlier ones.
 void interpolate_point_column(std::span<const Interpolation> fusions, Column* column);
 
 // Gives each fused vertex the value that the old cavity's piecewise-linear interpolant has at the
-// barycenter of the prey: the mean of its four values; integers take the nearest vertex's. The rows
-// of the first vertices are overwritten. No fusion may name a vertex that an earlier one names.
+// barycenter of the prey: the mean of its four values, or of those that are finite, if there are
+// two; integers take the nearest vertex's. The rows of the first vertices are overwritten. No
+// fusion may name a vertex that an earlier one names.
 void carry_point_column(std::span<const Fusion> fusions, Column* column);
 
 // Gives these vertices, in the floating-point columns that steer, their steering values.

@@ -54,6 +54,10 @@ constexpr int kLessTries = 5, kMostTries = 12;
 constexpr double kNear = 0.6, kAim = 0.85, kMostAtOnce = 8;
 constexpr int kMoreTries = 2;
 
+// Where a step has a value and the result none, it is as if that was off by so many times the
+// bound.
+constexpr double kLostValue = 2;
+
 class SharedSeries {
  public:
   SharedSeries(const SeriesRequest& request, SeriesPlan* plan, const RunContext& context)
@@ -469,6 +473,7 @@ double SharedSeries::fit_steps(const RunContext& context) {
       report_.steps[i].arrays.push_back({name, moved[a].rms, moved[a].max, moved[a].max_at});
       if (fits[a].bound == kInfinity || !is_float(moved[a].array.info.type)) continue;
       used[i] = std::max(used[i], std::max(moved[a].max - moved[a].rounding, 0.0) / fits[a].bound);
+      if (moved[a].undefined > 0) used[i] = std::max(used[i], kLostValue);
     }
     context.report("fitting", 0, 1, ++done, plan_.steps.size());
   });

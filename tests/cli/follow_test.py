@@ -195,8 +195,11 @@ class Maps(FolderTest):
         self.assertLessEqual(np.abs(values(moved, "noise")).max(), np.abs(noise.astype("f4")).max())
         broken = np.isnan(values(moved, "holes"))
         self.assertGreater(broken.sum(), 0)
-        self.assertLess(broken.mean(), 0.2)
-        np.testing.assert_array_equal(values(moved, "holes")[~broken], values(moved, "linear")[~broken])
+        # They do not spread: where most of the weight is with numbers, these have their mean.
+        self.assertLessEqual(broken.mean(), 2 * np.isnan(holes).mean())
+        error = np.abs(values(moved, "holes") - values(moved, "linear"))[~broken]
+        self.assertLess(error.max(), 6.5)  # as far as the field goes in a cube
+        self.assertLess((error > 1e-9).mean(), 0.2)
         # It says what compare finds.
         found = {a["name"]: a for a in report_of("compare", step, out, "--quiet")["arrays"]}
         for array in report["arrays"]:

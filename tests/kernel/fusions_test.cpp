@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "kernel/greedy_pass.h"
 #include "support/meshes.h"
@@ -42,8 +43,28 @@ TEST(CarryPointColumn, EachFusionHasItsOwnRow) {
       (Vector<double>{1, 2, 3, 2.5, 25, 20, 30, 40, 7}));
 }
 
-TEST(CarryPointColumn, NanStaysNan) {
-  EXPECT_TRUE(std::isnan(carried<double>(1, {1, 2, 7, std::nan(""), 5})[1]));
+TEST(CarryPointColumn, FiniteValuesCountIfThereAreTwo) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(carried<double>(1, {1, 2, 7, kNan, 6})[1], 3);
+  EXPECT_EQ(carried<double>(1, {1, kInfinity, 7, kNan, 6})[1], 3.5);
+  EXPECT_TRUE(std::isnan(carried<double>(1, {1, kNan, 7, kNan, kNan})[1]));
+  EXPECT_EQ(carried<double>(1, {1, kInfinity, 7, kInfinity, kInfinity})[1], kInfinity);
+}
+
+TEST(InterpolatePointColumn, FiniteValuesCountIfTheyHaveHalfOfTheWeight) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  const auto at = [](const std::array<double, 4>& weights, const Vector<float>& values) {
+    Column column = make_column(1, values);
+    const Interpolation one{0, {0, 1, 2, 3}, weights, 0};
+    interpolate_point_column({&one, 1}, &column);
+    return values_of<float>(column)[0];
+  };
+  EXPECT_EQ(at({0.25, 0.25, 0.25, 0.25}, {1, 2, 3, 4}), 2.5F);
+  EXPECT_EQ(at({0.5, 0.25, 0.25, 0}, {kNan, 2, 4, 8}), 3.0F);
+  EXPECT_EQ(at({0.25, 0.25, 0.5, 0}, {1, 4, kNan, kNan}), 2.5F);
+  EXPECT_EQ(at({0, 1, 0, 0}, {kNan, 4, kNan, kNan}), 4.0F);
+  EXPECT_TRUE(std::isnan(at({0.75, 0.25, 0, 0}, {kNan, 4, 5, 6})));
 }
 
 // Passes take the columns along: linear fields stay linear, whatever vertices were fused into what,

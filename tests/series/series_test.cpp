@@ -95,6 +95,22 @@ TEST_F(Series, FitComesNearerThanInterpolation) {
   }
 }
 
+// A point without a value in one of the steps stays, and its neighbours have theirs.
+TEST_F(Series, WhatIsNoNumberDoesNotSpread) {
+  constexpr std::size_t kHole = 171;  // inside
+  MeshFile step = box_with_wave(6, 2);
+  step.point_arrays[0].as<double>()[kHole] = std::numeric_limits<double>::quiet_NaN();
+  step.write(request.inputs[1]);
+  request.job.behaviour.max_error = 0.05;
+  const SeriesReport report = simplify_series(request);
+  EXPECT_LE(report.steps[1].arrays[0].max, 0.05);
+  const auto result = open_mesh(folder.file("out_1.vtu"));
+  const DataArray wave = testing::read_point_array(result.get(), "wave");
+  std::size_t holes = 0;
+  for (std::size_t i = 0; i < wave.info.tuples; ++i) holes += std::isnan(wave.as<double>()[i]);
+  EXPECT_EQ(holes, 1u);
+}
+
 // The same mesh, but for the array.
 TEST_F(Series, WhatOnlySteersIsNotInTheResult) {
   SimplifyRequest job = request.job;
