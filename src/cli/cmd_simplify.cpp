@@ -310,22 +310,17 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
                                                       {"fuse", Method::kFuse}};
   static const std::map<std::string, BoundaryRule> kRules{{"tets", BoundaryRule::kTets},
                                                           {"vertices", BoundaryRule::kVertices}};
-  command
-      .add_option(
-          "--method", a->request.behaviour.method,
-          "fuse: neighbouring vertices become one, where that changes the fields least; "
-          "without a goal as far as --max-error allows. tetfuse: the paper's operation, the "
-          "four vertices of a tetrahedron become one; without a goal until nothing, or next "
-          "to nothing, fuses")
-      ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
+  add_choice(command, "--method", &a->request.behaviour.method, kMethods,
+             "fuse: neighbouring vertices become one, where that changes the fields least; "
+             "without a goal as far as --max-error allows. tetfuse: the paper's operation, the "
+             "four vertices of a tetrahedron become one; without a goal until nothing, or next "
+             "to nothing, fuses")
       ->default_str("fuse")
       ->group(kGroup);
-  command
-      .add_option("--boundary-rule", a->request.behaviour.boundary_rule,
-                  "With --method tetfuse, what stays for the boundary's sake: vertices (no "
-                  "boundary vertex is fused) or tets (the "
-                  "paper's text: nor is a tetrahedron with a vertex on the boundary touched)")
-      ->transform(CLI::CheckedTransformer(kRules, CLI::ignore_case).description(""))
+  add_choice(command, "--boundary-rule", &a->request.behaviour.boundary_rule, kRules,
+             "With --method tetfuse, what stays for the boundary's sake: vertices (no "
+             "boundary vertex is fused) or tets (the "
+             "paper's text: nor is a tetrahedron with a vertex on the boundary touched)")
       ->default_str("vertices")
       ->group(kGroup);
   command

@@ -116,12 +116,9 @@ void add_encoding_option(CLI::App& command, Encoding* encoding) {
                                                       {"lz4", Encoding::kLz4},
                                                       {"inline", Encoding::kInline},
                                                       {"ascii", Encoding::kAscii}};
-  command
-      .add_option(
-          "--encoding", *encoding,
-          "Encoding of the .vtu written: raw, zlib, lz4 (appended), inline (base64), ascii; "
-          "of a .vtk or .msh raw (binary) or ascii")
-      ->transform(CLI::CheckedTransformer(kNames, CLI::ignore_case).description(""))
+  add_choice(command, "--encoding", encoding, kNames,
+             "Encoding of the .vtu written: raw, zlib, lz4 (appended), inline (base64), ascii; "
+             "of a .vtk or .msh raw (binary) or ascii")
       ->default_str("raw")
       ->group(kOutputGroup);
 }

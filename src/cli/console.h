@@ -2,7 +2,11 @@
 // options that several subcommands share.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +43,27 @@ std::uint64_t parse_memory(const std::string& text);
 void add_memory_option(CLI::App& command, std::uint64_t* memory, const char* help);
 // Adds --memory and --scratch, for commands that only look.
 void add_memory_options(CLI::App& command, std::uint64_t* memory, std::string* scratch);
+// Adds an option that takes one of these names, in any case.
+template <class T>
+CLI::Option* add_choice(CLI::App& command, const char* option, T* value,
+                        const std::map<std::string, T>& names, const char* help) {
+  std::vector<std::string> all;
+  for (const auto& [name, what] : names) all.push_back(name);
+  return command.add_option_function<std::string>(
+      option,
+      [=](const std::string& text) {
+        const auto same = [&](const auto& entry) {
+          return CLI::detail::to_lower(text) == entry.first;
+        };
+        const auto found = std::find_if(names.begin(), names.end(), same);
+        if (found == names.end()) {
+          throw CLI::ValidationError(
+              option, fmt::format("\"{}\" is none of {}", text, fmt::join(all, ", ")));
+        }
+        *value = found->second;
+      },
+      help);
+}
 // Adds --encoding.
 void add_encoding_option(CLI::App& command, Encoding* encoding);
 // Adds --report.

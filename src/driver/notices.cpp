@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
 
 #include "base/numbers.h"
@@ -14,10 +15,25 @@ std::string boundary_name(const BehaviourOptions& b) {
   return b.boundary == Boundary::kPlanar ? "planar" : "exact";
 }
 
-void say_what_steers(const std::vector<std::string>& arrays, const RunContext& context) {
+void say_what_steers(const std::vector<std::string>& arrays, const MeshDescription& mesh,
+                     const RunContext& context) {
   for (const std::string& name : arrays) {
     context.say(fmt::format("array {} steers (--array chooses others)", name));
   }
+  std::vector<std::string> others;
+  for (const ArrayInfo& array : mesh.point_data.arrays) {
+    const bool steers = std::find(arrays.begin(), arrays.end(), array.name) != arrays.end();
+    if (!steers && is_float(array.type) && !array.steers_only) others.push_back(array.name);
+  }
+  if (others.empty()) return;
+  constexpr std::size_t kMost = 5;
+  const std::size_t named = std::min(others.size(), kMost);
+  context.say(fmt::format(
+      "arrays that follow it, whose errors nothing limits: {}{} (--array NAME, several times, "
+      "makes "
+      "them steer, too; 'tetfusion compare' measures them)",
+      fmt::join(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(named), ", "),
+      named < others.size() ? fmt::format(" and {} more", others.size() - named) : ""));
 }
 
 void say_what_is_odd(const InputFacts& facts, const RunContext& context) {
@@ -35,7 +51,7 @@ void say_what_is_odd(const InputFacts& facts, const RunContext& context) {
   say(facts.nonmanifold_edges, "boundary edges are not manifold: they stay as they are");
   say(facts.unused_points, "points are used by no cell: dropped");
   say(facts.merged_points, "points at the seams of pieces were merged");
-  say(facts.ghost_cells, "ghost cells were dropped");
+  say(facts.ghost_cells, "ghost or hidden cells (vtkGhostType) were dropped");
   say(facts.coincident_points,
       "points lie where others do (cracks, contacts, or points that were not merged): the boundary "
       "stays as it is there");
@@ -49,10 +65,10 @@ void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::s
         "interfaces of cell array {} are kept (--regions none switches that off)", arrays[i].name));
   }
   for (const ArrayInfo& array : arrays) {
-    if (!by_name && is_reference(array) && is_float(array.type)) {
+    if (!by_name && is_region_of_floats(array)) {
       context.say(fmt::format(
-          "cell array {} has numbers that are not whole: it says no regions, and no interfaces are "
-          "kept for it",
+          "cell array {} has floating-point numbers: it says no regions, and no interfaces are "
+          "kept for it (for an array of integers they would be)",
           array.name));
     }
     if (by_name || !may_be_region(array)) continue;

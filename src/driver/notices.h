@@ -14,8 +14,9 @@ namespace tetfusion {
 // What may become of the boundary, as it was asked for: "exact", "planar", or a share.
 std::string boundary_name(const BehaviourOptions& behaviour);
 
-// For arrays that nobody has named.
-void say_what_steers(const std::vector<std::string>& arrays, const RunContext& context);
+// For arrays that nobody has named; `mesh` has them, and others that follow.
+void say_what_steers(const std::vector<std::string>& arrays, const MeshDescription& mesh,
+                     const RunContext& context);
 
 // What was turned, dropped, or left as it is.
 void say_what_is_odd(const InputFacts& facts, const RunContext& context);

@@ -346,7 +346,9 @@ Steering Job::read_steering() {
   if (!weight.empty()) check_weights(weight, source_->description(), *stream_, context_);
   Steering steering(steering_choices_, source_->description(), *stream_, context_);
   if (!steering.fields().empty()) {
-    if (request_.behaviour.arrays.empty()) say_what_steers(steering.names(), context_);
+    if (request_.behaviour.arrays.empty()) {
+      say_what_steers(steering.names(), source_->description(), context_);
+    }
     return steering;
   }
   const BehaviourOptions& b = request_.behaviour;

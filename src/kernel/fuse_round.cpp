@@ -151,7 +151,9 @@ void FuseRound<Real>::finish(FuseStatistics* statistics) {
     if (mesh_->incidence[v] == 0) continue;
     float least = 0, failed = 0;
     const Reject reason = look_back(v, &least, &failed);
-    ++pass.rejected[static_cast<std::size_t>(reason)];
+    // Of several chunks that have a vertex one counts it.
+    const bool is_elsewhere = (mesh_->marks[v] & (kOnInterface | kLast)) == kOnInterface;
+    if (!is_elsewhere) ++pass.rejected[static_cast<std::size_t>(reason)];
     known_cost(v) = failed > 0 ? -failed : least;
     if (least > 0) ++statistics->costs[cost_bin(least)];
     if (limits_->facing_after != nullptr) {

@@ -70,11 +70,18 @@ bool looks_like_region(const ArrayInfo& array) {
   return can_be_region(array) && (is_reference(array) || is_named_like_material(array.name));
 }
 
+bool is_region_of_floats(const ArrayInfo& array) {
+  return array.components == 1 && is_float(array.type) &&
+         (is_reference(array) || is_named_like_material(array.name));
+}
+
 bool may_be_region(const ArrayInfo& array) {
-  constexpr std::array<std::string_view, 16> kWords{
-      "mat",    "domain",      "subdomain", "tag",      "phase",     "body",
-      "bodies", "group",       "entity",    "entities", "component", "attribute",
-      "elset",  "geometrical", "object",    "composite"};
+  constexpr std::array<std::string_view, 30> kWords{
+      "mat",       "matid",  "domain",      "subdomain",    "tag",         "phase",
+      "body",      "bodies", "group",       "entity",       "entities",    "component",
+      "attribute", "elset",  "geometrical", "elementary",   "object",      "composite",
+      "property",  "pid",    "layer",       "lithology",    "facies",      "formation",
+      "rock",      "organ",  "segment",     "segmentation", "compartment", "fluid"};
   return can_be_region(array) && !looks_like_region(array) &&
          has_word(words_of(array.name), kWords);
 }

@@ -16,9 +16,12 @@ bool can_be_region(const ArrayInfo& array);
 // none.
 bool looks_like_region(const ArrayInfo& array);
 
+// Named like one of those, but of floating-point numbers.
+bool is_region_of_floats(const ArrayInfo& array);
+
 // Not one of those, but an integer array of one component with a name that may well mean regions:
 // one of its words, as in mat_id or CellEntityIds, is mat, domain, tag, phase, body, group, entity,
-// component, attribute, elset, geometrical, object, composite or their plural.
+// component, attribute, elset, geometrical, object, composite, layer, organ or the like.
 bool may_be_region(const ArrayInfo& array);
 
 }  // namespace tetfusion

@@ -205,7 +205,9 @@ void SharedSeries::look_at_first() {
   // Names that are none are refused here, where the mesh has its own arrays.
   regions_.emplace(folder_.path(), mesh, stream->cells(), choose_regions(mesh, b.regions));
   static_cast<void>(weight_column(b.weight, mesh, CarriedArrays(mesh)));
-  if (b.arrays.empty() && !arrays_.empty()) say_what_steers({arrays_[0].name}, context_);
+  if (b.arrays.empty() && !arrays_.empty()) {
+    say_what_steers({arrays_[0].name}, mesh, context_);
+  }
   require_no_original_ids(mesh);
   used_.emplace(stream->points());
   print_ = print_of(mesh, *stream, context_, &*used_);

@@ -52,7 +52,7 @@ class Help(unittest.TestCase):
 
     def test_the_defaults_of_tetfuse_are_stated(self):
         text = run("simplify", "--help").decode()
-        for default in ("tetfuse", "Default: 0.025 with --method tetfuse", "Default: 5 with --method tetfuse", "--encoding ENUM=raw"):
+        for default in ("tetfuse", "Default: 0.025 with --method tetfuse", "Default: 5 with --method tetfuse", "--encoding TEXT=raw"):
             self.assertIn(default, text)
 
 

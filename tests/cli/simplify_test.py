@@ -25,6 +25,11 @@ class Options(FolderTest):
         for option in ("--memory", "--scratch", "--report"):
             self.assertIn("empty", self.refused(option, ""))
 
+    def test_a_name_that_is_none_of_the_choices_is_named_with_them(self):
+        self.assertIn('--method: "foo" is none of fuse, tetfuse', self.refused("--method", "foo"))
+        self.assertIn('--encoding: "zip" is none of ascii, inline, lz4, raw, zlib', self.refused("--encoding=zip"))
+        run("simplify", self.write(TinyVtu(3)), "-o", self.folder / "out.vtu", "--method", "Fuse", "--encoding", "LZ4")
+
     def test_a_dry_run_says_what_it_needs_and_writes_nothing(self):
         path = self.generate(tets="3M")
         plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--memory", "500M").decode()
@@ -102,8 +107,10 @@ class Report(FolderTest):
     def test_which_array_steers_is_said_where_nobody_chose_it(self):
         path, out = self.generate(), self.folder / "out.vtu"
         notice = b"array temperature steers (--array chooses others)"
-        self.assertIn(notice, finish("simplify", path, "-o", out).stderr)
-        self.assertNotIn(b"steers", finish("simplify", path, "-o", out, "--array", "temperature").stderr)
+        said = finish("simplify", path, "-o", out).stderr
+        self.assertIn(notice, said)
+        self.assertIn(b"arrays that follow it, whose errors nothing limits: front, velocity (--array", said)
+        self.assertNotIn(b"steer", finish("simplify", path, "-o", out, "--array", "temperature").stderr)
         self.assertEqual(b"", finish("simplify", path, "-o", out, "--quiet").stderr)
 
     def test_arrays_that_may_be_regions_are_told_of_where_nobody_chose(self):
@@ -115,6 +122,13 @@ class Report(FolderTest):
         self.assertIn(notice, finish("simplify", path, "-o", out).stderr)
         for chosen in ("none", "cell_tags"):
             self.assertNotIn(notice, finish("simplify", path, "-o", out, "--regions", chosen).stderr)
+
+    def test_regions_of_floats_are_told_of(self):
+        mesh, out = TinyVtu(), self.folder / "out.vtu"
+        mesh.array("id")[1:3] = "Material", "Float32"
+        path = self.folder / "floats.vtu"
+        path.write_bytes(mesh.bytes())
+        self.assertIn(b"cell array Material has floating-point numbers", finish("simplify", path, "-o", out).stderr)
 
 
 if __name__ == "__main__":

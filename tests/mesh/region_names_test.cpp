@@ -34,6 +34,10 @@ TEST(RegionNames, MayMeanRegionsByAWord) {
     EXPECT_FALSE(may_be_region(integers(name))) << name;
   }
   EXPECT_FALSE(may_be_region({"mat", ValueType::kFloat64, 1, {}, 0}));
+  EXPECT_TRUE(is_region_of_floats({"MaterialIds", ValueType::kFloat64, 1, {}, 0}));
+  EXPECT_FALSE(is_region_of_floats({"mat", ValueType::kFloat64, 1, {}, 0}));
+  EXPECT_FALSE(is_region_of_floats({"MaterialAxis", ValueType::kFloat32, 3, {}, 0}));
+  EXPECT_FALSE(is_region_of_floats(integers("MaterialIds")));
 }
 
 }  // namespace
