@@ -59,7 +59,10 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double between =
       chunks > 1 ? chunks * interface_vertices(static_cast<double>(chunk_tets)) * kInterfaceBytes
                  : 0;
-  const double of_points = (4 + 1.0 / 8) * points;
+  const auto mean = static_cast<double>(steering.point_mean);
+  const double of_points = (4 + 1.0 / 8 + mean) * points;
+  // Before anything else these are made, of positions and weights.
+  const double means = mean > 0 ? (4 * sizeof(double) + mean) * points : 0;
   const double aside =
       steering.point_aside == 0 ? 0 : 3 * real + static_cast<double>(steering.point_aside);
   const auto fit = static_cast<double>(
@@ -67,8 +70,8 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
                                 : fit_memory(mesh.points, steering.point_aside / sizeof(double),
                                              std::min(mesh.cells, chunk_tets)));
   const double work = threads * (std::max(static_cast<double>(kWindows), fit) + 6 * chunk);
-  const double fixed = static_cast<double>(kProcess) + static_cast<double>(memory_to_read) + work +
-                       std::max(of_points, between);
+  const double fixed = static_cast<double>(kProcess) + static_cast<double>(memory_to_read) +
+                       std::max(work + std::max(of_points, between), means);
   MemoryNeeds needs;
   needs.pieces = static_cast<std::uint64_t>(pieces);
   needs.out_of_core = static_cast<std::uint64_t>(fixed);

@@ -19,14 +19,14 @@ struct MemoryNeeds {
 };
 
 // What steering takes of a vertex; of a point that is no vertex any more but remembered for the
-// sake of a bound at points; and of one of the original that is put aside (original_values.h). 0:
-// none is.
+// sake of a bound at points; of one of the original that is put aside (original_values.h); and of
+// the means of cell arrays at a point, all of which lie in memory while the input is read. 0: there
+// are none.
 struct SteeringBytes {
-  std::uint64_t vertex = 0, removed_point = 0, point_aside = 0;
+  std::uint64_t vertex = 0, removed_point = 0, point_aside = 0, point_mean = 0;
 };
 
-// `memory_to_read` is what the reader
-// itself keeps in memory: 0 where it reads in windows.
+// `memory_to_read` is what the reader itself keeps in memory: 0 where it reads in windows.
 MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read);
 

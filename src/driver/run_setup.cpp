@@ -45,8 +45,13 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
   if (b.method == Method::kFuse) {
     vertex += (quadric_width(b, width) + (surfaces_move(b) ? 1 : 0)) * sizeof(float);
   }
+  std::uint64_t means = 0;
+  for (const SteeringChoice& c : choices) {
+    if (c.association != Association::kCell) continue;
+    means += mesh.cell_data.arrays[c.index].components * sizeof(double);
+  }
   return {vertex, error_limits(b, limits_of(choices)).at_points ? row : 0,
-          fits_values(request, mesh, choices) ? row : 0};
+          fits_values(request, mesh, choices) ? row : 0, means};
 }
 
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,

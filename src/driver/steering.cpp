@@ -55,13 +55,16 @@ SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
 
 Vector<Vec3<double>> read_positions(const MeshDescription& mesh, const MeshStream& stream) {
-  const std::uint64_t points = stream.points();
-  Vector<std::byte> rows(points * 3 * size_of(mesh.point_type));
-  stream.read_points(0, points, rows);
-  const Vector<double> values = to_doubles(mesh.point_type, rows);
-  Vector<Vec3<double>> positions(points);
-  for (std::size_t p = 0; p < points; ++p) {
-    positions[p] = {values[3 * p], values[3 * p + 1], values[3 * p + 2]};
+  Vector<Vec3<double>> positions(stream.points());
+  Vector<std::byte> rows;
+  for (std::uint64_t first = 0; first < positions.size(); first += kWindow) {
+    const std::uint64_t count = std::min<std::uint64_t>(kWindow, positions.size() - first);
+    rows.resize(count * 3 * size_of(mesh.point_type));
+    stream.read_points(first, count, rows);
+    const Vector<double> values = to_doubles(mesh.point_type, rows);
+    for (std::size_t p = 0; p < count; ++p) {
+      positions[first + p] = {values[3 * p], values[3 * p + 1], values[3 * p + 2]};
+    }
   }
   return positions;
 }

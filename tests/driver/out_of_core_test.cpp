@@ -225,6 +225,18 @@ TEST_F(OutOfCore, PointsThatArePutAsideTakeMemory) {
   EXPECT_EQ(needs(8, 700).pieces, needs(0, 700).pieces);
 }
 
+// Means of cell arrays are made in memory, of all points at once.
+TEST_F(OutOfCore, CellArraysThatSteerTakeMemory) {
+  const auto source = open_mesh(request.input);
+  MeshDescription mesh = source->description();
+  mesh.points = 100'000'000;
+  const auto needs = [&](std::uint64_t mean) {
+    return estimate_needs(mesh, {.vertex = 8, .point_mean = mean}, 700, 2, 0).out_of_core;
+  };
+  EXPECT_GT(needs(8), 40u * mesh.points);
+  EXPECT_EQ(needs(16) - needs(8), 8u * mesh.points);
+}
+
 // Else the end of a run, or of one that is stopped, would have to wait for the disk.
 TEST_F(OutOfCore, NothingIsSyncedWhereNobodyGoesOn) {
   const std::string expected = run_in_core();
