@@ -65,7 +65,7 @@ class MeshSource {
   // Windows of the file, or nullptr where the whole mesh must be read. open_stream()
   // (mesh_stream.h) gives a stream in any case.
   virtual std::unique_ptr<MeshStream> stream();
-  // The same for arrays alone: points and cells of it are not read, and need not be looked at.
+  // The same for arrays and points alone: cells of it are not read, and need not be looked at.
   virtual std::unique_ptr<MeshStream> stream_of_rows();
 
   // A checksum of the bytes in the file that say what its points and cells are, not decoded, for a

@@ -80,8 +80,8 @@ class MeshStream {
 std::unique_ptr<MeshStream> open_stream(
     MeshSource* source, const std::function<void(std::uint64_t bytes)>& reserve = {});
 
-// The same to read_rows() only, for a mesh whose points and cells are looked at elsewhere, or
-// never: what is wrong with them need not be seen here.
+// The same to read_rows() and read_points() only, for a mesh whose cells are looked at elsewhere, or
+// never: what is wrong with points and cells need not be seen here.
 std::unique_ptr<MeshStream> open_rows(MeshSource* source);
 
 }  // namespace tetfusion

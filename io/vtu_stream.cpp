@@ -78,14 +78,13 @@ class VtuStream final : public MeshStream {
   void read_points(std::uint64_t first, std::uint64_t count,
                    std::span<std::byte> out) const override {
     check_window(first, count, points());
-    require_all();
     input_.guarded(
         [&] { read_coordinates(coordinates_, description_.point_type, first, count, out.data()); });
   }
 
   void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const override {
     check_window(first, count, cells());
-    require_all();
+    if (wanted_ != Wanted::kAll) throw std::logic_error("cells of a stream of rows");
     clear(out);
     if (count == 0) return;
     input_.guarded([&] {
@@ -114,10 +113,6 @@ class VtuStream final : public MeshStream {
  private:
   static void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) {
     if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
-  }
-
-  void require_all() const {
-    if (wanted_ != Wanted::kAll) throw std::logic_error("points or cells of a stream of rows");
   }
 
   // ---- opening ----

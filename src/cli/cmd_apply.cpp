@@ -79,6 +79,7 @@ void run(Arguments* a) {
   refuse_piece_as_mesh(a->output, source->description());
   refuse_piece(a->report, source->description());
   const std::vector<MovedArray> arrays = apply_map(map, source.get(), a->arrays, context);
+  const StayedPoints stayed = compare_stayed_points(map, source.get(), context);
   const auto result = open_moved(map, arrays, source.get());
   const bool has_cell_arrays = !source->description().cell_data.arrays.empty();
   source.reset();  // it may be what is written over
@@ -91,12 +92,20 @@ void run(Arguments* a) {
   convert_mesh(result.get(), a->output, a->write);
   map.check();
   for (const MovedArray& moved : arrays) console.say(describe(moved));
+  if (stayed.elsewhere > 0) {
+    console.say(fmt::format(
+        "{} of {} points that stayed lie elsewhere in {}: the result has the points of the mesh "
+        "that was simplified, and wrong values if those of this one come in another order",
+        format_count(stayed.elsewhere), format_count(stayed.count), a->input));
+  }
   if (has_cell_arrays) {
     console.say("arrays of cells do not follow: a map knows where points went");
   }
   console.detail_resources();
   if (a->report.empty()) return;
   Json json = report_of(*a, map, arrays);
+  json["stayed_points"] = stayed.count;
+  json["stayed_points_elsewhere"] = stayed.elsewhere;
   json["seconds"] = {{"total", wall_seconds() - start}};
   json["cpu_seconds"] = cpu_seconds();
   json["peak_rss_bytes"] = peak_rss_bytes();

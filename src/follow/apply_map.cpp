@@ -322,6 +322,38 @@ std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weigh
   return arrays;
 }
 
+StayedPoints compare_stayed_points(const MapFile& map, MeshSource* source,
+                                   const RunContext& context) {
+  const auto stream = open_for(map, source);
+  const ValueType type = source->description().point_type, own_type = map.counts().point_type;
+  const std::span<const std::byte> own = map.mesh().points.bytes;
+  const std::size_t stride = 3 * size_of(own_type);
+  // Files of other programs may have rounded coordinates.
+  const auto is_about = [](double a, double b) {
+    return std::abs(a - b) <= 1e-6 * std::max(std::abs(a), std::abs(b));
+  };
+  StayedPoints stayed;
+  Vector<std::byte> rows;
+  auto next = map.shares().begin();
+  for (std::uint64_t first = 0; first < stream->points(); first += kWindow) {
+    context.check();
+    const std::uint64_t count = std::min(kWindow, stream->points() - first);
+    rows.resize(count * 3 * size_of(type));
+    stream->read_points(first, count, rows);
+    const Vector<double> there = to_doubles(type, rows);
+    const auto begin = next;
+    for (; next != map.shares().end() && next->original < first + count; ++next) {
+      if (next->weight != 1) continue;
+      const Vector<double> here = to_doubles(own_type, own.subspan(next->point * stride, stride));
+      const double* other = there.data() + 3 * (next->original - first);
+      ++stayed.count;
+      stayed.elsewhere += std::equal(here.begin(), here.end(), other, is_about) ? 0 : 1;
+    }
+    map.forget(std::span(begin, next));
+  }
+  return stayed;
+}
+
 std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,
                                        MeshSource* source) {
   const MeshDescription& mesh = source->description();

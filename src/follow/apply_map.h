@@ -50,6 +50,17 @@ std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weigh
                                    MeshSource* source, const std::vector<ArrayFit>& fits,
                                    const RunContext& context);
 
+// Of the points that stayed.
+struct StayedPoints {
+  std::uint64_t count = 0;
+  std::uint64_t elsewhere =
+      0;  // those that have other coordinates in the mesh in hand, by a millionth or more
+};
+// A mesh that moves, or one with its points in another order, of which a map knows nothing. Throws
+// like apply_map().
+StayedPoints compare_stayed_points(const MapFile& map, MeshSource* source,
+                                   const RunContext& context);
+
 // The simplified mesh with these arrays, the markers of `source`, and its field data. Refers to the
 // map and the arrays.
 std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,

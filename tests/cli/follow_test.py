@@ -160,6 +160,20 @@ class Maps(FolderTest):
                 np.testing.assert_array_equal(kept["original"][stayed], ids[kept["point"]][stayed])
                 self.assertEqual(stayed.sum(), (ids >= 0).sum())
 
+    def test_points_that_lie_elsewhere_are_told_of(self):
+        mesh = jittered()
+        path = self.write(mesh)
+        self.simplify(path, "--reduction", "60%")
+        stayed = self.apply(path)[1]
+        self.assertGreater(stayed["stayed_points"], 100)
+        self.assertEqual(stayed["stayed_points_elsewhere"], 0)
+        mesh.points = [(x, y, z + 1 if z > 3 else z) for x, y, z in mesh.points]
+        moved = self.write(rebuilt(mesh), "moved_mesh.vtu")
+        elsewhere = self.apply(moved)[1]["stayed_points_elsewhere"]
+        self.assertGreater(elsewhere, 0.3 * stayed["stayed_points"])
+        said = finish("apply", self.folder / "out.map", moved, "-o", self.folder / "x.vtu").stderr
+        self.assertRegex(said, rb"of \S+ points that stayed lie elsewhere in \S+moved_mesh.vtu")
+
     def test_points_outside_go_to_the_nearest_of_the_boundary(self):
         path = self.generate("--jitter", "0.5", tets="30k")
         run("simplify", path, "-o", self.folder / "round.vtu", "--reduction", "60%", "--regions", "none", "--quiet")
