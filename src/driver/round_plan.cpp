@@ -47,8 +47,9 @@ bool was_rejected(const RoundStatistics& round, Reject reason) {
 }
 
 // What the squared distance from the surface, as a share of the diagonal, adds to the cost: 1 % of
-// the diagonal is as bad as 32 % of a field's range.
-constexpr double kSurfaceCost = 1000;
+// the diagonal is as bad as 45 % of a field's range. With more surfaces are nearer still, and
+// fields further off (bench/README.md).
+constexpr double kSurfaceCost = 2000;
 
 // The largest error at a point in a round, as a share of the root of what its fusions may cost.
 // With a half, a quarter or an eighth the rms error of the Delaunay ball at 90 % is 0.103, 0.074 or
