@@ -137,7 +137,7 @@ TEST(FuseLimits, EveryReasonIsCounted) {
     for (const std::uint64_t quota : {100u, 1'000'000u}) {
       Steered s = steered(five_split_cube(9, 0.2, 4), smooth);
       for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
-        if (uniform(4, v) < 0.05) s.mesh.marks[v] |= v % 2 == 0 ? kLocked : kOnInterface;
+        if (uniform(4, v) < 0.05) s.mesh.marks[v] |= v % 2 == 0 ? kLocked : (kOnInterface | kLast);
       }
       FuseLimits limits = limits_of(threshold);
       limits.quota = quota;
