@@ -30,8 +30,7 @@ void say_what_steers(const std::vector<std::string>& arrays, const MeshDescripti
   const std::size_t named = std::min(others.size(), kMost);
   context.say(fmt::format(
       "arrays that follow it, whose errors nothing limits: {}{} (--array NAME, several times, "
-      "makes "
-      "them steer, too; 'tetfusion compare' measures them)",
+      "makes them steer, too; 'tetfusion compare' measures them)",
       fmt::join(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(named), ", "),
       named < others.size() ? fmt::format(" and {} more", others.size() - named) : ""));
 }

@@ -49,10 +49,10 @@ double mean_of_finite(const std::array<double, 4>& values, const std::array<doub
       other = values[i];
     } else if (weights[i] > 0) {
       weight += weights[i];
-      sum += (values[i] - sum) * (weights[i] / weight);  // the mean so far: cannot overflow
+      sum += weights[i] * values[i];
     }
   }
-  return weight >= 0.5 ? sum : other;
+  return weight >= 0.5 ? sum / weight : other;
 }
 
 void interpolate_point_column(std::span<const Interpolation> fusions, Column* column) {
