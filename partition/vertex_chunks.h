@@ -19,7 +19,6 @@ class VertexChunks {
 
   // A point's chunk on the curve, below kMaxChunks. Different points from several threads.
   void set_home(VertexId v, std::uint32_t chunk) { places_[v] = kNoneAway | chunk; }
-  std::uint32_t home(VertexId v) const { return place(v) & kChunkBits; }  // while notes are added
 
   // Notes, for a run of tetrahedra, that chunks have their points. One a thread; what it holds goes
   // to the table when it is destroyed.
