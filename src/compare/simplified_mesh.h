@@ -13,8 +13,6 @@
 
 namespace tetfusion {
 
-inline constexpr TetId kNoTet = 0xFFFFFFFFu;
-
 struct SimplifiedMesh {
   Vector<Point> points;       // those that a tetrahedron uses
   Vector<Tet> tets;           // wound alike

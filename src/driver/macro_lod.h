@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "io/piece_store.h"
-#include "kernel/fuse_round.h"
+#include "kernel/fuse_limits.h"
 #include "mesh/chunk_inspection.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"

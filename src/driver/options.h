@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/mesh_sink.h"
-#include "kernel/fuse_round.h"
+#include "kernel/fuse_limits.h"
 #include "kernel/greedy_pass.h"
 
 namespace tetfusion {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "kernel/fuse_round.h"
+#include "kernel/fuse_limits.h"
 #include "kernel/greedy_pass.h"
 #include "verify/verify.h"
 

@@ -1,4 +1,5 @@
-// Of fuse_round.h: the values of the new vertex, and what they do to the fields.
+#include "kernel/fuse_values.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6,7 +7,6 @@
 #include <limits>
 
 #include "base/lanes.h"
-#include "kernel/fuse_round.h"
 
 namespace tetfusion {
 
@@ -77,15 +77,32 @@ void find_ranges(const WorkMesh<Real>& mesh, const FuseCavity<Real>& cavity, dou
 
 }  // namespace
 
-// Chooses the values, too, as far as the bounds leave a choice.
 template <class Real>
-std::optional<Reject> FuseRound<Real>::judge_values(VertexId v, VertexId partner) {
-  const Joining<Real> joining{v, partner, fixed_, position_, cavity_.affected(), cavity_.deleted()};
-  if (fixed_) {
-    std::copy_n(mesh_->steering.data() + partner * width_, width_, values_.begin());
+void FuseValues<Real>::begin(const FuseLimits& limits, std::span<const SteeringField> fields,
+                             WorkMesh<Real>* mesh, LiveBalls* balls, EdgeCosts<Real>* edge_costs) {
+  limits_ = &limits;
+  mesh_ = mesh;
+  edge_costs_ = edge_costs;
+  width_ = mesh->steering_width;
+  paper_.begin(limits.paper, fields, mesh);
+  integrals_.begin(limits.keep_integrals, fields, mesh);
+  errors_.begin(fields, {limits.max_error, limits.error_now, limits.unit, limits.max_deviation},
+                mesh, balls);
+  values_.resize(width_);
+  least_.resize(width_);
+  most_.resize(width_);
+  losses_ = 0;
+  fused_ = 0;
+}
+
+template <class Real>
+std::optional<Reject> FuseValues<Real>::judge(const Joining<Real>& joining,
+                                              const FuseCavity<Real>& cavity) {
+  if (joining.fixed) {
+    std::copy_n(mesh_->steering.data() + joining.partner * width_, width_, values_.begin());
     least_ = most_ = values_;
   } else {
-    choose_values(v, partner);
+    choose(joining, cavity);
   }
   if (integrals_.stay()) {
     if (!integrals_.find(joining, values_)) return Reject::kIntegral;
@@ -97,14 +114,13 @@ std::optional<Reject> FuseRound<Real>::judge_values(VertexId v, VertexId partner
   return paper_.judge(joining, values_);
 }
 
-// The best values within those of the cavity, or the old fields' own, where the best are the same
-// but for single precision.
 template <class Real>
-void FuseRound<Real>::choose_values(VertexId v, VertexId partner) {
-  interpolation_ = cavity_.interpolation(v, partner, position_);
-  const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
+void FuseValues<Real>::choose(const Joining<Real>& joining, const FuseCavity<Real>& cavity) {
+  const auto& [v, partner, fixed, position, affected, deleted] = joining;
+  interpolation_ = cavity.interpolation(v, partner, position);
+  const Offset u = edge_costs_->offset(mesh_->positions[v], position);
   const double* steering = mesh_->steering.data();
-  find_ranges(*mesh_, cavity_, least_.data(), most_.data());
+  find_ranges(*mesh_, cavity, least_.data(), most_.data());
   for (std::size_t k = 0; k < width_; ++k) {
     const double least = least_[k], most = most_[k];
     const double before = interpolate(interpolation_, steering, width_, k);
@@ -116,79 +132,68 @@ void FuseRound<Real>::choose_values(VertexId v, VertexId partner) {
 
 // By the quadrics of the two: what value k should be there.
 template <class Real>
-double FuseRound<Real>::best_at(VertexId v, const Offset& u, std::size_t k) const {
+double FuseValues<Real>::best_at(VertexId v, const Offset& u, std::size_t k) const {
   return mesh_->steering[v * width_ + k] +
-         double{best_value(edge_costs_.merged().sum.data(), k, u)} / edge_costs_.scale(k);
+         double{best_value(edge_costs_->merged().sum.data(), k, u)} / edge_costs_->scale(k);
 }
 
-// A quadric knows how far the new vertex is from the fields that it stands for, but not what its
-// tetrahedra are to the points that go: where a field bends, long ones cut the corner. Would the
-// new fields be so far off at one of the two places that the fusion should cost more than the round
-// may? (Bounds look at more points than these.)
 template <class Real>
-bool FuseRound<Real>::loses_too_much(VertexId v, VertexId partner) {
+std::optional<float> FuseValues<Real>::find_loss(const Joining<Real>& joining,
+                                                 const FuseCavity<Real>& cavity, float weight) {
   loss_ = 0;
-  if (width_ == 0 || !(limits_->threshold < kLargestThreshold) || errors_.bounds()) return false;
-  const double* steering = mesh_->steering.data();
-  if (fixed_) {
-    std::copy_n(steering + partner * width_, width_, values_.begin());
+  const double threshold = limits_->threshold;
+  if (width_ == 0 || !(threshold < kLargestThreshold) || errors_.bounds()) return std::nullopt;
+  if (joining.fixed) {
+    std::copy_n(mesh_->steering.data() + joining.partner * width_, width_, values_.begin());
   } else {
-    const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
-    for (std::size_t k = 0; k < width_; ++k) values_[k] = best_at(v, u, k);
+    const Offset u = edge_costs_->offset(mesh_->positions[joining.v], joining.position);
+    for (std::size_t k = 0; k < width_; ++k) values_[k] = best_at(joining.v, u, k);
   }
-  const auto loses = [&](VertexId x, const typename FuseCavity<Real>::Place& place) {
-    double squares = 0;
-    for (std::size_t k = 0; k < width_; ++k) {
-      double value = place.shares[0] * values_[k];
-      for (std::size_t i = 0; i < 3; ++i) {
-        value += place.shares[i + 1] * steering[place.base[i] * width_ + k];
-      }
-      const double error = (value - steering[x * width_ + k]) * edge_costs_.scale(k);
-      squares += error * error;
-    }
-    const double cost = kLossCost * squares * double{weight_of(v, partner)};
-    loss_ = std::max(loss_, std::min(cost, limits_->threshold));
-    if (!(cost > limits_->threshold)) return false;
-    if (cost * static_cast<double>(fused_) < kLossOutlier * losses_) return false;
+  const auto too_dear = [&](VertexId x, const typename FuseCavity<Real>::Place& place) {
+    const double cost = kLossCost * loss_at(x, place) * double{weight};
+    loss_ = std::max(loss_, std::min(cost, threshold));
+    const bool is_outlier =
+        cost > threshold && !(cost * static_cast<double>(fused_) < kLossOutlier * losses_);
     // Rounded up, so that it is above the threshold, too.
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    dear_ = std::nextafter(static_cast<float>(std::min(cost, kLargestThreshold)), kInfinity);
-    return true;
+    const auto single = static_cast<float>(std::min(cost, kLargestThreshold));
+    return is_outlier ? std::optional(std::nextafter(single, kInfinity)) : std::nullopt;
   };
-  return loses(v, cavity_.place_of_vertex()) ||
-         (!fixed_ && loses(partner, cavity_.place_of_partner()));
+  if (const auto dear = too_dear(joining.v, cavity.place_of_vertex())) return dear;
+  if (joining.fixed) return std::nullopt;
+  return too_dear(joining.partner, cavity.place_of_partner());
 }
 
-// For those who go back: at the points, if all fields have bounds there; else what the quadric
-// says, at the position that was chosen. Rounded up.
+// The square of the error at a vertex that goes.
 template <class Real>
-float FuseRound<Real>::error_of(VertexId v, const Candidate& candidate) const {
-  double error = 0;
-  if (errors_.bounds_all()) {
-    error = errors_.largest_error(values_);
-  } else {
-    float cost = candidate.cost;
-    if (!fixed_) {
-      const MergedQuadric& merged = edge_costs_.merged();
-      const Offset u = edge_costs_.offset(mesh_->positions[v], position_);
-      const float weight = is_on_sheet(v) ? 1 : merged.sum[kQuadricW];
-      cost = std::max(cost, value_at(merged.reduced, u) / weight * weight_of(v, candidate.partner));
+double FuseValues<Real>::loss_at(VertexId x, const typename FuseCavity<Real>::Place& place) const {
+  const double* steering = mesh_->steering.data();
+  double squares = 0;
+  for (std::size_t k = 0; k < width_; ++k) {
+    double value = place.shares[0] * values_[k];
+    for (std::size_t i = 0; i < 3; ++i) {
+      value += place.shares[i + 1] * steering[place.base[i] * width_ + k];
     }
-    error = std::sqrt(std::max(cost, 0.0F));
+    const double error = (value - steering[x * width_ + k]) * edge_costs_->scale(k);
+    squares += error * error;
   }
-  const auto single = static_cast<float>(error);
-  return single < error ? std::nextafter(single, std::numeric_limits<float>::infinity()) : single;
+  return squares;
 }
 
-template std::optional<Reject> FuseRound<float>::judge_values(VertexId, VertexId);
-template std::optional<Reject> FuseRound<double>::judge_values(VertexId, VertexId);
-template void FuseRound<float>::choose_values(VertexId, VertexId);
-template void FuseRound<double>::choose_values(VertexId, VertexId);
-template double FuseRound<float>::best_at(VertexId, const Offset&, std::size_t) const;
-template double FuseRound<double>::best_at(VertexId, const Offset&, std::size_t) const;
-template bool FuseRound<float>::loses_too_much(VertexId, VertexId);
-template bool FuseRound<double>::loses_too_much(VertexId, VertexId);
-template float FuseRound<float>::error_of(VertexId, const Candidate&) const;
-template float FuseRound<double>::error_of(VertexId, const Candidate&) const;
+template <class Real>
+double FuseValues<Real>::error(float cost) const {
+  return errors_.bounds_all() ? errors_.largest_error(values_) : std::sqrt(std::max(cost, 0.0F));
+}
+
+template <class Real>
+void FuseValues<Real>::apply(VertexId kept) {
+  if (errors_.bounds()) errors_.apply();
+  if (integrals_.stay()) integrals_.apply(kept, interpolation_.nearest);
+  losses_ += loss_;
+  ++fused_;
+}
+
+template class FuseValues<float>;
+template class FuseValues<double>;
 
 }  // namespace tetfusion

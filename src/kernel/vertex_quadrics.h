@@ -2,6 +2,7 @@
 // rows of WorkMesh::quadrics.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -25,5 +26,11 @@ constexpr std::uint32_t quadric_row(std::uint32_t steering_width, bool sheets_mo
 // that is no number, or without certain volume, is left out.
 template <class Real>
 void begin_quadrics(std::span<const SteeringField> fields, double unit, WorkMesh<Real>* mesh);
+
+// The last number of the vertex's row.
+template <class Real>
+float& known_cost(WorkMesh<Real>* mesh, VertexId v) {
+  return mesh->quadrics[(std::size_t{v} + 1) * mesh->quadric_width - 1];
+}
 
 }  // namespace tetfusion

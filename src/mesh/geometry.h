@@ -20,6 +20,7 @@ struct Vec3 {
 using VertexId = std::uint32_t;
 using TetId = std::uint32_t;
 inline constexpr VertexId kNoVertex = 0xFFFFFFFFu;
+inline constexpr TetId kNoTet = 0xFFFFFFFFu;
 // Four corners a tetrahedron must still be countable in 32 bits.
 inline constexpr std::uint64_t kMaxTets = (std::uint64_t{1} << 30) - 1;
 inline constexpr std::uint64_t kMaxPoints = 0xFFFFFFFEu;
