@@ -15,6 +15,7 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/summaries.h"
+#include "driver/run_plan.h"
 #include "driver/simplify.h"
 #include "driver/stages.h"
 #include "io/output_file.h"

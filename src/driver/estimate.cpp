@@ -8,6 +8,7 @@
 #include "driver/import.h"
 #include "driver/round_plan.h"
 #include "driver/rounds.h"
+#include "driver/run.h"
 #include "driver/run_setup.h"
 #include "driver/stages.h"
 #include "mesh/blocks.h"
@@ -25,19 +26,20 @@ constexpr double kCutting = 1.3;
 template <class Real>
 class Trial {
  public:
-  Trial(const EstimateRequest& request, const RunContext& context, MemoryBudget* budget)
-      : request_(request),
-        behaviour_(request.request.behaviour),
-        context_(context),
-        budget_(budget),
-        planner_(behaviour_),
-        boundary_(request.stream.points()),
+  Trial(const Run& run, const Steering& steering, std::uint64_t sample_tets)
+      : run_(run),
+        steering_(steering),
+        behaviour_(run.request.behaviour),
+        planner_(behaviour_, moving_regions(behaviour_, run.input.carried, run.input.regions),
+                 run.input.weights),
+        sample_tets_(sample_tets),
+        boundary_(run.input.stream->points()),
         scratch_(memory_scratch()) {}
 
-  RunEstimate run();
+  RunEstimate run(double start);
 
  private:
-  void import(const CarriedArrays& carried);
+  void import();
   void look_at_marks();
   void limit_errors();
   void reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds);
@@ -48,18 +50,16 @@ class Trial {
   double scale() const { return free_ > 0 ? inside_ / free_ : 0; }
   MacroLod<Real>& mesh() { return input_.mesh; }
 
-  const EstimateRequest& request_;
+  const Run& run_;
+  const Steering& steering_;
   const BehaviourOptions& behaviour_;
-  const RunContext& context_;
-  MemoryBudget* budget_;
   RoundPlanner planner_;
+  const std::uint64_t sample_tets_;
   BoundarySample boundary_;
   std::unique_ptr<Scratch> scratch_;
   PhaseClock clock_;
   ImportedMesh<Real> input_;
   std::vector<SteeringField> fields_;
-  std::vector<std::uint32_t> regions_;  // columns whose interfaces move
-  WeightColumn weights_;
   RoundsState state_;
   RunEstimate out_;
   double free_ = 0;    // vertices of the sample that may go
@@ -67,21 +67,18 @@ class Trial {
 };
 
 template <class Real>
-RunEstimate Trial<Real>::run() {
-  const CarriedArrays carried(request_.description);
-  import(carried);
+RunEstimate Trial<Real>::run(double start) {
+  import();
   const double assembling = clock_.seconds().at("assemble");
-  const double reading = wall_seconds() - request_.start - assembling;
+  const double reading = wall_seconds() - start - assembling;
   out_.tets = boundary_.tets();
   out_.sample_tets = mesh().tets;
   out_.boundary_share = boundary_.boundary_share();
   look_at_marks();
   limit_errors();
-  weights_ = weight_column(behaviour_.weight, request_.description, carried);
-  if (surfaces_move(behaviour_)) regions_ = region_columns(carried, request_.regions);
 
-  const auto layout = run_layout<Real>(behaviour_, carried, request_.steering.width());
-  Rounds<Real> rounds(layout, 1, budget_, scratch_.get());
+  const auto layout = run_layout<Real>(behaviour_, run_.input.carried, steering_.width());
+  Rounds<Real> rounds(layout, 1, run_.place.budget(), scratch_.get());
   state_.chunk_tets = behaviour_.chunk_tets;
   const double begin = wall_seconds();
   reach(goal(), &rounds);
@@ -99,17 +96,16 @@ RunEstimate Trial<Real>::run() {
 }
 
 template <class Real>
-void Trial<Real>::import(const CarriedArrays& carried) {
-  const Steering& steering = request_.steering;
-  fields_ = fields_of(steering, carried);
-  ImportSettings settings =
-      import_settings(behaviour_, carried, request_.regions, steering.width());
-  settings.chunk_tets = std::max(request_.sample_tets,
-                                 block_count(request_.stream.cells(), VertexChunks::kMaxChunks));
+void Trial<Real>::import() {
+  const RunInput& in = run_.input;
+  fields_ = fields_of(steering_, in.carried);
+  ImportSettings settings = import_settings(behaviour_, in.carried, in.regions, steering_.width());
+  settings.chunk_tets =
+      std::max(sample_tets_, block_count(in.stream->cells(), VertexChunks::kMaxChunks));
   settings.sample = &boundary_;
-  settings.interest = &request_.interest;
-  input_ = import_mesh<Real>(request_.stream, carried, steering, settings, {}, context_, &clock_,
-                             budget_, scratch_.get());
+  settings.interest = &in.interest;
+  input_ = import_mesh<Real>(*in.stream, in.carried, steering_, settings, {}, run_.context, &clock_,
+                             run_.place.budget(), scratch_.get());
   clock_.end();
 }
 
@@ -134,7 +130,7 @@ void Trial<Real>::look_at_marks() {
 template <class Real>
 void Trial<Real>::limit_errors() {
   const ErrorLimits limits = error_limits(behaviour_, fields_);
-  if (limits.at_points && boundary_.used_points() < request_.stream.points()) {
+  if (limits.at_points && boundary_.used_points() < run_.input.stream->points()) {
     relate_to_used_points(input_.steering_box, limits.max_error, &fields_);
   }
   planner_.limit_errors(error_limits(behaviour_, fields_));
@@ -143,7 +139,7 @@ void Trial<Real>::limit_errors() {
 // The sample's part of what has to go; its free vertices have to do with less.
 template <class Real>
 std::optional<std::uint64_t> Trial<Real>::goal() {
-  const auto all = plan_stages(request_.request, out_.tets).back().tets;
+  const auto all = plan_stages(run_.request, out_.tets).back().tets;
   if (!all) return std::nullopt;
   const auto to_go = static_cast<double>(out_.tets - std::min(out_.tets, *all));
   out_.goal = to_go / static_cast<double>(out_.tets);
@@ -155,12 +151,10 @@ std::optional<std::uint64_t> Trial<Real>::goal() {
 template <class Real>
 void Trial<Real>::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds) {
   while ((!goal || mesh().tets > *goal) && state_.end == StageEnd::kOpen) {
-    context_.report("trying", 0.6);
-    RoundPlan plan = planner_.plan(input_.box, mesh().tets, goal, state_);
-    plan.settings.fuse.regions = regions_;
-    plan.settings.fuse.weights = weights_;
+    run_.context.report("trying", 0.6);
+    const RoundPlan plan = planner_.plan(input_.box, mesh().tets, goal, state_);
     const RoundStatistics round =
-        rounds->run(plan.settings, plan.limits, fields_, context_, &mesh());
+        rounds->run(plan.settings, plan.limits, fields_, run_.context, &mesh());
     planner_.note(plan, round, &state_);
   }
 }
@@ -170,18 +164,18 @@ template <class Real>
 double Trial<Real>::seconds_for_all(double reading, double assembling, double rounds) const {
   const auto chunks = static_cast<double>(
       std::max<std::uint64_t>(1, block_count(out_.tets, behaviour_.chunk_tets)));
-  const double turns = std::ceil(chunks / request_.threads) / chunks;
+  const double turns = std::ceil(chunks / thread_count()) / chunks;
   const double times = static_cast<double>(out_.tets) / static_cast<double>(out_.sample_tets);
   return reading + times * (assembling + (chunks > 1 ? kCutting : 1) * rounds) * turns;
 }
 
 }  // namespace
 
-RunEstimate estimate_run(const EstimateRequest& request, const RunContext& context,
-                         MemoryBudget* budget) {
-  return request.description.point_type == ValueType::kFloat32
-             ? Trial<float>(request, context, budget).run()
-             : Trial<double>(request, context, budget).run();
+RunEstimate estimate_run(const Run& run, const Steering& steering, std::uint64_t sample_tets,
+                         double start) {
+  return run.input.description().point_type == ValueType::kFloat32
+             ? Trial<float>(run, steering, sample_tets).run(start)
+             : Trial<double>(run, steering, sample_tets).run(start);
 }
 
 }  // namespace tetfusion

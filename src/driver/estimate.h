@@ -4,16 +4,11 @@
 
 #include <cstdint>
 #include <optional>
-#include <vector>
-
-#include "base/memory_budget.h"
-#include "base/run_context.h"
-#include "driver/options.h"
-#include "driver/steering.h"
-#include "io/mesh_stream.h"
-#include "mesh/region_of_interest.h"
 
 namespace tetfusion {
+
+struct Run;
+class Steering;
 
 // Tetrahedra of the part that is tried out.
 inline constexpr std::uint64_t kSampleTets = 200'000;
@@ -31,26 +26,14 @@ struct RunEstimate {
   bool reaches_goal() const { return goal && *goal <= reduction; }
 };
 
-struct EstimateRequest {
-  const SimplifyRequest& request;
-  const MeshDescription& description;
-  const MeshStream& stream;
-  const Steering& steering;
-  const std::vector<std::size_t>& regions;  // cell arrays of the description
-  const RegionOfInterest& interest;
-  std::uint64_t sample_tets = kSampleTets;
-  int threads = 1;
-  double start = 0;  // wall_seconds() before the input was read
-};
-
 // Reads the input once, as an import does, keeps one chunk of about sample_tets tetrahedra, from
 // the middle of the mesh, and runs the rounds of the method over it, to the goal and then until
 // nothing fuses. What lies between it and other chunks stays, as in a first round; in a run it
 // would be another's turn in the next. So what counts is how many of the sample's free vertices go,
 // and how many vertices the mesh has inside, by a sample of its own (mesh/boundary_sample.h). Time
-// is what reading took, and what the sample took for as many tetrahedra as there are; not the
-// waiting for disks.
-RunEstimate estimate_run(const EstimateRequest& request, const RunContext& context,
-                         MemoryBudget* budget);
+// is what reading took, from `start` (wall_seconds()) on, and what the sample took for as many
+// tetrahedra as there are; not the waiting for disks.
+RunEstimate estimate_run(const Run& run, const Steering& steering, std::uint64_t sample_tets,
+                         double start);
 
 }  // namespace tetfusion

@@ -251,6 +251,14 @@ void add_original_ids(WorkMesh<Real>* rows, LowerPart<Real>* lower, CarriedArray
 
 ArrayInfo original_ids_info() { return {kOriginalIds, ValueType::kInt64, 1, {}, 0}; }
 
+void require_no_original_ids(const std::string& input, const MeshDescription& mesh) {
+  if (mesh.point_data.find(kOriginalIds) == AttributeSet::npos) return;
+  throw Error(ErrorCode::kUsage,
+              fmt::format("{}: the mesh has an array {} already: leave --original-ids out, or "
+                          "rename or remove the array",
+                          input, kOriginalIds));
+}
+
 void check_export(const std::string& path, Encoding encoding) {
   if (is_pieces_name(path)) {
     check_pieces_output(path);

@@ -41,6 +41,8 @@ struct ExportSettings {
 
 // The array kOriginalIds.
 ArrayInfo original_ids_info();
+// Throws Error(kUsage) where the mesh has one already.
+void require_no_original_ids(const std::string& input, const MeshDescription& mesh);
 
 // Throws what export_mesh() would throw for such a name, before any work.
 void check_export(const std::string& path, Encoding encoding);

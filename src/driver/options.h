@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "io/mesh_sink.h"
 #include "kernel/fuse_limits.h"
 #include "kernel/greedy_pass.h"
@@ -56,7 +57,7 @@ struct BehaviourOptions {
   // their range; > 0. Absent: anything.
   std::optional<double> max_rms;
   // With kFuse and a goal: where a fusion would have to do more, in the same terms, the run ends
-  // with OutOfReach (simplify.h); > 0. Absent: it goes on.
+  // with OutOfReach; > 0. Absent: it goes on.
   std::optional<double> give_up_rms;
   // With kFuse: no steering field deviates by more from the original's at any of the original's
   // points, as a share of its range; > 0. Absent: anything with a goal, another bound, or a
@@ -104,6 +105,12 @@ struct BehaviourOptions {
 
   bool tetrahedralize = false;
   bool linearize = false;
+};
+
+// BehaviourOptions::give_up_rms was not enough.
+class OutOfReach : public Error {
+ public:
+  OutOfReach() : Error(ErrorCode::kBroken, "the goal is out of reach of the error") {}
 };
 
 inline constexpr const char* kOriginalIds = "OriginalPointIds";

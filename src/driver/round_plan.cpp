@@ -141,6 +141,8 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
   settings->fuse.min_quality = options_.min_quality;
   settings->fuse.max_error = errors_.max_error;
   settings->fuse.keep_integrals = options_.conserve;
+  settings->fuse.regions = regions_;
+  settings->fuse.weights = weights_;
   if (settings->look) return;
   settings->fuse.sheets_rest = settings->is_first && settings->fuse.sheets_move();
   const auto to_go = has_goal ? std::optional(quota) : std::nullopt;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "driver/error_limits.h"
@@ -45,8 +46,11 @@ inline constexpr double kFlat = 0x1p-18;
 
 class RoundPlanner {
  public:
-  // The options outlive this.
-  explicit RoundPlanner(const BehaviourOptions& behaviour) : options_(behaviour) {}
+  // Columns of chunks: the regions whose interfaces move, and the weights. The options outlive
+  // this.
+  RoundPlanner(const BehaviourOptions& behaviour, std::vector<std::uint32_t> regions,
+               const WeightColumn& weights)
+      : options_(behaviour), regions_(std::move(regions)), weights_(weights) {}
 
   // To be called before the first round.
   void limit_errors(const ErrorLimits& limits) { errors_ = limits; }
@@ -67,6 +71,8 @@ class RoundPlanner {
   std::size_t schedule() const;
 
   const BehaviourOptions& options_;
+  const std::vector<std::uint32_t> regions_;
+  const WeightColumn weights_;
   ErrorLimits errors_;
 };
 

@@ -2,9 +2,38 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/resources.h"
 #include "base/version.h"
+#include "driver/regions.h"
+#include "driver/run.h"
+#include "driver/scratch_place.h"
 
 namespace tetfusion {
+
+RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
+                 std::uint64_t sample_tets) {
+  const double start = wall_seconds();
+  Run run = open_run(request, nullptr, nullptr, context);
+  const MeshDescription& mesh = run.input.description();
+  RunPlan plan;
+  plan.input.path = request.input;
+  plan.input.points = mesh.points;
+  plan.input.tets = mesh.cells;
+  for (const SteeringChoice& choice : run.input.steering) plan.steering.push_back(choice.name);
+  plan.regions = names_of_cell_arrays(mesh, run.input.regions);
+  plan.chunks = (mesh.cells + request.behaviour.chunk_tets - 1) / request.behaviour.chunk_tets;
+  plan.needs = run.place.needs();
+  plan.memory = run.place.budget()->total();
+  plan.on_disk = run.place.on_disk();
+  plan.scratch = scratch_folder(request);
+  if (mesh.spooled_checksum) plan.needs.scratch += mesh.file_bytes;
+  plan.method = request.behaviour.method;
+  plan.threads = thread_count();
+  const Steering steering = read_steering(&run);
+  plan.estimate = estimate_run(run, steering, sample_tets, start);
+  context.report("done", 1);
+  return plan;
+}
 
 std::string to_json(const RunPlan& plan) {
   using Json = nlohmann::ordered_json;

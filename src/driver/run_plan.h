@@ -5,8 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "base/run_context.h"
 #include "driver/estimate.h"
 #include "driver/memory_plan.h"
+#include "driver/options.h"
 #include "driver/report.h"
 
 namespace tetfusion {
@@ -28,6 +30,11 @@ struct RunPlan {
   std::uint64_t memory_needed() const { return on_disk ? needs.out_of_core : needs.in_core; }
   std::uint64_t scratch_needed() const { return on_disk ? needs.scratch : 0; }
 };
+
+// Throws what simplify() would throw before it reads the mesh. Reads the input once, tries
+// `sample_tets` tetrahedra of it, and writes nothing.
+RunPlan plan_run(const SimplifyRequest& request, const RunContext& context = {},
+                 std::uint64_t sample_tets = kSampleTets);
 
 std::string to_json(const RunPlan& plan);
 

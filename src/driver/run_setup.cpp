@@ -19,10 +19,26 @@ std::uint32_t quadric_width(const BehaviourOptions& behaviour, std::uint32_t ste
   return quadric_row(steering_width, surfaces_move(behaviour));
 }
 
+// Columns of chunks: those of cell arrays of the description.
+std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
+                                          const std::vector<std::size_t>& regions) {
+  std::vector<std::uint32_t> columns;
+  for (const std::size_t i : regions) {
+    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
+    if (at == carried.cell_indices.end()) continue;
+    columns.push_back(static_cast<std::uint32_t>(at - carried.cell_indices.begin()));
+  }
+  return columns;
+}
+
 }  // namespace
 
 bool surfaces_move(const BehaviourOptions& behaviour) {
   return behaviour.boundary != Boundary::kExact;
+}
+
+bool looks_at_result(const SimplifyRequest& request) {
+  return request.verify || !request.map.empty();
 }
 
 bool fits_values(const SimplifyRequest& request, const MeshDescription& mesh,
@@ -54,15 +70,11 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
           fits_values(request, mesh, choices) ? row : 0, means};
 }
 
-std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
+std::vector<std::uint32_t> moving_regions(const BehaviourOptions& behaviour,
+                                          const CarriedArrays& carried,
                                           const std::vector<std::size_t>& regions) {
-  std::vector<std::uint32_t> columns;
-  for (const std::size_t i : regions) {
-    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
-    if (at == carried.cell_indices.end()) continue;
-    columns.push_back(static_cast<std::uint32_t>(at - carried.cell_indices.begin()));
-  }
-  return columns;
+  if (!surfaces_move(behaviour)) return {};
+  return region_columns(carried, regions);
 }
 
 SteeringChoice choose_weights(const std::string& name, const MeshDescription& mesh) {

@@ -18,6 +18,9 @@ namespace tetfusion {
 
 bool surfaces_move(const BehaviourOptions& behaviour);
 
+// Is each result read again, or mapped, before it gets its name?
+bool looks_at_result(const SimplifyRequest& request);
+
 // Are values of new points fitted to the original's in the end (original_values.h)? Not where they
 // are promised already, or where the way back begins with those that fusions left.
 bool fits_values(const SimplifyRequest& request, const MeshDescription& mesh,
@@ -26,8 +29,9 @@ bool fits_values(const SimplifyRequest& request, const MeshDescription& mesh,
 SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
                              const std::vector<SteeringChoice>& choices);
 
-// Columns of chunks: those of cell arrays of the description.
-std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
+// Of cell arrays of the description those whose interfaces move, as columns of chunks.
+std::vector<std::uint32_t> moving_regions(const BehaviourOptions& behaviour,
+                                          const CarriedArrays& carried,
                                           const std::vector<std::size_t>& regions);
 
 // The array that says how much errors count: "NAME" of points, "cell:NAME" of cells. Of a chunk,

@@ -3,21 +3,13 @@
 
 #include <memory>
 
-#include "base/error.h"
 #include "base/run_context.h"
 #include "driver/options.h"
 #include "driver/report.h"
-#include "driver/run_plan.h"
 #include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 
 namespace tetfusion {
-
-// BehaviourOptions::give_up_rms was not enough.
-class OutOfReach : public Error {
- public:
-  OutOfReach() : Error(ErrorCode::kBroken, "the goal is out of reach of the error") {}
-};
 
 // Reads request.input, runs greedy passes of TetFuse until the goal is reached or nothing fuses,
 // and writes request.output (and a file a level, with request.behaviour.lods). Each file appears
@@ -38,10 +30,5 @@ SimplifyReport simplify(const SimplifyRequest& request, std::unique_ptr<MeshSour
 // scratch empty nothing goes to the disk, and what does not fit is Error(kMemory).
 SimplifyReport simplify(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
                         MeshSink* sink, const RunContext& context = {});
-
-// Throws what simplify() would throw before it reads the mesh. Reads the input once, tries
-// `sample_tets` tetrahedra of it, and writes nothing.
-RunPlan plan_run(const SimplifyRequest& request, const RunContext& context = {},
-                 std::uint64_t sample_tets = kSampleTets);
 
 }  // namespace tetfusion

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/resources.h"
+#include "driver/run_plan.h"
 #include "driver/simplify.h"
 #include "generate/generate.h"
 #include "support/mesh_file.h"

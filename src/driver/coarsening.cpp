@@ -1,0 +1,224 @@
+#include "driver/coarsening.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "base/numbers.h"
+#include "base/resources.h"
+#include "driver/error_limits.h"
+#include "driver/notices.h"
+#include "driver/progressive.h"
+#include "driver/run_setup.h"
+
+namespace tetfusion {
+
+template <class Real>
+Coarsening<Real>::Coarsening(Run* run)
+    : run_(*run),
+      options_(run->request.behaviour),
+      planner_(options_, moving_regions(options_, run->input.carried, run->input.regions),
+               run->input.weights) {}
+
+// Makes what rounds need, and what is put aside on their way.
+template <class Real>
+void Coarsening<Real>::begin(std::uint32_t steering_width) {
+  const RunInput& in = run_.input;
+  Scratch* scratch = run_.place.scratch();
+  layout_ = run_layout<Real>(options_, in.carried, steering_width);
+  WorkMesh<Real> rows = layout_;
+  if (run_.keeps_logs()) rows.cell_columns.push_back(number_column());
+  rounds_ = std::make_unique<Rounds<Real>>(rows, thread_count(), run_.place.budget(), scratch);
+  if (run_.keeps_logs()) {
+    logs_ = std::make_unique<FusionLogs>(scratch, log_bytes_per_tet(in.description()));
+    rounds_->keep_logs(logs_.get());
+  }
+  if (fits_values(run_.request, in.description(), in.steering)) {
+    state_.values = std::make_unique<OriginalValues<Real>>(scratch, surfaces_move(options_));
+    rounds_->put_values_aside(state_.values.get());
+  }
+}
+
+template <class Real>
+void Coarsening<Real>::resume(Checkpoint left) {
+  load(left.state, &state_);
+  state_.input.mesh.pieces = std::move(left.pieces);
+  run_.place.go_on();
+  run_.context.say(fmt::format("going on after {} rounds, with {} tetrahedra left",
+                               state_.lods.size(), format_count(state_.input.mesh.tets)));
+  begin(state_.steering_width);
+  if (logs_) logs_->resume(state_.log_slices, &left);
+  if (state_.values) state_.values->resume(state_.value_chunks, &left);
+  plan_output(state_.input.facts.tets);
+  planner_.limit_errors(error_limits(options_, state_.fields));
+}
+
+template <class Real>
+void Coarsening<Real>::import() {
+  RunInput& in = run_.input;
+  const Steering steering = read_steering(&run_);
+  begin(steering.width());
+  state_.fields = fields_of(steering, in.carried);
+  planner_.limit_errors(error_limits(options_, state_.fields));
+  state_.field_names = steering.names();
+  state_.steering_width = steering.width();
+  state_.chunk_tets = options_.chunk_tets;
+  ImportSettings settings = import_settings(options_, in.carried, in.regions, steering.width());
+  settings.interest = &in.interest;
+  settings.keeps_numbers = run_.keeps_logs();
+  // Where points have bounds the whole mesh has to be looked at before anything fuses, for the
+  // ranges that bounds are shares of.
+  settings.excerpt = options_.method == Method::kFuse &&
+                     options_.boundary_rule == BoundaryRule::kVertices &&
+                     !error_limits(options_, state_.fields).at_points;
+  RoundPlan plan;
+  state_.input =
+      import_mesh<Real>(*in.stream, in.carried, steering, settings, first_round(&plan),
+                        run_.context, &run_.clock, run_.place.budget(), run_.place.scratch());
+  const ErrorLimits limits = error_limits(options_, state_.fields);
+  if (limits.at_points && state_.input.facts.unused_points > 0) {
+    relate_to_used_points(state_.input.steering_box, limits.max_error, &state_.fields);
+    planner_.limit_errors(error_limits(options_, state_.fields));
+  }
+  say_what_was_found();
+  plan_output(state_.input.facts.tets);
+  if (state_.input.first_round_done) {
+    const InterfaceTable marks = std::move(state_.input.mesh.interface);
+    const RoundStatistics round = rounds_->end(&state_.input.mesh, marks);
+    end_round(plan, round);
+  } else {
+    commit("import");
+  }
+  in.stream.reset();
+  trim_memory();
+}
+
+// What is to be written of a mesh of so many tetrahedra.
+template <class Real>
+void Coarsening<Real>::plan_output(std::uint64_t tets) {
+  run_.context.report_size(tets);
+  stages_ = plan_stages(run_.request, tets);
+  if (options_.tets && *stages_.back().tets < *options_.tets) {
+    throw Error(
+        ErrorCode::kUsage,
+        "--lods goes further than --tets: give one of them, or a goal beyond the last level");
+  }
+}
+
+// Under the rule of boundary tetrahedra there is none, as chunks must know each other's boundary
+// before they begin. `plan` is made when all is known that it depends on.
+template <class Real>
+FirstRound<Real> Coarsening<Real>::first_round(RoundPlan* plan) {
+  FirstRound<Real> first;
+  if (options_.boundary_rule != BoundaryRule::kVertices) return first;
+  first.look = [this](const Box& box, std::uint64_t tets, WorkMesh<Real>* excerpt) {
+    look_at_excerpt(box, tets, excerpt);
+  };
+  first.begin = [this, plan](const Box& box, std::uint64_t tets, std::vector<std::uint64_t> shares,
+                             const Vector<Vec3<Real>>& samples) {
+    plan_output(tets);
+    state_.input.box = box;
+    *plan = plan_round(tets, stages_.front().tets);
+    rounds_->begin(plan->settings, plan->limits, state_.fields, tets, std::move(shares), samples);
+  };
+  first.work = [this](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
+    rounds_->work(chunk, worker, mesh);
+  };
+  return first;
+}
+
+// Finds out about what fusions cost in all of the mesh. The excerpt has all tetrahedra of those of
+// its points that are not between chunks.
+template <class Real>
+void Coarsening<Real>::look_at_excerpt(const Box& box, std::uint64_t tets,
+                                       WorkMesh<Real>* excerpt) {
+  std::uint64_t corners = 0;
+  for (std::size_t v = 0; v < excerpt->vertex_count(); ++v) {
+    if ((excerpt->marks[v] & kOnInterface) == 0) corners += excerpt->incidence[v];
+  }
+  if (corners == 0) return;
+  state_.input.box = box;
+  const RoundPlan plan = plan_round(tets, std::nullopt);
+  CostHistogram costs = rounds_->look(plan.settings, state_.fields, excerpt);
+  const double times = 4 * static_cast<double>(tets) / static_cast<double>(corners);
+  for (std::uint64_t& count : costs) {
+    count = static_cast<std::uint64_t>(std::ceil(times * static_cast<double>(count)));
+  }
+  state_.costs = costs;
+}
+
+template <class Real>
+void Coarsening<Real>::say_what_was_found() const {
+  const RunInput& in = run_.input;
+  say_what_is_odd(state_.input.facts, run_.context);
+  say_which_are_regions(in.description(), in.regions, options_.regions.has_value(), run_.context);
+  if (!in.interest.empty() && state_.input.interesting_points == 0) {
+    run_.context.say("no point of the mesh is in the region of interest (--roi): it keeps nothing");
+  }
+}
+
+template <class Real>
+bool Coarsening<Real>::reach(const std::optional<std::uint64_t>& goal) {
+  MacroLod<Real>& mesh = state_.input.mesh;
+  while (!goal || mesh.tets > *goal) {
+    if (state_.end != StageEnd::kOpen) return state_.end == StageEnd::kGoal;
+    run_.context.report("fusing", share_done());
+    const RoundPlan plan = plan_round(mesh.tets, goal);
+    const RoundStatistics round =
+        rounds_->run(plan.settings, plan.limits, state_.fields, run_.context, &mesh);
+    end_round(plan, round);
+  }
+  return true;
+}
+
+template <class Real>
+RoundPlan Coarsening<Real>::plan_round(std::uint64_t tets,
+                                       const std::optional<std::uint64_t>& goal) const {
+  RoundPlan plan = planner_.plan(state_.input.box, tets, goal, state_);
+  const auto& most = options_.give_up_rms;
+  if (most && !plan.settings.look && plan.settings.fuse.threshold > *most * *most) {
+    throw OutOfReach();
+  }
+  return plan;
+}
+
+// Notes what a round did, and keeps it.
+template <class Real>
+void Coarsening<Real>::end_round(const RoundPlan& plan, const RoundStatistics& round) {
+  planner_.note(plan, round, &state_);
+  trim_memory();
+  commit(fmt::format("round-{}", plan.settings.number));
+}
+
+template <class Real>
+void Coarsening<Real>::commit(const std::string& generation) {
+  if (!run_.place.keeps_work() || state_.input.mesh.whole) return;
+  if (logs_) state_.log_slices = logs_->keep();
+  if (state_.values) state_.value_chunks = state_.values->keep();
+  run_.place.commit(generation, save(state_));
+}
+
+template <class Real>
+void Coarsening<Real>::end_stage(const std::string& output) {
+  state_.outputs.push_back(output);
+  state_.end = StageEnd::kOpen;
+  state_.spread = 1;
+}
+
+template <class Real>
+void Coarsening<Real>::end_rounds() {
+  rounds_.reset();
+  run_.place.scratch()->drop_spares();
+}
+
+template <class Real>
+double Coarsening<Real>::share_done() const {
+  return tetfusion::share_done(state_.input.facts.tets, state_.input.mesh.tets, stages_.back().tets,
+                               state_.lods.size());
+}
+
+template class Coarsening<float>;
+template class Coarsening<double>;
+
+}  // namespace tetfusion

@@ -1,0 +1,91 @@
+#include "driver/run.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "driver/export.h"
+#include "driver/notices.h"
+#include "driver/regions.h"
+#include "driver/run_setup.h"
+#include "driver/scratch_place.h"
+#include "driver/stages.h"
+#include "io/output_file.h"
+
+namespace tetfusion {
+
+namespace {
+
+void check_outputs(const SimplifyRequest& request) {
+  for (const Stage& stage : plan_stages(request, kMaxTets)) {
+    check_export(stage.path, request.encoding);
+    if (!stage.map.empty()) check_output_path(stage.map);
+  }
+  if (!request.progressive.empty()) check_output_path(request.progressive);
+}
+
+RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> source) {
+  const BehaviourOptions& b = request.behaviour;
+  if (!source) {
+    source = open_mesh(request.input, {b.tetrahedralize, b.linearize, spool_folder(request)});
+  }
+  const MeshDescription& mesh = source->description();
+  std::unique_ptr<MeshStream> stream = source->stream();
+  std::vector<SteeringChoice> steering = choose_steering(mesh, b.arrays);
+  std::vector<std::size_t> regions = choose_regions(mesh, b.regions);
+  CarriedArrays carried(mesh);
+  const WeightColumn weights = weight_column(b.weight, mesh, carried);
+  RegionOfInterest interest(b.interest, request.input, mesh.point_data);
+  return {std::move(source),  std::move(stream), std::move(steering), std::move(regions),
+          std::move(carried), weights,           std::move(interest)};
+}
+
+}  // namespace
+
+Run open_run(const SimplifyRequest& request, std::unique_ptr<MeshSource> source, MeshSink* sink,
+             const RunContext& context) {
+  check_options(request);
+  set_thread_count(request.performance.threads);
+  if (sink == nullptr) check_outputs(request);
+  context.report("reading", 0);
+  PhaseClock clock;
+  clock.begin("read");
+  RunInput input = open_input(request, std::move(source));
+  context.check();
+  const MeshDescription& mesh = input.description();
+  refuse_outputs_among(mesh, request);
+  MeshDescription output = mesh;  // as far as its arrays go
+  if (request.behaviour.original_ids) {
+    require_no_original_ids(request.input, mesh);
+    output.point_data.arrays.push_back(original_ids_info());
+  }
+  if (sink == nullptr) tell_left_out(request.output, output, context);
+  Workplace place(request, mesh, input.steering,
+                  input.stream ? input.stream->bytes() : input.source->memory_to_read());
+  return {request, context, sink, std::move(input), std::move(place), std::move(clock)};
+}
+
+Steering read_steering(Run* run) {
+  const BehaviourOptions& b = run->request.behaviour;
+  const RunContext& context = run->context;
+  RunInput& input = run->input;
+  if (!input.stream) input.stream = open_stream(input.source.get());
+  context.check();
+  const MeshDescription& mesh = input.description();
+  if (!b.weight.empty()) check_weights(b.weight, mesh, *input.stream, context);
+  Steering steering(input.steering, mesh, *input.stream, context);
+  if (!steering.fields().empty()) {
+    if (b.arrays.empty()) say_what_steers(steering.names(), mesh, context);
+    return steering;
+  }
+  if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
+                            "--reduction or --tets",
+                            run->request.input));
+  }
+  context.say("no array steers: geometry alone decides");
+  return steering;
+}
+
+}  // namespace tetfusion

@@ -1,0 +1,136 @@
+#include "driver/stage_output.h"
+
+#include <memory>
+#include <string>
+
+#include "base/resources.h"
+#include "driver/error_limits.h"
+#include "driver/export.h"
+#include "driver/progressive.h"
+#include "driver/promise.h"
+#include "driver/run_setup.h"
+#include "follow/make_map.h"
+#include "io/output_file.h"
+
+namespace tetfusion {
+
+namespace {
+
+// A phase in the midst of writing.
+class PhaseWithin {
+ public:
+  PhaseWithin(const std::string& phase, Run* run) : clock_(run->clock) { clock_.begin(phase); }
+  ~PhaseWithin() { clock_.begin("write"); }
+  PhaseWithin(const PhaseWithin&) = delete;
+  PhaseWithin& operator=(const PhaseWithin&) = delete;
+
+ private:
+  PhaseClock& clock_;
+};
+
+// Null where values stay as they are.
+template <class Real>
+std::unique_ptr<FittedValues<Real>> fit_values(const RunState<Real>& state, Run* run) {
+  if (state.values == nullptr || state.values->chunks() == 0) return nullptr;
+  const PhaseWithin phase("fit", run);
+  return std::make_unique<FittedValues<Real>>(*state.values, state.input.mesh, state.fields,
+                                              state.steering_width, thread_count(),
+                                              run->place.scratch());
+}
+
+template <class Real>
+void write_way_back(Run* run, Coarsening<Real>* coarsening, OutputFile* file) {
+  const PhaseWithin phase("progressive", run);
+  const RunState<Real>& state = coarsening->state();
+  const bool all_used = state.input.facts.unused_points == 0;
+  const NotedErrors errors = noted_errors(
+      run->request.behaviour, all_used ? nullptr : &state.input.steering_box, state.fields);
+  write_progressive(coarsening->layout(), run->input.carried, errors, run->input.source.get(),
+                    run->context, run->place.budget(), run->place.scratch(), coarsening->logs(),
+                    coarsening->mesh(), file);
+}
+
+// What a result is looked at with, before it has its name.
+struct WrittenResult {
+  WrittenOutput file;
+  const MeshSummary& mesh;
+};
+
+void write_map(const WrittenResult& result, const Vector<std::int64_t>& original_ids,
+               const InputFacts& facts, Run* run, OutputFile* file) {
+  const PhaseWithin phase("map", run);
+  trim_memory();
+  MemoryBudget* budget = run->place.budget();
+  ComparisonNeeds needs =
+      estimate_comparison(run->input.description(), result.mesh.tets, result.mesh.points,
+                          facts.boundary_faces + result.mesh.boundary_triangles);
+  needs.fixed += kMapPointBytes * result.mesh.points;
+  const std::uint64_t sides = needs.sides_within(budget->free());
+  const auto reserved = budget->reserve(needs.fixed + sides, "the map of the points");
+  make_map(run->input.source.get(), result.file.path, original_ids, sides, file, run->context);
+}
+
+Verification verify(const WrittenResult& result, const InputFacts& facts, const LowerCells& lower,
+                    Run* run) {
+  const PhaseWithin phase("verify", run);
+  const RunInput& in = run->input;
+  const RunChoices choices{in.description(), in.steering, in.regions};
+  const Promise promise = promise_of(run->request.behaviour, choices, facts, lower, result.mesh);
+  return verify_output(result.file, promise, in.source.get(), run->context, run->place.budget());
+}
+
+}  // namespace
+
+template <class Real>
+StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<Real>* coarsening) {
+  run->clock.begin("write");
+  if (is_last) coarsening->end_rounds();
+  const SimplifyRequest& request = run->request;
+  const RunState<Real>& state = coarsening->state();
+  StageOutput done;
+  ExportSettings out;
+  out.path = stage.path;
+  out.encoding = request.encoding;
+  out.threads = thread_count();
+  out.pieces = request.pieces;
+  out.sink = run->sink;
+  out.original_ids = request.behaviour.original_ids;
+  out.has_numbers = run->keeps_logs();
+  const double share = coarsening->share_done();
+  out.progress = [&](double part) {
+    run->context.check();
+    run->context.report("writing", share + (is_last ? 1 - share : 0) * part);
+  };
+  const auto fitted = fit_values(state, run);
+  std::optional<OutputFile> way_back, map;
+  if (run->keeps_logs()) {
+    way_back.emplace(request.progressive, OutputFile::Access::kPatch);
+    write_way_back(run, coarsening, &*way_back);
+  }
+  Vector<std::int64_t> ids;
+  if (!stage.map.empty()) {
+    out.point_ids = &ids;
+    map.emplace(stage.map, OutputFile::Access::kPatch);
+  }
+  if (looks_at_result(request)) {
+    out.inspect = [&](const std::string& path, const MeshSummary& written) {
+      const InputFacts& facts = state.input.facts;
+      const WrittenResult result{{stage.path, path}, written};
+      if (map) write_map(result, ids, facts, run, &*map);
+      if (request.verify) done.verified = verify(result, facts, state.input.lower.cells, run);
+      if (map) map->finish();
+    };
+  }
+  done.mesh = export_mesh(state.input.mesh, coarsening->layout(), state.input.lower,
+                          run->input.carried, fitted.get(), run->input.source.get(), out,
+                          run->context, run->place.budget(), run->place.scratch());
+  if (fitted) run->clock.move("write", "fit", fitted->seconds() / thread_count());
+  if (map) map->commit();
+  if (way_back) way_back->commit();
+  return done;
+}
+
+template StageOutput write_stage(const Stage&, bool, Run*, Coarsening<float>*);
+template StageOutput write_stage(const Stage&, bool, Run*, Coarsening<double>*);
+
+}  // namespace tetfusion

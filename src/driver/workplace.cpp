@@ -1,0 +1,108 @@
+#include "driver/workplace.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "base/numbers.h"
+#include "base/resources.h"
+#include "driver/fingerprint.h"
+#include "driver/progressive.h"
+#include "driver/run_setup.h"
+#include "driver/scratch_place.h"
+#include "driver/stages.h"
+#include "follow/make_map.h"
+#include "io/section_file.h"
+
+namespace tetfusion {
+
+namespace {
+
+MemoryNeeds needs_of(const SimplifyRequest& request, const MeshDescription& mesh,
+                     const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes) {
+  MemoryNeeds needs = estimate_needs(mesh, steering_bytes(request, mesh, steering),
+                                     request.behaviour.chunk_tets, thread_count(), reader_bytes);
+  // Without a goal nobody knows how large the result will be.
+  const auto goal = plan_stages(request, mesh.cells).front().tets;
+  if (looks_at_result(request) && goal) {
+    include_verification(mesh, *goal, request.map.empty() ? 0 : kMapPointBytes, &needs);
+  }
+  if (!request.progressive.empty()) include_logs(request, mesh, thread_count(), &needs);
+  return needs;
+}
+
+}  // namespace
+
+Workplace::Workplace(const SimplifyRequest& request, const MeshDescription& mesh,
+                     const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes)
+    : request_(request), needs_(needs_of(request, mesh, steering, reader_bytes)) {
+  const PerformanceOptions& options = request.performance;
+  const std::uint64_t total = options.memory != 0 ? options.memory : memory_limit() / 2;
+  on_disk_ = options.on_disk || needs_.in_core > total;
+  if (needs_.out_of_core > total) {
+    throw Error(
+        ErrorCode::kMemory,
+        fmt::format("{}: simplifying this mesh needs about {} of memory with its chunks on "
+                    "disk (and {} with everything in memory), but it may use {}: give "
+                    "--memory {}M or more, or fewer --threads",
+                    request.input, format_bytes(needs_.out_of_core), format_bytes(needs_.in_core),
+                    format_bytes(total), (needs_.out_of_core >> 20) + 1));
+  }
+  budget_ = std::make_unique<MemoryBudget>(total);
+}
+
+std::optional<Checkpoint> Workplace::open(const MeshDescription& mesh, bool to_memory) {
+  const std::string folder = scratch_folder(request_);
+  const PerformanceOptions& options = request_.performance;
+  const bool resume = options.resume && std::filesystem::exists(folder);
+  if (!on_disk_ && !resume) {
+    scratch_ = memory_scratch();
+    return std::nullopt;
+  }
+  if (to_memory && options.scratch.empty()) {
+    throw Error(
+        ErrorCode::kMemory,
+        fmt::format("{}: simplifying this mesh in memory needs about {}, but it may use {}: give "
+                    "--memory {}M or more, or --scratch DIR",
+                    request_.input, format_bytes(needs_.in_core), format_bytes(budget_->total()),
+                    (needs_.in_core >> 20) + 1));
+  }
+  if (request_.output == "-" && options.scratch.empty()) {
+    throw Error(
+        ErrorCode::kUsage,
+        "the mesh does not fit into the memory that may be used, and beside standard output "
+        "there is no folder to keep it in: give --scratch DIR");
+  }
+  on_disk_ = true;
+  keeps_work_ = options.keep_work && !to_memory;
+  scratch_ = disk_scratch({folder, fingerprint(request_, mesh), options.resume, needs_.scratch});
+  return resume ? scratch_->resume() : std::nullopt;
+}
+
+void Workplace::commit(const std::string& generation, std::span<const std::byte> state) {
+  scratch_->commit(generation, state);
+  resumable_ = true;
+}
+
+void Workplace::remove() {
+  if (scratch_) scratch_->remove();
+}
+
+void Workplace::give_up(const Error& error) {
+  if (!resumable_) {
+    try {
+      remove();
+    } catch (const Error&) {
+      // The first failure is the one to report.
+    }
+    throw;
+  }
+  if (dynamic_cast<const DamagedFile*>(&error) != nullptr) throw;  // nobody goes on from it
+  throw Error(
+      error.code(),
+      fmt::format("{}; the work so far is kept in {}: the same command with --resume goes on "
+                  "from there",
+                  error.what(), scratch_folder(request_)));
+}
+
+}  // namespace tetfusion

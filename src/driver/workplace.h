@@ -1,0 +1,65 @@
+// Where a run keeps its mesh: in the memory that it may use, or in its scratch folder, from which a
+// run that was killed goes on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "base/memory_budget.h"
+#include "driver/memory_plan.h"
+#include "driver/options.h"
+#include "driver/steering.h"
+#include "io/scratch.h"
+
+namespace tetfusion {
+
+class Workplace {
+ public:
+  // Plans; nothing is made yet. `reader_bytes` of memory are the reader's own. The request outlives
+  // this. Throws Error(kMemory), saying what would be enough, where the run may use less than it
+  // needs with its mesh on disk.
+  Workplace(const SimplifyRequest& request, const MeshDescription& mesh,
+            const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes);
+
+  const MemoryNeeds& needs() const { return needs_; }
+  MemoryBudget* budget() const { return budget_.get(); }
+  bool on_disk() const { return on_disk_; }
+
+  // Makes the scratch. Returns what an earlier run has left, where this one is to go on from it; it
+  // is on disk then, even if the mesh would fit into memory. With `to_memory` nobody comes back for
+  // what a run has left, so nothing is committed, and only a folder that was asked for is made.
+  // Throws Error(kMemory), Error(kUsage) where there is no folder for a mesh that does not fit;
+  // what disk_scratch() throws.
+  std::optional<Checkpoint> open(const MeshDescription& mesh, bool to_memory);
+  Scratch* scratch() const { return scratch_.get(); }  // null before open()
+  std::uint64_t disk_bytes() const { return on_disk_ ? scratch_->peak_bytes() : 0; }  // at most
+
+  // Should a run commit what it has done? From then on, or when it goes on from what an earlier one
+  // has committed, there is something to resume.
+  bool keeps_work() const { return on_disk_ && keeps_work_; }
+  void commit(const std::string& generation, std::span<const std::byte> state);
+  void go_on() { resumable_ = true; }
+
+  // The run is done: nothing is left.
+  void remove();
+  // The run has failed, and all stores of the scratch are gone. Throws the error, for which the
+  // caller has a handler; where there is something to resume with a hint how, else nothing is left.
+  [[noreturn]] void give_up(const Error& error);
+
+ private:
+  const SimplifyRequest& request_;
+  MemoryNeeds needs_;
+  std::unique_ptr<MemoryBudget> budget_;
+  bool on_disk_ = false;
+  bool keeps_work_ = false;
+  bool resumable_ = false;
+  std::unique_ptr<Scratch> scratch_;
+};
+
+}  // namespace tetfusion
