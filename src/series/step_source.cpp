@@ -15,21 +15,26 @@ std::optional<std::string> pattern_of(const Step& step, const std::string& name)
   return std::nullopt;
 }
 
-std::unique_ptr<MeshSource> open_step(std::unique_ptr<MeshSource> file, const SeriesPlan& plan,
-                                      const Step& step, const std::string& weight) {
-  if (!plan.in_one_mesh()) return file;
+std::unique_ptr<MeshSource> StepFiles::open_whole(std::size_t step) const {
+  return open_mesh(plan_.steps[step].input,
+                   {behaviour_.tetrahedralize, behaviour_.linearize, folder_});
+}
+
+std::unique_ptr<MeshSource> StepFiles::open(std::size_t step) const {
+  auto file = open_whole(step);
+  if (!plan_.in_one_mesh()) return file;
   const MeshDescription& mesh = file->description();
   OtherArrays arrays;
   for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {
     const std::string& name = mesh.point_data.arrays[i].name;
-    if (const auto pattern = pattern_of(step, name)) {
+    if (const auto pattern = pattern_of(plan_.steps[step], name)) {
       arrays.points.push_back(own_array(mesh, Association::kPoint, i));
       arrays.points.back().info.name = *pattern;
     }
-    const bool is_step = std::any_of(plan.steps.begin(), plan.steps.end(), [&](const Step& other) {
-      return pattern_of(other, name).has_value();
-    });
-    if (!is_step || name == weight) {
+    const bool is_step =
+        std::any_of(plan_.steps.begin(), plan_.steps.end(),
+                    [&](const Step& other) { return pattern_of(other, name).has_value(); });
+    if (!is_step || name == behaviour_.weight) {
       arrays.points.push_back(own_array(mesh, Association::kPoint, i));
     }
   }

@@ -1,6 +1,7 @@
-// A step's mesh with the step's own arrays.
+// The steps' files, and each step's mesh with the step's own arrays.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,9 +14,27 @@ namespace tetfusion {
 // What stands for that array where steps are arrays of one mesh, if it is one of this step.
 std::optional<std::string> pattern_of(const Step& step, const std::string& name);
 
-// Where steps are arrays of one mesh, other steps' arrays are left out (but not `weight`), and the
-// step's own ones have the names that hold {step}. Else it is the file itself.
-std::unique_ptr<MeshSource> open_step(std::unique_ptr<MeshSource> file, const SeriesPlan& plan,
-                                      const Step& step, const std::string& weight);
+// Safe to use from several threads. What it is made of outlives it.
+class StepFiles {
+ public:
+  // `folder`: for copies of what can be read only once.
+  StepFiles(const BehaviourOptions& behaviour, const SeriesPlan& plan, std::string folder)
+      : behaviour_(behaviour), plan_(plan), folder_(std::move(folder)) {}
+
+  std::size_t count() const { return plan_.steps.size(); }
+  const Step& operator[](std::size_t step) const { return plan_.steps[step]; }
+  bool are_one_mesh() const { return plan_.in_one_mesh(); }
+
+  // Where steps are arrays of one mesh, other steps' arrays are left out (but not the weights), and
+  // the step's own ones have the names that hold {step}. Else it is the file itself. Throw what
+  // open_mesh() throws.
+  std::unique_ptr<MeshSource> open(std::size_t step) const;
+  std::unique_ptr<MeshSource> open_whole(std::size_t step) const;  // the file itself
+
+ private:
+  const BehaviourOptions& behaviour_;
+  const SeriesPlan& plan_;
+  const std::string folder_;
+};
 
 }  // namespace tetfusion

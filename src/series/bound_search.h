@@ -1,0 +1,41 @@
+// How strictly sums of steps have to be held so that each step is within its bound: one
+// simplification after the other (README.md, "The bound").
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "base/run_context.h"
+#include "series/combined_fields.h"
+
+namespace tetfusion {
+
+class BoundSearch {
+ public:
+  BoundSearch(bool has_goal, std::size_t steps);
+
+  // What the next simplification is to steer by, and how much of the steps' bound its sums may use.
+  const CombinedFields::Settings& sums() const { return sums_; }
+  double share() const { return share_; }
+
+  enum class Next : std::uint8_t {
+    kDone,       // the last one is good enough
+    kAgain,      // with another share
+    kOtherSums,  // with other sums, too
+  };
+  // After the simplification number `tries`, counted from 1 with those that had no bound, in which
+  // the worst step has used so much of its bound: 1 is all of it, 0 that nothing is bounded. Says
+  // why there is to be another one. Throws Error(kBroken) where there have been too many.
+  Next after(int tries, double used, bool goal_was_reached, const RunContext& context);
+
+ private:
+  Next tighten(int tries, double used, const RunContext& context);
+
+  const std::size_t steps_;
+  CombinedFields::Settings sums_;
+  double share_;
+  bool was_too_much_ = false;
+  int loosened_ = 0;  // so many times
+};
+
+}  // namespace tetfusion

@@ -1,0 +1,172 @@
+#include "series/combined_steps.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "base/resources.h"
+#include "base/tasks.h"
+#include "driver/carried_arrays.h"
+#include "driver/export.h"
+#include "driver/notices.h"
+#include "driver/regions.h"
+#include "driver/run_setup.h"
+#include "series/other_arrays.h"
+#include "series/result_mesh.h"
+
+namespace tetfusion {
+
+CombinedSteps::CombinedSteps(const BehaviourOptions& behaviour, const StepFiles& files,
+                             const std::string& folder, const CombinedFields::Settings& sums,
+                             const RunContext& context)
+    : options_(behaviour), files_(files), context_(context), folder_(folder) {
+  look_at_first(sums);
+  std::atomic<std::size_t> seen{1};
+  add_up(1, files.are_one_mesh() || is_to_compare_, at_once_,
+         [&](std::size_t i, const MeshDescription& mesh, const MeshStream& stream) {
+           context.report("reading steps", 0, 0.2, seen++, files.count());
+           look_at(i, mesh, stream);
+         });
+  say_which_regions_change();
+}
+
+void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
+  context_.report("reading steps", 0);
+  const auto source = files_.open(0);
+  const MeshDescription& mesh = source->description();
+  const auto stream = open_stream(source.get());
+  // Where steps are read whole, one is enough in memory.
+  at_once_ = stream->streams_from_disk() && thread_count() > 1 ? 2 : 1;
+  is_to_compare_ = stream->streams_from_disk() && !files_.are_one_mesh();
+  arrays_ = choose_steering(mesh, options_.arrays);
+  // Names that are none are refused here, where the mesh has its own arrays.
+  regions_.emplace(folder_, mesh, stream->cells(), choose_regions(mesh, options_.regions));
+  static_cast<void>(weight_column(options_.weight, mesh, CarriedArrays(mesh)));
+  if (options_.arrays.empty() && !arrays_.empty()) {
+    say_what_steers({arrays_[0].name}, mesh, context_);
+  }
+  if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
+  used_.emplace(stream->points());
+  print_ = print_of(mesh, *stream, context_, &*used_);
+  tell_left_out(files_[0].output, files_.open_whole(0)->description(), context_);
+  context_.report_size(mesh.cells);
+  regions_->add(0, mesh, *stream, context_);
+  interest_.emplace(options_.interest, mesh);
+  interest_->add(mesh, *stream, context_);
+  begin_sums(mesh, sums);
+  add_to_sums(0, mesh, *stream);
+}
+
+void CombinedSteps::look_at(std::size_t i, const MeshDescription& mesh, const MeshStream& stream) {
+  if (!files_.are_one_mesh()) {
+    const auto first = files_.open(0);
+    if (is_to_compare_) {
+      require_same_size(print_, first.get(), mesh, stream);
+    } else {
+      require_same_mesh(print_, first.get(), print_of(mesh, stream, context_), mesh, stream);
+    }
+    regions_->add(i, mesh, stream, context_);
+  }
+  interest_->add(mesh, stream, context_);
+  if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
+}
+
+void CombinedSteps::say_which_regions_change() const {
+  for (const std::string& name : regions_->changing()) {
+    if ("cell:" + name == options_.weight) {
+      throw Error(
+          ErrorCode::kUsage,
+          fmt::format("--weight cell:{}: the array says regions, too, and changes from step "
+                      "to step: give another one, or --regions none",
+                      name));
+    }
+    context_.say(fmt::format(
+        "cell array {} changes from step to step: what any step tells apart stays so", name));
+  }
+}
+
+void CombinedSteps::begin_sums(const MeshDescription& first, const CombinedFields::Settings& sums) {
+  sums_ = std::make_unique<CombinedFields>(folder_, arrays_, first, &*used_, files_.count(), sums);
+}
+
+// Calls look(step, mesh, stream) for steps from that one on, and adds them to the sums, which are
+// whole then; two at once if they go to different ones, so that each sum has its steps in order.
+template <class Look>
+void CombinedSteps::add_up(std::size_t from, bool arrays_alone, int at_once, Look look) {
+  std::size_t count = 1;
+  for (std::size_t i = from; i < files_.count(); i += count) {
+    const bool two = at_once > 1 && i + 1 < files_.count();
+    count = two && sums_->sum_of(i) != sums_->sum_of(i + 1) ? 2 : 1;
+    run_tasks_with_loops(count, at_once, [&](std::size_t k) {
+      const auto source = files_.open(i + k);
+      const auto stream = arrays_alone ? open_rows(source.get()) : open_stream(source.get());
+      look(i + k, source->description(), *stream);
+      add_to_sums(i + k, source->description(), *stream);
+    });
+  }
+  sums_->finish(context_);
+}
+
+void CombinedSteps::add_to_sums(std::size_t i, const MeshDescription& mesh,
+                                const MeshStream& stream) {
+  try {
+    sums_->add(i, mesh, stream, context_);
+  } catch (const Error& error) {
+    if (!files_.are_one_mesh() || error.code() != ErrorCode::kBadInput) throw;
+    throw Error(error.code(), fmt::format("step {}: {}", files_[i].label, error.what()));
+  }
+}
+
+void CombinedSteps::add_up_again(const CombinedFields::Settings& sums, int at_once) {
+  begin_sums(files_.open(0)->description(), sums);
+  add_up(0, true, at_once, [](std::size_t, const MeshDescription&, const MeshStream&) {});
+}
+
+void CombinedSteps::compare() const {
+  const auto open = [&](std::size_t i) { return files_.open(i); };
+  require_same_meshes(print_, files_.count(), open, context_);
+}
+
+std::unique_ptr<MeshSource> CombinedSteps::mesh() const {
+  auto source = files_.open(0);
+  OtherArrays arrays;
+  for (std::size_t f = 0; f < sums_->fields().size(); ++f) {
+    const auto read = [this, f](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {
+      sums_->read(f, first, out);
+    };
+    arrays.points.push_back({sums_->fields()[f], read});
+  }
+  if (!interest_->empty()) arrays.points.push_back(interest_->array());
+  const MeshDescription& mesh = source->description();
+  const auto weights = find_array(mesh, options_.weight);
+  if (weights && weights->association == Association::kPoint) {
+    arrays.points.push_back(own_array(mesh, Association::kPoint, weights->index));
+  }
+  for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
+    const ArrayInfo& info = mesh.cell_data.arrays[i];
+    const bool is_weight =
+        weights && weights->association == Association::kCell && weights->index == i;
+    if (is_float(info.type) && !is_weight) continue;
+    if (!regions_->changes(info.name)) {
+      arrays.cells.push_back(own_array(mesh, Association::kCell, i));
+      continue;
+    }
+    arrays.cells.push_back(
+        {{info.name, ValueType::kInt64, 1, {}, info.tuples},
+         [this, name = info.name](const MeshStream&, std::uint64_t first,
+                                  std::span<std::byte> out) { regions_->read(name, first, out); }});
+  }
+  arrays.cells.push_back({cell_numbers_info(mesh),
+                          [](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {
+                            auto* number = reinterpret_cast<std::int64_t*>(out.data());
+                            for (std::size_t i = 0; i < out.size() / sizeof *number; ++i) {
+                              number[i] = static_cast<std::int64_t>(first + i);
+                            }
+                          }});
+  return with_arrays(std::move(source), std::move(arrays));
+}
+
+}  // namespace tetfusion
