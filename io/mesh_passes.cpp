@@ -138,7 +138,7 @@ Vector<std::byte> MeshPasses::lower_rows(std::size_t array) const {
 std::size_t find_references(const AttributeSet& set, Association association, const char* own) {
   for (const char* name : {own, "medit:ref", "gmsh:physical", "tetgen:ref"}) {
     const std::size_t i = set.find(name);
-    if (i != AttributeSet::npos && can_be_region(set.arrays[i])) return i;
+    if (i != AttributeSet::npos && is_integer_label(set.arrays[i])) return i;
   }
   if (association == Association::kPoint) return AttributeSet::npos;
   for (std::size_t i = 0; i < set.arrays.size(); ++i) {

@@ -239,7 +239,8 @@ struct Options {
   // With kFuse: no new tetrahedron has a lower mean ratio, unless there was a worse one in its
   // place; in [0, 1). Default: 0.22.
   std::optional<double> min_quality;
-  // With kFuse and a boundary that stays: integrals of floating-point arrays stay.
+  // With kFuse and a boundary that stays: integrals of floating-point arrays stay,
+  // but for `regions`, whose values cells keep.
   bool conserve = false;
   // For each fusion, one value a round and the last one repeated: shares of the range, > 0;
   // factors,
@@ -253,8 +254,9 @@ struct Options {
 
   // Default: Mesh::active_scalars, else the first floating-point array of the points.
   std::vector<SteeringArray> arrays;
-  // Integer arrays of the cells whose interfaces stay, as `boundary` says. Default: those named
-  // like material, region, physical, tissue, block, zone, part, label. Empty: none.
+  // Arrays of the cells, of one component, whose interfaces stay, as `boundary` says;
+  // floating-point numbers tell regions apart where they differ. Default: those of integers that
+  // are named like material, region, physical, tissue, block, zone, part, label. Empty: none.
   std::optional<std::vector<std::string>> regions;
   // Where the mesh stays as it is, as in "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS",
   // "pressure>0.5".

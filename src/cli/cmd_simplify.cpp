@@ -367,8 +367,8 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       .add_flag(
           "--conserve", a->request.behaviour.conserve,
           "With --method fuse: the integral of every floating-point array over the mesh stays, "
-          "to 1e-12 of that of its absolute value (1e-6 in single precision). With a boundary "
-          "that is exact or planar")
+          "to 1e-12 of that of its absolute value (1e-6 in single precision), but for --regions, "
+          "whose values cells keep. With a boundary that is exact or planar")
       ->group(kGroup);
   command
       .add_option("--min-quality", a->min_quality,
@@ -388,8 +388,9 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       ->group(kGroup);
   command
       .add_option("--regions", a->regions,
-                  "An integer cell array whose interfaces stay, or none; may be given again. "
-                  "Default: those "
+                  "A cell array of one component whose interfaces stay, or none; may be given "
+                  "again. Floating-point numbers tell regions apart where they differ. Default: "
+                  "those of integers "
                   "named like material, region, physical, tissue, block, zone, part, label, and "
                   "the references medit:ref and tetgen:ref")
       ->allow_extra_args(false)

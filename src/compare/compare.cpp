@@ -80,14 +80,15 @@ ArrayComparison summarize(const Field& field, const Errors& errors, const FieldV
   return a;
 }
 
-std::vector<RegionVolume> join_regions(const RegionVolumes& original,
+std::vector<RegionVolume> join_regions(const Field& field, const RegionVolumes& original,
                                        const RegionVolumes& simplified) {
+  if (has_too_many(field, original) || has_too_many(field, simplified)) return {};
   std::map<double, RegionVolume> joined;
   for (const auto& [value, volume] : original) joined[value].original = volume.value();
   for (const auto& [value, volume] : simplified) joined[value].simplified = volume.value();
   std::vector<RegionVolume> regions;
   for (const auto& [value, volumes] : joined) {
-    regions.push_back({value, volumes.original, volumes.simplified});
+    regions.push_back({std::ldexp(value, -field.exponent), volumes.original, volumes.simplified});
   }
   return regions;
 }
@@ -212,7 +213,8 @@ class Comparer {
       a.association = Association::kCell;
       a.simplified_non_finite = count_non_finite(field, mesh.cell_rows, match_.cells.width);
       if (field.region) {
-        a.regions = join_regions(cells.cell_regions[f], measure_regions(mesh, match_.cells, field));
+        a.regions =
+            join_regions(field, cells.cell_regions[f], measure_regions(mesh, match_.cells, field));
       }
       if (!field.integer) {
         const double whole = cells.cell_integrals[f].length.value();

@@ -38,7 +38,9 @@ struct ArrayComparison {
   double rms = 0, max = 0;
   Point max_at{};
   double differing = 0;  // share of these points, or of the volume, where the values differ
-  std::vector<RegionVolume> regions;  // of cell arrays named like materials, by value
+  // Of cell arrays named like materials, by value; none of floating-point numbers with more than
+  // 4096 values.
+  std::vector<RegionVolume> regions;
   double rounding = 0;  // how much of an error may come from writing values in the array's type
 
   // The rest is for floating-point arrays.

@@ -48,7 +48,8 @@ void match(const AttributeSet& original, const AttributeSet& simplified, std::st
       continue;
     }
     const bool integer = !is_float(a.type) && !is_float(b.type);
-    const bool region = common == &result->cells && integer && looks_like_region(a);
+    const bool region =
+        common == &result->cells && (looks_like_region(a) || is_region_of_floats(a));
     common->fields.push_back({a, i, other, integer, region, common->components});
     common->components += a.components;
   }

@@ -20,7 +20,7 @@ struct Field {
   ArrayInfo info;                    // the original's
   std::size_t original, simplified;  // its index in their attributes
   bool integer;                      // in both
-  bool region;                       // an integer array of cells that is named like a material
+  bool region;                       // an array of cells that is named like a material
   std::size_t offset;                // of its first component in a row
   std::size_t length = 0;            // where a row of a point has the Euclidean length of the value
   // Of integers of 64 bits, which doubles may not hold: values are counted from here.

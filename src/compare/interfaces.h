@@ -16,7 +16,7 @@ struct InterfaceComparison {
   SurfaceDistance distance;                    // in the unit of the coordinates
 };
 
-// Interfaces lie where the values of some of these cell arrays, integers of one component that both
+// Interfaces lie where the values of some of these cell arrays, numbers of one component that both
 // meshes have, differ. Reads both meshes in windows; their interfaces lie in memory.
 InterfaceComparison compare_interfaces(MeshSource* original, MeshSource* simplified,
                                        const std::vector<std::string>& cell_arrays,

@@ -95,6 +95,8 @@ CellMeasures::CellMeasures(const FieldSet& point_fields, const FieldSet& cell_fi
   for (const Field& field : point_fields.fields) integrals.push_back(empty_integral(field));
   for (const Field& field : cell_fields.fields) {
     cell_values.push_back(no_values(field));
+    most_regions.push_back(field.integer ? std::numeric_limits<std::size_t>::max()
+                                         : kMostFloatRegions);
     cell_integrals.push_back(empty_integral(field));
   }
 }
@@ -112,7 +114,10 @@ void CellMeasures::add(const CellMeasures& other) {
   add_all(&cell_integrals, other.cell_integrals);
   add_all(&cell_differences, other.cell_differences);
   for (std::size_t f = 0; f < cell_regions.size(); ++f) {
-    for (const auto& [value, sum] : other.cell_regions[f]) cell_regions[f][value].add(sum);
+    for (const auto& [value, sum] : other.cell_regions[f]) {
+      if (cell_regions[f].size() > most_regions[f]) break;
+      cell_regions[f][value].add(sum);
+    }
   }
 }
 
@@ -182,8 +187,9 @@ RegionVolumes measure_regions(const SimplifiedMesh& mesh, const FieldSet& fields
                               const Field& field) {
   RegionVolumes volumes;
   auto last = volumes.end();
-  for (TetId t = 0; t < mesh.tets.size(); ++t) {
+  for (TetId t = 0; t < mesh.tets.size() && !has_too_many(field, volumes); ++t) {
     const double region = mesh.cell_rows[t * fields.width + field.offset];
+    if (!std::isfinite(region)) continue;
     if (last == volumes.end() || last->first != region) last = volumes.try_emplace(region).first;
     last->second.add(volume_of(mesh, t));
   }

@@ -1,23 +1,22 @@
-// Cells that have the same values of some integer arrays have the same label.
+// Cells that have the same values of some arrays have the same label.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "base/vector.h"
 #include "io/mesh_source.h"
 #include "io/mesh_stream.h"
+#include "mesh/region_numbers.h"
 
 namespace tetfusion {
 
 // Labels are small numbers, in the order in which values come.
 class RegionLabels {
  public:
-  // Arrays of the description's cell data: integers of one component.
+  // Arrays of the description's cell data: numbers of one component.
   RegionLabels(const MeshDescription& mesh, const std::vector<std::size_t>& cell_arrays);
 
   // One for each tetrahedron of a window that was read; valid until the next call.
@@ -25,13 +24,9 @@ class RegionLabels {
                                       std::uint64_t count, const CellWindow& window);
 
  private:
-  void refine(const ArrayInfo& info, std::uint64_t first, const CellWindow& window);
-
   const MeshDescription& mesh_;
   std::vector<std::size_t> arrays_;
-  // For each array, from the label of the arrays before it and its own value.
-  std::vector<std::map<std::pair<std::uint32_t, std::int64_t>, std::uint32_t>> numbers_;
-  std::size_t array_ = 0;  // in hand
+  std::vector<RegionNumbers> numbers_;  // of each array, inside the labels of those before it
   Vector<std::byte> bytes_;
   Vector<std::uint32_t> labels_;
 };

@@ -11,6 +11,7 @@
 #include "mesh/fusion_log.h"
 #include "mesh/inspect.h"
 #include "mesh/interface_inspection.h"
+#include "mesh/region_numbers.h"
 #include "partition/chunk_pieces.h"
 #include "partition/id_ranges.h"
 
@@ -126,14 +127,15 @@ void Assembler<Real>::mark_regions(Share* share) {
   region_of_vertex.assign(mesh_.vertex_count(), 0);
   Vector<std::uint8_t> seen;
   seen.assign(mesh_.vertex_count(), 0);
+  Vector<std::uint64_t> region_of_tet;
+  region_of_tet.assign(mesh_.tets.size(), 0);
+  for (const std::size_t c : regions_) {
+    const Column& column = mesh_.cell_columns[c];
+    const Vector<std::uint64_t> keys = region_keys(column.type, column.rows);
+    for (std::size_t t = 0; t < keys.size(); ++t) region_of_tet[t] = mix(region_of_tet[t], keys[t]);
+  }
   for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
-    std::uint64_t region = 0;
-    for (const std::size_t c : regions_) {
-      const Column& column = mesh_.cell_columns[c];
-      std::uint64_t value = 0;
-      std::memcpy(&value, column.rows.data() + t * column.stride(), column.stride());
-      region = mix(region, value);
-    }
+    const std::uint64_t region = region_of_tet[t];
     for (const VertexId v : mesh_.tets[t]) {
       if (seen[v] != 0 && region_of_vertex[v] != region) mesh_.marks[v] |= kLocked;
       seen[v] = 1;

@@ -18,7 +18,7 @@ template <class Real>
 Coarsening<Real>::Coarsening(Run* run)
     : run_(*run),
       options_(run->request.behaviour),
-      planner_(options_, moving_regions(options_, run->input.carried, run->input.regions),
+      planner_(options_, region_columns(run->input.carried, run->input.regions),
                run->input.weights) {}
 
 // Makes what rounds need, and what is put aside on their way.

@@ -30,7 +30,7 @@ class Trial {
       : run_(run),
         steering_(steering),
         behaviour_(run.request.behaviour),
-        planner_(behaviour_, moving_regions(behaviour_, run.input.carried, run.input.regions),
+        planner_(behaviour_, region_columns(run.input.carried, run.input.regions),
                  run.input.weights),
         sample_tets_(sample_tets),
         boundary_(run.input.stream->points()),

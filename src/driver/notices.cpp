@@ -3,12 +3,28 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <string_view>
 
 #include "base/numbers.h"
 #include "mesh/region_names.h"
 
 namespace tetfusion {
+
+namespace {
+
+// As a shell takes it for one word.
+std::string in_a_shell(const std::string& name) {
+  const auto is_plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 || std::string_view("_-.:/+,@%").find(c) != std::string_view::npos;
+  };
+  if (!name.empty() && std::all_of(name.begin(), name.end(), is_plain)) return name;
+  std::string quoted = "'";
+  for (const char c : name) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace
 
 std::string boundary_name(const BehaviourOptions& b) {
   if (b.boundary == Boundary::kWithin) return fmt::format("{}", b.boundary_distance);
@@ -59,21 +75,27 @@ void say_what_is_odd(const InputFacts& facts, const RunContext& context) {
 void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::size_t>& regions,
                            bool by_name, const RunContext& context) {
   const auto& arrays = mesh.cell_data.arrays;
+  std::string taken;  // as options: names take the place of the default
   for (const std::size_t i : regions) {
     context.say(fmt::format(
         "interfaces of cell array {} are kept (--regions none switches that off)", arrays[i].name));
+    taken += fmt::format("--regions {} ", in_a_shell(arrays[i].name));
   }
+  if (by_name) return;
   for (const ArrayInfo& array : arrays) {
-    if (!by_name && is_region_of_floats(array)) {
+    const std::string option = fmt::format("{}--regions {}", taken, in_a_shell(array.name));
+    if (is_region_of_floats(array)) {
       context.say(fmt::format(
-          "cell array {} has floating-point numbers: it says no regions, and no interfaces are "
-          "kept for it (for an array of integers they would be)",
-          array.name));
+          "cell array {} has floating-point numbers, and may be a field: its interfaces are not "
+          "kept (if its values say regions, {} keeps them)",
+          array.name, option));
     }
-    if (by_name || !may_be_region(array)) continue;
-    context.say(fmt::format(
-        "cell array {} may be regions, too: its interfaces are not kept (--regions keeps them)",
-        array.name));
+    if (may_be_region(array)) {
+      context.say(
+          fmt::format("cell array {} may be regions, too: its interfaces are not kept ({} keeps "
+                      "them)",
+                      array.name, option));
+    }
   }
 }
 

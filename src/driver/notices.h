@@ -21,8 +21,8 @@ void say_what_steers(const std::vector<std::string>& arrays, const MeshDescripti
 // What was turned, dropped, or left as it is.
 void say_what_is_odd(const InputFacts& facts, const RunContext& context);
 
-// The cell arrays whose interfaces are kept, and those that may want it, unless the user has chosen
-// by name.
+// The cell arrays whose interfaces are kept, and those that may want it, with what to type, unless
+// the user has chosen by name.
 void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::size_t>& regions,
                            bool by_name, const RunContext& context);
 

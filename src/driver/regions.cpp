@@ -34,8 +34,8 @@ std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
     if (i == AttributeSet::npos || !can_be_region(mesh.cell_data.arrays[i])) {
       throw Error(
           ErrorCode::kUsage,
-          fmt::format("{}: --regions {}: there is no integer cell array of one component with that "
-                      "name; there are: {}",
+          fmt::format("{}: --regions {}: there is no cell array of numbers of one component with "
+                      "that name; there are: {}",
                       mesh.path, name, possible_regions(mesh)));
     }
     regions.push_back(i);

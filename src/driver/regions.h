@@ -9,10 +9,9 @@
 
 namespace tetfusion {
 
-// The cell arrays whose interfaces are kept: the named ones, or by default the integer arrays of
-// one component named like materials (material, region, physical, tissue, block, zone, part,
-// label); a partition's rank is none. Throws Error(kUsage) for a name that is no integer cell
-// array.
+// The cell arrays whose interfaces are kept: the named ones, of numbers of one component, or by
+// default those of integers named like materials (material, region, physical, tissue, block, zone,
+// part, label); a partition's rank is none. Throws Error(kUsage) for a name that is none of these.
 std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
                                         const std::optional<std::vector<std::string>>& names);
 

@@ -46,7 +46,7 @@ inline constexpr double kFlat = 0x1p-18;
 
 class RoundPlanner {
  public:
-  // Columns of chunks: the regions whose interfaces move, and the weights. The options outlive
+  // Columns of chunks: the regions, and the weights. The options outlive
   // this.
   RoundPlanner(const BehaviourOptions& behaviour, std::vector<std::uint32_t> regions,
                const WeightColumn& weights)

@@ -19,18 +19,6 @@ std::uint32_t quadric_width(const BehaviourOptions& behaviour, std::uint32_t ste
   return quadric_row(steering_width, surfaces_move(behaviour));
 }
 
-// Columns of chunks: those of cell arrays of the description.
-std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
-                                          const std::vector<std::size_t>& regions) {
-  std::vector<std::uint32_t> columns;
-  for (const std::size_t i : regions) {
-    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
-    if (at == carried.cell_indices.end()) continue;
-    columns.push_back(static_cast<std::uint32_t>(at - carried.cell_indices.begin()));
-  }
-  return columns;
-}
-
 }  // namespace
 
 bool surfaces_move(const BehaviourOptions& behaviour) {
@@ -70,11 +58,15 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
           fits_values(request, mesh, choices) ? row : 0, means};
 }
 
-std::vector<std::uint32_t> moving_regions(const BehaviourOptions& behaviour,
-                                          const CarriedArrays& carried,
+std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
                                           const std::vector<std::size_t>& regions) {
-  if (!surfaces_move(behaviour)) return {};
-  return region_columns(carried, regions);
+  std::vector<std::uint32_t> columns;
+  for (const std::size_t i : regions) {
+    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
+    if (at == carried.cell_indices.end()) continue;
+    columns.push_back(static_cast<std::uint32_t>(at - carried.cell_indices.begin()));
+  }
+  return columns;
 }
 
 SteeringChoice choose_weights(const std::string& name, const MeshDescription& mesh) {

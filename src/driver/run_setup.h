@@ -29,9 +29,8 @@ bool fits_values(const SimplifyRequest& request, const MeshDescription& mesh,
 SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
                              const std::vector<SteeringChoice>& choices);
 
-// Of cell arrays of the description those whose interfaces move, as columns of chunks.
-std::vector<std::uint32_t> moving_regions(const BehaviourOptions& behaviour,
-                                          const CarriedArrays& carried,
+// Columns of chunks: those of cell arrays of the description.
+std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
                                           const std::vector<std::size_t>& regions);
 
 // The array that says how much errors count: "NAME" of points, "cell:NAME" of cells. Of a chunk,

@@ -27,7 +27,7 @@ Vec3<double> to_double(const Vec3<Real>& p) {
 
 template <class Real>
 void FieldIntegrals<Real>::begin(bool stay, std::span<const SteeringField> fields,
-                                 WorkMesh<Real>* mesh) {
+                                 std::span<const std::uint32_t> regions, WorkMesh<Real>* mesh) {
   stay_ = stay;
   fields_ = fields;
   mesh_ = mesh;
@@ -36,8 +36,11 @@ void FieldIntegrals<Real>::begin(bool stay, std::span<const SteeringField> field
     if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type))
       steers_[f.column] = 1;
   }
-  has_cells_ = std::any_of(mesh->cell_columns.begin(), mesh->cell_columns.end(),
-                           [](const Column& c) { return is_float(c.type); });
+  mixed_columns_.clear();
+  for (std::uint32_t c = 0; c < mesh->cell_columns.size(); ++c) {
+    if (!is_float(mesh->cell_columns[c].type)) continue;
+    if (std::find(regions.begin(), regions.end(), c) == regions.end()) mixed_columns_.push_back(c);
+  }
 }
 
 template <class Real>
@@ -200,9 +203,10 @@ void FieldIntegrals<Real>::apply(VertexId kept, VertexId nearest) {
       }
     });
   }
-  if (!has_cells_) return;
+  if (mixed_columns_.empty()) return;
   find_shares();
-  for (Column& column : mesh_->cell_columns) {
+  for (const std::uint32_t c : mixed_columns_) {
+    Column& column = mesh_->cell_columns[c];
     if (column.type == ValueType::kFloat32) mix_cells<float>(&column);
     if (column.type == ValueType::kFloat64) mix_cells<double>(&column);
   }

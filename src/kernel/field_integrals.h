@@ -17,8 +17,10 @@ namespace tetfusion {
 template <class Real>
 class FieldIntegrals {
  public:
-  // Mesh and fields outlive this.
-  void begin(bool stay, std::span<const SteeringField> fields, WorkMesh<Real>* mesh);
+  // Mesh and fields outlive this. Cell columns that are regions are no fields: a mean of two of
+  // their values would be a third region.
+  void begin(bool stay, std::span<const SteeringField> fields,
+             std::span<const std::uint32_t> regions, WorkMesh<Real>* mesh);
   bool stay() const { return stay_; }
 
   // Finds the values of the new vertex for which the integrals stay; those that steer go to
@@ -59,8 +61,8 @@ class FieldIntegrals {
   WorkMesh<Real>* mesh_ = nullptr;
   std::span<const SteeringField> fields_;
   bool stay_ = false;
-  bool has_cells_ = false;            // floating-point arrays of tetrahedra
-  std::vector<std::uint8_t> steers_;  // of a point column
+  std::vector<std::uint32_t> mixed_columns_;  // floating-point fields of tetrahedra
+  std::vector<std::uint8_t> steers_;          // of a point column
 
   Joining<Real> joining_;
   std::vector<TetId> old_tets_;         // the affected ones first

@@ -39,7 +39,7 @@ struct FuseLimits {
   // Nor does one that has a bound deviate by more than this, in this round.
   double error_now = std::numeric_limits<double>::infinity();
   PaperLimits paper;            // of single fusions; stretch is against the start of the round
-  bool keep_integrals = false;  // of all floating-point fields (field_integrals.h)
+  bool keep_integrals = false;  // of all floating-point fields but regions (field_integrals.h)
   // Added to the quadrics before the round begins, in squared shares of ranges a squared unit. For
   // a mesh in which nothing has fused yet.
   double gradient_variance = 0;

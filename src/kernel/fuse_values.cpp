@@ -85,7 +85,7 @@ void FuseValues<Real>::begin(const FuseLimits& limits, std::span<const SteeringF
   edge_costs_ = edge_costs;
   width_ = mesh->steering_width;
   paper_.begin(limits.paper, fields, mesh);
-  integrals_.begin(limits.keep_integrals, fields, mesh);
+  integrals_.begin(limits.keep_integrals, fields, limits.regions, mesh);
   errors_.begin(fields, {limits.max_error, limits.error_now, limits.unit, limits.max_deviation},
                 mesh, balls);
   values_.resize(width_);

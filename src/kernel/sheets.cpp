@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <map>
-#include <string>
 
 #include "kernel/patch_distance.h"
 #include "kernel/quadric.h"
 #include "mesh/faces.h"
+#include "mesh/region_numbers.h"
 
 namespace tetfusion {
 
@@ -46,22 +45,14 @@ std::size_t count_common(const std::vector<T>& a, const std::vector<T>& b) {
 template <class Real>
 void number_regions(const WorkMesh<Real>& mesh, std::span<const std::uint32_t> columns,
                     Vector<std::uint32_t>* regions) {
-  std::map<std::string, std::uint32_t> numbers;
-  std::string value, last;
-  std::uint32_t number = 0;
-  regions->resize(mesh.tets.size());
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    value.clear();
-    for (const std::uint32_t c : columns) {
-      const Column& column = mesh.cell_columns[c];
-      const auto* row = reinterpret_cast<const char*>(column.rows.data() + t * column.stride());
-      value.append(row, column.stride());
+  regions->assign(mesh.tets.size(), 0);
+  for (const std::uint32_t c : columns) {
+    const Column& column = mesh.cell_columns[c];
+    const Vector<std::uint64_t> keys = region_keys(column.type, column.rows);
+    RegionNumbers numbers;
+    for (std::size_t t = 0; t < keys.size(); ++t) {
+      (*regions)[t] = numbers.number((*regions)[t], keys[t]);
     }
-    if (t == 0 || value != last) {
-      number = numbers.try_emplace(value, static_cast<std::uint32_t>(numbers.size())).first->second;
-      last = value;
-    }
-    (*regions)[t] = number;
   }
 }
 

@@ -63,15 +63,19 @@ bool is_reference(const ArrayInfo& array) {
 }
 
 bool can_be_region(const ArrayInfo& array) {
-  return array.components == 1 && !is_float(array.type) && array.type != ValueType::kString;
+  return array.components == 1 && array.type != ValueType::kString;
+}
+
+bool is_integer_label(const ArrayInfo& array) {
+  return can_be_region(array) && !is_float(array.type);
 }
 
 bool looks_like_region(const ArrayInfo& array) {
-  return can_be_region(array) && (is_reference(array) || is_named_like_material(array.name));
+  return is_integer_label(array) && (is_reference(array) || is_named_like_material(array.name));
 }
 
 bool is_region_of_floats(const ArrayInfo& array) {
-  return array.components == 1 && is_float(array.type) &&
+  return can_be_region(array) && is_float(array.type) &&
          (is_reference(array) || is_named_like_material(array.name));
 }
 
@@ -82,7 +86,7 @@ bool may_be_region(const ArrayInfo& array) {
       "attribute", "elset",  "geometrical", "elementary",   "object",      "composite",
       "property",  "pid",    "layer",       "lithology",    "facies",      "formation",
       "rock",      "organ",  "segment",     "segmentation", "compartment", "fluid"};
-  return can_be_region(array) && !looks_like_region(array) &&
+  return is_integer_label(array) && !looks_like_region(array) &&
          has_word(words_of(array.name), kWords);
 }
 

@@ -8,15 +8,19 @@ namespace tetfusion {
 // What Medit and TetGen call references: medit:ref, tetgen:ref.
 bool is_reference(const ArrayInfo& array);
 
-// An integer array of one component.
+// An array of numbers of one component.
 bool can_be_region(const ArrayInfo& array);
 
-// One of these, named like materials (material, region, physical, tissue, block, zone, part,
+// One of these, of integers.
+bool is_integer_label(const ArrayInfo& array);
+
+// One of those, named like materials (material, region, physical, tissue, block, zone, part,
 // label), or the references of Medit (medit:ref) and TetGen (tetgen:ref); a partition's rank is
 // none.
 bool looks_like_region(const ArrayInfo& array);
 
-// Named like one of those, but of floating-point numbers.
+// Named like one of those, but of floating-point numbers: labels that a program has written so, or
+// a field.
 bool is_region_of_floats(const ArrayInfo& array);
 
 // Not one of those, but an integer array of one component with a name that may well mean regions:

@@ -9,6 +9,7 @@
 #include "io/checksum.h"
 #include "mesh/blocks.h"
 #include "mesh/region_names.h"
+#include "mesh/region_numbers.h"
 
 namespace tetfusion {
 
@@ -25,7 +26,7 @@ std::uint64_t mix(std::uint64_t h) {
   return h ^ (h >> 31);
 }
 
-// Calls f(first, values) for an array of integers, window by window.
+// Calls f(first, values) with what an array says of regions, window by window.
 template <class F>
 void for_each_window(const ArrayInfo& info, std::size_t index, std::uint64_t cells,
                      const MeshStream& stream, const RunContext& context, F f) {
@@ -43,7 +44,7 @@ void for_each_window(const ArrayInfo& info, std::size_t index, std::uint64_t cel
         for (std::size_t i = begin; i < end; ++i) {
           T value;
           std::memcpy(&value, rows.data() + i * sizeof value, sizeof value);
-          values[i] = static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
+          values[i] = region_key(value);
         }
       });
     });
@@ -100,6 +101,11 @@ std::vector<std::string> CombinedRegions::changing() const {
 bool CombinedRegions::changes(const std::string& array) const {
   return std::any_of(labels_.begin(), labels_.end(),
                      [&](const Labels& labels) { return labels.name == array && labels.changes; });
+}
+
+bool CombinedRegions::has(const std::string& array) const {
+  return std::any_of(labels_.begin(), labels_.end(),
+                     [&](const Labels& labels) { return labels.name == array; });
 }
 
 const CombinedRegions::Labels& CombinedRegions::find(const std::string& array) const {

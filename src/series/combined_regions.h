@@ -18,7 +18,7 @@ namespace tetfusion {
 // disk, eight bytes a cell and array.
 class CombinedRegions {
  public:
-  // `arrays`: the cell arrays of the first step that are regions, integers of one component.
+  // `arrays`: the cell arrays of the first step that are regions, numbers of one component.
   CombinedRegions(const std::string& folder, const MeshDescription& first, std::uint64_t cells,
                   const std::vector<std::size_t>& arrays);
 
@@ -32,6 +32,8 @@ class CombinedRegions {
   bool changes(const std::string& array) const;
   // Labels of that array, of cells from `first` on: Int64.
   void read(const std::string& array, std::uint64_t first, std::span<std::byte> out) const;
+  // Is it one of the arrays?
+  bool has(const std::string& array) const;
 
  private:
   struct Labels {

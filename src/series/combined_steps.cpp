@@ -149,7 +149,7 @@ std::unique_ptr<MeshSource> CombinedSteps::mesh() const {
     const ArrayInfo& info = mesh.cell_data.arrays[i];
     const bool is_weight =
         weights && weights->association == Association::kCell && weights->index == i;
-    if (is_float(info.type) && !is_weight) continue;
+    if (is_float(info.type) && !is_weight && !regions_->has(info.name)) continue;
     if (!regions_->changes(info.name)) {
       arrays.cells.push_back(own_array(mesh, Association::kCell, i));
       continue;

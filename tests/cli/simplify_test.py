@@ -1,5 +1,10 @@
 #!/usr/bin/env python3
 """The options and the report of simplify. Usage: simplify_test.py TETFUSION"""
+import re
+import shlex
+
+import numpy as np
+
 from harness import USAGE, FolderTest, finish, main, report_of, run
 from independent_check import Vtu
 from tiny_vtu import TinyVtu
@@ -129,6 +134,60 @@ class Report(FolderTest):
         path = self.folder / "floats.vtu"
         path.write_bytes(mesh.bytes())
         self.assertIn(b"cell array Material has floating-point numbers", finish("simplify", path, "-o", out).stderr)
+        self.assertIn(b"(if its values say regions, --regions Material keeps them)", finish("simplify", path, "-o", out).stderr)
+        self.assertNotIn(b"floating-point", finish("simplify", path, "-o", out, "--regions", "none").stderr)
+
+    def test_the_option_that_a_notice_names_is_what_to_type(self):
+        """With those that are kept by default, whose place it takes, and with quotes where a shell wants them."""
+        mesh, out = TinyVtu(), self.folder / "out.vtu"
+        ids = mesh.array("id")[4]
+        mesh.array("id")[1] = "region"
+        mesh.arrays.insert(2, ["CellData", "Mo's zone", "Float64", 1, [0.5 * (i % 2) for i in ids]])
+        path = self.write(mesh)
+        said = finish("simplify", path, "-o", out).stderr.decode()
+        option = re.search(r"\(if its values say regions, (.*) keeps them\)", said)[1]
+        self.assertEqual(shlex.split(option), ["--regions", "region", "--regions", "Mo's zone"])
+        report = report_of("simplify", path, "-o", out, *shlex.split(option))
+        self.assertEqual(report["regions"], ["region", "Mo's zone"])
+        plan = report_of("simplify", path, "-o", out, *shlex.split(option), "--dry-run")
+        self.assertEqual(plan["regions"], ["region", "Mo's zone"])
+
+    def test_regions_of_floats_are_kept_by_name(self):
+        """Verified, with the volume of each, and the same bytes whatever the threads and the memory."""
+        path, out = self.floats_as_regions(), self.folder / "out.vtu"
+        for options in ([], ["--boundary", "planar"], ["--boundary", "planar", "--conserve"], ["--method", "tetfuse", "--scalar-tolerance", "off"]):
+            goal = ["--regions", "zone", "--reduction", "60%", "--chunk-tets", "8k", *options]
+            refused = finish("simplify", path, "-o", out, *goal, "--memory", "10M").stderr.decode()
+            least = re.search(r"give --memory (\d+M)", refused)[1]
+            report = report_of("simplify", path, "-o", out, *goal, "--verify", "--threads", "1")
+            self.assertEqual(report["regions"], ["zone"])
+            self.assertGreater(report["reduction"], 0.4)
+            self.assertIn("interfaces", [c["name"] for c in report["verified"][0]["checks"]])
+            expected = out.read_bytes()
+            for threads, memory in (("2", "2G"), ("2", least), ("1", least)):
+                run("simplify", path, "-o", out, *goal, "--threads", threads, "--memory", memory, "--quiet")
+                self.assertEqual(out.read_bytes(), expected)
+            zone = next(a for a in report_of("compare", path, out)["arrays"] if a["name"] == "zone")
+            self.assertEqual(len(zone["regions"]), 4)
+            for region in zone["regions"]:
+                self.assertAlmostEqual(region["simplified"] / region["original"], 1, delta=1e-6)
+
+    def floats_as_regions(self):
+        """A generated mesh whose regions are floating-point numbers."""
+        path, out = self.generate(tets="60k"), self.folder / "floats.vtu"
+        mesh = Vtu(path)
+        made = TinyVtu(2)
+        made.points, made.tets = mesh.points.tolist(), mesh.tets.tolist()
+        kinds = mesh.arrays["cell"]["region"][1].ravel()
+        made.counts = {"NumberOfPoints": str(len(made.points)), "NumberOfCells": str(len(made.tets))}
+        made.array("temperature")[4] = np.squeeze(mesh.arrays["point"]["temperature"][1]).tolist()
+        made.array("id")[1:] = "zone", "Float32", 1, (0.25 * kinds).tolist()
+        made.array("Points")[4] = mesh.points.ravel().tolist()
+        made.array("connectivity")[4] = mesh.tets.ravel().tolist()
+        made.array("offsets")[4] = list(range(4, 4 * len(made.tets) + 1, 4))
+        made.array("types")[4] = [10] * len(made.tets)
+        out.write_bytes(made.bytes())
+        return out
 
 
 if __name__ == "__main__":

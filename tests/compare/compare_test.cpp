@@ -426,6 +426,38 @@ TEST(Compare, CellArrays) {
   EXPECT_EQ(part.regions[2].original, 0);
 }
 
+// Labels that a program has written as floating-point numbers have volumes, too; a field has not,
+// if only its name is one of a material. Numbers too large to be squared come out as they are.
+TEST(Compare, RegionsOfFloats) {
+  MeshFile original;
+  original.geometry = testing::five_split_cube(1);
+  const double nan = std::nan("");
+  original.cell_arrays = {
+      make_array<float>("part", 5, 1, [](auto i, auto) { return i / 3 + 0.5; }),
+      make_array<double>("material", 5, 1, [&](auto i, auto) { return i < 4 ? 1e200 : nan; })};
+  MeshFile simplified = original;
+  simplified.cell_arrays[0].as<float>()[4] = 7;
+  const Comparison c = compare_files(original, simplified);
+  const ArrayComparison& part = array_of(c, "part");
+  ASSERT_EQ(part.regions.size(), 3u);
+  EXPECT_EQ(part.regions[0].value, 0.5);
+  EXPECT_NEAR(part.regions[0].original, 2.0 / 3, 1e-14);
+  EXPECT_NEAR(part.regions[0].simplified, 2.0 / 3, 1e-14);
+  EXPECT_NEAR(part.regions[1].simplified, 1.0 / 6, 1e-14);
+  EXPECT_EQ(part.regions[2].value, 7);
+  EXPECT_EQ(part.regions[2].original, 0);
+  EXPECT_FALSE(part.integer);
+  const ArrayComparison& material = array_of(c, "material");
+  ASSERT_EQ(material.regions.size(), 1u);
+  EXPECT_NEAR(material.regions[0].value / 1e200, 1, 1e-15);
+  EXPECT_EQ(material.non_finite, 1u);
+  MeshFile field;
+  field.geometry = testing::five_split_cube(12);
+  field.cell_arrays = {
+      make_array<float>("part", field.cells(), 1, [](auto i, auto) { return 0.5 * i; })};
+  EXPECT_TRUE(array_of(compare_files(field, field), "part").regions.empty());
+}
+
 TEST(Compare, ArraysThatAreMissingOrOfAnotherType) {
   MeshFile original = testing::rich_box(3);
   MeshFile simplified = original;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "compare/compare.h"
 #include "compare/topology.h"
 #include "support/comparison.h"
@@ -58,6 +60,32 @@ TEST(Interfaces, AreTheTrianglesBetweenValues) {
   EXPECT_EQ(moved.distance.second_to_first.max, 1);
   EXPECT_EQ(moved.distance.second_to_first.max_at.x, 3);
   EXPECT_EQ(moved.distance.differs_at.x, 2);
+}
+
+// With as many values as cells every inner triangle is one; zeros of either sign are one value, and
+// what is no number is another.
+TEST(Interfaces, OfFloats) {
+  MeshFile file;
+  file.geometry = five_split_box(4, 3, 2);
+  const auto with = [&](auto value_of) {
+    MeshFile made = file;
+    made.cell_arrays = {testing::make_array<double>(
+        "layer", file.cells(), 1, [&](std::size_t t, auto) { return value_of(t); })};
+    return made;
+  };
+  const MeshFile halves = layered(file.geometry, 0, 1, 2);
+  const auto labels = halves.cell_arrays[0].as<std::int64_t>();
+  const MeshFile floats = with([&](std::size_t t) {
+    const double sign = t % 2 == 0 ? -1 : 1;
+    return sign * (labels[t] == 0 ? 0.0 : std::nan(""));
+  });
+  const InterfaceComparison same = compare(halves, floats);
+  EXPECT_EQ(same.original, 2u * 3 * 2);
+  EXPECT_EQ(same.simplified, 2u * 3 * 2);
+  EXPECT_TRUE(same.distance.identical);
+  const MeshFile field = with([](std::size_t t) { return 1 + 0x1p-52 * static_cast<double>(t); });
+  const std::size_t outer = 2 * 2 * (4 * 3 + 3 * 2 + 2 * 4);
+  EXPECT_EQ(compare(field, field).original, (4 * field.cells() - outer) / 2);
 }
 
 TEST(Interfaces, MayBeNone) {

@@ -146,6 +146,67 @@ TEST_F(BoundaryRun, RegionsStayWhereTheyAre) {
   EXPECT_NEAR(volume, 12 * 12 * 6, 1e-9);
 }
 
+// Regions of floating-point numbers are kept as those of integers are, in the same mesh, and
+// conservation does not mix them.
+TEST_F(BoundaryRun, RegionsOfFloatsStayWhereTheyAre) {
+  MeshFile file;
+  file.geometry = five_split_cube(12);
+  file.point_arrays.push_back(
+      point_array<float>(file, "f", [](const P& p) { return p.x * p.y + p.z; }));
+  const auto low = [&](std::size_t t) {
+    double x = 0;
+    for (const VertexId v : file.geometry.tets[t]) x += testing::point(file.geometry, v).x / 4;
+    return x < 6;
+  };
+  file.cell_arrays.push_back(testing::make_array<double>(
+      "material", file.cells(), 1, [&](std::size_t t, auto) { return low(t) ? 0.1 : 0.7; }));
+  MeshFile integers = file;
+  integers.cell_arrays[0] = testing::make_array<std::int64_t>(
+      "material", file.cells(), 1, [&](std::size_t t, auto) { return low(t) ? 1 : 7; });
+  request.verify = true;
+  request.behaviour.regions = {{"material"}};
+  request.behaviour.reduction = 0.85;
+  for (const Boundary boundary : {Boundary::kExact, Boundary::kPlanar}) {
+    for (const bool conserve : {false, true}) {
+      request.behaviour.boundary = boundary;
+      request.behaviour.conserve = conserve;
+      request.behaviour.chunk_tets = conserve ? 200'000 : 2000;
+      run(integers);
+      const Geometry expected = open_mesh(request.output)->read_geometry();
+      EXPECT_THAT(run(file).regions, ::testing::ElementsAre("material"));
+      const auto source = open_mesh(request.output);
+      const Geometry g = source->read_geometry();
+      EXPECT_EQ(g.tets, expected.tets);
+      const DataArray materials = testing::read_cell_array(source.get(), "material");
+      double volume = 0;
+      for (std::size_t t = 0; t < g.tets.size(); ++t) {
+        const double value = materials.as<double>()[t];
+        EXPECT_TRUE(value == 0.1 || value == 0.7) << value;
+        if (value != 0.1) continue;
+        volume += determinant(std::get<Vector<P>>(g.points), g.tets[t]).value / 6;
+      }
+      EXPECT_NEAR(volume, 12 * 12 * 6, 1e-9);
+    }
+  }
+}
+
+// A field that is given as one leaves nothing to fuse, but what stays is a mesh.
+TEST_F(BoundaryRun, WithRegionsEverywhereNothingFuses) {
+  MeshFile file = wavy_box(8);
+  file.cell_arrays.push_back(testing::make_array<float>("temperature", file.cells(), 1,
+                                                        [](auto t, auto) { return 0.1 * t; }));
+  request.verify = true;
+  request.behaviour.regions = {{"temperature"}};
+  request.behaviour.reduction = 0.5;
+  for (const Boundary boundary : {Boundary::kExact, Boundary::kPlanar}) {
+    request.behaviour.boundary = boundary;
+    request.behaviour.chunk_tets = boundary == Boundary::kExact ? 200'000 : 500;
+    const SimplifyReport report = run(file);
+    EXPECT_EQ(report.stop_reason, StopReason::kSaturated);
+    EXPECT_EQ(report.output.tets, report.input.tets);
+  }
+}
+
 TEST_F(BoundaryRun, RefusesDistancesThatAreNone) {
   const MeshFile file = wavy_box(3);
   request.behaviour.boundary = Boundary::kWithin;

@@ -231,12 +231,23 @@ TEST_F(ImportMesh, LocksBetweenRegions) {
       testing::make_array<std::int8_t>("a", file.cells(), 1,
                                        [](auto t, auto) { return t % 640 < 320 ? 1 : -1; }),
       testing::make_array<std::uint64_t>("b", file.cells(), 1,
-                                         [](auto t, auto) { return (t / 640) << 40; })};
+                                         [](auto t, auto) { return (t / 640) << 40; }),
+      // The same as "a": zeros of either sign, and what is no number.
+      testing::make_array<float>("c", file.cells(), 1,
+                                 [](std::size_t t, auto) {
+                                   const float sign = t % 2 == 0 ? -1.0F : 1.0F;
+                                   return sign * (t % 640 < 320 ? 0.0F : std::nanf(""));
+                                 }),
+      testing::make_array<double>("d", file.cells(), 1, [](std::size_t t, auto) {
+        return 1 + 0x1p-52 * static_cast<double>(t / 640);
+      })};
   const auto a = file.cell_arrays[0].as<std::int8_t>();
   const auto b = file.cell_arrays[1].as<std::uint64_t>();
-  for (const bool both : {false, true}) {
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{"a"}, {"b", "a"}, {"c"}, {"d", "c"}}) {
+    const bool both = names.size() == 2;
     ImportChoice choice;
-    choice.regions = both ? std::vector<std::string>{"b", "a"} : std::vector<std::string>{"a"};
+    choice.regions = names;
     const auto whole = expect_same_in_chunks(file, choice);
     std::vector<std::set<std::pair<int, std::uint64_t>>> regions(file.points());
     for (std::size_t t = 0; t < file.geometry.tets.size(); ++t) {

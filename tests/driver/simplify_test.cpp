@@ -290,6 +290,15 @@ TEST(ChooseRegions, GoesByNameAndType) {
   add("part", ValueType::kUInt8);
   add("labels", ValueType::kInt32, 3);
   EXPECT_THAT(choose_regions(mesh, std::nullopt), ElementsAre(0u, 2u, 5u));
+  EXPECT_THAT(choose_regions(mesh, {{"zone", "partition"}}), ElementsAre(3u, 1u));
+  try {
+    choose_regions(mesh, {{"labels"}});
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::kUsage);
+    EXPECT_THAT(e.what(), HasSubstr("there are: MaterialIds, partition, gmsh:physical, zone, "
+                                    "ProcessId, part"));
+  }
 }
 
 TEST_F(Simplify, TheBytesDoNotDependOnThreads) {

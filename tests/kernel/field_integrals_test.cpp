@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -123,6 +125,31 @@ TEST(FieldIntegrals, Stay) {
       EXPECT_TRUE(std::isfinite(x));
     }
   }
+}
+
+// Regions are no fields: their values are not mixed, whatever it does to their integrals. The zeros
+// keep their signs.
+TEST(FieldIntegrals, LeaveRegionsAsTheyAre) {
+  Steered s = with_columns(2, smooth);
+  Vector<float> regions;
+  for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
+    regions.push_back(t % 2 == 0 ? -0.0F : 1.5F);
+  }
+  s.mesh.cell_columns[1] = make_column(1, regions);
+  const WorkMesh<double> before = s.mesh;
+  FuseLimits limits = testing::limits_of();
+  limits.keep_integrals = true;
+  limits.regions = {1};
+  EXPECT_GT(testing::run(limits, &s).pass.fused, 30u);
+  // Each tetrahedron that is left has what it had, and its number says which it was.
+  const auto numbers = values_of<std::int32_t>(s.mesh.cell_columns[2]);
+  const auto after = values_of<float>(s.mesh.cell_columns[1]);
+  for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
+    const float expected = numbers[t] % 2 == 0 ? -0.0F : 1.5F;
+    EXPECT_EQ(std::bit_cast<std::uint32_t>(after[t]), std::bit_cast<std::uint32_t>(expected));
+  }
+  expect_equal(of_cells<double>(before, before.cell_columns[0]),
+               of_cells<double>(s.mesh, s.mesh.cell_columns[0]), 1e-12);
 }
 
 // Without being asked to, it does not.

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 
 #include "kernel/quadric.h"
@@ -75,20 +77,26 @@ TEST(Sheets, FansLookOut) {
   EXPECT_EQ(fans, 5 * 5 * 5 - 3 * 3 * 3);
 }
 
-WorkMesh<double> two_regions(Geometry g, double at) {
+// Each region has one value or the other, in turns, where these mean the same.
+template <class T>
+WorkMesh<double> two_regions(Geometry g, double at, std::array<T, 2> low, std::array<T, 2> high) {
   WorkMesh<double> mesh = to_work_mesh(std::move(g));
-  Vector<std::int32_t> regions;
+  Vector<T> regions;
   for (const Tet& t : mesh.tets) {
     double x = 0;
     for (const VertexId v : t) x += mesh.positions[v].x / 4;
-    regions.push_back(x < at ? 7 : 9);
+    regions.push_back((x < at ? low : high)[regions.size() % 2]);
   }
   mesh.cell_columns.push_back(make_column(1, regions));
   return mesh;
 }
 
-TEST(Sheets, BetweenRegions) {
-  Fixed f(two_regions(five_split_cube(4), 2), {0});
+WorkMesh<double> two_regions(Geometry g, double at) {
+  return two_regions<std::int32_t>(std::move(g), at, {7, 7}, {9, 9});
+}
+
+void expect_a_sheet_between(WorkMesh<double> mesh) {
+  Fixed f(std::move(mesh), {0});
   for (VertexId v = 0; v < f.mesh.vertex_count(); ++v) {
     const Vec3<double>& p = f.mesh.positions[v];
     EXPECT_EQ(f.sheets.is_between_regions(v), p.x == 2);
@@ -99,8 +107,19 @@ TEST(Sheets, BetweenRegions) {
       EXPECT_EQ(e.is_outer, f.mesh.positions[e.from].x != 2 || f.mesh.positions[e.to].x != 2);
     }
   }
+}
+
+TEST(Sheets, BetweenRegions) {
+  expect_a_sheet_between(two_regions(five_split_cube(4), 2));
   Fixed none(two_regions(five_split_cube(4), 2));
   EXPECT_EQ(none.sheets.place(2 + 2 * 5 + 2 * 25), SheetPlace::kNone);
+}
+
+TEST(Sheets, BetweenRegionsOfFloats) {
+  const double nan = std::nan("");
+  expect_a_sheet_between(
+      two_regions<float>(five_split_cube(4), 2, {0.5F, 0.5F}, {0.5000001F, 0.5000001F}));
+  expect_a_sheet_between(two_regions<double>(five_split_cube(4), 2, {0.0, -0.0}, {nan, -nan}));
 }
 
 TEST(Sheets, PlanesOfAFlatSheet) {

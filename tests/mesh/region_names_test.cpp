@@ -40,5 +40,15 @@ TEST(RegionNames, MayMeanRegionsByAWord) {
   EXPECT_FALSE(is_region_of_floats(integers("MaterialIds")));
 }
 
+// By whatever name, if a user gives it.
+TEST(RegionNames, AnyNumbersOfOneComponentCanBeRegions) {
+  EXPECT_TRUE(can_be_region(integers("a")));
+  EXPECT_TRUE(can_be_region({"a", ValueType::kFloat32, 1, {}, 0}));
+  EXPECT_TRUE(can_be_region({"a", ValueType::kFloat64, 1, {}, 0}));
+  EXPECT_FALSE(can_be_region({"a", ValueType::kFloat64, 3, {}, 0}));
+  EXPECT_FALSE(can_be_region({"a", ValueType::kString, 1, {}, 0}));
+  EXPECT_FALSE(is_integer_label({"a", ValueType::kFloat64, 1, {}, 0}));
+}
+
 }  // namespace
 }  // namespace tetfusion

@@ -265,6 +265,19 @@ TEST_F(DamagedResult, ACellOfAnotherRegion) {
               HasSubstr("the volume of region 1 of material has changed"));
 }
 
+TEST_F(DamagedResult, ACellOfAnotherRegionOfFloats) {
+  input.cell_arrays.push_back(testing::make_array<float>(
+      "zone", input.cells(), 1,
+      [&](std::size_t t, auto) { return t < input.cells() / 2 ? 0.25F : 0.75F; }));
+  request.behaviour.regions = {{"zone"}};
+  EXPECT_EQ(complaint([](MeshFile*) {}), "kept");
+  EXPECT_THAT(complaint([](MeshFile* m) {
+                float& zone = array(m->cell_arrays, "zone").as<float>()[3];
+                zone = 0.5F;
+              }),
+              HasSubstr("interfaces of regions are others"));
+}
+
 TEST_F(DamagedResult, AnIntegralThatHasChanged) {
   request.behaviour.conserve = true;
   request.behaviour.max_error.reset();

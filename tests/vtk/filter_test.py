@@ -484,7 +484,7 @@ class Function(FilterTest):
                                 ({"boundary": 0.0}, "boundary must be a share of the diagonal"),
                                 ({"arrays": "nothing"}, 'no array "nothing" to steer by'),
                                 ({"arrays": {"wave": -1}}, "must be greater than 0"),
-                                ({"regions": ["heat"]}, "no integer cell array"),
+                                ({"regions": ["wave"]}, "no cell array of numbers of one component"),
                                 ({"reduction": 0.5, "tets": 3}, "two goals")):
             with self.subTest(arguments=arguments), self.assertRaises(TetFusionError) as caught:
                 vtktetfusion.simplify(grid, **arguments)

@@ -127,8 +127,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
-   * With Method FUSE and a boundary that stays: the integrals of all floating-point arrays stay.
-   * Default: no.
+   * With Method FUSE and a boundary that stays: the integrals of all floating-point arrays stay,
+   * but for arrays that say regions, whose values cells keep. Default: no.
    */
   vtkSetMacro(Conserve, bool);
   vtkGetMacro(Conserve, bool);
@@ -203,8 +203,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   ///@{
   /**
    * Are the interfaces between regions kept, as BoundaryMode says? Regions are told apart by the
-   * integer cell arrays that were added; where none was, by those named like material, region,
-   * physical, tissue, block, zone, part, label. Default: yes.
+   * cell arrays of one component that were added; where none was, by those of integers named like
+   * material, region, physical, tissue, block, zone, part, label. Default: yes.
    */
   vtkSetMacro(KeepRegions, bool);
   vtkGetMacro(KeepRegions, bool);

@@ -43,12 +43,12 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     method: "fuse", or "tetfuse", the operation of the paper.
     boundary: "exact", "planar", or how far it may move, as a share of the diagonal of the bounding box.
     min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
-    conserve: the integrals of all floating-point arrays stay.
+    conserve: the integrals of all floating-point arrays stay; cells keep the values of regions.
     scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
     boundary_tets_stay: with "tetfuse", no tetrahedron that touches the boundary is fused.
     arrays: what steers: a name, or a list of names, "cell:NAME" for an array of the cells, or a dict from names to the largest error
         of each (None: no other than max_error). Default: the active scalars, else the first floating-point array of the points.
-    regions: names of integer cell arrays whose interfaces are kept, or "none"; default: those named like materials.
+    regions: names of cell arrays of one component whose interfaces are kept, or "none"; default: those of integers named like materials.
     roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
     weight: the name of a point array: errors count so many times as much there, so that the mesh stays finer.
     original_ids: the result has the point array OriginalPointIds: the number of a point of `grid` that stayed, -1 of a new one.
