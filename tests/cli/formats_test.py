@@ -126,6 +126,24 @@ class Formats(FolderTest):
             said = run("simplify", copy, "-o", self.folder / "out.vtu", "--reduction", "50%", "--dry-run").decode()
             self.assertRegex(said, r"regions +(medit:ref|gmsh:physical|tetgen:ref)")
 
+    def test_labels_that_went_through_gmsh_are_regions_still(self):
+        """The first as the physical group, an integer; a second one as a floating-point number, by its name."""
+        mesh, back = TinyVtu(6), self.folder / "back.msh"
+        mesh.array("id")[1:] = "material", "Int32", 1, [1 + i % 2 for i in range(len(mesh.tets))]
+        where = np.array(mesh.points)[np.array(mesh.tets)].mean(axis=1)[:, 0] > 3
+        mesh.arrays.insert(2, ["CellData", "phase", "UInt8", 1, where.astype(int).tolist()])
+        run("convert", self.write(mesh), back)
+        types = {a["name"]: a["type"] for a in report_of("info", back)["arrays"] if a["association"] == "cell"}
+        self.assertEqual(types, {"gmsh:physical": "Int32", "gmsh:geometrical": "Int32", "material": "Float64", "phase": "Float64"})
+        options = ["simplify", back, "-o", self.folder / "out.vtu", "--reduction", "30%"]
+        self.assertEqual(report_of(*options)["regions"], ["gmsh:physical"])
+        report = report_of(*options, "--regions", "phase", "--verify")
+        self.assertEqual(report["regions"], ["phase"])
+        self.assertGreater(report["reduction"], 0.1)
+        result = Vtu(self.folder / "out.vtu")
+        centres = result.points[result.tets].mean(axis=1)[:, 0]
+        np.testing.assert_array_equal(np.squeeze(result.arrays["cell"]["phase"][1]), centres > 3)
+
     def test_arrays_that_find_no_place_are_named(self):
         result = finish("convert", self.mesh(), self.folder / "out.mesh")
         self.assertIn(b"left out: temperature, front, velocity, TimeValue", result.stderr)
