@@ -271,6 +271,14 @@ void tell_left_out(const std::string& path, const MeshDescription& mesh,
                    const RunContext& context) {
   const std::string left_out = is_pieces_name(path) ? unread_of(mesh) : left_out_of(path, mesh);
   if (!left_out.empty()) context.say(left_out);
+  const auto ids = mesh.point_data.active.find("GlobalIds");
+  if (!is_pieces_name(path) || ids == mesh.point_data.active.end()) return;
+  const auto& active = with_global_ids(mesh.point_data).active;
+  context.say(
+      fmt::format("pieces are joined by array {}, so that it has the mark GlobalIds in "
+                  "place of {}, whose values stay{}",
+                  active.at("GlobalIds"), ids->second,
+                  active.at("PedigreeIds") == ids->second ? " (marked PedigreeIds)" : ""));
 }
 
 void clear_leftovers(const std::string& path) noexcept {

@@ -209,14 +209,6 @@ struct LowerRows {
   std::vector<Vector<std::byte>> columns;
 };
 
-AttributeSet with_global_ids(AttributeSet set) {
-  std::string name = "GlobalNodeIds";
-  while (set.find(name) != AttributeSet::npos) name += '_';
-  set.arrays.push_back({name, ValueType::kInt64, 1, {}, 0});
-  set.active["GlobalIds"] = name;
-  return set;
-}
-
 template <class Real>
 class PiecesExporter {
  public:
@@ -438,6 +430,18 @@ void PiecesExporter<Real>::write_lower(std::uint32_t piece, VtuLayout layout) {
 }
 
 }  // namespace
+
+AttributeSet with_global_ids(AttributeSet point_data) {
+  std::string name = "GlobalNodeIds";
+  while (point_data.find(name) != AttributeSet::npos) name += '_';
+  point_data.arrays.push_back({name, ValueType::kInt64, 1, {}, 0});
+  const auto before = point_data.active.find("GlobalIds");
+  if (before != point_data.active.end()) {
+    point_data.active.try_emplace("PedigreeIds", before->second);
+  }
+  point_data.active["GlobalIds"] = name;
+  return point_data;
+}
 
 template <class Real>
 MeshSummary export_pieces(const ExportJob<Real>& job) {

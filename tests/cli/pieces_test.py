@@ -181,6 +181,29 @@ class Pieces(FolderTest):
             self.assertEqual((out.read_bytes(), (self.folder / "out_pieces" / "out_1.vtu").read_bytes()), expected)
         self.assertGreater(stopped, 0)
 
+    def test_global_ids_of_the_input_become_pedigree_ids(self):
+        """Pieces are joined by numbers that are certainly different; a message and the markers say what has become of the others."""
+        mesh = TinyVtu(6)
+        mesh.arrays.insert(1, ["PointData", "solver_ids", "Int64", 1, [7] * len(mesh.points)])  # no ids at all
+        path = self.folder / "marked.vtu"
+        path.write_bytes(mesh.bytes().replace(b"<PointData>", b'<PointData GlobalIds="solver_ids">'))
+        for name, told in (("many.pvtu", True), ("one.vtu", False)):
+            said = finish("simplify", path, "-o", self.folder / name, "--reduction", "30%", "--encoding", "inline").stderr.decode()
+            self.assertEqual("the mark GlobalIds in place of solver_ids, whose values stay (marked PedigreeIds)" in said, told, said)
+        reader = vtk.vtkXMLPUnstructuredGridReader()
+        reader.SetFileName(str(self.folder / "many.pvtu"))
+        reader.Update()
+        data = reader.GetOutput().GetPointData()
+        self.assertEqual(data.GetGlobalIds().GetName(), "GlobalNodeIds")
+        self.assertEqual(data.GetPedigreeIds().GetName(), "solver_ids")
+        check = [report_of("check", self.folder / name) for name in ("one.vtu", "many.pvtu")]
+        self.assertTrue(check[1]["valid"])
+        self.assertEqual(check[0]["volume"], check[1]["volume"])
+        # And once more: what was written so is read so.
+        run("convert", self.folder / "many.pvtu", self.folder / "joined.vtu", "--encoding", "inline", "--quiet")
+        joined = next(a for a in report_of("info", self.folder / "joined.vtu")["arrays"] if a["name"] == "solver_ids")
+        self.assertEqual(joined["active"], ["PedigreeIds"])
+
     def test_an_empty_piece_may_come_first(self):
         path = self.generate(tets="3k")
         run("simplify", path, "-o", self.folder / "many.pvtu", "--pieces", "2", "--reduction", "30%", "--quiet")

@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "driver/export.h"
+#include "driver/export_pieces.h"
 #include "io/mesh_source.h"
 #include "support/import.h"
 #include "support/mesh_file.h"
@@ -197,6 +198,22 @@ TEST_F(ExportPieces, AnArrayThatHasTheirNameKeepsIt) {
   file.point_markers["GlobalIds"] = "GlobalNodeIds";
   file.write(in);
   expect_pieces(100, 3, 4, "GlobalNodeIds_");
+}
+
+// The input's global ids say where points come from, and no more which are the same.
+TEST(GlobalIdsOfPieces, TakeTheMarkOfOthers) {
+  AttributeSet set;
+  set.arrays = {{"ids", ValueType::kInt32, 1, {}, 0}, {"origin", ValueType::kInt32, 1, {}, 0}};
+  EXPECT_EQ(with_global_ids(set).active,
+            (std::map<std::string, std::string>{{"GlobalIds", "GlobalNodeIds"}}));
+  set.active = {{"GlobalIds", "ids"}, {"Scalars", "ids"}};
+  EXPECT_EQ(with_global_ids(set).active,
+            (std::map<std::string, std::string>{
+                {"GlobalIds", "GlobalNodeIds"}, {"PedigreeIds", "ids"}, {"Scalars", "ids"}}));
+  set.active = {{"GlobalIds", "ids"}, {"PedigreeIds", "origin"}};
+  EXPECT_EQ(with_global_ids(set).active,
+            (std::map<std::string, std::string>{{"GlobalIds", "GlobalNodeIds"},
+                                                {"PedigreeIds", "origin"}}));
 }
 
 TEST_F(ExportPieces, TheBytesDoNotDependOnThreadsAndScratch) {
