@@ -11,8 +11,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kEntityBox = 6 * 8;    // of curves, surfaces and volumes: two corners
-constexpr std::size_t kEntityPoint = 3 * 8;  // of points
+using EntityKey = std::pair<int, std::int64_t>;
 
 class HeadParser {
  public:
@@ -25,6 +24,7 @@ class HeadParser {
     if (head_.version.empty()) file_.fail("there is no $MeshFormat");
     if (head_.nodes.data() == nullptr) file_.fail("there are no $Nodes");
     if (head_.elements.data() == nullptr) file_.fail("there are no $Elements");
+    finish_parts();
     return std::move(head_);
   }
 
@@ -79,8 +79,8 @@ class HeadParser {
       skip_nodes(&all);
     } else if (name == "Elements") {
       skip_elements(&all);
-    } else if (name == "Entities") {
-      skip_entities(&all);
+    } else if (name == "Entities" || name == "PartitionedEntities") {
+      walk_entities(&all, name != "Entities", [](const EntityKey&, const EntityKey&, auto) {});
     } else if (name == "NodeData" || name == "ElementData") {
       const GmshData data = parse_data(text);
       return static_cast<std::size_t>(data.text.data() - text.data()) +
@@ -111,17 +111,7 @@ class HeadParser {
   }
 
   void skip_elements(GmshCursor* all) const {
-    if (head_.is_4) {
-      const std::uint64_t blocks = all->size();
-      all->skip(3 * 8);
-      for (std::uint64_t b = 0; b < blocks; ++b) {
-        all->skip(8);
-        const auto nodes = static_cast<std::uint64_t>(known_type(all).nodes);
-        const std::uint64_t count = all->size();
-        all->skip(all->rows(count, 8 * (1 + nodes), 1 + nodes) * 8 * (1 + nodes));
-      }
-      return;
-    }
+    if (head_.is_4) return walk_blocks(all, [](const EntityKey&, std::uint64_t) {});
     const std::uint64_t elements = all->count();
     all->end_line();
     for (std::uint64_t done = 0; done < elements;) {
@@ -145,32 +135,69 @@ class HeadParser {
     return known;
   }
 
-  void skip_entities(GmshCursor* all) const {
+  // Goes over the elements of version 4: f(entity, elements) for each block.
+  template <class F>
+  void walk_blocks(GmshCursor* all, F f) const {
+    const std::uint64_t blocks = all->size();
+    all->skip_numbers(3, 8);
+    for (std::uint64_t b = 0; b < blocks; ++b) {
+      const auto dimension = static_cast<int>(all->integer());
+      const std::int64_t tag = all->integer();
+      const auto nodes = static_cast<std::uint64_t>(known_type(all).nodes);
+      const char* const begin = all->at();
+      const std::uint64_t count = all->rows(all->size(), 8 * (1 + nodes), 1 + nodes);
+      all->skip_numbers(count * (1 + nodes), 8);
+      file_.release(begin, all->at());
+      f(EntityKey{dimension, tag}, count);
+    }
+  }
+
+  // Calls f(entity, what it is a part of, its first group) for entities or, else, parts of them
+  // that a partition has made. Of what is no part the second is 0, 0.
+  template <class F>
+  void walk_entities(GmshCursor* all, bool partitioned, F f) const {
+    if (partitioned) {
+      all->size();                                             // partitions
+      all->skip_numbers(2 * all->rows(all->size(), 8, 2), 4);  // those of ghosts
+    }
     std::array<std::uint64_t, 4> counts{};
     for (std::uint64_t& count : counts) count = all->size();
-    for (std::size_t d = 0; d < counts.size(); ++d) {
-      for (std::uint64_t e = 0; e < counts[d]; ++e) {
-        all->skip(4 + (d == 0 ? kEntityPoint : kEntityBox));
-        const std::uint64_t groups = all->size();
-        all->skip(4 * all->rows(groups, 4, 1));
-        if (d == 0) continue;
-        const std::uint64_t borders = all->size();
-        all->skip(4 * all->rows(borders, 4, 1));
+    for (int d = 0; d < 4; ++d) {
+      for (std::uint64_t e = 0; e < counts[static_cast<std::size_t>(d)]; ++e) {
+        const EntityKey entity{d, all->integer()};
+        EntityKey whole{};
+        if (partitioned) {
+          whole.first = static_cast<int>(all->integer());
+          whole.second = all->integer();
+          skip_list(all);  // partitions that have it
+        }
+        all->skip_numbers(d == 0 ? 3 : 6, 8);  // where it is, or two corners of its box
+        const std::uint64_t groups = all->rows(all->size(), 4, 1);
+        const std::int64_t group = groups > 0 ? all->integer() : 0;
+        all->skip_numbers(groups > 0 ? groups - 1 : 0, 4);
+        if (d > 0) skip_list(all);  // what bounds it
+        f(entity, whole, group);
       }
     }
   }
+
+  static void skip_list(GmshCursor* all) { all->skip_numbers(all->rows(all->size(), 4, 1), 4); }
 
   void parse_section(std::string_view name, std::string_view text) {
     if (name == "MeshFormat") return parse_format(text);
     if (head_.version.empty()) file_.fail_in_line(text.data(), "$MeshFormat must come first");
     if (name == "Comments") return;
     if (name == "PhysicalNames") return parse_names(text);
-    if (name == "Entities" && head_.is_4) return parse_entities(text);
+    if (name == "Entities" && head_.is_4) return parse_entities(text, false);
+    if (name == "PartitionedEntities" && head_.is_4) return parse_entities(text, true);
     if (name == "Nodes") return take(&head_.nodes, &head_.node_count, text);
     if (name == "Elements") return take(&head_.elements, &head_.element_count, text);
     if (name == "NodeData") return head_.node_data.push_back(parse_data(text));
     if (name == "ElementData") return head_.element_data.push_back(parse_data(text));
-    const std::string word(name);
+    leave_out(std::string(name));
+  }
+
+  void leave_out(const std::string& word) {
     auto& names = head_.left_out;
     if (std::find(names.begin(), names.end(), word) == names.end()) names.push_back(word);
   }
@@ -224,24 +251,40 @@ class HeadParser {
     }
   }
 
-  void parse_entities(std::string_view text) {
+  void parse_entities(std::string_view text, bool partitioned) {
     GmshCursor in = cursor(text);
-    std::array<std::uint64_t, 4> counts{};
-    for (std::uint64_t& count : counts) count = in.size();
-    for (int d = 0; d < 4; ++d) {
-      for (std::uint64_t e = 0; e < counts[static_cast<std::size_t>(d)]; ++e) {
-        const std::int64_t tag = in.integer();
-        for (int k = 0; k < (d == 0 ? 3 : 6); ++k) in.real();
-        const std::uint64_t groups = in.rows(in.size(), 4, 1);
-        for (std::uint64_t g = 0; g < groups; ++g) {
-          const std::int64_t group = in.integer();
-          if (g == 0) head_.physical[{d, tag}] = group;
-        }
-        if (d == 0) continue;
-        const std::uint64_t borders = in.rows(in.size(), 4, 1);
-        for (std::uint64_t b = 0; b < borders; ++b) in.integer();
-      }
+    const auto take = [&](const EntityKey& entity, const EntityKey& whole, std::int64_t group) {
+      const bool is_part = partitioned && whole.first == entity.first;
+      // Gmsh gives seams the groups of what they cut, though these are of a higher dimension.
+      const bool is_seam = partitioned && whole.first > entity.first;
+      head_.entities[entity] = {is_seam ? 0 : group, is_part ? whole.second : entity.second,
+                                is_seam};
+    };
+    walk_entities(&in, partitioned, take);
+  }
+
+  // Parts without a group of their own have that of the whole. Elements of seams are not counted:
+  // kept as cells they would hold the mesh where the partition has cut it.
+  void finish_parts() {
+    bool has_seams = false;
+    for (auto& [key, entity] : head_.entities) {
+      has_seams = has_seams || entity.is_seam;
+      if (entity.physical != 0 || entity.geometrical == key.second) continue;
+      const auto whole = head_.entities.find({key.first, entity.geometrical});
+      if (whole != head_.entities.end()) entity.physical = whole->second.physical;
     }
+    if (!has_seams) return;
+    GmshCursor in = cursor(head_.elements);
+    walk_blocks(&in, [&](const EntityKey& entity, std::uint64_t count) {
+      if (head_.entity(entity.first, entity.second).is_seam) head_.seam_elements += count;
+    });
+    if (head_.seam_elements == 0) return;
+    if (head_.seam_elements > head_.element_count) {
+      in.fail("there are more than the " + std::to_string(head_.element_count) +
+              " elements announced");
+    }
+    head_.element_count -= head_.seam_elements;
+    leave_out("elements between partitions");
   }
 
   GmshData parse_data(std::string_view text) const {
@@ -291,6 +334,11 @@ std::optional<double> GmshHead::time() const {
     }
   }
   return time && *time != 0 && std::isfinite(*time) ? time : std::nullopt;
+}
+
+GmshEntity GmshHead::entity(int dimension, std::int64_t tag) const {
+  const auto found = entities.find({dimension, tag});
+  return found == entities.end() ? GmshEntity{0, tag, false} : found->second;
 }
 
 bool looks_like_gmsh(std::string_view text) { return text.starts_with("$MeshFormat"); }

@@ -90,6 +90,15 @@ struct GmshName {
   std::string name;
 };
 
+// What version 4.1 says of an entity, and so of all its elements.
+struct GmshEntity {
+  std::int64_t physical = 0;     // its first group; 0: none
+  std::int64_t geometrical = 0;  // its tag; of a part of a partitioned entity that of the whole
+  // Lies between parts of an entity of higher dimension: that is where a partition has cut it, and
+  // says nothing of the mesh.
+  bool is_seam = false;
+};
+
 struct GmshHead {
   std::string version;
   bool is_4 = false;
@@ -97,12 +106,15 @@ struct GmshHead {
   bool swapped = false;
   std::string_view nodes, elements;  // the sections, without the words that enclose them
   std::uint64_t node_count = 0;
-  std::uint64_t element_count = 0;
+  std::uint64_t element_count = 0;  // without those of seams
+  std::uint64_t seam_elements = 0;
   std::vector<GmshName> names;
-  std::map<std::pair<int, std::int64_t>, std::int64_t> physical;  // of an entity: its first group
+  std::map<std::pair<int, std::int64_t>, GmshEntity> entities;  // by dimension and tag
   std::vector<GmshData> node_data, element_data;
-  std::vector<std::string> left_out;  // sections that are passed over, each once
+  std::vector<std::string> left_out;  // sections that are passed over, each once, and seams
 
+  // Of one that is not listed no more is known than its tag.
+  GmshEntity entity(int dimension, std::int64_t tag) const;
   // That of all data that have one, but for 0: that is written where nobody knows any.
   std::optional<double> time() const;
 };

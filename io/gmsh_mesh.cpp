@@ -179,8 +179,9 @@ struct Element {
 
 class ElementWalker : public SectionWalker<GmshElementPlace> {
  public:
-  ElementWalker(const FormatFile& file, const GmshHead& head)
-      : SectionWalker(file, head, head.elements) {}
+  // `seams` gets the numbers of the elements that are passed over.
+  ElementWalker(const FormatFile& file, const GmshHead& head, Vector<std::uint64_t>* seams)
+      : SectionWalker(file, head, head.elements), seams_(seams) {}
   ElementWalker(const FormatFile& file, const GmshHead& head, const GmshElementPlace& place)
       : SectionWalker(file, head, head.elements, place) {}
 
@@ -189,8 +190,8 @@ class ElementWalker : public SectionWalker<GmshElementPlace> {
     while (place_.left == 0) {
       if (head_.is_4) {
         if (place_.blocks == 0) {
-          in_.fail("expected " + std::to_string(head_.element_count) + " elements, found " +
-                   std::to_string(done));
+          in_.fail("expected " + std::to_string(announced()) + " elements, found " +
+                   std::to_string(done + head_.seam_elements));
         }
         begin_block();
       } else if (in_.binary()) {
@@ -231,9 +232,9 @@ class ElementWalker : public SectionWalker<GmshElementPlace> {
 
  private:
   [[noreturn]] void fail_too_many() const {
-    in_.fail("there are more than the " + std::to_string(head_.element_count) +
-             " elements announced");
+    in_.fail("there are more than the " + std::to_string(announced()) + " elements announced");
   }
+  std::uint64_t announced() const { return head_.element_count + head_.seam_elements; }
 
   GmshElementType element_type() {
     const char* const at = in_.at();
@@ -257,14 +258,23 @@ class ElementWalker : public SectionWalker<GmshElementPlace> {
 
   void begin_block() {
     const auto dimension = static_cast<int>(in_.integer());
-    place_.geometrical = in_.integer();
+    const GmshEntity entity = head_.entity(dimension, in_.integer());
     place_.type = element_type();
-    const auto found = head_.physical.find({dimension, place_.geometrical});
     // A group that is the entity turned round has a negative tag.
-    place_.physical = found == head_.physical.end() ? 0 : std::abs(found->second);
+    place_.physical = std::abs(entity.physical);
+    place_.geometrical = entity.geometrical;
     const auto nodes = static_cast<std::uint64_t>(place_.type.nodes);
     place_.left = in_.rows(in_.size(), 8 + 8 * nodes, 1 + nodes);
     --place_.blocks;
+    if (entity.is_seam) pass_over_block(nodes);
+  }
+
+  void pass_over_block(std::uint64_t nodes) {
+    for (; place_.left > 0; --place_.left) {
+      const std::uint64_t number = in_.size();
+      if (seams_ != nullptr) seams_->push_back(number);
+      in_.skip_numbers(nodes, 8);
+    }
   }
 
   void begin_headed_list() {
@@ -321,6 +331,8 @@ class ElementWalker : public SectionWalker<GmshElementPlace> {
     const bool wedge = out->type.vtk == kVtkWedge;
     for (std::size_t k = 0; k < count; ++k) out->ids[k] = ids[wedge ? kWedge[k] : k];
   }
+
+  Vector<std::uint64_t>* seams_ = nullptr;
 };
 
 // Calls f(place, begin, end) for the rows [begin, end) that each of the places from that of row
@@ -373,11 +385,14 @@ GmshMesh::GmshMesh(const FormatFile& file, const GmshHead& head) : file_(file), 
         .fail("node " + std::to_string(nodes_.twin()) + " is there twice");
   }
   const bool wanted = !head.element_data.empty();
-  elements_ = map_numbers(head.element_count, [&](Vector<std::uint64_t>* all) {
+  // Numbers of elements that are passed over come last, so that values for these are known as such.
+  const std::uint64_t seams = wanted ? head.seam_elements : 0;
+  elements_ = map_numbers(head.element_count + seams, [&](Vector<std::uint64_t>* all) {
     element_places_.clear();
     types_ = {};
     NumberRun numbers(all);
-    ElementWalker walker(file_, head_);
+    Vector<std::uint64_t> passed;
+    ElementWalker walker(file_, head_, wanted ? &passed : nullptr);
     Releaser releaser(file_, head_.elements.data());
     Element element;
     for (std::uint64_t i = 0; i < head_.element_count; ++i) {
@@ -391,6 +406,7 @@ GmshMesh::GmshMesh(const FormatFile& file, const GmshHead& head) : file_(file), 
       numbers.add(wanted ? element.number : i);
     }
     walker.end();
+    for (const std::uint64_t number : passed) numbers.add(number);
     return numbers;
   });
   file_.release(head.elements);

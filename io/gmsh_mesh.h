@@ -32,7 +32,8 @@ struct GmshElementPlace {
   std::int64_t geometrical = 0;
 };
 
-// Nodes and elements in the order of the file, which is gone through once, here. What is kept: 64
+// Nodes and elements in the order of the file, which is gone through once, here; without those of
+// seams (gmsh_head.h), whose numbers elements() leads behind all others. What is kept: 64
 // bytes for each 4096 of them, and bytes(): the numbers of nodes, and of elements where there are
 // values for some, unless they ascend by one.
 //

@@ -144,7 +144,8 @@ class GmshReader final : public FormatReader {
       std::vector<GmshRows> made;
       read_guarded(file_.file, [&] {
         for (const GmshData& data : of_points ? head_.node_data : head_.element_data) {
-          made.emplace_back(file_, head_, data, of_points ? all.nodes() : all.elements());
+          made.emplace_back(file_, head_, data, of_points ? all.nodes() : all.elements(),
+                            of_points ? head_.node_count : head_.element_count);
         }
       });
       rows = std::move(made);

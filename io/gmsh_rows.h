@@ -11,13 +11,14 @@
 
 namespace tetfusion {
 
-// Goes through the rows once, and keeps 16 bytes for each 4096 of them. Throws Error(kBadInput) for
-// a number that is not there. All arguments must outlive this object. Safe to use from several
-// threads. Pages of the file that were read do not stay in memory.
+// Goes through the rows once, and keeps 16 bytes for each 4096 of them. Rows for what `places`
+// leads to `count` or behind are passed over. Throws Error(kBadInput) for a number that is not
+// there. All arguments must outlive this object. Safe to use from several threads. Pages of the
+// file that were read do not stay in memory.
 class GmshRows {
  public:
   GmshRows(const FormatFile& file, const GmshHead& head, const GmshData& data,
-           const NumberMap& places);
+           const NumberMap& places, std::uint64_t count);
 
   // Are the rows in the order of what they are for? Else read() goes through them all.
   bool in_order() const { return in_order_; }
@@ -28,17 +29,18 @@ class GmshRows {
 
  private:
   struct Place {
-    std::uint64_t of = 0;  // what the first row there is for
+    std::uint64_t of = 0;  // what the first row there is for that is not passed over
     const char* at = nullptr;
   };
   template <class F>
-  void walk(const Place& begin, std::uint64_t rows, F f) const;
+  const char* walk(const char* begin, std::uint64_t rows, F f) const;
   std::uint64_t rows_of(std::size_t place) const;
 
   const FormatFile& file_;
   const GmshHead& head_;
   const GmshData& data_;
   const NumberMap& numbers_;
+  std::uint64_t count_;
   std::vector<Place> places_;
   bool in_order_ = true;
 };

@@ -1,0 +1,160 @@
+// Gmsh meshes: groups and their names, and partitioned meshes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "io/mesh_sink.h"
+#include "support/format_files.h"
+#include "support/mesh_file.h"
+#include "support/vtu_file_test.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::Bytes;
+using testing::bytes_of;
+using testing::dump;
+using ::testing::ElementsAre;
+using testing::read_cell_array;
+using testing::values;
+
+using GmshGroups = testing::FormatTest;
+
+// Volume 5 (group 9) was cut into 11 and 12; 12 says no group. Surface 21 and line 22 are where it
+// was cut, and have the volume's group. Surface 3 (group 7) has one part, 13.
+const std::string kParts = R"($MeshFormat
+4.1 0 8
+$EndMeshFormat
+$Entities
+0 0 1 1
+3 0 0 0 1 1 1 1 -7 1 4
+5 0 0 0 1 1 1 2 9 8 1 3
+$EndEntities
+$PartitionedEntities
+2
+2
+31 1
+32 2
+1 1 2 2
+41 3 5 2 1 2 0 1 0 0
+22 3 5 2 1 2 0 0 0 1 1 1 1 9 0
+13 2 3 1 1 0 0 0 1 1 1 0 1 22
+21 3 5 2 1 2 0 0 0 1 1 1 1 9 1 -22
+11 3 5 1 1 0 0 0 1 1 1 1 9 2 13 21
+12 3 5 1 2 0 0 0 1 1 1 0 1 -21
+$EndPartitionedEntities
+$Nodes
+1 5 1 5
+3 11 0 5
+1
+2
+3
+4
+5
+0 0 0
+1 0 0.1
+0 1 0
+0 0 1
+1 1 -1
+$EndNodes
+$Elements
+5 5 1 12
+1 22 1 1
+1 2 3
+2 13 2 1
+3 1 2 3
+2 21 2 1
+2 2 3 4
+3 11 4 1
+12 1 2 3 4
+3 12 4 1
+11 5 2 4 3
+$EndElements
+$GhostElements
+1
+12 1 1 2
+$EndGhostElements
+)";
+
+std::string binary_parts(bool swapped) {
+  using Sizes = std::vector<std::uint64_t>;
+  using Ints = std::vector<std::int32_t>;
+  const std::vector<double> box = {0, 0, 0, 1, 1, 1};
+  Bytes out(swapped);
+  out.text("$MeshFormat\n4.1 1 8\n").put(std::int32_t{1}).text("\n$EndMeshFormat\n$Entities\n");
+  out.put_all(Sizes{0, 0, 1, 1});
+  out.put(3).put_all(box).put_all(Sizes{1}).put(-7).put_all(Sizes{1}).put(4);
+  out.put(5).put_all(box).put_all(Sizes{2}).put_all(Ints{9, 8}).put_all(Sizes{1}).put(3);
+  out.text("\n$EndEntities\n$PartitionedEntities\n");
+  out.put_all(Sizes{2, 2}).put_all(Ints{31, 1, 32, 2}).put_all(Sizes{1, 1, 2, 2});
+  const auto put_part = [&](const Ints& who, const Ints& partitions, const std::vector<double>& at,
+                            const Ints& groups) {
+    out.put_all(who).put(partitions.size()).put_all(partitions).put_all(at);
+    out.put(groups.size()).put_all(groups);
+  };
+  put_part({41, 3, 5}, {1, 2}, {0, 1, 0}, {});
+  put_part({22, 3, 5}, {1, 2}, box, {9});
+  out.put_all(Sizes{0});
+  put_part({13, 2, 3}, {1}, box, {});
+  out.put_all(Sizes{1}).put(22);
+  put_part({21, 3, 5}, {1, 2}, box, {9});
+  out.put_all(Sizes{1}).put(-22);
+  put_part({11, 3, 5}, {1}, box, {9});
+  out.put_all(Sizes{2}).put_all(Ints{13, 21});
+  put_part({12, 3, 5}, {2}, box, {});
+  out.put_all(Sizes{1}).put(-21).text("\n$EndPartitionedEntities\n$Nodes\n");
+  out.put_all(Sizes{1, 5, 1, 5}).put_all(Ints{3, 11, 0}).put_all(Sizes{5, 1, 2, 3, 4, 5});
+  out.put_all(std::vector<double>{0, 0, 0, 1, 0, 0.1, 0, 1, 0, 0, 0, 1, 1, 1, -1});
+  out.text("\n$EndNodes\n$Elements\n").put_all(Sizes{5, 5, 1, 12});
+  out.put_all(Ints{1, 22, 1}).put_all(Sizes{1, 1, 2, 3});
+  out.put_all(Ints{2, 13, 2}).put_all(Sizes{1, 3, 1, 2, 3});
+  out.put_all(Ints{2, 21, 2}).put_all(Sizes{1, 2, 2, 3, 4});
+  out.put_all(Ints{3, 11, 4}).put_all(Sizes{1, 12, 1, 2, 3, 4});
+  out.put_all(Ints{3, 12, 4}).put_all(Sizes{1, 11, 5, 2, 4, 3});
+  out.text("\n$EndElements\n$GhostElements\n").put_all(Sizes{1}).put_all(Ints{12, 1});
+  out.put_all(Sizes{1}).put(2).text("\n$EndGhostElements\n");
+  return out.str();
+}
+
+TEST_F(GmshGroups, PartsOfAnEntityArePutTogether) {
+  const auto source = open_and_compare("a.msh", kParts);
+  EXPECT_EQ(source->description().format,
+            "Gmsh mesh, 4.1, text; left out: GhostElements, elements between partitions");
+  EXPECT_EQ(source->description().cells, 3u);
+  const Geometry mesh = source->read_geometry();
+  expect_sample(mesh);
+  EXPECT_THAT(mesh.lower.types, ElementsAre(5));
+  EXPECT_THAT(mesh.lower.connectivity, ElementsAre(0, 1, 2));
+  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical")),
+              ElementsAre(7, 9, 9));
+  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:geometrical")),
+              ElementsAre(3, 5, 5));
+  for (const bool swapped : {false, true}) {
+    EXPECT_EQ(dump(open_and_compare("b.msh", binary_parts(swapped)).get()), dump(source.get()));
+  }
+}
+
+TEST_F(GmshGroups, DamagedPartsAreNoCrash) {
+  expect_no_crash("a.msh", kParts);
+  expect_no_crash("a.msh", binary_parts(false));
+  std::string more = kParts;
+  more.replace(more.find("5 5 1 12"), 8, "5 1 1 12");
+  expect_error("a.msh", more, "there are more than the 1 elements announced");
+}
+
+// There may be many of these, before and between others.
+TEST_F(GmshGroups, ValuesBetweenPartitionsArePassedOver) {
+  std::string rows = "3 0.5\n";
+  for (int i = 0; i < 9000; ++i) rows += i % 2 == 0 ? "1 -1\n" : "2 -2\n";
+  const std::string head = "$ElementData\n1\n\"q\"\n0\n3\n0\n1\n9003\n";
+  const std::string all = kParts + head + rows + "12 2\n11 4\n$EndElementData\n";
+  const auto source = open_and_compare("a.msh", all);
+  ASSERT_NE(source->stream(), nullptr);
+  EXPECT_THAT(values<double>(read_cell_array(source.get(), "q")), ElementsAre(0.5, 2, 4));
+}
+
+}  // namespace
+}  // namespace tetfusion
