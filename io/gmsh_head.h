@@ -24,7 +24,7 @@ namespace tetfusion {
 
 inline constexpr const char* kGmshPhysical = "gmsh:physical";
 inline constexpr const char* kGmshGeometrical = "gmsh:geometrical";
-// A physical group's name, in the name of a field array: its tag and its dimension.
+// A name of physical groups, in the name of a field array: a row of tag and dimension for each.
 inline constexpr const char* kGmshNamePrefix = "gmsh:physical:";
 
 // Numbers of a section one after another, text or binary alike. Everything fails at the section's

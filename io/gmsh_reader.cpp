@@ -71,12 +71,16 @@ class GmshReader final : public FormatReader {
     DataArray array;
     array.info = description_.field_data.arrays.at(index);
     array.bytes.resize(array.info.values() * size_of(array.info.type));
-    if (index == head_.names.size()) {
+    if (array.info.name == kTimeValue) {
       array.as<double>()[0] = *head_.time();
       return array;
     }
-    array.as<std::int32_t>()[0] = head_.names[index].tag;
-    array.as<std::int32_t>()[1] = head_.names[index].dimension;
+    auto values = array.as<std::int32_t>().begin();
+    for (const GmshName& name : head_.names) {
+      if (kGmshNamePrefix + name.name != array.info.name) continue;
+      *values++ = name.tag;
+      *values++ = name.dimension;
+    }
     return array;
   }
 
@@ -98,15 +102,23 @@ class GmshReader final : public FormatReader {
     }
     for (const GmshData& data : head_.node_data) add_array(data, d.points, &d.point_data);
     for (const GmshData& data : head_.element_data) add_array(data, d.cells, &d.cell_data);
-    for (const GmshName& name : head_.names) {
-      const std::string unique = unused(kGmshNamePrefix + name.name, d.field_data);
-      d.field_data.arrays.push_back({unique, ValueType::kInt32, 2, {}, 1});
-    }
+    for (const GmshName& name : head_.names) add_name(kGmshNamePrefix + name.name);
     if (head_.time()) d.field_data.arrays.push_back({kTimeValue, ValueType::kFloat64, 1, {}, 1});
     if (d.cells == 0) file_.fail("the mesh has no cells");
     if (d.points > kMaxPoints) {
       file_.fail(ErrorCode::kMemory,
                  std::to_string(d.points) + " points are more than can be held in memory at once");
+    }
+  }
+
+  // Groups of several dimensions may have one name: a row for each.
+  void add_name(const std::string& name) {
+    AttributeSet& fields = description_.field_data;
+    const std::size_t known = fields.find(name);
+    if (known != AttributeSet::npos) {
+      ++fields.arrays[known].tuples;
+    } else {
+      fields.arrays.push_back({name, ValueType::kInt32, 2, {}, 1});
     }
   }
 

@@ -3,10 +3,10 @@
 // Nodes and elements may have any numbers, in any order. The integer cell arrays "gmsh:physical"
 // and "gmsh:geometrical" say to which group and entity an element belongs (0: none; of several
 // groups the first). $NodeData and $ElementData become arrays of doubles; where a file has no value
-// it is NaN. Each name of a physical group becomes a field array of two values, tag and dimension,
-// called "gmsh:physical:NAME". Of a partitioned mesh the parts of an entity are put together again,
-// and the elements where they meet are left out. Other sections are left out, too, and all that is
-// named in the description's format.
+// it is NaN. Each name of physical groups becomes a field array called "gmsh:physical:NAME", whose
+// rows are tag and dimension of each group of that name. Of a partitioned mesh the parts of an
+// entity are put together again, and the elements where they meet are left out. Other sections are
+// left out, too, and all that is named in the description's format.
 #pragma once
 
 #include <memory>

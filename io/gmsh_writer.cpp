@@ -126,8 +126,10 @@ class GmshWriter {
       const DataArray array = mesh_.read_field(i);
       const Vector<std::int64_t> values = to_integers(info, array.bytes);
       const std::string name = info.name.substr(std::string_view(kGmshNamePrefix).size());
-      rows += fmt::format("{} {} {}\n", values[1], values[0], in_quotes(name));
-      ++count;
+      for (std::size_t k = 0; k + 1 < values.size(); k += 2) {
+        rows += fmt::format("{} {} {}\n", values[k + 1], values[k], in_quotes(name));
+        ++count;
+      }
     }
     if (count > 0) {
       put_text(fmt::format("$PhysicalNames\n{}\n{}$EndPhysicalNames\n", count, rows), file_);
@@ -329,7 +331,8 @@ void write_gmsh(MeshPasses* mesh, OutputFile* file, bool binary,
 }
 
 bool is_gmsh_name(const ArrayInfo& field) {
-  return field.name.starts_with(kGmshNamePrefix) && field.values() == 2 && !is_float(field.type) &&
+  const bool has_pairs = field.values() == 2 || (field.values() > 0 && field.components == 2);
+  return field.name.starts_with(kGmshNamePrefix) && has_pairs && !is_float(field.type) &&
          field.type != ValueType::kString;
 }
 

@@ -17,7 +17,7 @@ namespace tetfusion {
 void write_gmsh(MeshPasses* mesh, OutputFile* file, bool binary,
                 const std::function<void(double)>& progress);
 
-// The field array is a name of a physical group.
+// The field array is a name of physical groups.
 bool is_gmsh_name(const ArrayInfo& field);
 
 }  // namespace tetfusion

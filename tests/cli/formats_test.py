@@ -150,6 +150,18 @@ class Formats(FolderTest):
         result = finish("simplify", self.mesh(), "-o", self.folder / "out.msh", "--reduction", "50%")
         self.assertNotIn(b"left out", result.stderr)
 
+    def test_names_of_groups_come_back(self):
+        original = self.folder / "a.msh"
+        run("convert", self.mesh(), original, "--encoding", "ascii")
+        names = '$PhysicalNames\n2\n2 1 "rock"\n3 1 "rock"\n$EndPhysicalNames\n'
+        original.write_text(original.read_text().replace("$Nodes\n", names + "$Nodes\n", 1))
+        between = self.folder / "between.vtu"
+        run("convert", original, between)
+        for mesh in original, between:
+            small = self.folder / "small.msh"
+            run("simplify", mesh, "-o", small, "--reduction", "50%", "--encoding", "ascii")
+            self.assertIn(names, small.read_text())
+
     def test_standard_input(self):
         original = self.folder / "a.meshb"
         run("convert", self.mesh(), original)

@@ -156,5 +156,51 @@ TEST_F(GmshGroups, ValuesBetweenPartitionsArePassedOver) {
   EXPECT_THAT(values<double>(read_cell_array(source.get(), "q")), ElementsAre(0.5, 2, 4));
 }
 
+// A tetrahedron and a triangle.
+std::string small_text() {
+  return "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+         "$EndNodes\n$Elements\n2\n1 2 2 1 1 1 2 3\n2 4 2 2 1 1 2 3 4\n$EndElements\n";
+}
+
+std::string small_binary() {
+  Bytes out;
+  out.text("$MeshFormat\n2.2 1 8\n").put(std::int32_t{1}).text("\n$EndMeshFormat\n$Nodes\n4\n");
+  for (int v = 0; v < 4; ++v) {
+    out.put(v + 1).put(v == 1 ? 1.0 : 0.0).put(v == 2 ? 1.0 : 0.0).put(v == 3 ? 1.0 : 0.0);
+  }
+  out.text("\n$EndNodes\n$Elements\n2\n").put_all(std::vector<int>{2, 1, 2, 1, 1, 1, 1, 2, 3});
+  out.put_all(std::vector<int>{4, 1, 2, 2, 2, 1, 1, 2, 3, 4}).text("\n$EndElements\n");
+  return out.str();
+}
+
+std::vector<std::string> all_variants(const std::string& names) {
+  std::vector<std::string> meshes = {small_text(), small_binary(), kParts, binary_parts(true)};
+  const std::string end = "$EndMeshFormat\n";
+  for (std::string& mesh : meshes) mesh.insert(mesh.find(end) + end.size(), names);
+  return meshes;
+}
+
+// Each dimension has names of its own.
+TEST_F(GmshGroups, NamesAreOfOneDimension) {
+  const std::string names =
+      "$PhysicalNames\n4\n2 7 \"rock\"\n3 9 \"rock\"\n3 7 \"rock 2\"\n2 9 \"sand\"\n"
+      "$EndPhysicalNames\n";
+  WriteOptions text;
+  text.encoding = Encoding::kAscii;
+  for (const std::string& mesh : all_variants(names)) {
+    const auto source = open_and_compare("a.msh", mesh);
+    ASSERT_EQ(source->description().field_data.arrays.size(), 3u);
+    EXPECT_EQ(source->description().field_data.arrays[0].name, "gmsh:physical:rock");
+    EXPECT_THAT(values<std::int32_t>(source->read_array(Association::kField, 0)),
+                ElementsAre(7, 2, 9, 3));
+    EXPECT_EQ(left_out_of("b.msh", source->description()), "");
+    convert(source.get(), "between.vtk");
+    for (const char* from : {"a.msh", "between.vtk"}) {
+      write_mesh(open_mesh(dir_.file(from)).get(), dir_.file("b.msh"), text);
+      EXPECT_NE(bytes_of(dir_.file("b.msh")).find(names), std::string::npos) << from;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tetfusion
