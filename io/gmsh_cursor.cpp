@@ -54,11 +54,11 @@ std::uint64_t GmshCursor::count() { return file_->number<std::uint64_t>(word());
 
 std::string GmshCursor::text() {
   skip_blanks();
-  const auto* const close = at_ < end_ && *at_ == '"' ? std::find(at_ + 1, end_, '"') : end_;
-  if (close == end_) fail("expected a text in quotes");
-  std::string out(at_ + 1, close);
-  at_ = close + 1;
-  return out;
+  const std::string_view line(at_, static_cast<std::size_t>(std::find(at_, end_, '\n') - at_));
+  const std::size_t close = line.rfind('"');
+  if (close == line.npos || close == 0 || line[0] != '"') fail("expected a text in quotes");
+  at_ += close + 1;
+  return std::string(line.substr(1, close - 1));
 }
 
 void GmshCursor::end_line() {

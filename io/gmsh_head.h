@@ -43,7 +43,7 @@ class GmshCursor {
   double real();
   // What is text in binary files, too.
   std::string_view word();  // up to the next blank
-  std::string text();       // in quotes
+  std::string text();       // in quotes, up to the line's last: Gmsh writes others as they are
   std::uint64_t count();    // a whole number
   void end_line();          // goes to the begin of the next line
 

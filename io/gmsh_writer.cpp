@@ -110,9 +110,7 @@ class GmshWriter {
     put_text("$EndMeshFormat\n", file_);
   }
 
-  // A quote would end the text.
   static std::string in_quotes(std::string text) {
-    std::replace(text.begin(), text.end(), '"', '\'');
     std::replace(text.begin(), text.end(), '\n', ' ');
     return fmt::format("\"{}\"", text);
   }
@@ -272,7 +270,10 @@ class GmshWriter {
   // ---- arrays ----
 
   void begin_data(const char* section, const ArrayInfo& info, std::uint64_t rows) {
-    put_text(fmt::format("${}\n1\n{}\n1\n{}\n3\n0\n{}\n{}\n", section, in_quotes(info.name), time_,
+    // A quote ends the name for Gmsh. Names of groups have it nevertheless, as Gmsh writes them.
+    std::string name = info.name;
+    std::replace(name.begin(), name.end(), '"', '\'');
+    put_text(fmt::format("${}\n1\n{}\n1\n{}\n3\n0\n{}\n{}\n", section, in_quotes(name), time_,
                          info.components, rows),
              file_);
   }

@@ -202,5 +202,27 @@ TEST_F(GmshGroups, NamesAreOfOneDimension) {
   }
 }
 
+// Gmsh writes quotes in a name as they are.
+TEST_F(GmshGroups, NamesMayHaveQuotes) {
+  const std::string names =
+      "$PhysicalNames\n3\n2 7 \"a \"wet\" sand\"\n3 9 \"\"all\"\"\n3 7 \"\"\n$EndPhysicalNames\n";
+  for (const std::string& mesh : all_variants(names)) {
+    const auto source = open_and_compare("a.msh", mesh);
+    const auto& fields = source->description().field_data.arrays;
+    ASSERT_EQ(fields.size(), 3u);
+    EXPECT_EQ(fields[0].name, "gmsh:physical:a \"wet\" sand");
+    EXPECT_EQ(fields[1].name, "gmsh:physical:\"all\"");
+    EXPECT_EQ(fields[2].name, "gmsh:physical:");
+    convert(source.get(), "b.msh");
+    EXPECT_NE(bytes_of(dir_.file("b.msh")).find(names), std::string::npos);
+  }
+  for (const char* name : {"\"", "rock", "rock\""}) {
+    std::string mesh = small_text();
+    mesh.insert(mesh.find("$Nodes"),
+                std::string("$PhysicalNames\n1\n3 1 ") + name + "\n$EndPhysicalNames\n");
+    expect_error("a.msh", mesh, "line 6: expected a text in quotes");
+  }
+}
+
 }  // namespace
 }  // namespace tetfusion
