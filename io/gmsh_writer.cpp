@@ -55,7 +55,9 @@ class GmshWriter {
     check_size();
     const std::size_t point_arrays = mesh_.description().point_data.arrays.size();
     const std::size_t cell_arrays = mesh_.description().cell_data.arrays.size();
-    mesh_.expect((1 + point_arrays) * mesh_.points() + (1 + cell_arrays) * mesh_.tets(), progress);
+    mesh_.expect((1 + passes(mesh_.description().point_data)) * mesh_.points() +
+                     (1 + passes(mesh_.description().cell_data)) * mesh_.tets(),
+                 progress);
     put_head();
     put_names();
     time_ = find_time();
@@ -278,41 +280,76 @@ class GmshWriter {
              file_);
   }
 
-  void put_values(const ArrayInfo& info, std::uint64_t first, std::span<const std::byte> rows) {
-    const Vector<double> values = to_doubles(info.type, rows);
+  // Rows without a number are read where a file has no value, and Gmsh's own files have none for
+  // these: they are not written. How many are is said before, so that arrays of floating-point
+  // numbers are gone through twice.
+  static std::size_t passes(const AttributeSet& set) {
+    std::size_t all = 0;
+    for (const ArrayInfo& info : set.arrays) all += is_float(info.type) ? 2 : 1;
+    return all;
+  }
+
+  static Vector<std::uint32_t> rows_with_numbers(const ArrayInfo& info,
+                                                 const Vector<double>& values) {
     const std::size_t width = info.components;
-    const std::size_t count = values.size() / width;
+    Vector<std::uint32_t> rows;
+    for (std::size_t i = 0; i < values.size() / width; ++i) {
+      const double* const row = values.data() + i * width;
+      const auto is_number = [](double value) { return !std::isnan(value); };
+      if (std::any_of(row, row + width, is_number)) rows.push_back(static_cast<std::uint32_t>(i));
+    }
+    return rows;
+  }
+
+  void put_values(const ArrayInfo& info, std::uint64_t first, std::span<const std::byte> bytes) {
+    const Vector<double> values = to_doubles(info.type, bytes);
+    const Vector<std::uint32_t> rows = rows_with_numbers(info, values);
+    const std::size_t width = info.components;
     if (binary_) {
-      put_binary_rows(count, 4 + 8 * width, [&](std::size_t i, std::byte* to) {
-        to = store(static_cast<std::int32_t>(first + i + 1), to);
-        std::memcpy(to, values.data() + i * width, 8 * width);
+      put_binary_rows(rows.size(), 4 + 8 * width, [&](std::size_t i, std::byte* to) {
+        to = store(static_cast<std::int32_t>(first + rows[i] + 1), to);
+        std::memcpy(to, values.data() + rows[i] * width, 8 * width);
       });
     } else {
-      put_text_rows(count, file_, [&](std::size_t i, TextRow* row) {
-        row->add(first + i + 1);
-        for (std::size_t k = 0; k < width; ++k) row->add(values[i * width + k]);
+      put_text_rows(rows.size(), file_, [&](std::size_t i, TextRow* row) {
+        row->add(first + rows[i] + 1);
+        for (std::size_t k = 0; k < width; ++k) row->add(values[rows[i] * width + k]);
       });
     }
   }
 
   void put_node_data(std::size_t index) {
     const ArrayInfo& info = mesh_.description().point_data.arrays[index];
-    begin_data("NodeData", info, mesh_.points());
-    mesh_.for_each_point_rows(index, [&](std::uint64_t first, const Vector<std::byte>& rows) {
-      put_values(info, first, rows);
-    });
-    end_section("NodeData");
+    const auto for_each_rows = [&](auto f) { mesh_.for_each_point_rows(index, f); };
+    put_data("NodeData", info, mesh_.points(), for_each_rows);
   }
 
   void put_element_data(std::size_t index) {
     const ArrayInfo& info = mesh_.description().cell_data.arrays[index];
-    begin_data("ElementData", info, cells());
-    mesh_.for_each_tets({index}, [&](std::uint64_t first, const Vector<Tet>&,
-                                     const std::vector<Vector<std::byte>>& rows) {
-      put_values(info, first, rows[0]);
+    const auto for_each_rows = [&](auto f) {
+      mesh_.for_each_tets({index},
+                          [&](std::uint64_t first, const Vector<Tet>&,
+                              const std::vector<Vector<std::byte>>& rows) { f(first, rows[0]); });
+      f(mesh_.tets(), mesh_.lower_rows(index));
+    };
+    put_data("ElementData", info, cells(), for_each_rows);
+  }
+
+  // for_each_rows(f) calls f(first, rows) for windows of the array.
+  template <class ForEachRows>
+  void put_data(const char* section, const ArrayInfo& info, std::uint64_t rows,
+                ForEachRows for_each_rows) {
+    if (is_float(info.type)) {
+      rows = 0;
+      for_each_rows([&](std::uint64_t, const Vector<std::byte>& bytes) {
+        rows += rows_with_numbers(info, to_doubles(info.type, bytes)).size();
+      });
+    }
+    begin_data(section, info, rows);
+    for_each_rows([&](std::uint64_t first, const Vector<std::byte>& bytes) {
+      put_values(info, first, bytes);
     });
-    put_values(info, mesh_.tets(), mesh_.lower_rows(index));
-    end_section("ElementData");
+    end_section(section);
   }
 
   MeshPasses& mesh_;

@@ -3,7 +3,8 @@
 //
 // Physical groups are find_references(), 0 where there is none; entities the array
 // "gmsh:geometrical", else the group, or 1. All other arrays become $NodeData and $ElementData, as
-// doubles; names of groups come from the field arrays that reading a Gmsh file makes.
+// doubles, without rows of which nothing is a number; names of groups come from the field arrays
+// that reading a Gmsh file makes.
 #pragma once
 
 #include <functional>

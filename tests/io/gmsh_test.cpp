@@ -359,12 +359,9 @@ $NodeData
 3
 0
 1
-5
+2
 1 -2
 2 1.5
-3 nan
-4 nan
-5 nan
 $EndNodeData
 $ElementData
 1
@@ -374,14 +371,39 @@ $ElementData
 3
 0
 3
-5
+1
 1 1 2 3
-2 nan nan nan
-3 nan nan nan
-4 nan nan nan
-5 nan nan nan
 $EndElementData
 )");
+}
+
+// What has no number at all is missing, as it is read; what has some is there.
+TEST_F(Gmsh, RowsWithoutNumbersAreNotWritten) {
+  std::string text = kText2;
+  const std::string some = "1\n12 1 2 3\n";
+  text.replace(text.find(some), some.size(), "3\n12 1 nan 3\n3 nan nan nan\n2 4 5 6\n");
+  const std::string none = "$NodeData\n1\n\"none\"\n0\n3\n0\n1\n1\n7 nan\n$EndNodeData\n";
+  const auto source = open("a.msh", text + none);
+  const auto flux = values<double>(read_cell_array(source.get(), "flux"));
+  for (const Encoding encoding : {Encoding::kAscii, Encoding::kRaw}) {
+    WriteOptions options;
+    options.encoding = encoding;
+    write_mesh(source.get(), dir_.file("b.msh"), options);
+    const std::string bytes = bytes_of(dir_.file("b.msh"));
+    EXPECT_NE(bytes.find("\"flux\"\n1\n0.5\n3\n0\n3\n2\n"), std::string::npos);
+    EXPECT_NE(bytes.find("\"none\"\n1\n0.5\n3\n0\n1\n0\n"), std::string::npos);
+    const auto back = open_and_compare("c.msh", bytes);
+    ASSERT_NE(back->stream(), nullptr);
+    const auto again = values<double>(read_cell_array(back.get(), "flux"));
+    const std::vector<std::size_t> order = {2, 3, 0, 1, 4};  // tetrahedra come first
+    for (std::size_t i = 0; i < flux.size(); ++i) {
+      const double before = flux[3 * order[i / 3] + i % 3];
+      EXPECT_TRUE(again[i] == before || (std::isnan(again[i]) && std::isnan(before))) << i;
+    }
+    for (const double value : values<double>(read_point_array(back.get(), "none"))) {
+      EXPECT_TRUE(std::isnan(value));
+    }
+  }
 }
 
 // Of several times nobody knows which is the mesh's, and 0 is what is written where there is none.
