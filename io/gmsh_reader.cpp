@@ -89,9 +89,7 @@ class GmshReader final : public FormatReader {
     MeshDescription& d = description_;
     d.path = file_.file.path();
     d.format = "Gmsh mesh, " + head_.version + (head_.binary ? ", binary" : ", text");
-    for (std::size_t i = 0; i < head_.left_out.size(); ++i) {
-      d.format += (i == 0 ? "; left out: " : ", ") + head_.left_out[i];
-    }
+    d.left_out = head_.left_out;
     d.points = head_.node_count;
     d.cells = head_.element_count;
     d.point_type = ValueType::kFloat64;

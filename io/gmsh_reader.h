@@ -6,7 +6,7 @@
 // it is NaN. Each name of physical groups becomes a field array called "gmsh:physical:NAME", whose
 // rows are tag and dimension of each group of that name. Of a partitioned mesh the parts of an
 // entity are put together again, and the elements where they meet are left out. Other sections are
-// left out, too, and all that is named in the description's format.
+// left out, too, and all that is named in the description.
 #pragma once
 
 #include <memory>

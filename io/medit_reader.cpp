@@ -90,9 +90,7 @@ class MeditReader final : public FormatReader {
     d.path = file_.file.path();
     d.format = std::string("Medit mesh, ") + (head_.binary ? "binary" : "text") + ", version " +
                std::to_string(head_.version);
-    for (std::size_t i = 0; i < head_.left_out.size(); ++i) {
-      d.format += (i == 0 ? "; left out: " : ", ") + head_.left_out[i];
-    }
+    d.left_out = head_.left_out;
     d.points = head_.vertices.rows;
     for (const MeditSection& section : head_.cells) d.cells += section.rows;
     d.point_type = head_.float_coordinates() ? ValueType::kFloat32 : ValueType::kFloat64;

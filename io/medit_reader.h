@@ -2,7 +2,7 @@
 //
 // References become the integer array "medit:ref" of points and of cells (0 for points that have
 // none). RequiredVertices are vertices among the cells. What else there may be (corners, ridges,
-// normals) is left out, and named in the description's format.
+// normals) is left out, and named in the description.
 #pragma once
 
 #include <memory>

@@ -188,16 +188,23 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
 }
 
 std::string unread_of(const MeshDescription& mesh) {
-  if (mesh.unread.empty()) return {};
-  return fmt::format("these arrays have strings or bits, and are left out: {}",
-                     fmt::join(mesh.unread, ", "));
+  std::vector<std::string> sentences;
+  if (!mesh.unread.empty()) {
+    sentences.push_back(fmt::format("these arrays have strings or bits, and are left out: {}",
+                                    fmt::join(mesh.unread, ", ")));
+  }
+  if (!mesh.left_out.empty()) {
+    sentences.push_back(fmt::format("{} has parts that are not read, and left out: {}", mesh.path,
+                                    fmt::join(mesh.left_out, ", ")));
+  }
+  return fmt::format("{}", fmt::join(sentences, "; "));
 }
 
 std::string left_out_of(const std::string& path, const MeshDescription& mesh) {
   const MeshFormat format = output_format(path);
   if (format == MeshFormat::kVtu || format == MeshFormat::kLegacyVtk) return unread_of(mesh);
   std::vector<std::string> sentences;
-  if (!mesh.unread.empty()) sentences.push_back(unread_of(mesh));
+  if (const std::string unread = unread_of(mesh); !unread.empty()) sentences.push_back(unread);
   const bool gmsh = format == MeshFormat::kGmsh;
   const std::vector<std::string> names =
       gmsh ? arrays_left_out_of_gmsh(mesh) : arrays_left_out(format, mesh);

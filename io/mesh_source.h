@@ -33,6 +33,8 @@ struct MeshDescription {
   AttributeSet field_data;
   // Arrays of points and cells that have strings or bits: nothing is done with them.
   std::vector<std::string> unread;
+  // What else is not read of the file, in its format's words: sections, or arrays that VTK read.
+  std::vector<std::string> left_out;
 };
 
 struct OpenOptions {

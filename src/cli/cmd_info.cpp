@@ -136,7 +136,8 @@ std::string table(const MeshDescription& mesh, const InspectionSummary& i,
   const auto out = std::back_inserter(text);
   const auto points = static_cast<double>(std::max<std::uint64_t>(1, i.points));
   fmt::format_to(out, "file          {} ({})\n", mesh.path, format_bytes(mesh.file_bytes));
-  fmt::format_to(out, "format        {}\n", mesh.format);
+  fmt::format_to(out, "format        {}{}{}\n", mesh.format,
+                 mesh.left_out.empty() ? "" : "; left out: ", fmt::join(mesh.left_out, ", "));
   if (mesh.pieces != 1) fmt::format_to(out, "pieces        {}\n", format_count(mesh.pieces));
   fmt::format_to(out, "points        {} ({})\n", format_count(i.points), vtk_name(mesh.point_type));
   fmt::format_to(out, "cells         {} tetrahedra{}\n", format_count(i.tets), describe_lower(i));
@@ -203,6 +204,7 @@ Answer describe(const Arguments& a) {
   json.update(counts_json(summary));
   json["arrays"] = arrays_json(arrays);
   json["unread_arrays"] = mesh.unread;
+  json["left_out"] = mesh.left_out;
   json.update(findings_json(findings));
   console.detail_resources();
   return {json, table(mesh, summary, arrays, findings)};

@@ -75,12 +75,10 @@ class VtkMesh : public PluginMesh {
   void describe(const std::string& path) {
     description_.path = path;
     description_.format = file_.format;
-    std::string left_out;
     for (const ArrayTable* t : {&points_, &cells_, &fields_}) {
-      for (const std::string& array : t->left_out)
-        left_out += (left_out.empty() ? "" : ", ") + array;
+      description_.left_out.insert(description_.left_out.end(), t->left_out.begin(),
+                                   t->left_out.end());
     }
-    if (!left_out.empty()) description_.format += "; left out: " + left_out;
     description_.pieces = pieces_.pieces.size();
     description_.points = pieces_.points;
     description_.cells = pieces_.cells;

@@ -162,6 +162,18 @@ class Formats(FolderTest):
             run("simplify", mesh, "-o", small, "--reduction", "50%", "--encoding", "ascii")
             self.assertIn(names, small.read_text())
 
+    def test_parts_of_a_file_that_are_not_read_are_named(self):
+        original, out = self.folder / "a.msh", self.folder / "out.vtu"
+        run("convert", self.mesh(), original, "--encoding", "ascii")
+        with open(original, "a") as file:
+            file.write('$ElementNodeData\n1\n"q"\n0\n3\n0\n1\n0\n$EndElementNodeData\n')
+        words = b"a.msh has parts that are not read, and left out: ElementNodeData"
+        self.assertIn(words, finish("convert", original, out).stderr)
+        self.assertIn(words, finish("simplify", original, "-o", out, "--reduction", "50%").stderr)
+        self.assertIn(words, finish("check", original, "--fix", out).stderr)
+        self.assertIn("text; left out: ElementNodeData", run("info", original).decode())
+        self.assertEqual(report_of("info", original)["left_out"], ["ElementNodeData"])
+
     def test_standard_input(self):
         original = self.folder / "a.meshb"
         run("convert", self.mesh(), original)
