@@ -485,12 +485,31 @@ class Function(FilterTest):
                                 ({"arrays": "nothing"}, 'no array "nothing" to steer by'),
                                 ({"arrays": {"wave": -1}}, "must be greater than 0"),
                                 ({"regions": ["wave"]}, "no cell array of numbers of one component"),
-                                ({"reduction": 0.5, "tets": 3}, "two goals")):
+                                ({"reduction": 0.5, "tets": 3}, "two goals"),
+                                ({"reduction": 0, "tets": 3}, "two goals"),
+                                ({"tets": 0}, "tets must be at least 1"),
+                                ({"max_error": 0}, "max_error must be greater than 0"),
+                                ({"max_error": np.float64(0), "reduction": 0.5}, "max_error must be greater than 0"),
+                                ({"max_rms": 0}, "max_rms must be greater than 0"),
+                                ({"scalar_tolerance": 0}, "scalar_tolerance must be greater than 0"),
+                                ({"stretch_factor": 0}, "stretch_factor must be at least 1"),
+                                ({"aspect_ratio": 0}, "aspect_ratio must be at least 1"),
+                                ({"max_volume": 0}, "max_volume must be greater than 0")):
             with self.subTest(arguments=arguments), self.assertRaises(TetFusionError) as caught:
                 vtktetfusion.simplify(grid, **arguments)
             self.assertEqual(caught.exception.code, 2)
             self.assertIn(part, str(caught.exception))
             self.assertNotIn("vtkTetFusion", str(caught.exception))
+
+    def test_a_reduction_of_nothing_leaves_the_mesh_as_it_is(self):
+        grid = box(6)
+        for nothing in 0, 0.0, -0.0, np.float32(0):
+            self.assertEqual(vtktetfusion.simplify(grid, nothing).GetNumberOfCells(), grid.GetNumberOfCells())
+        self.assertLess(vtktetfusion.simplify(grid, min_quality=0).GetNumberOfCells(), grid.GetNumberOfCells())
+        blocks = vtkMultiBlockDataSet()
+        blocks.SetBlock(0, grid)
+        out = vtktetfusion.simplify(blocks, reduction=0)
+        self.assertEqual(out.GetBlock(0).GetNumberOfCells(), grid.GetNumberOfCells())
 
     def test_other_data_are_refused(self):
         with self.assertRaises(TetFusionError) as caught:

@@ -7,6 +7,7 @@ simplify() takes and returns a vtkUnstructuredGrid, or what stands for one in vt
 vtkTetFusion is the filter itself, for a pipeline; help(vtktetfusion.vtkTetFusion) explains every option.
 """
 import math
+import sys
 
 from vtkmodules import vtkCommonDataModel, vtkCommonExecutionModel  # what the wrapped module builds on
 
@@ -35,7 +36,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
              tetrahedralize=False, linearize=False, threads=0, memory=0, scratch=None, chunk_tets=200000, progress=None):
     """Return a grid with fewer tetrahedra than `grid`, which stays as it is; of a composite data set each block for itself.
 
-    reduction: the share of the tetrahedra that is to go, as in 0.9.
+    reduction: the share of the tetrahedra that is to go, as in 0.9; of 0 the mesh stays as it is.
     tets: the same goal as the number that is to be left. Without a goal: as far as max_error allows.
     max_error: at no point is a steering field off by more than this share of its range; default 0.01 where nothing else limits.
     max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range.
@@ -67,7 +68,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
              "WeightArrayName": weight, "ScratchDirectory": scratch}
     for name, value in given.items():
         if value is not None:
-            getattr(run, "Set" + name)(value)
+            getattr(run, "Set" + name)(_no_default(name, value))
     run.SetStrict(strict)
     run.SetConserve(conserve)
     run.SetBoundaryTetsStay(boundary_tets_stay)
@@ -89,6 +90,15 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
 
 def _refuse(message):
     raise TetFusionError(2, message)
+
+
+def _no_default(name, value):
+    """The filter takes a 0 for its default, but here the default is None: another value that means what 0 says."""
+    if isinstance(value, str) or value != 0 or name == "MinimumQuality":
+        return value
+    if name == "TargetReduction":
+        return sys.float_info.min  # so small a share is no tetrahedron of any mesh
+    return -1  # refused as the command refuses 0, in its words
 
 
 def _choice(option, value, choices):
