@@ -1,5 +1,6 @@
 #include "vtk/filter/grid_result.h"
 
+#include <vtkBitArray.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
@@ -37,11 +38,23 @@ void describe_like(vtkDataArray* original, vtkDataArray* array) {
 }
 
 vtkSmartPointer<vtkDataArray> make_array(vtkDataArray* original) {
-  const int type = original->GetDataType();
-  auto array = vtk::TakeSmartPointer(
-      vtkDataArray::CreateDataArray(type == VTK_BIT ? VTK_UNSIGNED_CHAR : type));
+  auto array = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(original->GetDataType()));
   describe_like(original, array);
   return array;
+}
+
+// Bits come as bytes, and become bits again.
+void fill_array(tetfusion::OwnedValues* values, vtkDataArray* array) {
+  auto* const bits = vtkBitArray::SafeDownCast(array);
+  if (bits == nullptr) {
+    hand_over(values, array);
+    return;
+  }
+  const auto* const bytes = static_cast<const unsigned char*>(values->data());
+  bits->SetNumberOfValues(static_cast<vtkIdType>(values->size()));
+  for (std::size_t i = 0; i < values->size(); ++i) {
+    bits->SetValue(static_cast<vtkIdType>(i), bytes[i] != 0 ? 1 : 0);
+  }
 }
 
 // That of Options::original_ids, which the input does not have.
@@ -66,7 +79,7 @@ void fill_attributes(const CarriedArrays& carried, vtkDataSetAttributes* from,
   for (std::size_t i = 0; i < arrays->size(); ++i) {
     const auto array =
         i < carried.originals.size() ? make_array(carried.originals[i]) : make_original_ids();
-    hand_over(&(*arrays)[i].values, array);
+    fill_array(&(*arrays)[i].values, array);
     to->AddArray(array);
   }
   mark_active(carried.originals, from, to);
