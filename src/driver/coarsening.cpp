@@ -30,6 +30,11 @@ void Coarsening<Real>::begin(std::uint32_t steering_width) {
   WorkMesh<Real> rows = layout_;
   if (run_.keeps_logs()) rows.cell_columns.push_back(number_column());
   rounds_ = std::make_unique<Rounds<Real>>(rows, thread_count(), run_.place.budget(), scratch);
+  rounds_->watch([this](std::uint64_t tets) {
+    run_.context.check();
+    if (!stages_.back().tets) return;  // nobody knows how far this round goes
+    run_.context.report(state_.lods.empty() ? "assembling" : "fusing", share_done(tets));
+  });
   if (run_.keeps_logs()) {
     logs_ = std::make_unique<FusionLogs>(scratch, log_bytes_per_tet(in.description()));
     rounds_->keep_logs(logs_.get());
@@ -98,6 +103,7 @@ void Coarsening<Real>::import() {
 template <class Real>
 void Coarsening<Real>::plan_output(std::uint64_t tets) {
   run_.context.report_size(tets);
+  input_tets_ = tets;
   stages_ = plan_stages(run_.request, tets);
   if (options_.tets && *stages_.back().tets < *options_.tets) {
     throw Error(
@@ -214,8 +220,12 @@ void Coarsening<Real>::end_rounds() {
 
 template <class Real>
 double Coarsening<Real>::share_done() const {
-  return tetfusion::share_done(state_.input.facts.tets, state_.input.mesh.tets, stages_.back().tets,
-                               state_.lods.size());
+  return share_done(state_.input.mesh.tets);
+}
+
+template <class Real>
+double Coarsening<Real>::share_done(std::uint64_t tets) const {
+  return tetfusion::share_done(input_tets_, tets, stages_.back().tets, state_.lods.size());
 }
 
 template class Coarsening<float>;

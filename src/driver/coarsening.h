@@ -56,11 +56,13 @@ class Coarsening {
   RoundPlan plan_round(std::uint64_t tets, const std::optional<std::uint64_t>& goal) const;
   void end_round(const RoundPlan& plan, const RoundStatistics& round);
   void commit(const std::string& generation);
+  double share_done(std::uint64_t tets) const;  // with so many left
 
   Run& run_;
   const BehaviourOptions& options_;
   RoundPlanner planner_;
   WorkMesh<Real> layout_;
+  std::uint64_t input_tets_ = 0;
   std::vector<Stage> stages_;
   RunState<Real> state_;
   std::unique_ptr<FusionLogs> logs_;

@@ -90,6 +90,17 @@ Rounds<Real>::Rounds(const WorkMesh<Real>& layout, int threads, MemoryBudget* bu
 }
 
 template <class Real>
+void Rounds<Real>::watch(std::function<void(std::uint64_t)> watcher) {
+  watcher_ = std::move(watcher);
+  for (const auto& worker : workers_) {
+    worker->fuse.watch([this](std::uint64_t gone) {
+      const std::uint64_t all = gone_.fetch_add(gone, std::memory_order_relaxed) + gone;
+      watcher_(round_.tets - all);
+    });
+  }
+}
+
+template <class Real>
 void Rounds<Real>::gather(const MacroLod<Real>& mesh, std::uint32_t chunk,
                           ChunkGather<Real>* gather, WorkMesh<Real>* out) {
   gather->gather(chunk, *mesh.pieces, mesh.interface, out);
@@ -189,6 +200,8 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
     round_ = {};
     round_.settings = settings;
     round_.fields = fields;
+    round_.tets = mesh->tets;
+    gone_ = 0;
     round_.facing = std::move(mesh->facing);
     begin_facing();
     if (puts_values_aside()) {
@@ -245,6 +258,7 @@ void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits
   round_.limits = limits;
   round_.fields = fields;
   round_.tets = tets;
+  gone_ = 0;
   round_.shares = std::move(shares);
   begin_facing();
   if (puts_values_aside()) values_->begin();

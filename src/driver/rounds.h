@@ -2,7 +2,9 @@
 // macroLoD, cut elsewhere, are made of what is left.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -57,7 +59,8 @@ class Rounds {
 
   // One round. The limits' quota is shared among the chunks by their sizes; without limits.spread
   // the first ones get it. A function of the mesh, the limits and the settings alone. Throws
-  // Error(kInterrupted) between two chunks when the context says so; the mesh is of no use then.
+  // Error(kInterrupted) between two chunks when the context says so, and what the watcher throws;
+  // the mesh is of no use then.
   RoundStatistics run(const RoundSettings& settings, PassLimits limits,
                       std::span<const SteeringField> fields, const RunContext& context,
                       MacroLod<Real>* mesh);
@@ -76,6 +79,11 @@ class Rounds {
   // What fusions cost in a part of a mesh in which nothing has fused yet.
   CostHistogram look(const RoundSettings& settings, std::span<const SteeringField> fields,
                      WorkMesh<Real>* mesh);
+
+  // From here on a chunk that is fused tells how many tetrahedra the mesh still has, many times a
+  // second, on the thread that works on it; not with tetfuse. A chunk takes a second and more, too
+  // long for whoever waits for an end.
+  void watch(std::function<void(std::uint64_t tets)> watcher);
 
   // From here on every fusion is noted there, which outlives this.
   void keep_logs(FusionLogs* logs) { logs_ = logs; }
@@ -135,6 +143,8 @@ class Rounds {
   Scratch* scratch_;
   std::vector<std::unique_ptr<Worker>> workers_;
   Round round_;
+  std::atomic<std::uint64_t> gone_{0};  // in this round, so far
+  std::function<void(std::uint64_t)> watcher_;
   FusionLogs* logs_ = nullptr;
   OriginalValues<Real>* values_ = nullptr;
   std::mutex costs_mutex_;

@@ -45,6 +45,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   failures_.clear();
   removed_ = 0;
   fused_ = 0;
+  told_ = 0;
   interpolations_.clear();
 }
 
@@ -62,6 +63,7 @@ template <class Real>
 FuseStatistics FuseRound<Real>::run(const FuseLimits& limits, std::span<const SteeringField> fields,
                                     WorkMesh<Real>* mesh, FusionLog* log) {
   begin(limits, fields, mesh);
+  tell_watcher();
   if (limits.gradient_variance > 0) add_gradient_variances();
   notes_.begin(mesh, log);
   work();
@@ -146,6 +148,7 @@ void FuseRound<Real>::work() {
       ask_again(Edges::kOwn);
       for (std::size_t block = 0; block < queue_.blocks(); ++block) {
         work_on(block, bin, std::min(bin + kOctave, end));
+        tell_watcher();
       }
     }
     for (std::size_t block = 0; block < queue_.blocks(); ++block) queue_.go_to(block, 0);
@@ -176,6 +179,11 @@ void FuseRound<Real>::work_on(std::size_t block, std::size_t begin, std::size_t 
     }
   }
   queue_.go_to(block, end);
+}
+
+template <class Real>
+void FuseRound<Real>::tell_watcher() {
+  if (watcher_) watcher_(removed_ - std::exchange(told_, removed_));
 }
 
 // For what is known of the vertices whose turn comes next.

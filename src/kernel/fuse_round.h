@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <utility>
 
 #include "kernel/cost_queue.h"
 #include "kernel/edge_costs.h"
@@ -35,6 +37,11 @@ class FuseRound {
   FuseStatistics run(const FuseLimits& limits, std::span<const SteeringField> fields,
                      WorkMesh<Real>* mesh, FusionLog* log = nullptr);
 
+  // From here on run() calls this before it begins, and between two blocks of its queue: with how
+  // many tetrahedra have gone since the last call. What it throws ends the run, and the mesh is of
+  // no use then.
+  void watch(std::function<void(std::uint64_t gone)> watcher) { watcher_ = std::move(watcher); }
+
   // Finds out the costs alone.
   FuseStatistics look(const FuseLimits& limits, std::span<const SteeringField> fields,
                       WorkMesh<Real>* mesh);
@@ -52,6 +59,7 @@ class FuseRound {
   void work();
   void work_on(std::size_t block, std::size_t begin, std::size_t end);
   void ask_ahead(VertexId next) const;
+  void tell_watcher();
   void visit(VertexId v);
   bool try_next(VertexId v, const FuseCandidate& candidate);
   void note_failure(VertexId v, Reject reason);
@@ -84,6 +92,8 @@ class FuseRound {
   std::size_t bin_ = 0;        // whose turn it is
   Vector<VertexId> failures_;  // to be asked again
   std::uint64_t removed_ = 0, fused_ = 0;
+  std::function<void(std::uint64_t)> watcher_;
+  std::uint64_t told_ = 0;  // of those removed
 
   Vector<Interpolation> interpolations_;
   FusionNotes<Real> notes_;

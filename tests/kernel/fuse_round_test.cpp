@@ -399,6 +399,33 @@ TEST(FuseRound, RemembersNothingOfOtherMeshes) {
   }
 }
 
+// Many times on the way, so that nobody waits long for the end, and the round is the same.
+TEST(FuseRound, TellsAWatcherWhatGoesAndEndsWhenItThrows) {
+  struct Enough {};
+  Steered s = steered(five_split_cube(20, 0.2, 3), smooth);
+  Steered unwatched = s, ended = s;
+  const FuseStatistics expected = run(limits_of(1e-1), &unwatched);
+  FuseRound<double> round;
+  std::uint64_t calls = 0, gone = 0, most = 0;
+  round.watch([&](std::uint64_t more) {
+    ++calls;
+    gone += more;
+    most = std::max(most, more);
+  });
+  round.run(limits_of(1e-1), s.fields(), &s.mesh);
+  EXPECT_EQ(gone, expected.pass.tets_before - expected.pass.tets_after);
+  EXPECT_GT(calls, 10u);
+  EXPECT_LT(most, gone / 2);
+  expect_same(s.mesh, unwatched.mesh);
+  gone = 0;
+  round.watch([&](std::uint64_t more) {
+    gone += more;
+    if (gone > 0) throw Enough();
+  });
+  EXPECT_THROW(round.run(limits_of(1e-1), ended.fields(), &ended.mesh), Enough);
+  EXPECT_LE(gone, most);
+}
+
 // And asked again in the next round: or the reason would be that it costs too much.
 TEST(FuseRound, WhatHasFailedIsRemembered) {
   Steered s = steered(five_split_cube(8, 0.4, 5), smooth);

@@ -426,6 +426,13 @@ class Progress(FilterTest):
         self.assertEqual(shares[-1], 1)
         self.assertGreater(len(set(shares)), 5)
 
+    def test_moves_within_a_chunk(self):
+        run = self.run_on(box(40), TargetReduction=0.9, ChunkTets=1000000)
+        shares = set()
+        run.AddObserver("ProgressEvent", lambda caller, event: shares.add(caller.GetProgress()))
+        run.Update()
+        self.assertGreater(len([share for share in shares if 0.3 < share < 0.6]), 3)
+
     def test_abort_from_an_observer(self):
         run = self.run_on(box(40), TargetReduction=0.9)
         asked = []
