@@ -62,10 +62,11 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
         "standard input is neither a .vtu file, a legacy .vtk file of an unstructured grid nor a "
         "mesh of Medit or Gmsh, the formats that are read from there");
   }
+  std::string what;
   if (type == "PUnstructuredGrid") {
-    if (auto source = open_pvtu(file, options)) return source;
+    if (auto source = open_pvtu(file, options, &what)) return source;
   }
-  return open_with_vtk(path, options);
+  return open_with_vtk(path, options, what);
 }
 
 }  // namespace tetfusion

@@ -1,5 +1,7 @@
 #include "io/pvtu_reader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -7,10 +9,12 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/cell_kinds.h"
 #include "io/format_file.h"
 #include "io/listed_files.h"
 #include "io/mesh_stream.h"
 #include "io/pieces_stream.h"
+#include "io/vtu_cells.h"
 #include "io/vtu_input.h"
 #include "io/vtu_points.h"
 #include "io/vtu_reader.h"
@@ -69,9 +73,10 @@ class PvtuSource final : public MeshSource {
     description_.pieces = 0;
   }
 
-  // False where the piece does not go with the others.
+  // False where the piece does not go with the others, or where all cannot be read in windows.
   bool add(const std::string& path);
   bool finish(std::uint64_t bytes);
+  const std::string& obstacle() const { return obstacle_; }  // after that: "a .pvtu ..."
 
   const MeshDescription& description() const override { return description_; }
   std::unique_ptr<MeshStream> stream() override;
@@ -79,7 +84,8 @@ class PvtuSource final : public MeshSource {
   DataArray read_array(Association association, std::size_t index) override;
 
  private:
-  static bool merge(const AttributeSet& from, bool* seen, AttributeSet* to);
+  bool merge(const AttributeSet& from, bool* seen, AttributeSet* to);
+  bool has_cells_to_split() const;
   const MeshStream& own_stream();
 
   OpenOptions options_;
@@ -87,6 +93,7 @@ class PvtuSource final : public MeshSource {
   std::vector<std::unique_ptr<VtuInput>> inputs_;
   std::vector<StreamPiece> pieces_;
   std::unique_ptr<MeshStream> stream_;
+  std::string obstacle_;
   std::string first_with_cells_;  // whose field data counts
   bool has_points_ = false;
   bool has_cells_ = false;
@@ -95,7 +102,10 @@ class PvtuSource final : public MeshSource {
 bool PvtuSource::add(const std::string& path) {
   MappedFile mapped = MappedFile::open(path);
   const std::string_view text(reinterpret_cast<const char*>(mapped.bytes().data()), mapped.size());
-  if (vtk_file_type(text) != "UnstructuredGrid") return false;
+  if (vtk_file_type(text) != "UnstructuredGrid") {
+    obstacle_ = "a .pvtu of pieces that are no .vtu files";
+    return false;
+  }
   inputs_.push_back(std::make_unique<VtuInput>(VtuInput{std::move(mapped), {}}));
   VtuInput& input = *inputs_.back();
   input.guarded([&] { input.head = parse_vtu_head(input.file); });
@@ -126,13 +136,28 @@ bool PvtuSource::add(const std::string& path) {
 }
 
 bool PvtuSource::merge(const AttributeSet& from, bool* seen, AttributeSet* to) {
-  if (*seen) return same_arrays(from, *to);
+  if (*seen && same_arrays(from, *to)) return true;
+  if (*seen) {
+    obstacle_ = "a .pvtu whose pieces have other arrays than the first one";
+    return false;
+  }
   *seen = true;
   *to = from;
   return true;
 }
 
-// False where it cannot be read in windows.
+// Or straightened: where they may be, or opening the piece would have failed.
+bool PvtuSource::has_cells_to_split() const {
+  for (const auto& input : inputs_) {
+    CellTypeCounts counts{};
+    input->guarded([&] { counts = count_types(*input); });
+    for (std::size_t type = 0; type < counts.size(); ++type) {
+      if (counts[type] > 0 && kept_vertices(static_cast<std::uint8_t>(type), {}) < 0) return true;
+    }
+  }
+  return false;
+}
+
 bool PvtuSource::finish(std::uint64_t bytes) {
   MeshDescription& d = description_;
   if (d.cells == 0) throw Error(ErrorCode::kBadInput, d.path + ": the mesh has no cells");
@@ -141,7 +166,11 @@ bool PvtuSource::finish(std::uint64_t bytes) {
   for (ArrayInfo& info : d.cell_data.arrays) info.tuples = d.cells;
   d.field_data = open_vtu(MappedFile::open(first_with_cells_), options_)->description().field_data;
   stream_ = open_pieces_stream(pieces_, description_, options_);
-  return stream_ != nullptr;
+  if (stream_ != nullptr) return true;
+  obstacle_ = has_cells_to_split()
+                  ? "a .pvtu with cells to split or straighten"
+                  : "a .pvtu with large compressed blocks, or with a piece of cells without points";
+  return false;
 }
 
 // The first one was made when the file was opened, to see whether it can be.
@@ -218,14 +247,19 @@ DataArray PvtuSource::read_array(Association association, std::size_t index) {
 
 }  // namespace
 
-std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions& options) {
+std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions& options,
+                                      std::string* why) {
   const std::vector<std::string> paths = piece_paths(file);
-  if (paths.size() > kMaxPiecesRead) return nullptr;
-  auto source = std::make_unique<PvtuSource>(file.path(), options);
-  for (const std::string& path : paths) {
-    if (!source->add(path)) return nullptr;
+  if (paths.size() > kMaxPiecesRead) {
+    *why = fmt::format("a .pvtu of more than {} pieces", kMaxPiecesRead);
+    return nullptr;
   }
-  return source->finish(file.size()) ? std::move(source) : nullptr;
+  auto source = std::make_unique<PvtuSource>(file.path(), options);
+  bool can_read = true;
+  for (std::size_t p = 0; p < paths.size() && can_read; ++p) can_read = source->add(paths[p]);
+  if (can_read && source->finish(file.size())) return source;
+  *why = source->obstacle();
+  return nullptr;
 }
 
 }  // namespace tetfusion

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 
 #include "io/mapped_file.h"
 #include "io/mesh_source.h"
@@ -18,8 +19,10 @@ inline constexpr std::size_t kMaxPiecesRead = 512;
 //
 // Nothing where reading it takes more than that, and is VTK's business: pieces of another format,
 // of different arrays, more of them than files should be open at once, cells to be split or
-// linearized, or compressed blocks that are too large for windows. Throws Error for a file that is
-// damaged, or a piece that is missing or not below the file's folder.
-std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions& options);
+// linearized, or compressed blocks that are too large for windows. `why` then gets which of these:
+// "a .pvtu " and so on. Throws Error for a file that is damaged, or a piece that is missing or not
+// below the file's folder.
+std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions& options,
+                                      std::string* why);
 
 }  // namespace tetfusion

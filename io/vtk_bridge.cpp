@@ -13,7 +13,6 @@
 
 #include "base/error.h"
 #include "io/mapped_file.h"
-#include "io/pvtu_reader.h"
 #include "io/reading_memory.h"
 #include "io/vtk_plugin.h"
 
@@ -27,9 +26,12 @@ void throw_if_failed(const PluginStatus& status) {
 
 class VtkSource : public MeshSource {
  public:
-  explicit VtkSource(std::unique_ptr<PluginMesh> mesh) : mesh_(std::move(mesh)) {}
+  VtkSource(std::unique_ptr<PluginMesh> mesh, const std::string& what)
+      : mesh_(std::move(mesh)), description_(mesh_->description()) {
+    if (!what.empty()) description_.format = what.substr(what.find(' ') + 1) + ", read with VTK";
+  }
 
-  const MeshDescription& description() const override { return mesh_->description(); }
+  const MeshDescription& description() const override { return description_; }
 
   Geometry read_geometry() override {
     Geometry geometry;
@@ -53,6 +55,7 @@ class VtkSource : public MeshSource {
 
  private:
   std::unique_ptr<PluginMesh> mesh_;
+  MeshDescription description_;
 };
 
 std::vector<std::filesystem::path> plugin_folders() {
@@ -142,11 +145,7 @@ FormatGuess guess_format(std::span<const std::byte> head) {
   if (text.find("<VTKFile") != std::string_view::npos) {
     const std::string_view type = attribute_of(text, "<VTKFile", "type");
     if (type == "PUnstructuredGrid") {
-      return {
-          ForeignFormat::kXmlVtk,
-          fmt::format("a .pvtu of more than {} pieces, or its pieces have other arrays than the "
-                      "first one",
-                      kMaxPiecesRead)};
+      return {ForeignFormat::kXmlVtk, "a VTK XML unstructured grid in several files"};
     }
     return {ForeignFormat::kXmlVtk,
             "a VTK XML file" + (type.empty() ? "" : " of type " + std::string(type)),
@@ -161,7 +160,8 @@ FormatGuess guess_format(std::span<const std::byte> head) {
   return {};
 }
 
-std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOptions& options) {
+std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOptions& options,
+                                          const std::string& what) {
   FormatGuess guess;
   {
     const MappedFile file = MappedFile::open(path);
@@ -173,10 +173,10 @@ std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOpt
                     ": this is a list of the steps of a series: give one of the files that it "
                     "names ('tetfusion simplify' takes all of them)");
   }
-  const VtkPlugin& plugin = load_plugin(path + ": this is " + guess.words);
+  const VtkPlugin& plugin = load_plugin(path + ": this is " + (what.empty() ? guess.words : what));
   std::unique_ptr<PluginMesh> mesh;
   throw_if_failed(plugin.open(path, options, &mesh));
-  return std::make_unique<VtkSource>(std::move(mesh));
+  return std::make_unique<VtkSource>(std::move(mesh), what);
 }
 
 }  // namespace tetfusion

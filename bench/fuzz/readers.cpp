@@ -82,7 +82,9 @@ void read_pvtu(Input input) {
   }
   write_or_remove("m.pvtu", parts.data());
   try {
-    const auto source = open_pvtu(MappedFile::open(folder().file("m.pvtu")), options_of(input));
+    std::string why;
+    const auto source =
+        open_pvtu(MappedFile::open(folder().file("m.pvtu")), options_of(input), &why);
     if (source) read_all(source.get());
   } catch (const Error&) {
   }

@@ -1,13 +1,25 @@
 #!/usr/bin/env python3
 """What info says about a mesh. Usage: info_test.py TETFUSION"""
+import json
 import os
+import shutil
+import subprocess
 
 import numpy as np
 
-from harness import FolderTest, finish, main, report_of, run
+from harness import BAD, FolderTest, command, finish, main, report_of, run
 from independent_check import Vtu
 from sample_meshes import rebuilt
 from tiny_vtu import TinyVtu
+
+
+ASCII_CELL = """<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"><UnstructuredGrid>
+<Piece NumberOfPoints="{points}" NumberOfCells="1">
+<Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">{xyz}</DataArray></Points>
+<Cells><DataArray type="Int64" Name="connectivity" format="ascii">{ids}</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">{points}</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">{type}</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>
+"""
 
 
 class Info(FolderTest):
@@ -61,6 +73,26 @@ class Info(FolderTest):
             self.assertIn(b"these arrays have strings or bits, and are left out: label, bits", said)
         run("simplify", plain, "-o", self.folder / "p.vtu", "--reduction", "20%")
         self.assertEqual((self.folder / "p.vtu").read_bytes(), (self.folder / "o.vtu").read_bytes())
+
+    def test_a_pvtu_with_cells_to_split_is_read_through_vtk(self):
+        corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+        self.write(ASCII_CELL.format(points=8, xyz=" ".join(f"{x} {y} {z}" for x, y, z in corners), ids="0 1 2 3 4 5 6 7",
+                                     type=12).encode(), "hexahedron.vtu")
+        path = self.write(b'<VTKFile type="PUnstructuredGrid" version="1.0"><PUnstructuredGrid GhostLevel="0">'
+                          b'<PPoints><PDataArray type="Float32" NumberOfComponents="3"/></PPoints>'
+                          b'<Piece Source="hexahedron.vtu"/></PUnstructuredGrid></VTKFile>', "hexahedra.pvtu")
+        what = ".pvtu with cells to split or straighten"
+        alone = self.folder / "without" / "tetfusion"  # no module beside it
+        alone.parent.mkdir()
+        shutil.copy(command(), alone)
+        said = subprocess.run([alone, "info", path, "--tetrahedralize"], capture_output=True, timeout=300)
+        self.assertEqual(said.returncode, BAD)
+        self.assertIn(f"hexahedra.pvtu: this is a {what}. Only", said.stderr.decode())
+        with_module = finish("info", path, "--tetrahedralize", "--report", "-")
+        if with_module.returncode == 0:  # where the module is built
+            self.assertEqual(json.loads(with_module.stdout)["format"], f"{what}, read with VTK")
+        else:
+            self.assertIn(b"is not installed", with_module.stderr)
 
     def test_values_that_are_not_finite(self):
         mesh = TinyVtu(1)

@@ -206,17 +206,34 @@ TEST_F(SeveralFiles, ElsewhereAreRefused) {
 TEST_F(SeveralFiles, ThatDoNotGoTogetherAreForVtk) {
   VtuText mesh = cut_box(2, false);
   write_both(mesh);
-  const auto native = [&] {
-    return open_pvtu(MappedFile::open(dir.file("many.pvtu")), {}) != nullptr;
+  const auto obstacle = [&](const OpenOptions& options) -> std::string {
+    std::string why;
+    const auto source = open_pvtu(MappedFile::open(dir.file("many.pvtu")), options, &why);
+    return source ? "none" : why;
   };
-  EXPECT_TRUE(native());
+  EXPECT_EQ(obstacle({}), "none");
   mesh.pieces[1].point_data[0].name = "another";
   VtuText second = mesh;
   second.pieces = {mesh.pieces[1]};
   write(names[1], to_vtu(second, {}));
-  EXPECT_FALSE(native());
+  EXPECT_EQ(obstacle({}), "a .pvtu whose pieces have other arrays than the first one");
   write(names[1], "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\">");
-  EXPECT_FALSE(native());
+  EXPECT_EQ(obstacle({}), "a .pvtu of pieces that are no .vtu files");
+  names.assign(kMaxPiecesRead + 1, names[0]);
+  write_index();
+  EXPECT_EQ(obstacle({}), "a .pvtu of more than 512 pieces");
+}
+
+TEST_F(SeveralFiles, WithCellsToSplitAreForVtk) {
+  VtuText mesh;
+  mesh.pieces = {
+      cell_piece({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1}, {12},
+                 {{0, 1, 2, 3, 4, 5, 6, 7}})};
+  write_both(mesh);
+  std::string why;
+  const OpenOptions split{true, false, {}};
+  EXPECT_EQ(open_pvtu(MappedFile::open(dir.file("many.pvtu")), split, &why), nullptr);
+  EXPECT_EQ(why, "a .pvtu with cells to split or straighten");
 }
 
 }  // namespace
