@@ -10,6 +10,13 @@
 
 namespace tetfusion {
 
+namespace {
+
+// What coordinates are rounded by at most, as a share of the diagonal: less is no movement.
+constexpr double kRounding = 0x1p-53;
+
+}  // namespace
+
 void summarize(const SimplifyReport& r, Console* console) {
   for (std::size_t i = 0; i < r.lods.size(); ++i) {
     const PassStatistics& p = r.lods[i].pass;
@@ -29,8 +36,11 @@ void summarize(const SimplifyReport& r, Console* console) {
                            format_count(r.input.boundary_triangles),
                            format_count(r.output.boundary_triangles), r.input.volume, change));
   if (r.boundary != "exact" && !r.lods.empty()) {
-    console->say(fmt::format("the surface has moved by at most {:.2g} % of the diagonal",
-                             100 * r.lods.back().deviation));
+    const double moved = r.lods.back().deviation;
+    console->say(moved < kRounding
+                     ? "the surface has stayed where it was"
+                     : fmt::format("the surface has moved by at most {:.2g} % of the diagonal",
+                                   100 * moved));
   }
   for (const Verification& v : r.verified) {
     console->say(fmt::format("{}: verified, {} checks hold", v.path, v.checks.size()));

@@ -1,9 +1,11 @@
 #include "driver/import.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "driver/assemble.h"
 #include "driver/rounds.h"
+#include "mesh/split_cells.h"
 
 namespace tetfusion {
 
@@ -95,6 +97,11 @@ ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& ca
   facts.merged_points = stream.merged_points();
   facts.ghost_cells = from.ghost_cells;
   facts.coincident_points = from.coincident_points;
+  if (settings.lock_coincident) {
+    const auto& types = from.lower.cells.types;
+    facts.carried_triangles =
+        static_cast<std::uint64_t>(std::count(types.begin(), types.end(), kVtkTriangle));
+  }
   out.lower = std::move(from.lower);
   return out;
 }

@@ -70,6 +70,9 @@ void say_what_is_odd(const InputFacts& facts, const RunContext& context) {
   say(facts.coincident_points,
       "points lie where others do (cracks, contacts, or points that were not merged): the boundary "
       "stays as it is there");
+  say(facts.carried_triangles,
+      "triangles are cells of the file: they stay, and the boundary with them (where their patches "
+      "do not matter, drop them from the file, and it may move)");
 }
 
 void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::size_t>& regions,

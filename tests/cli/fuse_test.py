@@ -97,6 +97,32 @@ class Fuse(FolderTest):
             said = finish("simplify", path, "-o", self.folder / "out.vtu", "--boundary", "planar", "--reduction", "70%").stderr
             self.assertIn(f"{2 * len(middle)} points lie where others do".encode(), said)
 
+    def test_triangles_of_the_file_that_hold_the_boundary_are_told_of(self):
+        mesh = TinyVtu(6)
+        faces = {tuple(sorted(f)) for t in mesh.tets for f in itertools.combinations(t, 3)}
+        outside = [f for f in sorted(faces) if all(mesh.points[v][0] == 0 for v in f)]
+        count = len(mesh.tets) + len(outside)
+        mesh.counts["NumberOfCells"] = str(count)
+        mesh.array("id")[4] = list(range(count))
+        mesh.array("connectivity")[4] += [v for f in outside for v in f]
+        mesh.array("offsets")[4] += [4 * len(mesh.tets) + 3 * (i + 1) for i in range(len(outside))]
+        mesh.array("types")[4] += [5] * len(outside)
+        path = self.write(mesh)
+        notice = f"{len(outside)} triangles are cells of the file: they stay, and the boundary with them"
+        for boundary, told in (("planar", True), ("2%", True), ("exact", False)):
+            for options in ([], ["--chunk-tets", "300"]):
+                said = finish("simplify", path, "-o", self.folder / "out.vtu", "--boundary", boundary, "--reduction", "50%",
+                              *options).stderr.decode()
+                self.assertIs(notice in said, told, said)
+
+    def test_a_surface_that_did_not_move_is_said_to_have_stayed(self):
+        """On flat sides the bound of its movement is far below what coordinates are rounded by."""
+        path = self.write(TinyVtu(6))
+        for boundary in "planar", "0.5%":
+            said = finish("simplify", path, "-o", self.folder / "out.vtu", "--boundary", boundary, "--reduction", "50%").stderr.decode()
+            self.assertIn("the surface has stayed where it was", said)
+            self.assertNotIn("moved by", said)
+
     def test_what_it_promises_for_every_point(self):
         path = self.generate("--jitter", "0.5", tets="40k")
         left = []
