@@ -128,18 +128,19 @@ void add_arrays(const Comparison& c, Association association, std::string* text)
   for (const ArrayComparison& a : c.arrays) {
     if (a.association != association) continue;
     if (first) {
-      fmt::format_to(out, "{:<24}{:>12}{:>12}{:>12}{:>12}{:>12}{:>12}\n",
+      fmt::format_to(out, "{:<24} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12}\n",
                      cells ? "Cell arrays" : "Point arrays", "rms", "max",
                      cells ? "L1 error" : "cell rms", cells ? "L1 change" : "cell max",
                      cells ? "" : "gradient", "integral");
     }
     first = false;
-    fmt::format_to(out, "  {:<22}{:>12}{:>12}", a.info.name, percent(a.rms), percent(a.max));
+    fmt::format_to(out, "  {:<22} {:>12} {:>12}", a.info.name, percent(a.rms), percent(a.max));
     if (a.integer) {
       fmt::format_to(out, "  {} of {} differ\n", percent(a.differing),
                      cells ? "the volume" : "the points");
     } else {
-      fmt::format_to(out, "{:>12}{:>12}{:>12}{:>12}\n", percent(cells ? a.l1_error : a.cell_rms),
+      fmt::format_to(out, " {:>12} {:>12} {:>12} {:>12}\n",
+                     percent(cells ? a.l1_error : a.cell_rms),
                      percent(cells ? a.l1_change : a.cell_max),
                      cells ? "" : percent(a.gradient_rms), percent(a.integral_change));
     }

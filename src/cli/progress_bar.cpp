@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kBetweenDraws{100};
 constexpr std::size_t kMostBarWidth = 30;
+constexpr double kLeastRate = 5000;  // tetrahedra a second: 0.01 M, when it is rounded
 constexpr std::string_view kErase = "\r\x1b[K";
 
 // A terminal that does not know its width says 0.
@@ -82,7 +83,9 @@ ProgressBar::~ProgressBar() {
 void ProgressBar::report(std::string_view phase, double share) {
   if (style_ == Style::kNone) return;
   const std::lock_guard lock(mutex_);
-  if (phase_ != phase) phase_ = phase;
+  // A job that is part of another one ends in the middle of that.
+  const bool ends = phase == "done" && share < 1;
+  if (!ends && phase_ != phase) phase_ = phase;
   estimate_.update(share, wall_seconds());
   if (style_ == Style::kLines) print_tenth_locked();
   if (!begun_) begun_or_over_.notify_all();
@@ -114,7 +117,7 @@ std::string ProgressBar::figures_locked() {
   const auto left = estimate_.seconds_left(now);
   const auto rate = tets_ > 0 ? estimate_.rate(tets_, now) : std::nullopt;
   std::string text;
-  if (rate) text += fmt::format("  {:.2f} M tets/s", *rate / 1e6);
+  if (rate && *rate >= kLeastRate) text += fmt::format("  {:.2f} M tets/s", *rate / 1e6);
   if (left) text += fmt::format("  {} left", clock_text(*left));
   return text;
 }

@@ -48,6 +48,16 @@ class Compare(FolderTest):
             self.assertIn("integral_change", array)
         self.assertIn(b"identical", run("compare", path, path, "--max-error", "0", "--max-rms", "0%", "--surface", "0"))
 
+    def test_columns_stand_apart(self):
+        """However wide a number is, as that of a change below zero."""
+        original, simplified = self.changed(by=-1.2e-6)
+        lines = run("compare", original, simplified).decode().splitlines()
+        head = next(line for line in lines if line.startswith("Point arrays"))
+        row = next(line for line in lines if line.startswith("  temperature"))
+        self.assertRegex(row, r" -\d\.\d+e-\d+ %$")
+        self.assertEqual(len(row), len(head))
+        self.assertEqual(len(re.findall(r" +(?:0(?= |$)|[^ ]+ %)", row)), 6, row)
+
     def test_an_array_that_is_gone_breaks_bounds(self):
         mesh = TinyVtu()
         mesh.remove("temperature")

@@ -4,6 +4,7 @@ import fcntl
 import os
 import pty
 import re
+import shutil
 import signal
 import struct
 import subprocess
@@ -52,6 +53,18 @@ class Lines(FolderTest):
         lines = self.lines("simplify", path, "-o", self.folder / "{lod}.vtu", "--lods", "10%,20%,30%,40%", "--quiet")
         first_written = min(percent for percent, phase in lines if phase == "writing")
         self.assertLess(first_written, 75, "the first of four levels is written, and the run nearly over?")
+
+    def test_a_series_is_done_when_all_of_it_is(self):
+        """The simplification is but a part of it; and where hardly a tetrahedron goes in a second no rate is shown."""
+        first = self.generate(tets="1k", name="step_000.vtu")
+        for step in range(1, 150):
+            shutil.copy(first, self.folder / f"step_{step:03}.vtu")
+        for kind in "shared", "each":
+            said = finish("simplify", *sorted(self.folder.glob("step_*.vtu")), "-o", self.folder / "out_{step}.vtu", "--series", kind,
+                          "--reduction", "50%", "--progress", "always").stderr.decode()
+            self.assertNotIn("0.00 M", said)
+            done = [line for line in said.splitlines() if re.match(r" *\d+ % done", line)]
+            self.assertEqual([line for line in done if not line.startswith("100")], [])
 
     def test_lines_are_few(self):
         path = self.generate(tets="300k")
