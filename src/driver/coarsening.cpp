@@ -32,8 +32,9 @@ void Coarsening<Real>::begin(std::uint32_t steering_width) {
   rounds_ = std::make_unique<Rounds<Real>>(rows, thread_count(), run_.place.budget(), scratch);
   rounds_->watch([this](std::uint64_t tets) {
     run_.context.check();
-    if (!stages_.back().tets) return;  // nobody knows how far this round goes
-    run_.context.report(state_.lods.empty() ? "assembling" : "fusing", share_done(tets));
+    // The import says itself how far it is; and without a goal nobody knows how far a round goes.
+    if (is_importing_ || !stages_.back().tets) return;
+    run_.context.report("fusing", share_done(tets));
   });
   if (run_.keeps_logs()) {
     logs_ = std::make_unique<FusionLogs>(scratch, log_bytes_per_tet(in.description()));
@@ -78,9 +79,11 @@ void Coarsening<Real>::import() {
                      options_.boundary_rule == BoundaryRule::kVertices &&
                      !error_limits(options_, state_.fields).at_points;
   RoundPlan plan;
+  is_importing_ = true;
   state_.input =
       import_mesh<Real>(*in.stream, in.carried, steering, settings, first_round(&plan),
                         run_.context, &run_.clock, run_.place.budget(), run_.place.scratch());
+  is_importing_ = false;
   const ErrorLimits limits = error_limits(options_, state_.fields);
   if (limits.at_points && state_.input.facts.unused_points > 0) {
     relate_to_used_points(state_.input.steering_box, limits.max_error, &state_.fields);

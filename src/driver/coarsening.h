@@ -63,6 +63,7 @@ class Coarsening {
   RoundPlanner planner_;
   WorkMesh<Real> layout_;
   std::uint64_t input_tets_ = 0;
+  bool is_importing_ = false;
   std::vector<Stage> stages_;
   RunState<Real> state_;
   std::unique_ptr<FusionLogs> logs_;

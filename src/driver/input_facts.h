@@ -20,9 +20,8 @@ struct InputFacts {
   std::uint64_t merged_points = 0;
   std::uint64_t ghost_cells = 0;
   std::uint64_t coincident_points = 0;  // locked, where surfaces move
-  std::uint64_t carried_triangles =
-      0;                              // of the file, where surfaces move: they stay, and hold these
-  std::uint64_t locked_vertices = 0;  // for another reason than the boundary
+  std::uint64_t carried_triangles = 0;  // of the file, where surfaces move: they hold these
+  std::uint64_t locked_vertices = 0;    // for another reason than the boundary
 };
 
 }  // namespace tetfusion

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "kernel/fuse_round.h"
+#include "kernel/vertex_quadrics.h"
 #include "mesh/quality.h"
 #include "support/fuse_meshes.h"
 

@@ -9,6 +9,7 @@
 #include "kernel/fuse_cavity.h"
 #include "kernel/fuse_round.h"
 #include "kernel/sheets.h"
+#include "kernel/vertex_quadrics.h"
 #include "support/fuse_meshes.h"
 #include "support/outside_deviation.h"
 #include "support/surfaces.h"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernel/fuse_round.h"
+#include "kernel/vertex_quadrics.h"
 #include "support/fuse_meshes.h"
 #include "support/point_deviation.h"
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "kernel/fuse_round.h"
+#include "kernel/vertex_quadrics.h"
 #include "support/brute_check.h"
 #include "support/meshes.h"
 #include "support/work_meshes.h"
