@@ -254,6 +254,7 @@ class HeadParser {
   void parse_entities(std::string_view text, bool partitioned) {
     GmshCursor in = cursor(text);
     const auto take = [&](const EntityKey& entity, const EntityKey& whole, std::int64_t group) {
+      if (partitioned && whole == entity && group == 0) return;  // has the number of the whole
       const bool is_part = partitioned && whole.first == entity.first;
       // Gmsh gives seams the groups of what they cut, though these are of a higher dimension.
       const bool is_seam = partitioned && whole.first > entity.first;

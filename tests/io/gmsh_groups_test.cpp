@@ -137,6 +137,13 @@ TEST_F(GmshGroups, PartsOfAnEntityArePutTogether) {
   }
 }
 
+TEST_F(GmshGroups, APartMayHaveTheNumberOfTheWhole) {
+  std::string same = kParts;
+  same.replace(same.find("12 3 5 1 2"), 2, "5");
+  same.replace(same.find("3 12 4 1"), 4, "3 5");
+  EXPECT_EQ(dump(open_and_compare("b.msh", same).get()), dump(open("a.msh", kParts).get()));
+}
+
 TEST_F(GmshGroups, DamagedPartsAreNoCrash) {
   expect_no_crash("a.msh", kParts);
   expect_no_crash("a.msh", binary_parts(false));
