@@ -34,7 +34,10 @@ void Coarsening<Real>::begin(std::uint32_t steering_width) {
     run_.context.check();
     // The import says itself how far it is; and without a goal nobody knows how far a round goes.
     if (is_importing_ || !stages_.back().tets) return;
-    run_.context.report("fusing", share_done(tets));
+    const double share = share_done(tets);
+    const int percent = static_cast<int>(100 * share);
+    if (told_percent_.exchange(percent, std::memory_order_relaxed) == percent) return;
+    run_.context.report("fusing", share);
   });
   if (run_.keeps_logs()) {
     logs_ = std::make_unique<FusionLogs>(scratch, log_bytes_per_tet(in.description()));

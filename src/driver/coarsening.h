@@ -2,6 +2,7 @@
 // has left, and then round after round.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -64,6 +65,7 @@ class Coarsening {
   WorkMesh<Real> layout_;
   std::uint64_t input_tets_ = 0;
   bool is_importing_ = false;
+  std::atomic<int> told_percent_{0};  // within rounds
   std::vector<Stage> stages_;
   RunState<Real> state_;
   std::unique_ptr<FusionLogs> logs_;
