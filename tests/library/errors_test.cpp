@@ -142,7 +142,7 @@ TEST_F(LibraryErrors, BadOptionsAreNamedInItsOwnWords) {
   options.original_ids = true;
   EXPECT_THAT(message(), HasSubstr("leave original_ids out"));
   options.regions = std::vector<std::string>{"nothing"};
-  EXPECT_THAT(message(), HasSubstr("there is no integer cell array"));
+  EXPECT_THAT(message(), HasSubstr("there is no cell array of numbers"));
   options.chunk_tets = 0;
   EXPECT_EQ(message(), "chunk_tets must be at least 1");
   options.threads = -1;
