@@ -15,7 +15,7 @@
 #include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 #include "io/mesh_stream.h"
-#include "kernel/fuse_round.h"
+#include "kernel/fuse_limits.h"
 #include "mesh/region_of_interest.h"
 
 namespace tetfusion {

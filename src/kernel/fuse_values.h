@@ -30,7 +30,7 @@ class FuseValues {
   void begin(const FuseLimits& limits, std::span<const SteeringField> fields, WorkMesh<Real>* mesh,
              LiveBalls* balls, EdgeCosts<Real>* edge_costs);
 
-  // Is there a bound on the error at points? Has every field one?
+  // Is there a bound on the error at points?
   bool have_bounds() const { return errors_.bounds(); }
   // May values speak against a fusion?
   bool may_refuse() const { return errors_.bounds() || paper_.any() || integrals_.stay(); }
