@@ -17,7 +17,7 @@ namespace tetfusion {
 // Beyond so many, counting costs more than sorting.
 inline constexpr std::size_t kMostCounted = 256;
 
-// The same by sorting, of costs that are numbers.
+// The same by sorting.
 inline void sort_places(std::size_t count, const float* costs, std::int32_t* places) {
   std::vector<std::int32_t> order(count);
   std::iota(order.begin(), order.end(), 0);
@@ -27,26 +27,28 @@ inline void sort_places(std::size_t count, const float* costs, std::int32_t* pla
 }
 
 // Gives each of `count` costs its place in ascending order, those of equal ones as they come, by
-// counting how many are before it, as there are dozens at most, but for odd vertices. What is no
-// number becomes infinite, and so comes last. Behind the costs, and behind the places, there is
-// room for kLanes more.
+// counting how many are before it, as there are dozens at most, but for odd vertices. None is
+// infinite, or no number. Behind the costs, and behind the places, there is room for kLanes more.
 inline void find_places(std::size_t count, float* costs, std::int32_t* places) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   constexpr LaneMask kNumbers{0, 1, 2, 3};
-  for (std::size_t i = 0; i < count; ++i) costs[i] = costs[i] < kInfinity ? costs[i] : kInfinity;
   if (count > kMostCounted) return sort_places(count, costs, places);
-  for (std::size_t first = 0; first < count; first += kLanes) {
-    Lanes own;
-    std::memcpy(&own, costs + first, sizeof own);
-    const std::size_t end = std::min(first + kLanes, count);
+  // Whole groups, as how many there are cannot be foretold well.
+  std::fill_n(costs + count, kLanes, std::numeric_limits<float>::infinity());
+  for (std::size_t own = 0; own < count; own += kLanes) {
+    Lanes cost;
+    std::memcpy(&cost, costs + own, sizeof cost);
     LaneMask place{};
-    for (std::size_t j = 0; j < first; ++j) place -= costs[j] <= own;
-    for (std::size_t j = first; j < end; ++j) {
-      const auto number = static_cast<std::int32_t>(j - first);
-      place -= (costs[j] < own) | ((costs[j] == own) & (number < kNumbers));
+    for (std::size_t first = 0; first < own; first += kLanes) {
+      for (std::size_t i = 0; i < kLanes; ++i) place -= costs[first + i] <= cost;
     }
-    for (std::size_t j = end; j < count; ++j) place -= costs[j] < own;
-    std::memcpy(places + first, &place, sizeof place);
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const float other = costs[own + i];
+      place -= (other < cost) | ((other == cost) & (static_cast<std::int32_t>(i) < kNumbers));
+    }
+    for (std::size_t first = own + kLanes; first < count; first += kLanes) {
+      for (std::size_t i = 0; i < kLanes; ++i) place -= costs[first + i] < cost;
+    }
+    std::memcpy(places + own, &place, sizeof place);
   }
 }
 

@@ -112,22 +112,33 @@ void FuseCandidates<Real>::find_costs(VertexId v, std::size_t movable) {
   for (std::size_t i = 0; i < count; ++i) costs_[i] *= vertices_->weight_of(v, partners_[i]);
 }
 
+// No branch, as in find_partners(): those whose turn comes in this round to the front, and the
+// cheapest of the others. What is no number is none of these.
 template <class Real>
 void FuseCandidates<Real>::keep_cheapest(VertexId v) {
-  const std::size_t count = partners_.size();
-  places_.resize(count + kLanes);
-  find_places(count, costs_.data(), places_.data());
-  const auto threshold = static_cast<float>(limits_->threshold);
-  Candidates& best = of(v);
-  std::size_t cheap = 0, known = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    cheap += costs_[i] <= threshold ? 1 : 0;
-    known += costs_[i] < std::numeric_limits<float>::infinity() ? 1 : 0;
-    const auto place = static_cast<std::size_t>(places_[i]);
-    if (place < kMost) best[place] = {costs_[i], partners_[i], kNoTet};
+  const float threshold =
+      std::min(static_cast<float>(limits_->threshold), std::numeric_limits<float>::max());
+  FuseCandidate dear = kNone;
+  std::size_t cheap = 0;
+  for (std::size_t i = 0; i < partners_.size(); ++i) {
+    const float cost = costs_[i];
+    const VertexId partner = partners_[i];
+    costs_[cheap] = cost;
+    partners_[cheap] = partner;
+    cheap += cost <= threshold ? 1 : 0;
+    const float otherwise = cost <= threshold ? kNone.cost : cost;
+    dear.partner = otherwise < dear.cost ? partner : dear.partner;
+    dear.cost = std::min(otherwise, dear.cost);
   }
-  const std::size_t kept = std::min(cheap + 1, known);
-  if (kept < kMost) best[kept] = kNone;
+  places_.resize(cheap + kLanes);
+  find_places(cheap, costs_.data(), places_.data());
+  sorted_.resize(cheap + kMost);
+  for (std::size_t i = 0; i < cheap; ++i) {
+    sorted_[static_cast<std::size_t>(places_[i])] = {costs_[i], partners_[i], kNoTet};
+  }
+  sorted_[cheap] = dear;
+  sorted_[cheap + 1] = kNone;
+  std::copy_n(sorted_.begin(), kMost, of(v).begin());
 }
 
 template <class Real>

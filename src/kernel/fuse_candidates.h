@@ -64,7 +64,17 @@ class FuseCandidates {
     }
   }
 
-  void ask_ahead(VertexId v) const { __builtin_prefetch(&candidates_[v]); }
+  // Asks the processor for what is known of v, then for what its next candidate is.
+  void ask_for_list(VertexId v) const { __builtin_prefetch(&candidates_[v]); }
+  void ask_for_partner(VertexId v) const {
+    if (!are_known(v) || state(v).place >= kMost) return;
+    const VertexId u = candidates_[v][state(v).place].partner;
+    if (u == kNoVertex) return;
+    __builtin_prefetch(&state(u));
+    __builtin_prefetch(&mesh_->positions[u]);
+    __builtin_prefetch(mesh_->quadrics.data() + std::size_t{u} * mesh_->quadric_width);
+    vertices_->balls().ask_for_place(u);
+  }
 
  private:
   using Candidates = std::array<FuseCandidate, kMost>;  // ascending by cost
@@ -97,6 +107,7 @@ class FuseCandidates {
   Vector<VertexId> partners_, chosen_, fixed_ones_;
   Vector<float> costs_;
   Vector<std::int32_t> places_;
+  Vector<FuseCandidate> sorted_;
   SheetFan fan_;
 };
 

@@ -81,7 +81,9 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
   fixed_ = fixed;
   position_ = position;
   weak_.clear();
-  if (const auto reason = judge_ball(shapes_of(v, &of_vertex_), partner)) return reason;
+  BallShapes<Real>& own = shapes_of(v, &of_vertex_);
+  if (!fixed && of_partner_.vertex() != partner) balls_->ask_for_tets(partner, mesh_->tets);
+  if (const auto reason = judge_ball(own, partner)) return reason;
   if (!fixed) {
     if (const auto reason = judge_ball(shapes_of(partner, &of_partner_), v)) return reason;
   }

@@ -13,6 +13,9 @@ namespace {
 
 // Bins: a block has so many before the next one's turn comes, and then failures are asked again.
 constexpr std::size_t kOctave = 8;
+// Whoever has its turn, and has been refused, tries what comes so many bins later, too, as its ball
+// is at hand.
+constexpr std::size_t kAhead = 1;
 // A round is over when all have been asked, and less than this share of the tetrahedra went.
 constexpr double kIdleShare = 0.02;
 
@@ -42,7 +45,8 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   candidates_.begin(limits, mesh, &vertices_, &edge_costs_);
   planner_.begin(limits, fields, mesh, &vertices_, &edge_costs_);
   queue_.reset(mesh->vertex_count());
-  failures_.clear();
+  failures_.resize(queue_.blocks());
+  for (Vector<VertexId>& of_block : failures_) of_block.clear();
   removed_ = 0;
   fused_ = 0;
   told_ = 0;
@@ -145,8 +149,8 @@ void FuseRound<Real>::work() {
   do {
     removed_before = removed_;
     for (std::size_t bin = 0; bin < end; bin += kOctave) {
-      ask_again(Edges::kOwn);
       for (std::size_t block = 0; block < queue_.blocks(); ++block) {
+        ask_again(block, Edges::kOwn);
         work_on(block, bin, std::min(bin + kOctave, end));
         tell_watcher();
       }
@@ -156,7 +160,17 @@ void FuseRound<Real>::work() {
     if (static_cast<double>(removed_ - removed_before) < kIdleShare * left) return;
     candidates_.ask_refused_ones();
     planner_.be_thorough();
-  } while (!quota_is_met() && ask_again(Edges::kAll));
+  } while (!quota_is_met() && begin_again());
+}
+
+// Who has failed gets another try, with all edges: those that were the other end's business, too.
+template <class Real>
+bool FuseRound<Real>::begin_again() {
+  bool any = false;
+  for (std::size_t block = 0; block < queue_.blocks(); ++block) {
+    any = ask_again(block, Edges::kAll) || any;
+  }
+  return any;
 }
 
 // For the vertex's turn, if it comes in this round: a vertex that waits does so until then.
@@ -191,6 +205,7 @@ template <class Real>
 void FuseRound<Real>::ask_ahead(VertexId next) const {
   if (next == kNoVertex) return;
   vertices_.balls().ask_for_tets(next, mesh_->tets);
+  candidates_.ask_for_partner(next);
   const VertexId second = queue_.after(next);
   if (second == kNoVertex) return;
   vertices_.balls().ask_for_entries(second);
@@ -198,17 +213,18 @@ void FuseRound<Real>::ask_ahead(VertexId next) const {
   if (third == kNoVertex) return;
   vertices_.balls().ask_for_place(third);
   __builtin_prefetch(&vertices_[third]);
-  candidates_.ask_ahead(third);
+  candidates_.ask_for_list(third);
   __builtin_prefetch(&mesh_->incidence[third]);
 }
 
-// Where something near has moved since. What had its quadric last has judged its edges itself. With
-// all edges, those that were the other end's business get another try, too: from here.
+// Of a block, where something near has moved since. What had its quadric last has judged its edges
+// itself.
 template <class Real>
-bool FuseRound<Real>::ask_again(Edges edges) {
+bool FuseRound<Real>::ask_again(std::size_t block, Edges edges) {
   bool any = false;
+  Vector<VertexId>& failures = failures_[block];
   std::size_t kept = 0;
-  for (const VertexId v : failures_) {
+  for (const VertexId v : failures) {
     State& state = vertices_[v];
     state.listed = false;
     if (mesh_->incidence[v] == 0 || state.failed < state.changed) continue;
@@ -223,9 +239,9 @@ bool FuseRound<Real>::ask_again(Edges edges) {
       state.failed = vertices_.now();
     }
     state.listed = true;
-    failures_[kept++] = v;
+    failures[kept++] = v;
   }
-  failures_.resize(kept);
+  failures.resize(kept);
   return any;
 }
 
@@ -235,7 +251,7 @@ void FuseRound<Real>::visit(VertexId v) {
   if (!candidates_.are_known(v)) candidates_.judge(v);
   while (const FuseCandidate* c = candidates_.next(v)) {
     if (c->cost > limits_->threshold) return;
-    if (CostQueue::bin_of(c->cost) > bin_) {
+    if (CostQueue::bin_of(c->cost) > bin_ + kAhead) {
       queue_.push(v, c->cost);
       return;
     }
@@ -250,6 +266,7 @@ void FuseRound<Real>::visit(VertexId v) {
 
 template <class Real>
 bool FuseRound<Real>::try_next(VertexId v, const FuseCandidate& candidate) {
+  vertices_.balls().ask_for_entries(candidate.partner);
   const auto refused = planner_.plan(v, candidate.partner, limits_->quota - removed_);
   if (!refused) {
     fuse(candidate.cost);
@@ -272,7 +289,7 @@ void FuseRound<Real>::note_failure(VertexId v, Reject reason) {
   const bool keeps_reason = state.failed >= state.moved && state.reason == kBound;
   if (!keeps_reason) state.reason = static_cast<std::uint8_t>(reason);
   state.failed = vertices_.now();
-  if (!state.listed) failures_.push_back(v);
+  if (!state.listed) failures_[queue_.block_of(v)].push_back(v);
   state.listed = true;
 }
 

@@ -66,7 +66,8 @@ class FuseRound {
   // An edge inside has three tetrahedra or more.
   bool quota_is_met() const { return limits_->quota < removed_ + 3; }
   bool wait(VertexId v, float cost);
-  bool ask_again(Edges edges);
+  bool ask_again(std::size_t block, Edges edges);
+  bool begin_again();
 
   // The fusion that is planned.
   void fuse(float cost);
@@ -89,8 +90,8 @@ class FuseRound {
   FusePlanner<Real> planner_;
 
   CostQueue queue_;
-  std::size_t bin_ = 0;        // whose turn it is
-  Vector<VertexId> failures_;  // to be asked again
+  std::size_t bin_ = 0;                     // whose turn it is
+  std::vector<Vector<VertexId>> failures_;  // to be asked again, of each block
   std::uint64_t removed_ = 0, fused_ = 0;
   std::function<void(std::uint64_t)> watcher_;
   std::uint64_t told_ = 0;  // of those removed

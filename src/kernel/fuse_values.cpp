@@ -42,27 +42,46 @@ std::size_t find_ranges(const WorkMesh<Real>& mesh, const FuseCavity<Real>& cavi
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double* const steering = mesh.steering.data() + first;
   const std::size_t width = mesh.steering_width;
-  std::array<F, kCount> least, most;
-  least.fill(F{} + kInfinity);
-  most.fill(F{} - kInfinity);
-  const auto look = [&](VertexId v) {
-    const double* const values = steering + v * width;
-    for (std::size_t k = 0; k < kCount; ++k) {
-      const F value = load<F>(values + k * sizeof(F) / sizeof(double));
-      least[k] = value < least[k] ? value : least[k];
-      most[k] = most[k] < value ? value : most[k];
+  struct Range {
+    Range() {
+      least.fill(F{} + kInfinity);
+      most.fill(F{} - kInfinity);
     }
+    void add(const std::array<F, kCount>& low, const std::array<F, kCount>& high) {
+      for (std::size_t k = 0; k < kCount; ++k) {
+        least[k] = low[k] < least[k] ? low[k] : least[k];
+        most[k] = most[k] < high[k] ? high[k] : most[k];
+      }
+    }
+    std::array<F, kCount> least, most;
   };
+  const auto look = [&](VertexId v, Range* range) {
+    std::array<F, kCount> values;
+    const double* const row = steering + v * width;
+    for (std::size_t k = 0; k < kCount; ++k) values[k] = load<F>(row + k * sizeof(F) / sizeof *row);
+    range->add(values, values);
+  };
+  // Several, as none should wait for the one before.
+  Range one, two, three;
   // Those that move are corners of what is deleted.
   for (const std::uint32_t entry : cavity.affected()) {
-    for (std::uint32_t i = 1; i < 4; ++i) look(mesh.tets[entry >> 2][(entry + i) & 3u]);
+    const Tet& tet = mesh.tets[entry >> 2];
+    look(tet[(entry + 1) & 3u], &one);
+    look(tet[(entry + 2) & 3u], &two);
+    look(tet[(entry + 3) & 3u], &three);
   }
   for (const TetId t : cavity.deleted()) {
-    for (const VertexId v : mesh.tets[t]) look(v);
+    const Tet& tet = mesh.tets[t];
+    look(tet[0], &one);
+    look(tet[1], &two);
+    look(tet[2], &three);
+    look(tet[3], &one);
   }
-  std::memcpy(least_out + first, least.data(), sizeof least);
-  std::memcpy(most_out + first, most.data(), sizeof most);
-  return first + sizeof least / sizeof(double);
+  one.add(two.least, two.most);
+  one.add(three.least, three.most);
+  std::memcpy(least_out + first, one.least.data(), sizeof one.least);
+  std::memcpy(most_out + first, one.most.data(), sizeof one.most);
+  return first + sizeof one.least / sizeof(double);
 }
 
 template <class Real>
