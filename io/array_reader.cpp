@@ -19,10 +19,6 @@ constexpr std::uint64_t kChunkBytes = std::uint64_t{256} << 10;
 // A file may have a million of these: they are not worth system calls.
 constexpr std::uint64_t kSmallArray = std::uint64_t{64} << 10;
 
-std::string_view as_text(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 }  // namespace
 
 std::uint64_t max_values(const Payload& payload, const BinaryLayout& layout, ValueType type) {

@@ -12,11 +12,7 @@ namespace {
 constexpr std::uint64_t kTextBlock = std::uint64_t{64} << 10;
 constexpr std::uint64_t kTextBlocksPerRun = 16;
 
-bool is_blank(std::byte b) { return b <= std::byte{' '}; }
-
-std::string_view as_text(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
+bool is_blank_byte(std::byte b) { return b <= std::byte{' '}; }
 
 }  // namespace
 
@@ -38,7 +34,7 @@ void ByteStream::find_blanks() {
                    for (std::size_t at = begin; at < end; at += kTextBlock) {
                      const std::size_t count = std::min<std::size_t>(kTextBlock, end - at);
                      const auto block = text_.subspan(at, count);
-                     const auto blanks = std::count_if(block.begin(), block.end(), is_blank);
+                     const auto blanks = std::count_if(block.begin(), block.end(), is_blank_byte);
                      before[at / kTextBlock + 1] = count - static_cast<std::uint64_t>(blanks);
                    }
                    if (!small) file_->dont_need(offset + begin, end - begin);
@@ -71,7 +67,7 @@ std::string_view ByteStream::read_letters(std::uint64_t first, std::uint64_t cou
   std::uint64_t at = place_of_letter(first);
   std::uint64_t skip = first - (*letters_before_)[at / kTextBlock];
   for (std::uint64_t made = 0; made < count; ++at) {
-    if (is_blank(text_[at])) continue;
+    if (is_blank_byte(text_[at])) continue;
     if (skip > 0) {
       --skip;
     } else {

@@ -12,6 +12,10 @@
 
 namespace tetfusion {
 
+inline std::string_view as_text(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 enum class Coding : std::uint8_t { kRaw, kBase64, kAscii };
 
 // Where an array's bytes lie in the file. In appended data `end` is the end of all arrays.

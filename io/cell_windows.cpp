@@ -10,8 +10,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kCellsPerBlock = 65536;
-
 // Where a block's cells go.
 struct Places {
   std::uint64_t tets = 0;

@@ -172,7 +172,7 @@ std::uint64_t load_unsigned(const std::byte* bytes, std::size_t size, bool swap)
 namespace {
 
 // XML's blanks are all at or below the space, and no other character there may occur in XML.
-inline bool is_blank(char c) { return static_cast<unsigned char>(c) <= ' '; }
+inline bool is_white(char c) { return static_cast<unsigned char>(c) <= ' '; }
 
 template <class T>
 bool parse_word(std::string_view word, T* value) {
@@ -197,10 +197,10 @@ std::string_view parse_words_as(std::string_view text, std::byte* out) {
   const char* p = text.data();
   const char* const end = p + text.size();
   for (;;) {
-    while (p != end && is_blank(*p)) ++p;
+    while (p != end && is_white(*p)) ++p;
     if (p == end) return {};
     const char* const begin = p;
-    while (p != end && !is_blank(*p)) ++p;
+    while (p != end && !is_white(*p)) ++p;
     const std::string_view word(begin, static_cast<std::size_t>(p - begin));
     T value{};
     if (!parse_word(word, &value)) return word;
@@ -219,7 +219,7 @@ std::size_t count_words(std::string_view text) {
   std::size_t count = 0;
   bool blank = true;
   for (const char c : text) {
-    const bool now = is_blank(c);
+    const bool now = is_white(c);
     count += blank && !now ? 1 : 0;
     blank = now;
   }

@@ -12,13 +12,13 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kNone = ~std::uint64_t{0};
+constexpr std::uint64_t kNothingMissing = ~std::uint64_t{0};
 
 struct Guard {
   std::atomic<bool> used{false};
   std::atomic<std::uintptr_t> begin{0};
   std::atomic<std::uintptr_t> end{0};  // 0 while the guard is being set up
-  std::atomic<std::uint64_t> missing{kNone};
+  std::atomic<std::uint64_t> missing{kNothingMissing};
 };
 static_assert(std::atomic<std::uintptr_t>::is_always_lock_free, "read by a signal handler");
 
@@ -36,7 +36,7 @@ void on_fault(int, siginfo_t* info, void*) {
     void* zeros = ::mmap(reinterpret_cast<void*>(page), page_bytes, PROT_READ,
                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
     if (zeros == MAP_FAILED) break;
-    std::uint64_t none = kNone;
+    std::uint64_t none = kNothingMissing;
     guard.missing.compare_exchange_strong(none, page - begin);
     return;  // the instruction runs again and reads zeros
   }
@@ -60,7 +60,7 @@ int guard_mapping(const void* begin, std::size_t bytes) {
   for (std::size_t i = 0; i < guards.size(); ++i) {
     Guard& guard = guards[i];
     if (guard.used.exchange(true)) continue;
-    guard.missing = kNone;
+    guard.missing = kNothingMissing;
     guard.begin = reinterpret_cast<std::uintptr_t>(begin);
     guard.end = guard.begin + (bytes + page_bytes - 1) / page_bytes * page_bytes;
     return static_cast<int>(i);
@@ -79,7 +79,7 @@ void unguard_mapping(int guard) {
 std::optional<std::uint64_t> missing_page(int guard) {
   if (guard < 0) return std::nullopt;
   const std::uint64_t offset = guards[static_cast<std::size_t>(guard)].missing.load();
-  if (offset == kNone) return std::nullopt;
+  if (offset == kNothingMissing) return std::nullopt;
   return offset;
 }
 

@@ -21,8 +21,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kCellsPerBlock = 65536;
-
 class FormatSource final : public MeshSource {
  public:
   FormatSource(std::unique_ptr<FormatReader> reader, const OpenOptions& options)

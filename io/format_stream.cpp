@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
 #include "base/error.h"
@@ -13,17 +12,14 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kScanned = std::uint64_t{1} << 18;  // points, when the stream is opened
-
-void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) {
-  if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
-}
+// When the stream is opened, at a time.
+constexpr std::uint64_t kPointsScanned = std::uint64_t{1} << 18;
 
 class FormatStream final : public MeshStream {
  public:
   explicit FormatStream(const FormatReader& reader) : reader_(reader) {
-    for (std::uint64_t first = 0; first < points(); first += kScanned) {
-      const std::uint64_t count = std::min(kScanned, points() - first);
+    for (std::uint64_t first = 0; first < points(); first += kPointsScanned) {
+      const std::uint64_t count = std::min(kPointsScanned, points() - first);
       if (reader_.description().point_type == ValueType::kFloat32) {
         scan<float>(first, count);
       } else {

@@ -13,9 +13,9 @@ namespace {
 
 using EntityKey = std::pair<int, std::int64_t>;
 
-class HeadParser {
+class GmshHeadParser {
  public:
-  explicit HeadParser(const FormatFile& file) : file_(file) {}
+  explicit GmshHeadParser(const FormatFile& file) : file_(file) {}
 
   GmshHead run() {
     std::string_view text = file_.text();
@@ -344,6 +344,6 @@ GmshEntity GmshHead::entity(int dimension, std::int64_t tag) const {
 
 bool looks_like_gmsh(std::string_view text) { return text.starts_with("$MeshFormat"); }
 
-GmshHead parse_gmsh_head(const FormatFile& file) { return HeadParser(file).run(); }
+GmshHead parse_gmsh_head(const FormatFile& file) { return GmshHeadParser(file).run(); }
 
 }  // namespace tetfusion

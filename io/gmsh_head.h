@@ -27,6 +27,9 @@ inline constexpr const char* kGmshGeometrical = "gmsh:geometrical";
 // A name of physical groups, in the name of a field array: a row of tag and dimension for each.
 inline constexpr const char* kGmshNamePrefix = "gmsh:physical:";
 
+// Rows, between two places of a section that are kept in mind.
+inline constexpr std::uint64_t kRowsPerPlace = 4096;
+
 // Numbers of a section one after another, text or binary alike. Everything fails at the section's
 // end, naming the place.
 class GmshCursor {

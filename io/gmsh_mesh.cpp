@@ -14,7 +14,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kRowsPerPlace = 4096;
 // Where node k of VTK's wedge stands in Gmsh's prism, which sees its first triangle from inside.
 constexpr std::array<std::size_t, 6> kWedge = {0, 2, 1, 3, 5, 4};
 

@@ -9,12 +9,6 @@
 
 namespace tetfusion {
 
-namespace {
-
-constexpr std::uint64_t kRowsPerPlace = 4096;
-
-}  // namespace
-
 // Calls f(what the row is for, &cursor) for rows, which takes the values or passes over them.
 // Returns where they end.
 template <class F>

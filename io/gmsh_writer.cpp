@@ -23,8 +23,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kRowsPerBlock = 16384;
-constexpr std::size_t kNone = MeshPasses::kNone;
+constexpr std::size_t kNoArray = MeshPasses::kNone;
 
 int gmsh_type(std::uint8_t vtk) {
   switch (vtk) {
@@ -46,8 +45,8 @@ class GmshWriter {
     const AttributeSet& cells = mesh_.description().cell_data;
     physical_ = find_references(cells, Association::kCell, kGmshPhysical);
     geometrical_ = find_references(cells, Association::kCell, kGmshGeometrical);
-    if (geometrical_ != kNone && cells.arrays[geometrical_].name != kGmshGeometrical) {
-      geometrical_ = kNone;
+    if (geometrical_ != kNoArray && cells.arrays[geometrical_].name != kGmshGeometrical) {
+      geometrical_ = kNoArray;
     }
   }
 
@@ -96,7 +95,7 @@ class GmshWriter {
   template <class F>
   void put_binary_rows(std::size_t rows, std::size_t bytes, F f) {
     buffer_.resize(rows * bytes);
-    for_each_block(rows, kRowsPerBlock, [&](std::size_t, std::size_t from, std::size_t to) {
+    for_each_block(rows, kTextRowsPerBlock, [&](std::size_t, std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) f(i, buffer_.data() + i * bytes);
     });
     file_->append(buffer_.data(), buffer_.size());
@@ -185,7 +184,7 @@ class GmshWriter {
                                std::size_t count) const {
     Vector<std::int32_t> tags;
     tags.assign(count, 0);
-    if (array == kNone) return tags;
+    if (array == kNoArray) return tags;
     const ArrayInfo& info = mesh_.description().cell_data.arrays[array];
     const Vector<std::int64_t> values = to_integers(info, rows);
     for (std::size_t i = 0; i < count; ++i) {
@@ -202,7 +201,7 @@ class GmshWriter {
   Tags both_tags(std::span<const std::byte> physical, std::span<const std::byte> geometrical,
                  std::size_t count) const {
     Tags tags{tags_of(physical_, physical, count), tags_of(geometrical_, geometrical, count)};
-    if (geometrical_ == kNone) {
+    if (geometrical_ == kNoArray) {
       for (std::size_t i = 0; i < count; ++i) tags.geometrical[i] = std::max(tags.physical[i], 1);
     }
     return tags;
@@ -355,8 +354,8 @@ class GmshWriter {
   MeshPasses& mesh_;
   OutputFile* file_;
   bool binary_;
-  std::size_t physical_ = kNone;
-  std::size_t geometrical_ = kNone;
+  std::size_t physical_ = kNoArray;
+  std::size_t geometrical_ = kNoArray;
   double time_ = 0;
   Vector<std::byte> buffer_;
 };

@@ -18,7 +18,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::string_view kMagic = "# vtk DataFile Version";
+constexpr std::string_view kFirstLine = "# vtk DataFile Version";
 
 // What stands before an array of an attribute that is active: NAME TYPE and values of so many
 // components, or the number of these (0) in the same line.
@@ -61,12 +61,12 @@ class LegacyParser {
   // ---- the first lines ----
 
   void parse_first_lines() {
-    if (in_.part(0, kMagic.size()) != kMagic) {
-      in_.fail("expected a first line \"" + std::string(kMagic) +
+    if (in_.part(0, kFirstLine.size()) != kFirstLine) {
+      in_.fail("expected a first line \"" + std::string(kFirstLine) +
                " 5.1\", as legacy .vtk files have");
     }
     const std::string_view line = in_.take_line();
-    version_ = std::string(trimmed(line.substr(kMagic.size())));
+    version_ = std::string(trimmed(line.substr(kFirstLine.size())));
     const auto [stop, error] =
         std::from_chars(version_.data(), version_.data() + version_.size(), major_);
     if (error != std::errc() || major_ < 1 || major_ > 5) {
@@ -378,7 +378,7 @@ class LegacyParser {
 }  // namespace
 
 bool is_legacy_grid(std::string_view text) {
-  if (!text.starts_with(kMagic)) return false;
+  if (!text.starts_with(kFirstLine)) return false;
   constexpr std::size_t kEnough = 4096;
   text = text.substr(0, kEnough);
   for (int line = 0; line < 2; ++line) {

@@ -20,19 +20,20 @@ namespace tetfusion {
 namespace {
 
 // What an active array of so many components (0: of 1 to 3) is written as.
-struct AttributeWord {
+struct WrittenAttribute {
   const char* active;  // VTK's name of it
   std::uint32_t components;
   const char* word;
 };
-constexpr std::array<AttributeWord, 8> kAttributes = {{{"Vectors", 3, "VECTORS"},
-                                                       {"Normals", 3, "NORMALS"},
-                                                       {"Tensors", 9, "TENSORS"},
-                                                       {"Tensors", 6, "TENSORS6"},
-                                                       {"TCoords", 0, "TEXTURE_COORDINATES"},
-                                                       {"GlobalIds", 1, "GLOBAL_IDS"},
-                                                       {"PedigreeIds", 1, "PEDIGREE_IDS"},
-                                                       {"EdgeFlag", 1, "EDGE_FLAGS"}}};
+constexpr std::array<WrittenAttribute, 8> kWrittenAttributes = {
+    {{"Vectors", 3, "VECTORS"},
+     {"Normals", 3, "NORMALS"},
+     {"Tensors", 9, "TENSORS"},
+     {"Tensors", 6, "TENSORS6"},
+     {"TCoords", 0, "TEXTURE_COORDINATES"},
+     {"GlobalIds", 1, "GLOBAL_IDS"},
+     {"PedigreeIds", 1, "PEDIGREE_IDS"},
+     {"EdgeFlag", 1, "EDGE_FLAGS"}}};
 
 const char* type_name(ValueType type) {
   switch (type) {
@@ -205,7 +206,7 @@ class LegacyWriter {
       return fmt::format("SCALARS {} {} {}\nLOOKUP_TABLE default\n", name, type_name(info.type),
                          info.components);
     }
-    for (const AttributeWord& attribute : kAttributes) {
+    for (const WrittenAttribute& attribute : kWrittenAttributes) {
       if (!is_active(attribute.active)) continue;
       if (attribute.components == info.components) {
         return fmt::format("{} {} {}\n", attribute.word, name, type_name(info.type));

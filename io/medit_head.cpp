@@ -68,9 +68,9 @@ constexpr std::array<MeditKeyword, 47> kKeywords = {{
 constexpr int kDimension = 3;
 constexpr int kEnd = 54;
 
-class HeadParser {
+class MeditHeadParser {
  public:
-  explicit HeadParser(const FormatFile& file) : file_(file) {}
+  explicit MeditHeadParser(const FormatFile& file) : file_(file) {}
 
   MeditHead run() {
     head_.binary = file_.text().starts_with('\1') || file_.text()[0] == '\0';
@@ -273,6 +273,6 @@ bool looks_like_medit(std::string_view text) {
   return TokenCursor(text.substr(0, 4096), kMeditComment).next() == "MeshVersionFormatted";
 }
 
-MeditHead parse_medit_head(const FormatFile& file) { return HeadParser(file).run(); }
+MeditHead parse_medit_head(const FormatFile& file) { return MeditHeadParser(file).run(); }
 
 }  // namespace tetfusion

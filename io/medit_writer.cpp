@@ -20,7 +20,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kRowsPerBlock = 16384;
 constexpr std::uint64_t kSmallFile = std::uint64_t{1} << 31;  // places have 32 bits, with sign
 
 bool fits(const Vector<std::int64_t>& values) {
@@ -182,7 +181,7 @@ class MeditWriter {
   void put_binary_rows(const MeditKeyword& keyword, std::size_t rows, F f) {
     const std::size_t bytes = head_.row_bytes(keyword);
     buffer_.resize(rows * bytes);
-    for_each_block(rows, kRowsPerBlock, [&](std::size_t, std::size_t from, std::size_t to) {
+    for_each_block(rows, kTextRowsPerBlock, [&](std::size_t, std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) f(i, buffer_.data() + i * bytes);
     });
     file_->append(buffer_.data(), buffer_.size());

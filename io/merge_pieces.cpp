@@ -37,25 +37,26 @@ struct KeyOf {
   }
 };
 
-struct Record {
+struct PointRecord {
   std::uint64_t hash;
   VertexId point;
 };
 
 // Matches the points of one bucket, which holds all points of its hashes.
-void match_bucket(const PiecePoints& pieces, std::span<Record> records, Vector<VertexId>* copy_of) {
-  std::sort(records.begin(), records.end(), [](const Record& a, const Record& b) {
+void match_bucket(const PiecePoints& pieces, std::span<PointRecord> records,
+                  Vector<VertexId>* copy_of) {
+  std::sort(records.begin(), records.end(), [](const PointRecord& a, const PointRecord& b) {
     return a.hash != b.hash ? a.hash < b.hash : a.point < b.point;
   });
   const KeyOf key_of{pieces};
-  const auto less_key = [&](const Record& a, const Record& b) {
+  const auto less_key = [&](const PointRecord& a, const PointRecord& b) {
     return key_of(a.point) < key_of(b.point);
   };
   std::vector<VertexId> firsts;
   for (std::size_t begin = 0; begin < records.size();) {
     std::size_t end = begin + 1;
     while (end < records.size() && records[end].hash == records[begin].hash) ++end;
-    const std::span<Record> group = records.subspan(begin, end - begin);
+    const std::span<PointRecord> group = records.subspan(begin, end - begin);
     begin = end;
     if (group.size() == 1) continue;
     // Different keys of one hash are as good as impossible, but not impossible.
@@ -63,8 +64,9 @@ void match_bucket(const PiecePoints& pieces, std::span<Record> records, Vector<V
     for (std::size_t first = 0; first < group.size();) {
       std::size_t last = first + 1;
       while (last < group.size() && !less_key(group[first], group[last])) ++last;
-      match_run(std::span<const Record>(group.subspan(first, last - first)), pieces.piece_begin,
-                &firsts, [&](VertexId point, VertexId original) { (*copy_of)[point] = original; });
+      match_run(std::span<const PointRecord>(group.subspan(first, last - first)),
+                pieces.piece_begin, &firsts,
+                [&](VertexId point, VertexId original) { (*copy_of)[point] = original; });
       first = last;
     }
   }
@@ -121,7 +123,7 @@ Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8
     if (used[v] != 0) ++bucket_end[bucket_of(hashes[v]) + 1];
   }
   std::partial_sum(bucket_end.begin(), bucket_end.end(), bucket_end.begin());
-  Vector<Record> records(bucket_end[kBuckets]);
+  Vector<PointRecord> records(bucket_end[kBuckets]);
   // bucket_end[b] starts as the begin of bucket b and ends as its end.
   for (std::size_t v = 0; v < used.size(); ++v) {
     if (used[v] == 0) continue;

@@ -19,6 +19,9 @@ namespace tetfusion {
 // Values of any type as integers. Throws Error(kBadInput) for a value above all of Int64.
 Vector<std::int64_t> to_integers(const ArrayInfo& info, std::span<const std::byte> values);
 
+// Rows that one thread makes text of at a time.
+inline constexpr std::size_t kTextRowsPerBlock = 16384;
+
 class MeshPasses {
  public:
   static constexpr std::size_t kNone = AttributeSet::npos;

@@ -17,11 +17,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kRowsPerBlock = 65536;
-
-void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) {
-  if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
-}
+constexpr std::size_t kTuplesPerBlock = 65536;
 
 // A mesh in memory. Tetrahedra come first, then the cells of lower dimension: a cell's number is
 // its row.
@@ -70,7 +66,7 @@ class WholeMeshStream final : public MeshStream {
     if (count == 0) return;
     const DataArray& array = array_at(association, index);
     const std::size_t tuple = array.info.components * size_of(array.info.type);
-    for_each_block(count, kRowsPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for_each_block(count, kTuplesPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint64_t from =
             association == Association::kPoint ? point_in_file(first + i) : cell_in_file(first + i);
@@ -119,6 +115,10 @@ class WholeMeshStream final : public MeshStream {
 };
 
 }  // namespace
+
+void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) {
+  if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
+}
 
 std::unique_ptr<MeshStream> MeshSource::stream() { return nullptr; }
 std::unique_ptr<MeshStream> MeshSource::stream_of_rows() { return stream(); }

@@ -72,6 +72,9 @@ class MeshStream {
   virtual std::uint64_t bytes() const { return 0; }
 };
 
+// Throws std::out_of_range for a window that does not lie within `size` points or cells.
+void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size);
+
 // A stream over a source, which must outlive it. Sources that can give windows do (files whose
 // cells need no splitting or linearizing, and that are not VTK's to read); of others the whole mesh
 // is read here, after `reserve`, where there is one, has been called with source->memory_to_read():
@@ -80,8 +83,8 @@ class MeshStream {
 std::unique_ptr<MeshStream> open_stream(
     MeshSource* source, const std::function<void(std::uint64_t bytes)>& reserve = {});
 
-// The same to read_rows() and read_points() only, for a mesh whose cells are looked at elsewhere, or
-// never: what is wrong with points and cells need not be seen here.
+// The same to read_rows() and read_points() only, for a mesh whose cells are looked at elsewhere,
+// or never: what is wrong with points and cells need not be seen here.
 std::unique_ptr<MeshStream> open_rows(MeshSource* source);
 
 }  // namespace tetfusion

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t kRange = std::uint64_t{1} << 16;  // points whose keys are read at once
 
-struct Record {
+struct NumberRecord {
   PointKey key;
   VertexId point;
 };
@@ -46,7 +46,7 @@ void PieceNumbers::use(VertexId point) {
 void PieceNumbers::find_copies(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys,
                                std::uint64_t memory) {
   const std::uint64_t passes = std::max<std::uint64_t>(
-      1, block_count(points_ * sizeof(Record), std::max<std::uint64_t>(memory, 1)));
+      1, block_count(points_ * sizeof(NumberRecord), std::max<std::uint64_t>(memory, 1)));
   for (std::uint64_t pass = 0; pass < passes; ++pass) match(piece_begin, keys, passes, pass);
   std::sort(copies_.begin(), copies_.end(),
             [](const Copy& a, const Copy& b) { return a.point < b.point; });
@@ -59,7 +59,7 @@ void PieceNumbers::find_copies(std::span<const std::uint64_t> piece_begin, const
 // One pass: the points whose keys fall into one bucket of `passes`.
 void PieceNumbers::match(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys,
                          std::uint64_t passes, std::uint64_t pass) {
-  Vector<Record> records;
+  Vector<NumberRecord> records;
   Vector<PointKey> range(kRange);
   for (std::size_t p = 0; p + 1 < piece_begin.size(); ++p) {
     for (std::uint64_t first = piece_begin[p]; first < piece_begin[p + 1]; first += kRange) {
@@ -71,15 +71,15 @@ void PieceNumbers::match(std::span<const std::uint64_t> piece_begin, const ReadK
       }
     }
   }
-  std::sort(records.begin(), records.end(), [](const Record& a, const Record& b) {
+  std::sort(records.begin(), records.end(), [](const NumberRecord& a, const NumberRecord& b) {
     return a.key != b.key ? a.key < b.key : a.point < b.point;
   });
   std::vector<VertexId> firsts;
   for (std::size_t begin = 0; begin < records.size();) {
     std::size_t end = begin + 1;
     while (end < records.size() && records[end].key == records[begin].key) ++end;
-    match_run(std::span<const Record>(records).subspan(begin, end - begin), piece_begin, &firsts,
-              [&](VertexId point, VertexId original) {
+    match_run(std::span<const NumberRecord>(records).subspan(begin, end - begin), piece_begin,
+              &firsts, [&](VertexId point, VertexId original) {
                 if (point != original) copies_.push_back({point, original});
               });
     begin = end;

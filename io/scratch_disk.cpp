@@ -267,7 +267,7 @@ void DiskScratch::remove() {
   ready_ = false;
 }
 
-[[noreturn]] void refuse(const std::string& folder, const std::string& why) {
+[[noreturn]] void refuse_folder(const std::string& folder, const std::string& why) {
   throw Error(ErrorCode::kUsage, fmt::format("scratch folder {}: {}", folder, why));
 }
 
@@ -288,7 +288,7 @@ std::string difference(const std::string& there, const std::string& here) {
   return "";
 }
 
-std::shared_ptr<ScratchFolder> open_folder(const std::string& path) {
+std::shared_ptr<ScratchFolder> open_scratch_folder(const std::string& path) {
   FileSystem& system = file_system();
   if (path.empty()) throw Error(ErrorCode::kUsage, "the scratch folder's name is empty");
   if (retry([&] { return system.mkdir(path.c_str(), 0700); }) != 0 && errno != EEXIST) {
@@ -302,7 +302,7 @@ std::shared_ptr<ScratchFolder> open_folder(const std::string& path) {
   }));
   if (!folder) {
     if (errno == ENOTDIR || errno == ELOOP) {
-      refuse(path, "a file or a link has this name; give another one (--scratch)");
+      refuse_folder(path, "a file or a link has this name; give another one (--scratch)");
     }
     fail(path, "cannot open it", errno);
   }
@@ -315,9 +315,10 @@ bool holds_manifest(const ScratchFolder& folder) {
   const bool found = std::binary_search(names.begin(), names.end(), kManifestName);
   for (const std::string& name : names) {
     if (found && parse_scratch_name(name)) continue;
-    refuse(folder.path(), fmt::format("it holds {}, which is not ours; give a folder that is empty "
-                                      "or does not exist (--scratch)",
-                                      name));
+    refuse_folder(folder.path(),
+                  fmt::format("it holds {}, which is not ours; give a folder that is empty "
+                              "or does not exist (--scratch)",
+                              name));
   }
   return found;
 }
@@ -331,9 +332,9 @@ Descriptor lock_manifest(const ScratchFolder& folder) {
   if (!file) fail(folder.path(), "cannot open its manifest", errno);
   if (retry([&] { return system.flock(file.get(), LOCK_EX | LOCK_NB); }) != 0) {
     if (errno == EWOULDBLOCK) {
-      refuse(folder.path(),
-             "another process is using it; wait for it, or give another folder "
-             "(--scratch)");
+      refuse_folder(folder.path(),
+                    "another process is using it; wait for it, or give another folder "
+                    "(--scratch)");
     }
     fail(folder.path(), "cannot lock its manifest; use another file system (--scratch)", errno);
   }
@@ -341,8 +342,9 @@ Descriptor lock_manifest(const ScratchFolder& folder) {
   if (system.fstat(file.get(), &status) != 0)
     fail(folder.path(), "cannot look at its manifest", errno);
   // Who had it open before may have removed it since.
-  if (status.st_nlink == 0) refuse(folder.path(), "another process has just removed it; try again");
-  if (!S_ISREG(status.st_mode)) refuse(folder.path(), "its manifest is not a file");
+  if (status.st_nlink == 0)
+    refuse_folder(folder.path(), "another process has just removed it; try again");
+  if (!S_ISREG(status.st_mode)) refuse_folder(folder.path(), "its manifest is not a file");
   return file;
 }
 
@@ -406,12 +408,13 @@ std::unique_ptr<Scratch> take_folder(const std::shared_ptr<ScratchFolder>& folde
       std::make_shared<Manifest>(lock_manifest(*folder), folder->path_of(kManifestName));
   const bool work = has_work(*folder, *manifest);
   if (work && !options.resume) {
-    refuse(options.folder,
-           "it holds the work of a run that was interrupted; give --resume to go on with it, or "
-           "remove the folder");
+    refuse_folder(
+        options.folder,
+        "it holds the work of a run that was interrupted; give --resume to go on with it, or "
+        "remove the folder");
   }
   if (work && manifest->fingerprint() != options.fingerprint) {
-    refuse(
+    refuse_folder(
         options.folder,
         fmt::format("it holds the work of a run that is not this one: {}; go on as it was begun, "
                     "or remove the folder",
@@ -425,7 +428,7 @@ std::unique_ptr<Scratch> take_folder(const std::shared_ptr<ScratchFolder>& folde
 }  // namespace
 
 std::unique_ptr<Scratch> disk_scratch(const ScratchOptions& options) {
-  const std::shared_ptr<ScratchFolder> folder = open_folder(options.folder);
+  const std::shared_ptr<ScratchFolder> folder = open_scratch_folder(options.folder);
   const bool is_new = !holds_manifest(*folder);
   try {
     return take_folder(folder, options);

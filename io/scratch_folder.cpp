@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view kPieces = ".pieces";
 constexpr std::string_view kState = ".state";
-constexpr std::string_view kPart = ".part";
+constexpr std::string_view kPartSuffix = ".part";
 
 // Only as scratch_name() writes it: no sign, no leading zero.
 template <class T>
@@ -50,7 +50,7 @@ std::optional<ScratchFileName> parse_scratch_name(std::string_view name) {
     return name.ends_with(ending) ? name.substr(0, name.size() - ending.size())
                                   : std::string_view();
   };
-  if (const auto number = before(kPart); parse_id<std::uint64_t>(number)) {
+  if (const auto number = before(kPartSuffix); parse_id<std::uint64_t>(number)) {
     return ScratchFileName{Kind::kPart, {}, 0};
   }
   if (const auto generation = before(kState); is_generation_name(generation)) {
@@ -125,7 +125,7 @@ std::string ScratchFolder::take_part(std::uint64_t bytes, Descriptor* file) {
   std::uint64_t spare_bytes = 0;
   {
     const std::lock_guard lock(mutex_);
-    part = fmt::format("{}{}", parts_++, kPart);
+    part = fmt::format("{}{}", parts_++, kPartSuffix);
     auto found = spares_.lower_bound(bytes);
     if (found == spares_.end() && found != spares_.begin()) --found;
     if (found != spares_.end()) {
@@ -155,7 +155,7 @@ std::string ScratchFolder::take_part(std::uint64_t bytes, Descriptor* file) {
 void ScratchFolder::retire(const std::string& name, std::uint64_t bytes) noexcept {
   try {
     const std::lock_guard lock(mutex_);
-    std::string part = fmt::format("{}{}", parts_++, kPart);
+    std::string part = fmt::format("{}{}", parts_++, kPartSuffix);
     if (file_system().renameat(fd(), name.c_str(), fd(), part.c_str()) == 0) {
       spares_.emplace(bytes, Spare{std::move(part), trims_});
       return;

@@ -15,7 +15,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::align_val_t kAlignment{64};
+constexpr std::align_val_t kBlockAlignment{64};
 
 // Of all generations together. Thread-safe.
 class ByteCount {
@@ -40,14 +40,14 @@ constexpr std::size_t kOwnPages = std::size_t{64} << 10;
 
 std::byte* allocate(std::size_t bytes) {
   if (bytes >= kOwnPages) return allocate_pages(bytes);
-  return static_cast<std::byte*>(::operator new(bytes, kAlignment));
+  return static_cast<std::byte*>(::operator new(bytes, kBlockAlignment));
 }
 
 void release(std::byte* data, std::size_t bytes) noexcept {
   if (bytes >= kOwnPages) {
     free_pages(data, bytes);
   } else {
-    ::operator delete(data, kAlignment);
+    ::operator delete(data, kBlockAlignment);
   }
 }
 

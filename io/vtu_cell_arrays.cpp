@@ -13,8 +13,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kCellsPerBlock = 65536;
-
 template <class T>
 T load(const std::byte* bytes, std::size_t index) {
   T value;

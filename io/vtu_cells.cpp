@@ -12,8 +12,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kCellsPerBlock = 65536;
-
 class CellReader {
  public:
   CellReader(const VtuInput& input, const OpenOptions& options, Vector<std::uint8_t>* used)

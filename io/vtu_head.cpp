@@ -32,9 +32,9 @@ bool parse_unsigned(std::string_view text, std::uint64_t* value) {
   return !text.empty() && stop == end && error == std::errc();
 }
 
-class HeadParser {
+class VtuHeadParser {
  public:
-  explicit HeadParser(const MappedFile& file) : file_(file), path_(file.path()) {}
+  explicit VtuHeadParser(const MappedFile& file) : file_(file), path_(file.path()) {}
 
   VtuHead run() {
     xml_ = scan_xml_head(file_);
@@ -47,7 +47,7 @@ class HeadParser {
       // The parser has changed the text.
       const std::string text = scan_xml_head(file_).text;
       const auto at = std::min(static_cast<std::size_t>(result.offset), text.size());
-      const std::string rest = text.substr(at);
+      const std::string_view rest = std::string_view(text).substr(at);
       fail(fmt::format("the XML head is damaged or cut off: {}, {}", result.description(),
                        rest.empty() ? "at its end" : "where it says " + quoted(rest)));
     }
@@ -397,6 +397,6 @@ class HeadParser {
 
 }  // namespace
 
-VtuHead parse_vtu_head(const MappedFile& file) { return HeadParser(file).run(); }
+VtuHead parse_vtu_head(const MappedFile& file) { return VtuHeadParser(file).run(); }
 
 }  // namespace tetfusion

@@ -14,8 +14,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kCellsPerBlock = 65536;
-
 void renumber(const Vector<VertexId>& new_ids, Vector<Tet>* tets) {
   if (new_ids.empty()) return;
   for_each_block(tets->size(), kCellsPerBlock,

@@ -9,7 +9,7 @@ namespace tetfusion {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n";
-constexpr std::size_t kNone = std::string_view::npos;
+constexpr std::size_t kNotFound = std::string_view::npos;
 
 class Scanner {
  public:
@@ -36,7 +36,7 @@ class Scanner {
     for (std::size_t at = pos_; at < file_.size(); at += kStep) {
       if (at > released_ + kStep) release(at);
       const std::size_t found = file_.substr(at, kStep).find('<');
-      if (found != kNone) return at + found;
+      if (found != kNotFound) return at + found;
     }
     return file_.size();
   }
@@ -55,7 +55,7 @@ class Scanner {
 
   void skip_past(std::string_view end, const char* what) {
     const std::size_t found = file_.find(end, pos_);
-    if (found == kNone) fail(std::string("the file ends inside ") + what, pos_);
+    if (found == kNotFound) fail(std::string("the file ends inside ") + what, pos_);
     pos_ = found + end.size();
   }
 
@@ -64,7 +64,7 @@ class Scanner {
   void take_text(std::size_t begin, std::size_t end) {
     if (!in_data_ || nested_ > 0) return;
     const std::size_t first = file_.substr(begin, end - begin).find_first_not_of(kBlanks);
-    if (first == kNone) return;
+    if (first == kNotFound) return;
     if (has_payload_) fail("an array's data is in two parts", begin + first);
     has_payload_ = true;
     const std::size_t last = file_.substr(begin, end - begin).find_last_not_of(kBlanks);
@@ -122,18 +122,18 @@ class Scanner {
 
   void take_appended() {
     const std::size_t mark = file_.find_first_not_of(kBlanks, pos_);
-    if (mark == kNone || file_[mark] != '_') {
+    if (mark == kNotFound || file_[mark] != '_') {
       fail("the appended data does not begin with an underscore", std::min(mark, file_.size()));
     }
     constexpr std::string_view kEndTag = "</AppendedData";
     // Raw data may hold anything, an end tag too: the last one is the real one, and near the file's
     // end.
-    constexpr std::size_t kTail = 4096;
-    const std::size_t tail = std::max(mark + 1, file_.size() - std::min(kTail, file_.size()));
+    constexpr std::size_t kEndPart = 4096;
+    const std::size_t tail = std::max(mark + 1, file_.size() - std::min(kEndPart, file_.size()));
     const std::size_t found = file_.substr(tail).rfind(kEndTag);
     head_.has_appended = true;
     head_.appended_begin = mark + 1;
-    head_.appended_end = found == kNone ? file_.size() : tail + found;
+    head_.appended_end = found == kNotFound ? file_.size() : tail + found;
     head_.text += "</AppendedData></VTKFile>";
   }
 
@@ -159,17 +159,18 @@ std::string_view vtk_file_type(std::string_view file) {
   file = file.substr(0, kReach);
   if (file.starts_with(kByteOrderMark)) file.remove_prefix(kByteOrderMark.size());
   const std::size_t first = file.find_first_not_of(kBlanks);
-  if (first == kNone || file[first] != '<') return {};
+  if (first == kNotFound || file[first] != '<') return {};
   const std::size_t root = file.find(kRoot, first);
-  if (root == kNone) return {};
+  if (root == kNotFound) return {};
   const std::string_view tag = file.substr(root, file.find('>', root) - root);
   std::size_t name = tag.find("type");  // but not that of header_type
-  while (name != kNone && kBlanks.find(tag[name - 1]) == kNone) name = tag.find("type", name + 1);
-  if (name == kNone) return {};
+  while (name != kNotFound && kBlanks.find(tag[name - 1]) == kNotFound)
+    name = tag.find("type", name + 1);
+  if (name == kNotFound) return {};
   const std::size_t open = tag.find_first_of("\"'", name);
-  if (open == kNone) return {};
+  if (open == kNotFound) return {};
   const std::size_t close = tag.find(tag[open], open + 1);
-  return close == kNone ? std::string_view{} : tag.substr(open + 1, close - open - 1);
+  return close == kNotFound ? std::string_view{} : tag.substr(open + 1, close - open - 1);
 }
 
 }  // namespace tetfusion

@@ -25,7 +25,7 @@ using corpus::Outcome;
 constexpr unsigned kSeconds = 120;  // that a case may take
 
 // Of a kind of mesh.
-struct Row {
+struct KindRow {
   std::uint64_t cases = 0, fused = 0, refused = 0, faults = 0, crashes = 0, before = 0, after = 0;
   std::uint64_t outside = 0;  // with a larger error than allowed at a point that lies outside
 };
@@ -130,7 +130,7 @@ class Corpus {
     bool begun = false, faulty = false, outside = false;  // the one in hand
   };
 
-  Row& row(std::uint64_t number) { return rows_[number % corpus::kinds().size()]; }
+  KindRow& row(std::uint64_t number) { return rows_[number % corpus::kinds().size()]; }
 
   void start(Job* job) {
     if (job->left.empty()) return;
@@ -185,7 +185,7 @@ class Corpus {
       return;
     }
     const std::uint64_t number = job->left.front();
-    Row& r = row(number);
+    KindRow& r = row(number);
     if (word == "fault") {
       const bool outside = line.find("fault error outside") == 0;
       std::cout << "case " << number << ", "
@@ -218,7 +218,7 @@ class Corpus {
     print_row("**all**", sum());
   }
 
-  static void print_row(const std::string& name, const Row& r) {
+  static void print_row(const std::string& name, const KindRow& r) {
     const double gone =
         r.before == 0 ? 0
                       : 100 * (1 - static_cast<double>(r.after) / static_cast<double>(r.before));
@@ -229,8 +229,8 @@ class Corpus {
         static_cast<unsigned long long>(r.faults), static_cast<unsigned long long>(r.outside));
   }
 
-  Row sum() const {
-    Row all;
+  KindRow sum() const {
+    KindRow all;
     for (const auto& [kind, r] : rows_) {
       all.cases += r.cases;
       all.fused += r.fused;
@@ -247,7 +247,7 @@ class Corpus {
   // A corpus that comes back as it was proves little; but single cells, and what is not sound,
   // stay.
   bool print_sum() const {
-    const Row all = sum();
+    const KindRow all = sum();
     std::cout << all.cases << " meshes, " << all.fused << " simplified, " << all.refused
               << " refused; " << all.crashes << " crashes, " << all.faults << " with faults, "
               << all.outside << " with a larger error than allowed at a point outside\n";
@@ -257,7 +257,7 @@ class Corpus {
   }
 
   const Settings& settings_;
-  std::map<std::size_t, Row> rows_;
+  std::map<std::size_t, KindRow> rows_;
 };
 
 }  // namespace

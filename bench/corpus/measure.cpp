@@ -13,7 +13,7 @@ namespace {
 using Long = long double;
 using LongPoint = std::array<Long, 3>;
 
-LongPoint minus(const Point& a, const Point& b) {
+LongPoint long_minus(const Point& a, const Point& b) {
   return {static_cast<Long>(a[0]) - b[0], static_cast<Long>(a[1]) - b[1],
           static_cast<Long>(a[2]) - b[2]};
 }
@@ -47,7 +47,9 @@ struct Measure::Corners {
         b(points[static_cast<std::size_t>(t[1])]),
         c(points[static_cast<std::size_t>(t[2])]),
         d(points[static_cast<std::size_t>(t[3])]) {}
-  Long volume() const { return std::abs(determinant(minus(b, a), minus(c, a), minus(d, a))) / 6; }
+  Long volume() const {
+    return std::abs(determinant(long_minus(b, a), long_minus(c, a), long_minus(d, a))) / 6;
+  }
   Long error_of_volume() const;
 };
 
@@ -55,7 +57,7 @@ struct Measure::Corners {
 Long Measure::Corners::error_of_volume() const {
   Long product = 1;
   for (const Point& p : {b, c, d}) {
-    const LongPoint u = minus(p, a);
+    const LongPoint u = long_minus(p, a);
     product *= std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
   }
   return 43 * 0x1p-53L * product / 6;
@@ -238,7 +240,8 @@ double Measure::difference(std::size_t v, const Array& before, const Array& afte
 // Where a point lies in a cell, by the weights of its corners; nothing if it is outside by more
 // than what rounding may do.
 std::optional<std::array<Long, 4>> Measure::weights_in(const Corners& c, const Point& p) {
-  const LongPoint u = minus(c.b, c.a), w = minus(c.c, c.a), x = minus(c.d, c.a), q = minus(p, c.a);
+  const LongPoint u = long_minus(c.b, c.a), w = long_minus(c.c, c.a), x = long_minus(c.d, c.a),
+                  q = long_minus(p, c.a);
   const Long size = std::max({length(u), length(w), length(x)});
   if (length(q) > 1.001L * size) return {};
   const Long det = determinant(u, w, x);

@@ -17,7 +17,7 @@ namespace tetfusion {
 
 namespace {
 
-struct Arguments {
+struct ApplyArguments {
   std::string map, input, output, report;
   std::vector<std::string> arrays;
   OpenOptions open;
@@ -26,7 +26,7 @@ struct Arguments {
   ConsoleOptions console;
 };
 
-std::string describe(const MovedArray& moved) {
+std::string sentence_of(const MovedArray& moved) {
   const ArrayInfo& info = moved.array.info;
   if (!is_float(info.type)) return fmt::format("{}: the nearest point's values", info.name);
   std::string text = fmt::format(
@@ -38,7 +38,8 @@ std::string describe(const MovedArray& moved) {
   return text;
 }
 
-Json report_of(const Arguments& a, const MapFile& map, const std::vector<MovedArray>& arrays) {
+Json report_of_apply(const ApplyArguments& a, const MapFile& map,
+                     const std::vector<MovedArray>& arrays) {
   Json json{{"version", version()},
             {"map", a.map},
             {"path", a.input},
@@ -61,7 +62,7 @@ Json report_of(const Arguments& a, const MapFile& map, const std::vector<MovedAr
   return json;
 }
 
-void run(Arguments* a) {
+void run_apply(ApplyArguments* a) {
   const double start = wall_seconds();
   Console console(a->console);
   const RunContext context = console.context();
@@ -91,7 +92,7 @@ void run(Arguments* a) {
   };
   convert_mesh(result.get(), a->output, a->write);
   map.check();
-  for (const MovedArray& moved : arrays) console.say(describe(moved));
+  for (const MovedArray& moved : arrays) console.say(sentence_of(moved));
   if (stayed.elsewhere > 0) {
     console.say(fmt::format(
         "{} of {} points that stayed lie elsewhere in {}: the result has the points of the mesh "
@@ -103,7 +104,7 @@ void run(Arguments* a) {
   }
   console.detail_resources();
   if (a->report.empty()) return;
-  Json json = report_of(*a, map, arrays);
+  Json json = report_of_apply(*a, map, arrays);
   json["stayed_points"] = stayed.count;
   json["stayed_points_elsewhere"] = stayed.elsewhere;
   json["seconds"] = {{"total", wall_seconds() - start}};
@@ -116,7 +117,7 @@ void run(Arguments* a) {
 }  // namespace
 
 void add_apply_command(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ApplyArguments>();
   CLI::App* command = app.add_subcommand(
       "apply", "Bring the point arrays of another step or program onto a simplified mesh");
   command->footer(
@@ -144,7 +145,7 @@ void add_apply_command(CLI::App& app) {
   add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console);
-  command->callback([a] { run(a.get()); });
+  command->callback([a] { run_apply(a.get()); });
 }
 
 }  // namespace tetfusion

@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kInvalid = 1;
 
-struct Arguments {
+struct CheckArguments {
   std::string input, report, fixed;
   OpenOptions open;
   WriteOptions write;
@@ -136,7 +136,7 @@ Answer answer_invalid(const std::string& why) {
   return {false, json, why + "\nINVALID\n"};
 }
 
-Answer answer(const Arguments& a, const std::string& path, const Examination& examination) {
+Answer answer(const CheckArguments& a, const std::string& path, const Examination& examination) {
   const std::vector<Finding> findings = list_findings(examination.mesh);
   const Verdict verdict = judge(findings);
   return {verdict.valid(a.strict), measurements(examination, findings),
@@ -144,8 +144,8 @@ Answer answer(const Arguments& a, const std::string& path, const Examination& ex
 }
 
 // Adds what was mended, and the verdict on the mesh that was written, which is the one that counts.
-void fix(const Arguments& a, MeshSource* source, const Examination& examination, Console* console,
-         Answer* answer_of_input) {
+void fix(const CheckArguments& a, MeshSource* source, const Examination& examination,
+         Console* console, Answer* answer_of_input) {
   const RunContext context = console->context();
   const RepairedMesh mended = repair(source, examination.mesh.duplicate_tets > 0, context);
   const Repairs& r = mended.repairs;
@@ -172,7 +172,7 @@ void fix(const Arguments& a, MeshSource* source, const Examination& examination,
   answer_of_input->is_sound = after.valid;
 }
 
-Answer check(const Arguments& a) {
+Answer check(const CheckArguments& a) {
   Console console(a.console);
   const RunContext context = console.context();
   try {
@@ -190,7 +190,7 @@ Answer check(const Arguments& a) {
   }
 }
 
-void run(const Arguments& a) {
+void run_check(const CheckArguments& a) {
   const double start = wall_seconds();
   set_thread_count(a.threads);
   refuse_same_file("--report", a.report, {a.input, a.fixed});
@@ -219,7 +219,7 @@ void run(const Arguments& a) {
 }  // namespace
 
 void add_check_command(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<CheckArguments>();
   CLI::App* command = app.add_subcommand("check", "Find out whether a mesh is valid, and how good");
   command->footer(
       "Fails (exit code 1) on inverted or duplicate cells, faces that do not conform, vertex ids "
@@ -239,7 +239,7 @@ void add_check_command(CLI::App& app) {
   add_thread_option(*command, &a->threads);
   add_memory_options(*command, &a->examine.memory, &a->examine.scratch);
   add_console_options(*command, &a->console);
-  command->callback([a] { run(*a); });
+  command->callback([a] { run_check(*a); });
 }
 
 }  // namespace tetfusion

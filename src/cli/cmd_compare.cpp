@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kBroken = 1;
 
-struct Arguments {
+struct CompareArguments {
   std::string original, simplified, report;
   std::string max_rms, max_error, surface;
   std::vector<std::string> arrays;
@@ -40,7 +40,7 @@ std::optional<double> take_bound(std::string_view option, const std::string& tex
               fmt::format("{} {}: give a share of 0 or more, as in 1% or 0.01", option, text));
 }
 
-Bounds take_bounds(const Arguments& a) {
+Bounds take_bounds(const CompareArguments& a) {
   Bounds bounds{take_bound("--max-rms", a.max_rms), take_bound("--max-error", a.max_error),
                 take_bound("--surface", a.surface), a.arrays};
   if (!a.arrays.empty() && !bounds.max_rms && !bounds.max_error) {
@@ -152,7 +152,8 @@ void add_arrays(const Comparison& c, Association association, std::string* text)
   }
 }
 
-std::string table(const Arguments& a, const Comparison& c, const std::vector<BoundResult>& bounds) {
+std::string table(const CompareArguments& a, const Comparison& c,
+                  const std::vector<BoundResult>& bounds) {
   std::string text;
   const auto out = std::back_inserter(text);
   add_mesh("original", a.original, c.original, &text);
@@ -239,7 +240,8 @@ Json bounds_json(const std::vector<BoundResult>& bounds) {
   return json;
 }
 
-Json report(const Arguments& a, const Comparison& c, const std::vector<BoundResult>& bounds) {
+Json report(const CompareArguments& a, const Comparison& c,
+            const std::vector<BoundResult>& bounds) {
   Json json{{"version", version()},
             {"original", size_json(a.original, c.original)},
             {"simplified", size_json(a.simplified, c.simplified)},
@@ -263,7 +265,7 @@ Json report(const Arguments& a, const Comparison& c, const std::vector<BoundResu
   return json;
 }
 
-Comparison compare(const Arguments& a, const Bounds& bounds) {
+Comparison compare(const CompareArguments& a, const Bounds& bounds) {
   Console console(a.console);
   const RunContext context = console.context();
   const auto original = open_mesh(a.original, a.open);
@@ -278,7 +280,7 @@ Comparison compare(const Arguments& a, const Bounds& bounds) {
   return comparison;
 }
 
-void run(const Arguments& a) {
+void run_compare(const CompareArguments& a) {
   const double start = wall_seconds();
   if (a.original == "-" && a.simplified == "-") {
     throw Error(ErrorCode::kUsage, "only one of the meshes can come from standard input");
@@ -306,7 +308,7 @@ void run(const Arguments& a) {
   if (broken) throw ExitStatus{kBroken};
 }
 
-void add_bound_options(CLI::App& command, Arguments* a) {
+void add_bound_options(CLI::App& command, CompareArguments* a) {
   constexpr const char* kGroup = "Bounds (exit code 1 if one is broken)";
   command
       .add_option("--max-error", a->max_error,
@@ -336,7 +338,7 @@ void add_bound_options(CLI::App& command, Arguments* a) {
 }  // namespace
 
 void add_compare_command(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<CompareArguments>();
   CLI::App* command =
       app.add_subcommand("compare", "Measure what a simplification did to a mesh and its arrays");
   command->footer(
@@ -357,7 +359,7 @@ void add_compare_command(CLI::App& app) {
                     "half of what the machine or its control group allows");
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console);
-  command->callback([a] { run(*a); });
+  command->callback([a] { run_compare(*a); });
 }
 
 }  // namespace tetfusion

@@ -11,7 +11,7 @@ namespace tetfusion {
 
 namespace {
 
-struct Arguments {
+struct ConvertArguments {
   std::string input, output;
   OpenOptions open;
   WriteOptions write;
@@ -19,7 +19,7 @@ struct Arguments {
   ConsoleOptions console;
 };
 
-void run(Arguments* a) {
+void run_convert(ConvertArguments* a) {
   Console console(a->console);
   const RunContext context = console.context();
   set_thread_count(a->threads);
@@ -40,7 +40,7 @@ void run(Arguments* a) {
 }  // namespace
 
 void add_convert_command(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ConvertArguments>();
   CLI::App* command = app.add_subcommand("convert", "Convert a mesh between formats and encodings");
   add_input_options(*command, &a->input, &a->open);
   command
@@ -52,7 +52,7 @@ void add_convert_command(CLI::App& app) {
   add_encoding_option(*command, &a->write.encoding);
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console);
-  command->callback([a] { run(a.get()); });
+  command->callback([a] { run_convert(a.get()); });
 }
 
 }  // namespace tetfusion

@@ -15,7 +15,7 @@ namespace tetfusion {
 
 namespace {
 
-struct Arguments {
+struct GenerateArguments {
   std::string kind;
   std::string tets = "1M";
   std::string output;
@@ -31,7 +31,7 @@ const std::map<std::string, LatticeKind>& kinds() {
   return kinds;
 }
 
-void run(Arguments* a) {
+void run_generate(GenerateArguments* a) {
   Console console(a->console);
   const RunContext context = console.context();
   set_thread_count(a->threads);
@@ -83,7 +83,7 @@ void add_shape_options(CLI::App& command, GenerateOptions* options) {
 }  // namespace
 
 void add_generate_command(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<GenerateArguments>();
   CLI::App* command =
       app.add_subcommand("generate", "Write a test mesh of any size, in constant memory");
   command
@@ -104,7 +104,7 @@ void add_generate_command(CLI::App& app) {
   add_encoding_option(*command, &a->write.encoding);
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console, "Say more: sizes, time and memory");
-  command->callback([a] { run(a.get()); });
+  command->callback([a] { run_generate(a.get()); });
 }
 
 }  // namespace tetfusion

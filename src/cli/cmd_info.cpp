@@ -24,7 +24,7 @@ namespace tetfusion {
 
 namespace {
 
-struct Arguments {
+struct InfoArguments {
   std::string input, report;
   OpenOptions open;
   ExamineOptions examine;
@@ -182,12 +182,12 @@ Json arrays_json(const std::vector<ArrayLine>& lines) {
   return arrays;
 }
 
-struct Answer {
+struct InfoAnswer {
   Json json;
   std::string text;
 };
 
-Answer describe(const Arguments& a) {
+InfoAnswer answer_of(const InfoArguments& a) {
   Console console(a.console);
   const RunContext context = console.context();
   context.report("reading", 0);
@@ -210,10 +210,10 @@ Answer describe(const Arguments& a) {
   return {json, table(mesh, summary, arrays, findings)};
 }
 
-void run(const Arguments& a) {
+void run_info(const InfoArguments& a) {
   refuse_same_file("--report", a.report, {a.input});
   set_thread_count(a.threads);
-  const Answer answer = describe(a);
+  const InfoAnswer answer = answer_of(a);
   if (!a.report.empty()) write_text(a.report, dump(answer.json));
   if (a.report != "-" && !a.console.quiet) write_text("-", answer.text);
 }
@@ -221,7 +221,7 @@ void run(const Arguments& a) {
 }  // namespace
 
 void add_info_command(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand(
       "info", "Say what is in a mesh: counts, arrays, boundary, what is odd about it");
   add_input_options(*command, &a->input, &a->open);
@@ -229,7 +229,7 @@ void add_info_command(CLI::App& app) {
   add_thread_option(*command, &a->threads);
   add_memory_options(*command, &a->examine.memory, &a->examine.scratch);
   add_console_options(*command, &a->console);
-  command->callback([a] { run(*a); });
+  command->callback([a] { run_info(*a); });
 }
 
 }  // namespace tetfusion

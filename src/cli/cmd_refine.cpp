@@ -18,7 +18,7 @@ namespace tetfusion {
 
 namespace {
 
-struct Arguments {
+struct RefineArguments {
   RefineRequest request;
   std::string tets, reduction, max_error, max_rms, report;
   int threads = 0;
@@ -33,7 +33,7 @@ std::optional<double> share_of(const char* option, const std::string& text) {
               fmt::format("{} {}: give a share, as in 1% or 0.01", option, text));
 }
 
-void parse_goal(Arguments* a) {
+void parse_goal(RefineArguments* a) {
   RefineRequest& r = a->request;
   r.reduction = share_of("--reduction", a->reduction);
   r.max_error = share_of("--max-error", a->max_error);
@@ -47,7 +47,7 @@ void parse_goal(Arguments* a) {
   }
 }
 
-Json report_of(const Arguments& a, const RefineReport& r) {
+Json report_of(const RefineArguments& a, const RefineReport& r) {
   Json json = {{"version", version()},
                {"path", a.request.input},
                {"output", a.request.output},
@@ -69,7 +69,7 @@ Json report_of(const Arguments& a, const RefineReport& r) {
   return json;
 }
 
-void run(Arguments* a) {
+void run_refine(RefineArguments* a) {
   const double start = wall_seconds();
   Console console(a->console);
   const RunContext context = console.context();
@@ -108,7 +108,7 @@ void run(Arguments* a) {
 }  // namespace
 
 void add_refine_command(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<RefineArguments>();
   CLI::App* command =
       app.add_subcommand("refine", "Take a simplification back, in part or as a whole");
   command->footer(
@@ -169,7 +169,7 @@ void add_refine_command(CLI::App& app) {
       ->check(CLI::ExistingDirectory)
       ->group(kPerformanceGroup);
   add_console_options(*command, &a->console);
-  command->callback([a] { run(a.get()); });
+  command->callback([a] { run_refine(a.get()); });
 }
 
 }  // namespace tetfusion

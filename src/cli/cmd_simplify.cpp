@@ -26,7 +26,7 @@ namespace tetfusion {
 namespace {
 
 // The options as they are typed.
-struct Arguments {
+struct SimplifyArguments {
   SimplifyRequest request;
   std::vector<std::string> inputs;
   std::string series;  // empty: as the names say
@@ -65,7 +65,7 @@ std::uint64_t parse_tets(const std::string& option, const std::string& text) {
   return *count;
 }
 
-void parse_lods(const Arguments& a, BehaviourOptions* behaviour) {
+void parse_lods(const SimplifyArguments& a, BehaviourOptions* behaviour) {
   if (a.lods.empty()) return;
   const auto count = parse_count(a.lods);
   const bool is_count = count && *count >= 1 && a.lods.find('.') == std::string::npos;
@@ -117,7 +117,7 @@ double parse_error(std::string_view option, const std::string& text, std::string
   return *share;
 }
 
-void parse_arguments(Arguments* a) {
+void parse_arguments(SimplifyArguments* a) {
   BehaviourOptions& b = a->request.behaviour;
   if (!a->min_quality.empty()) {
     const auto floor = parse_number(a->min_quality);
@@ -214,7 +214,7 @@ void refuse_unreached_goal(const SimplifyReport& report) {
   if (report.has_goal && report.stop_reason != StopReason::kGoal) throw ExitStatus{6};
 }
 
-void run_series(Arguments* a) {
+void run_series(SimplifyArguments* a) {
   const SeriesRequest request{a->request, a->inputs, a->series != "each"};
   const SeriesPlan plan = plan_series(request);
   std::vector<std::string> files{plan.list};
@@ -232,7 +232,7 @@ void run_series(Arguments* a) {
   for (const SimplifyReport& one : report.runs) refuse_unreached_goal(one);
 }
 
-void run(Arguments* a) {
+void run_simplify(SimplifyArguments* a) {
   a->request.input = a->inputs[0];
   parse_arguments(a);
   if (!a->report.empty()) {
@@ -271,7 +271,7 @@ void run(Arguments* a) {
   if (a->strict) refuse_unreached_goal(report);
 }
 
-void add_goal_options(CLI::App& command, Arguments* a) {
+void add_goal_options(CLI::App& command, SimplifyArguments* a) {
   constexpr const char* kGroup = "Goal";
   command
       .add_option("--reduction", a->reduction,
@@ -305,7 +305,7 @@ void add_goal_options(CLI::App& command, Arguments* a) {
       ->group(kGroup);
 }
 
-void add_criteria_options(CLI::App& command, Arguments* a) {
+void add_criteria_options(CLI::App& command, SimplifyArguments* a) {
   constexpr const char* kGroup = "Criteria";
   static const std::map<std::string, Method> kMethods{{"tetfuse", Method::kTetFuse},
                                                       {"fuse", Method::kFuse}};
@@ -413,7 +413,7 @@ void add_criteria_options(CLI::App& command, Arguments* a) {
       ->group(kGroup);
 }
 
-void add_performance_options(CLI::App& command, Arguments* a) {
+void add_performance_options(CLI::App& command, SimplifyArguments* a) {
   PerformanceOptions& performance = a->request.performance;
   add_thread_option(command, &performance.threads);
   command
@@ -453,7 +453,7 @@ void add_performance_options(CLI::App& command, Arguments* a) {
 }  // namespace
 
 void add_simplify_command(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<SimplifyArguments>();
   CLI::App* command = app.add_subcommand("simplify", "Simplify a mesh");
   command
       ->add_option(
@@ -522,7 +522,7 @@ void add_simplify_command(CLI::App& app) {
   add_console_options(*command, &a->console, "Say more: a line for each macroLoD, time and memory");
   command->callback([a, command] {
     refuse_foreign_options(*command, a->request.behaviour.method);
-    run(a.get());
+    run_simplify(a.get());
   });
 }
 

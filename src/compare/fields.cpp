@@ -17,7 +17,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 16384;
+constexpr std::size_t kRowsPerBlock = 16384;
 
 std::string describe(const ArrayInfo& info) {
   if (info.components == 1) return std::string(vtk_name(info.type));
@@ -92,18 +92,19 @@ void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,
                    const RowTarget& target) {
   visit_type(info.type, [&](auto zero) {
     using T = decltype(zero);
-    for_each_block(target.rows, kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::size_t row = target.row_of.empty() ? i : target.row_of[i];
-        double* to = target.out + i * target.width + target.offset;
-        for (std::size_t c = 0; c < info.components; ++c) {
-          T value;
-          std::memcpy(&value, tuples.data() + (row * info.components + c) * sizeof(T),
-                      sizeof value);
-          to[c] = difference(value, target.base) * target.factor;
-        }
-      }
-    });
+    for_each_block(
+        target.rows, kRowsPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t row = target.row_of.empty() ? i : target.row_of[i];
+            double* to = target.out + i * target.width + target.offset;
+            for (std::size_t c = 0; c < info.components; ++c) {
+              T value;
+              std::memcpy(&value, tuples.data() + (row * info.components + c) * sizeof(T),
+                          sizeof value);
+              to[c] = difference(value, target.base) * target.factor;
+            }
+          }
+        });
   });
 }
 

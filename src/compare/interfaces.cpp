@@ -6,7 +6,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kMostSides = std::size_t{1} << 21;
+constexpr std::size_t kMostInterfaceSides = std::size_t{1} << 21;
 
 TriangleSet interfaces_of(MeshSource* source, const std::vector<std::string>& cell_arrays,
                           const RunContext& context) {
@@ -14,7 +14,7 @@ TriangleSet interfaces_of(MeshSource* source, const std::vector<std::string>& ce
   for (const std::string& name : cell_arrays) {
     arrays.push_back(source->description().cell_data.find(name));
   }
-  return OriginalMesh(source, {}, {}).find_interfaces(arrays, kMostSides, context);
+  return OriginalMesh(source, {}, {}).find_interfaces(arrays, kMostInterfaceSides, context);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 8192;
+constexpr std::size_t kTetsPerPart = 8192;
 
 template <class T>
 void add_all(std::vector<T>* sums, const std::vector<T>& others) {
@@ -142,12 +142,13 @@ template <class F>
 std::vector<Integral> integrate(const SimplifiedMesh& mesh, const FieldSet& fields, F add) {
   std::vector<Integral> empty;
   for (const Field& field : fields.fields) empty.push_back(empty_integral(field));
-  std::vector<std::vector<Integral>> parts(block_count(mesh.tets.size(), kBlock), empty);
-  for_each_block(mesh.tets.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      add(static_cast<TetId>(t), volume_of(mesh, static_cast<TetId>(t)), &parts[b]);
-    }
-  });
+  std::vector<std::vector<Integral>> parts(block_count(mesh.tets.size(), kTetsPerPart), empty);
+  for_each_block(mesh.tets.size(), kTetsPerPart,
+                 [&](std::size_t b, std::size_t begin, std::size_t end) {
+                   for (std::size_t t = begin; t < end; ++t) {
+                     add(static_cast<TetId>(t), volume_of(mesh, static_cast<TetId>(t)), &parts[b]);
+                   }
+                 });
   std::vector<Integral> sums = empty;
   for (const auto& part : parts) add_all(&sums, part);
   return sums;

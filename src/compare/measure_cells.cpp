@@ -85,12 +85,12 @@ Point centre_of(const OriginalCells& window, const Tet& t) {
 // What a cell needs lies apart from what the last one did: its corners' numbers, and then what they
 // are the numbers of, are asked for so many cells earlier.
 constexpr std::size_t kTetAhead = 8;
-constexpr std::size_t kAhead = 3;
+constexpr std::size_t kCellsAhead = 3;
 
 // One block of cells.
-class Block {
+class CellBlock {
  public:
-  Block(const Meshes& meshes, const OriginalCells& window, CellMeasures* out)
+  CellBlock(const Meshes& meshes, const OriginalCells& window, CellMeasures* out)
       : meshes_(meshes),
         window_(window),
         out_(out),
@@ -299,10 +299,10 @@ CellMeasures measure_cells(const Meshes& meshes, const std::function<void(double
         curve_order(window.tets.size(), box_of(window.points.points),
                     [&](std::size_t cell) { return centre_of(window, window.tets[cell]); });
     for_each_block(order.size(), kPlaces, [&](std::size_t b, std::size_t begin, std::size_t end) {
-      Block block(meshes, window, &parts[b]);
+      CellBlock block(meshes, window, &parts[b]);
       for (std::size_t k = begin; k < end; ++k) {
         if (k + kTetAhead < end) __builtin_prefetch(&window.tets[order[k + kTetAhead]]);
-        if (k + kAhead < end) block.prefetch(order[k + kAhead]);
+        if (k + kCellsAhead < end) block.prefetch(order[k + kCellsAhead]);
         block.measure(order[k]);
       }
       block.finish();

@@ -9,12 +9,12 @@ namespace tetfusion {
 namespace {
 
 // What a point needs lies apart from what the last one did: it is asked for so many points earlier.
-constexpr std::size_t kAhead = 4;
+constexpr std::size_t kPointsAhead = 4;
 
 // One block of points.
-class Block {
+class PointBlock {
  public:
-  Block(const Meshes& meshes, PointMeasures* out) : meshes_(meshes), out_(out) {}
+  PointBlock(const Meshes& meshes, PointMeasures* out) : meshes_(meshes), out_(out) {}
 
   void measure(const Point& p, const double* row) {
     out_->box.add(p);
@@ -90,11 +90,11 @@ PointMeasures measure_points(const Meshes& meshes, const std::function<void(doub
     std::vector<PointMeasures> parts(block_count(window.points.size(), kPlaces), nothing);
     const Vector<std::uint32_t> order = curve_order(window.points);
     for_each_block(order.size(), kPlaces, [&](std::size_t b, std::size_t begin, std::size_t end) {
-      Block block(meshes, &parts[b]);
+      PointBlock block(meshes, &parts[b]);
       for (std::size_t k = begin; k < end; ++k) {
-        if (k + kAhead < end) {
-          __builtin_prefetch(&window.points[order[k + kAhead]]);
-          __builtin_prefetch(window.rows.data() + order[k + kAhead] * width);
+        if (k + kPointsAhead < end) {
+          __builtin_prefetch(&window.points[order[k + kPointsAhead]]);
+          __builtin_prefetch(window.rows.data() + order[k + kPointsAhead] * width);
         }
         block.measure(window.points[order[k]], window.rows.data() + order[k] * width);
       }

@@ -18,7 +18,7 @@ namespace tetfusion {
 namespace {
 
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
-constexpr std::size_t kBlock = 8192;
+constexpr std::size_t kTetsPerBlock = 8192;
 constexpr std::uint64_t kRun = std::uint64_t{1} << 14;  // points that are read at once
 
 struct Run {
@@ -56,7 +56,7 @@ void spread_points(const Vector<std::byte>& bytes, const Vector<std::uint64_t>& 
 }  // namespace
 
 void PointSet::add(const Vector<Tet>& tets) {
-  for_each_block(tets.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+  for_each_block(tets.size(), kTetsPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       for (const VertexId v : tets[t]) {
         const std::uint64_t bit = std::uint64_t{1} << v % 64;
@@ -198,7 +198,7 @@ void OriginalMesh::for_each_cells(
     set.number();
     gather(set, 0, stream_->points(), point_fields_, &cells.points);
     cells.tets.resize(window.tets.size());
-    for_each_block(window.tets.size(), kBlock,
+    for_each_block(window.tets.size(), kTetsPerBlock,
                    [&](std::size_t, std::size_t begin, std::size_t end) {
                      for (std::size_t t = begin; t < end; ++t) {
                        for (std::size_t i = 0; i < 4; ++i) {

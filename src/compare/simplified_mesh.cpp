@@ -17,7 +17,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 8192;
+constexpr std::size_t kItemsPerBlock = 8192;
 constexpr std::size_t kMostSides = std::size_t{1} << 21;
 
 class Loader {
@@ -36,7 +36,7 @@ class Loader {
     geometry_.points = {};
     read_rows(Association::kPoint, point_fields, rows_of(geometry_.point_source, points_),
               &mesh_.point_rows);
-    for_each_block(mesh_.points.size(), kBlock,
+    for_each_block(mesh_.points.size(), kItemsPerBlock,
                    [&](std::size_t, std::size_t begin, std::size_t end) {
                      fill_lengths(point_fields, end - begin,
                                   mesh_.point_rows.data() + begin * point_fields.width);
@@ -59,14 +59,15 @@ class Loader {
         },
         geometry_.points);
     const Vector<Tet>& tets = geometry_.tets;
-    std::vector<PointBox> boxes(block_count(tets.size(), kBlock));
-    for_each_block(tets.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-      PointBox box;
-      for (std::size_t t = begin; t < end; ++t) {
-        for (const VertexId v : tets[t]) box.add(all_points_[v]);
-      }
-      boxes[b] = box;
-    });
+    std::vector<PointBox> boxes(block_count(tets.size(), kItemsPerBlock));
+    for_each_block(tets.size(), kItemsPerBlock,
+                   [&](std::size_t b, std::size_t begin, std::size_t end) {
+                     PointBox box;
+                     for (std::size_t t = begin; t < end; ++t) {
+                       for (const VertexId v : tets[t]) box.add(all_points_[v]);
+                     }
+                     boxes[b] = box;
+                   });
     for (const PointBox& box : boxes) mesh_.box.add(box);
   }
 
@@ -74,18 +75,20 @@ class Loader {
     const Vector<Tet>& tets = geometry_.tets;
     const HilbertCurve curve(mesh_.box);
     Vector<std::uint32_t> keys(tets.size());
-    for_each_block(tets.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) {
-        const Point pair = all_points_[tets[t][0]] + all_points_[tets[t][1]];
-        const Point other = all_points_[tets[t][2]] + all_points_[tets[t][3]];
-        keys[t] = curve.key(0.25 * (pair + other));
-      }
-    });
+    for_each_block(tets.size(), kItemsPerBlock,
+                   [&](std::size_t, std::size_t begin, std::size_t end) {
+                     for (std::size_t t = begin; t < end; ++t) {
+                       const Point pair = all_points_[tets[t][0]] + all_points_[tets[t][1]];
+                       const Point other = all_points_[tets[t][2]] + all_points_[tets[t][3]];
+                       keys[t] = curve.key(0.25 * (pair + other));
+                     }
+                   });
     tets_ = sorted_by_key(keys, curve.key_bits());
     mesh_.tets.resize(tets.size());
-    for_each_block(tets.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) mesh_.tets[t] = tets[tets_[t]];
-    });
+    for_each_block(tets.size(), kItemsPerBlock,
+                   [&](std::size_t, std::size_t begin, std::size_t end) {
+                     for (std::size_t t = begin; t < end; ++t) mesh_.tets[t] = tets[tets_[t]];
+                   });
   }
 
   // In the order in which tetrahedra use them.
@@ -107,9 +110,9 @@ class Loader {
 
   void wind() {
     mesh_.flat.resize(mesh_.tets.size());
-    Vector<CompensatedSum> sums(block_count(mesh_.tets.size(), kBlock));
+    Vector<CompensatedSum> sums(block_count(mesh_.tets.size(), kItemsPerBlock));
     Vector<CompensatedSum> errors(sums.size());
-    for_each_block(mesh_.tets.size(), kBlock,
+    for_each_block(mesh_.tets.size(), kItemsPerBlock,
                    [&](std::size_t b, std::size_t begin, std::size_t end) {
                      for (std::size_t t = begin; t < end; ++t) {
                        Tet& tet = mesh_.tets[t];

@@ -12,7 +12,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;
+constexpr std::size_t kPointsPerBlock = 4096;
 
 }  // namespace
 
@@ -21,8 +21,8 @@ SurfaceTopology topology_of(const TriangleSet& set) {
   Vector<std::uint32_t> begins, corners;
   build_incidence<3>(points, set.triangles, &begins, &corners);
   UnionFind parts(points);
-  std::vector<std::int64_t> edges(block_count(points, kBlock), 0);  // to larger numbers
-  for_each_block(points, kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+  std::vector<std::int64_t> edges(block_count(points, kPointsPerBlock), 0);  // to larger numbers
+  for_each_block(points, kPointsPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
     std::vector<std::uint32_t> others;
     for (std::size_t p = begin; p < end; ++p) {
       others.clear();

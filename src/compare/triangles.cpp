@@ -14,7 +14,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 2048;
+constexpr std::size_t kTrianglesPerBlock = 2048;
 
 // The corners are given relative to the point.
 using Triangle3 = std::array<Point, 3>;
@@ -58,12 +58,13 @@ NearestOnTriangle nearest_on_triangle(const Point& p, const std::array<Point, 3>
 Vector<std::uint32_t> order_triangles(TriangleSet* set) {
   const HilbertCurve curve(box_of(set->points));
   Vector<std::uint32_t> keys(set->triangles.size());
-  for_each_block(keys.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      const auto [a, b, c] = set->corners(t);
-      keys[t] = curve.key((1.0 / 3) * (a + b + c));
-    }
-  });
+  for_each_block(keys.size(), kTrianglesPerBlock,
+                 [&](std::size_t, std::size_t begin, std::size_t end) {
+                   for (std::size_t t = begin; t < end; ++t) {
+                     const auto [a, b, c] = set->corners(t);
+                     keys[t] = curve.key((1.0 / 3) * (a + b + c));
+                   }
+                 });
   Vector<std::uint32_t> order = sorted_by_key(keys, curve.key_bits());
   Vector<std::array<std::uint32_t, 3>> triangles(order.size());
   for (std::size_t t = 0; t < order.size(); ++t) triangles[t] = set->triangles[order[t]];
@@ -98,7 +99,7 @@ namespace {
 template <class F>
 Vector<double> distances(std::size_t items, F measure) {
   Vector<double> result(items);
-  for_each_block(items, kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+  for_each_block(items, kTrianglesPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::uint32_t hint = 0;
     for (std::size_t i = begin; i < end; ++i) result[i] = measure(i, &hint);
   });
@@ -149,12 +150,13 @@ std::array<Vector<std::uint32_t>, 2> number_points(const TriangleSet& first,
   std::array<Vector<std::uint32_t>, 2> numbers;
   numbers[0].resize(first.points.size());
   numbers[1].resize(second.points.size());
-  for_each_block(all.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t set = i < numbers[0].size() ? 0 : 1;
-      numbers[set][i - set * numbers[0].size()] = table.first_at(all[i]);
-    }
-  });
+  for_each_block(all.size(), kTrianglesPerBlock,
+                 [&](std::size_t, std::size_t begin, std::size_t end) {
+                   for (std::size_t i = begin; i < end; ++i) {
+                     const std::size_t set = i < numbers[0].size() ? 0 : 1;
+                     numbers[set][i - set * numbers[0].size()] = table.first_at(all[i]);
+                   }
+                 });
   return numbers;
 }
 

@@ -27,7 +27,7 @@ namespace {
 constexpr std::uint64_t kCellWindow = std::uint64_t{1} << 19;
 constexpr std::uint64_t kPointWindow = std::uint64_t{1} << 18;
 // Of a point, beside what scattering needs: flags, and two forests one after the other.
-constexpr std::uint64_t kPointBytes = 5;
+constexpr std::uint64_t kExtraPointBytes = 5;
 constexpr std::size_t kMostOddCells = std::size_t{1} << 22;
 
 void unite_corners(const std::array<VertexId, 3>& triangle, UnionFind* sets) {
@@ -89,7 +89,7 @@ class Examiner {
 
 template <class Real>
 Examination Examiner<Real>::run(std::uint64_t chunk_tets, Scratch* scratch) {
-  const auto memory = budget_->reserve(points_ * kPointBytes, "what is known of each point");
+  const auto memory = budget_->reserve(points_ * kExtraPointBytes, "what is known of each point");
   ScatterSettings settings;
   settings.chunk_tets = chunk_tets;
   const CarriedArrays nothing{MeshDescription{}};
@@ -386,7 +386,7 @@ MemoryNeeds needs_of_examination(const MeshDescription& mesh, const MeshStream& 
   bare.cells = mesh.cells;
   MemoryNeeds needs = estimate_needs(bare, {}, chunk_tets, thread_count(), stream.bytes());
   for (std::uint64_t* bytes : {&needs.out_of_core, &needs.in_core}) {
-    *bytes += kPointBytes * mesh.points;
+    *bytes += kExtraPointBytes * mesh.points;
   }
   needs.scratch = needs.pieces;
   return needs;

@@ -13,7 +13,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 19;
+constexpr std::uint64_t kCopiedWindow = std::uint64_t{1} << 19;
 
 class Converter {
  public:
@@ -36,8 +36,8 @@ class Converter {
   // Calls f(first, count) for the windows of [0, all).
   template <class F>
   static void for_each_window(std::uint64_t all, F f) {
-    for (std::uint64_t first = 0; first < all; first += kWindow) {
-      f(first, std::min(kWindow, all - first));
+    for (std::uint64_t first = 0; first < all; first += kCopiedWindow) {
+      f(first, std::min(kCopiedWindow, all - first));
     }
   }
   template <class F>

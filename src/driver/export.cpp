@@ -18,7 +18,7 @@ namespace tetfusion {
 namespace {
 
 // The sections of the file that come from chunks, in the order in which the columns follow.
-enum Section : std::uint32_t { kPositions, kCorners, kFirstColumn };
+enum FileSection : std::uint32_t { kFilePositions, kFileCorners, kFirstFileColumn };
 
 template <class Real>
 class Exporter {
@@ -85,22 +85,23 @@ void Exporter<Real>::write_in_place(VtuWriter* writer, const OutputFile* file) {
   Places places;
   chunks_share_ = vtu_share_;
   const WorkMesh<Real>& layout = job_.layout;
-  places.sections.resize(kFirstColumn + layout.point_columns.size() + layout.cell_columns.size());
+  places.sections.resize(kFirstFileColumn + layout.point_columns.size() +
+                         layout.cell_columns.size());
   // An array without values has no room, and nothing is placed in it.
   const auto leave_room = [&](std::uint64_t values) {
     return values > 0 ? writer->leave_room() : 0;
   };
   const std::uint64_t points = chunks_.summary().points;
   const std::uint64_t rows = cells().size();
-  std::size_t section = kFirstColumn;
+  std::size_t section = kFirstFileColumn;
   for (std::size_t c = 0; c < layout.point_columns.size(); ++c) {
     places.sections[section++] = leave_room(points * layout.point_columns[c].components);
   }
   for (std::size_t c = 0; c < layout.cell_columns.size(); ++c) {
     places.sections[section++] = leave_room(rows * layout.cell_columns[c].components);
   }
-  places.sections[kPositions] = leave_room(points);
-  places.sections[kCorners] = leave_room(rows);
+  places.sections[kFilePositions] = leave_room(points);
+  places.sections[kFileCorners] = leave_room(rows);
   places.offsets = leave_room(rows);
   places.types = leave_room(rows);
   chunks_.for_each(chunks_share_, [&](const Chunk& chunk) { place_chunk(chunk, places, *file); });
@@ -117,9 +118,9 @@ void Exporter<Real>::place_chunk(const Chunk& chunk, const Places& places,
     file.place(section + before, bytes.data(), bytes.size());
   };
   const WorkMesh<Real>& mesh = chunk.mesh;
-  place(places.sections[kPositions], point * sizeof(Vec3<Real>),
+  place(places.sections[kFilePositions], point * sizeof(Vec3<Real>),
         bytes_of(positions_of(mesh, chunk.own)));
-  std::size_t section = kFirstColumn;
+  std::size_t section = kFirstFileColumn;
   for (const Column& c : mesh.point_columns) {
     place(places.sections[section++], point * c.stride(), rows_of(c, chunk.own));
   }
@@ -136,7 +137,7 @@ void Exporter<Real>::place_chunk(const Chunk& chunk, const Places& places,
     ends[t] = all.end(cell + t);
     types[t] = all.type(cell + t);
   }
-  place(places.sections[kCorners], cell * sizeof(corners[0]), bytes_of(corners));
+  place(places.sections[kFileCorners], cell * sizeof(corners[0]), bytes_of(corners));
   place(places.offsets, cell * sizeof(ends[0]), bytes_of(ends));
   place(places.types, cell, bytes_of(types));
 }
@@ -149,18 +150,19 @@ void Exporter<Real>::place_lower(const Places& places, const OutputFile& file) c
   const auto place = [&](std::uint64_t offset, std::span<const std::byte> bytes) {
     if (!bytes.empty()) file.place(offset, bytes.data(), bytes.size());
   };
-  place(places.sections[kPositions] + point * sizeof(Vec3<Real>), bytes_of(lower.loose_positions));
-  std::size_t section = kFirstColumn;
+  place(places.sections[kFilePositions] + point * sizeof(Vec3<Real>),
+        bytes_of(lower.loose_positions));
+  std::size_t section = kFirstFileColumn;
   for (const Column& c : lower.loose_columns) {
     place(places.sections[section++] + point * c.stride(), c.rows);
   }
-  section = kFirstColumn + job_.layout.point_columns.size();
+  section = kFirstFileColumn + job_.layout.point_columns.size();
   for (const Column& c : lower.columns) {
     place(places.sections[section++] + cell * c.stride(), c.rows);
   }
   Vector<std::int64_t> ends;
   for (std::uint64_t i = 0; i < lower.cells.size(); ++i) ends.push_back(cells().end(cell + i));
-  place(places.sections[kCorners] + 4 * cell * sizeof(std::int64_t),
+  place(places.sections[kFileCorners] + 4 * cell * sizeof(std::int64_t),
         bytes_of(chunks_.lower_corners()));
   place(places.offsets + cell * sizeof(std::int64_t), bytes_of(ends));
   place(places.types + cell,
@@ -178,7 +180,7 @@ void Exporter<Real>::write_in_order(VtuWriter* writer) {
   chunks_.for_each(chunks_share_, [&](const Chunk& chunk) { store_chunk(chunk); });
   compacted_->seal();
   const auto put = [&](std::span<const std::byte> bytes) { writer->put(bytes); };
-  std::uint32_t section = kFirstColumn;
+  std::uint32_t section = kFirstFileColumn;
   for (std::size_t c = 0; c < layout.point_columns.size(); ++c) {
     for_each_piece(section++, put);
     if (!lower.loose_ids.empty()) writer->put(lower.loose_columns[c].rows);
@@ -187,10 +189,10 @@ void Exporter<Real>::write_in_order(VtuWriter* writer) {
     for_each_piece(section++, put);
     if (lower.cells.size() > 0) writer->put(lower.columns[c].rows);
   }
-  for_each_piece(kPositions, put);
+  for_each_piece(kFilePositions, put);
   writer->put(bytes_of(lower.loose_positions));
   Vector<std::int64_t> corners;
-  for_each_piece(kCorners, [&](std::span<const std::byte> bytes) {
+  for_each_piece(kFileCorners, [&](std::span<const std::byte> bytes) {
     const auto* numbers = reinterpret_cast<const std::uint32_t*>(bytes.data());
     corners.assign(numbers, numbers + bytes.size() / sizeof(std::uint32_t));
     writer->put(bytes_of(corners));
@@ -214,9 +216,9 @@ void Exporter<Real>::store_chunk(const Chunk& chunk) {
   }
   std::vector<Vector<std::byte>> rows;
   for (const Column& c : mesh.point_columns) rows.push_back(rows_of(c, chunk.own));
-  std::vector<PieceRef> pieces{{bucket(kPositions), bytes_of(positions)},
-                               {bucket(kCorners), bytes_of(corners)}};
-  std::uint32_t section = kFirstColumn;
+  std::vector<PieceRef> pieces{{bucket(kFilePositions), bytes_of(positions)},
+                               {bucket(kFileCorners), bytes_of(corners)}};
+  std::uint32_t section = kFirstFileColumn;
   for (const Vector<std::byte>& r : rows) pieces.push_back({bucket(section++), r});
   for (const Column& c : mesh.cell_columns) {
     pieces.push_back({bucket(section++), {c.rows.data(), mesh.tets.size() * c.stride()}});

@@ -22,7 +22,7 @@ constexpr double kChunksShare = 0.4;
 // A piece of about 100 MB without arrays.
 constexpr std::uint64_t kTetsPerPiece = 4'000'000;
 
-enum Section : std::uint32_t { kPositions, kNumbers, kCorners, kFirstColumn };
+enum PieceSection : std::uint32_t { kPositions, kNumbers, kCorners, kFirstColumn };
 
 // The tetrahedra of a chunk that go to the same piece.
 struct Slice {
@@ -204,7 +204,7 @@ class PieceWriter {
 
 // The points that cells of lower dimension use, of one chunk.
 template <class Real>
-struct LowerRows {
+struct LowerPieceRows {
   Vector<Vec3<Real>> positions;
   std::vector<Vector<std::byte>> columns;
 };
@@ -254,7 +254,7 @@ class PiecesExporter {
   StoredSlices stored_;
   std::vector<std::size_t> first_slice_;     // of each piece; one entry more
   std::vector<std::size_t> first_of_chunk_;  // slice of each chunk; one entry more
-  std::vector<LowerRows<Real>> rows_;        // one a chunk
+  std::vector<LowerPieceRows<Real>> rows_;   // one a chunk
   std::uint64_t written_ = 0;                // tetrahedra
 };
 
@@ -365,7 +365,7 @@ void PiecesExporter<Real>::keep_lower(const Chunk& chunk) {
   for (const auto& point : chunks_.used_by_lower(chunk.number)) {
     vertices.push_back(chunk.own[point.number - chunks_.first_point(chunk.number)]);
   }
-  LowerRows<Real>& rows = rows_[chunk.number];
+  LowerPieceRows<Real>& rows = rows_[chunk.number];
   rows.positions = positions_of(chunk.mesh, vertices);
   for (const Column& c : chunk.mesh.point_columns) rows.columns.push_back(rows_of(c, vertices));
 }
@@ -416,12 +416,12 @@ void PiecesExporter<Real>::write_lower(std::uint32_t piece, VtuLayout layout) {
   OutputFile file(output_.piece_path(piece), VtuWriter::access(layout.encoding));
   VtuWriter writer(&file, layout);
   for (std::size_t i = 0; i < job_.layout.point_columns.size(); ++i) {
-    for (const LowerRows<Real>& rows : rows_) writer.put(rows.columns[i]);
+    for (const LowerPieceRows<Real>& rows : rows_) writer.put(rows.columns[i]);
     writer.put(lower.loose_columns[i].rows);
   }
   writer.put(bytes_of(numbers));
   for (const Column& c : lower.columns) writer.put(c.rows);
-  for (const LowerRows<Real>& rows : rows_) writer.put(bytes_of(rows.positions));
+  for (const LowerPieceRows<Real>& rows : rows_) writer.put(bytes_of(rows.positions));
   writer.put(bytes_of(lower.loose_positions));
   writer.put(bytes_of(corners));
   put_ends_and_types(cells, &writer);

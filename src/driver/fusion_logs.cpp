@@ -19,7 +19,7 @@ double share_of(std::uint64_t undone, std::uint64_t tets) {
 }
 
 // Of one chunk, in the order in which fusions are undone.
-struct Slice {
+struct LogSlice {
   std::uint64_t undone = 0;  // tetrahedra of the log, before it
   std::uint64_t tets = 0;    // of the whole log
   std::uint32_t chunk = 0;
@@ -60,7 +60,7 @@ void FusionLogs::add(std::uint32_t chunk, const FusionLog& log) {
       return std::min(static_cast<std::uint32_t>(slice), current_.slices - 1);
     };
     const std::uint32_t number = slice_at();
-    Slice slice{undone, log.tets(), chunk, {}};
+    LogSlice slice{undone, log.tets(), chunk, {}};
     while (left > 0 && slice_at() == number) {
       const FusionRecord record = log[--left];
       slice.log.append(record);
@@ -117,12 +117,12 @@ void FusionLogs::take_backwards(const Take& take) {
 
 // Pieces are ascending by chunk.
 void FusionLogs::take_slice(std::uint32_t slice, const Take& take) const {
-  std::vector<Slice> slices;
+  std::vector<LogSlice> slices;
   {
     const auto bucket = rounds_.back().store->read(slice);
     for (const std::span<const std::byte> piece : bucket->pieces()) {
       ByteReader in(piece);
-      Slice& one = slices.emplace_back();
+      LogSlice& one = slices.emplace_back();
       in.get(&one.undone);
       in.get(&one.tets);
       in.get(&one.chunk);
@@ -137,7 +137,7 @@ void FusionLogs::take_slice(std::uint32_t slice, const Take& take) const {
   while (!turns.empty()) {
     Turn turn = turns.top();
     turns.pop();
-    Slice& from = slices[turn.slice];
+    LogSlice& from = slices[turn.slice];
     const FusionRecord record = from.log[turn.next];
     from.undone += record.tets.size();
     take(record, static_cast<std::uint32_t>(rounds_.size()), from.chunk);

@@ -13,7 +13,6 @@ namespace tetfusion {
 namespace {
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
-constexpr std::uint64_t kProcess = kProcessBytes;
 // Windows of the input and what is made of them, a thread; the writer's buffers are less.
 constexpr std::uint64_t kWindows = 30 * kMiB;
 // Points that several chunks have are there more than once.
@@ -70,7 +69,7 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
                                 : fit_memory(mesh.points, steering.point_aside / sizeof(double),
                                              std::min(mesh.cells, chunk_tets)));
   const double work = threads * (std::max(static_cast<double>(kWindows), fit) + 6 * chunk);
-  const double fixed = static_cast<double>(kProcess) + static_cast<double>(memory_to_read) +
+  const double fixed = static_cast<double>(kProcessBytes) + static_cast<double>(memory_to_read) +
                        std::max(work + std::max(of_points, between), means);
   MemoryNeeds needs;
   needs.pieces = static_cast<std::uint64_t>(pieces);
@@ -92,7 +91,7 @@ void include_verification(const MeshDescription& mesh, std::uint64_t tets,
   const double points = share * static_cast<double>(mesh.points);
   // Two triangles a point of the surface, as that of a cube; of both meshes.
   const double triangles = 4 * interface_vertices(static_cast<double>(mesh.cells));
-  const std::uint64_t bytes = kProcess + point_bytes * static_cast<std::uint64_t>(points);
+  const std::uint64_t bytes = kProcessBytes + point_bytes * static_cast<std::uint64_t>(points);
   const ComparisonNeeds beside = estimate_comparison(mesh, tets, static_cast<std::uint64_t>(points),
                                                      static_cast<std::uint64_t>(triangles));
   needs->out_of_core = std::max(needs->out_of_core, bytes + beside.least());

@@ -18,7 +18,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::uint64_t kProgressiveWindow = std::uint64_t{1} << 18;
 // What a product in single precision may lack.
 constexpr double kRoundedUp = 1 + 1e-7;
 
@@ -73,8 +73,8 @@ void put_spare(const MeshStream& stream, const CarriedArrays& carried, const Wor
                const std::vector<bool>& known, ProgressiveWriter* writer) {
   std::vector<Column> columns = layout.point_columns;
   Vector<Vec3<Real>> positions;
-  for (std::uint64_t first = 0; first < known.size(); first += kWindow) {
-    const std::uint64_t count = std::min<std::uint64_t>(kWindow, known.size() - first);
+  for (std::uint64_t first = 0; first < known.size(); first += kProgressiveWindow) {
+    const std::uint64_t count = std::min<std::uint64_t>(kProgressiveWindow, known.size() - first);
     const auto begin = known.begin() + static_cast<std::ptrdiff_t>(first);
     const auto end = begin + static_cast<std::ptrdiff_t>(count);
     if (std::find(begin, end, false) == end) continue;

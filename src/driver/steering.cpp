@@ -52,13 +52,13 @@ SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
                   mesh.path, text, names_of(mesh.point_data), names_of(mesh.cell_data)));
 }
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::uint64_t kSteeringWindow = std::uint64_t{1} << 18;
 
 Vector<Vec3<double>> read_positions(const MeshDescription& mesh, const MeshStream& stream) {
   Vector<Vec3<double>> positions(stream.points());
   Vector<std::byte> rows;
-  for (std::uint64_t first = 0; first < positions.size(); first += kWindow) {
-    const std::uint64_t count = std::min<std::uint64_t>(kWindow, positions.size() - first);
+  for (std::uint64_t first = 0; first < positions.size(); first += kSteeringWindow) {
+    const std::uint64_t count = std::min<std::uint64_t>(kSteeringWindow, positions.size() - first);
     rows.resize(count * 3 * size_of(mesh.point_type));
     stream.read_points(first, count, rows);
     const Vector<double> values = to_doubles(mesh.point_type, rows);
@@ -80,8 +80,8 @@ Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
   weights.assign(positions.size(), 0.0);
   Vector<std::byte> rows;
   CellWindow window;
-  for (std::uint64_t first = 0; first < stream.cells(); first += kWindow) {
-    const std::uint64_t count = std::min(kWindow, stream.cells() - first);
+  for (std::uint64_t first = 0; first < stream.cells(); first += kSteeringWindow) {
+    const std::uint64_t count = std::min(kSteeringWindow, stream.cells() - first);
     stream.read_cells(first, count, &window);
     rows.resize(count * components * size_of(info.type));
     stream.read_rows(Association::kCell, index, first, count, rows);
@@ -170,8 +170,8 @@ double Steering::measure(Array* array) const {
   };
   const std::size_t components = array->components;
   const std::uint64_t points = stream_->points();
-  std::vector<std::vector<Range>> windows(block_count(points, kWindow));
-  for_each_block(points, kWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
+  std::vector<std::vector<Range>> windows(block_count(points, kSteeringWindow));
+  for_each_block(points, kSteeringWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
     Vector<double> values;
     read_array(*array, begin, end - begin, &values);
     windows[w].resize(components);

@@ -22,7 +22,7 @@ namespace tetfusion {
 namespace {
 
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
-constexpr std::size_t kBlock = 8192;
+constexpr std::size_t kValuesPerBlock = 8192;
 
 static_assert(kWindow % PointWeights::kWindow == 0);
 
@@ -176,12 +176,13 @@ class Mover {
     for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& bytes) {
       const std::size_t count = bytes.size() / stride();
       spread_values(info_, bytes, target(count, &rows));
-      std::vector<Sums> parts(block_count(count, kBlock), nothing(set));
-      for_each_block(count, kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          measure_point(field, first + i, rows.data() + i * width_, values, &parts[b]);
-        }
-      });
+      std::vector<Sums> parts(block_count(count, kValuesPerBlock), nothing(set));
+      for_each_block(
+          count, kValuesPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+              measure_point(field, first + i, rows.data() + i * width_, values, &parts[b]);
+            }
+          });
       if (weights_ != nullptr) {
         weights_->let_go();
       } else {

@@ -13,7 +13,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 8192;
+constexpr std::size_t kPlacesPerBlock = 8192;
 // Steps towards the least squares: the first one takes away most of what can be, a fourth one
 // nothing that could be measured (README.md).
 constexpr int kSteps = 3;
@@ -84,7 +84,7 @@ class Fitter {
       }
       weights_.let_go();
     });
-    for_each_block(points, kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for_each_block(points, kPlacesPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
         if (!(counts_[v] > 0)) continue;
         for (std::size_t c = 0; c < width_; ++c) {
@@ -97,14 +97,15 @@ class Fitter {
   void take_errors(std::size_t window, const double* rows, bool first_time) {
     const auto places = weights_.places(window);
     errors_.resize(places.size() * width_);
-    std::vector<FieldValues> ranges(block_count(places.size(), kBlock));
-    for_each_block(places.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-      ranges[b].ranges.resize(width_);
-      for (std::size_t i = begin; i < end; ++i) {
-        take_error(places[i], rows + i * width_, errors_.data() + i * width_,
-                   first_time ? &ranges[b] : nullptr);
-      }
-    });
+    std::vector<FieldValues> ranges(block_count(places.size(), kPlacesPerBlock));
+    for_each_block(places.size(), kPlacesPerBlock,
+                   [&](std::size_t b, std::size_t begin, std::size_t end) {
+                     ranges[b].ranges.resize(width_);
+                     for (std::size_t i = begin; i < end; ++i) {
+                       take_error(places[i], rows + i * width_, errors_.data() + i * width_,
+                                  first_time ? &ranges[b] : nullptr);
+                     }
+                   });
     if (!first_time) return;
     for (const FieldValues& range : ranges) range_.add(range);
   }
@@ -159,10 +160,12 @@ class Fitter {
 
   void add_corrections(std::size_t window) {
     const auto places = weights_.places(window);
-    std::vector<Block> blocks(block_count(places.size(), kBlock));
-    for_each_block(places.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) find_correction(places[i], i, &blocks[b]);
-    });
+    std::vector<Block> blocks(block_count(places.size(), kPlacesPerBlock));
+    for_each_block(places.size(), kPlacesPerBlock,
+                   [&](std::size_t b, std::size_t begin, std::size_t end) {
+                     for (std::size_t i = begin; i < end; ++i)
+                       find_correction(places[i], i, &blocks[b]);
+                   });
     for (const Block& block : blocks) {
       beyond_ += block.beyond;
       is_possible_ = is_possible_ && block.is_possible;

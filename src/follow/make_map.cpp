@@ -19,7 +19,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;
+constexpr std::size_t kItemsPerBlock = 4096;
 
 // A point of the original that stayed, and which of the result's it is.
 struct Stayed {
@@ -155,13 +155,14 @@ void MapMaker::place_points(const OriginalPoints& window, const Locator& locator
                             Vector<MapPlace>* places) const {
   places->resize(window.points.size());
   const Vector<std::uint32_t> order = curve_order(window.points);
-  for_each_block(order.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
-    LocatorHint hint;
-    for (std::size_t i = begin; i < end; ++i) {
-      const Place place = locator.locate(window.points[order[i]], &hint);
-      (*places)[order[i]] = place_in(place.tet, place.weights);
-    }
-  });
+  for_each_block(order.size(), kItemsPerBlock,
+                 [&](std::size_t, std::size_t begin, std::size_t end) {
+                   LocatorHint hint;
+                   for (std::size_t i = begin; i < end; ++i) {
+                     const Place place = locator.locate(window.points[order[i]], &hint);
+                     (*places)[order[i]] = place_in(place.tet, place.weights);
+                   }
+                 });
 }
 
 // Each tetrahedron of the original asks which of the new points may lie in it.
@@ -183,9 +184,9 @@ void MapMaker::find_new_points() {
   };
   std::vector<bool> found(points.size());
   original_.for_each_cells([&](const OriginalCells& window, double share) {
-    std::vector<std::vector<Hit>> hits(block_count(window.tets.size(), kBlock));
+    std::vector<std::vector<Hit>> hits(block_count(window.tets.size(), kItemsPerBlock));
     for_each_block(
-        window.tets.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+        window.tets.size(), kItemsPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
           for (std::size_t t = begin; t < end; ++t) {
             Tet tet = window.tets[t];
             const int sign = determinant(window.points.points, tet).sign();

@@ -22,11 +22,13 @@ Lanes3 difference(const Lanes3& a, const Lanes3& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
-Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+Lanes3 cross_lanes(const Lanes3& a, const Lanes3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-Lanes dot(const Lanes3& a, const Lanes3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Lanes dot_lanes(const Lanes3& a, const Lanes3& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 Lanes square(const Lanes3& a) { return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]; }
 
@@ -167,9 +169,10 @@ std::optional<std::uint32_t> BallShapes<Real>::entry_of_vertex(const Place& plac
     const Group& group = groups_[g];
     const Lanes3 b = difference(group.base[0], to_place), c = difference(group.base[1], to_place);
     const Lanes3 d = difference(group.base[2], to_place);
-    const Lanes3 b_vertex = cross(b, to_vertex);
-    const LaneMask inside = (dot(to_vertex, cross(c, d)) >= 0.0F) & (dot(d, b_vertex) >= 0.0F) &
-                            (dot(c, b_vertex) <= 0.0F) & ~group.have(other);
+    const Lanes3 b_vertex = cross_lanes(b, to_vertex);
+    const LaneMask inside = (dot_lanes(to_vertex, cross_lanes(c, d)) >= 0.0F) &
+                            (dot_lanes(d, b_vertex) >= 0.0F) & (dot_lanes(c, b_vertex) <= 0.0F) &
+                            ~group.have(other);
     for (std::size_t i = 0; i < kLanes; ++i) {
       if (inside[i] != 0) return entries_[std::min(kLanes * g + i, entries_.size() - 1)];
     }

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "kernel/live_balls.h"
+
 namespace tetfusion {
 
 namespace {
@@ -17,8 +19,6 @@ constexpr std::uint8_t kTouched = 1 << 1;   // this pass has changed the vertex'
 constexpr std::uint8_t kStateLocked = 1 << 2;
 constexpr std::uint8_t kStateBoundary = 1 << 3;
 constexpr std::uint8_t kStateInterface = 1 << 4;
-
-bool is_deleted(const Tet& tet) { return tet[0] == kNoVertex; }
 
 // Does a tetrahedron name one of three vertices? On x86-64 one comparison a vertex for all four
 // corners: the question is asked of every tetrahedron of every ball.

@@ -22,7 +22,8 @@ struct Seen {
   double x, y, h;
 };
 
-double cross(const Seen& o, const Seen& a, const Seen& b) {
+// Twice the area of o, a and b, positive where they are seen counter-clockwise.
+double turn(const Seen& o, const Seen& a, const Seen& b) {
   return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
 }
 
@@ -34,10 +35,10 @@ class View {
                                   : (std::abs(n_[1]) <= std::abs(n_[2]) ? 1 : 2);
     Point3 axis{};
     axis[least] = 1;
-    e1_ = tetfusion::cross(axis, n_);
+    e1_ = cross(axis, n_);
     const double length = std::sqrt(dot(e1_, e1_));
     for (double& c : e1_) c /= length;
-    e2_ = tetfusion::cross(n_, e1_);
+    e2_ = cross(n_, e1_);
   }
   Seen operator()(const Point3& p) const { return {dot(p, e1_), dot(p, e2_), dot(p, n_)}; }
 
@@ -76,10 +77,9 @@ class Comparison {
 
 bool Comparison::shows_front(const std::array<Point3, 3>& corners, double steepest, double* slope,
                              std::vector<SeenTriangle>* to) {
-  const Point3 normal =
-      tetfusion::cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
+  const Point3 normal = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
   const SeenTriangle seen{view_(corners[0]), view_(corners[1]), view_(corners[2])};
-  const double area = cross(seen[0], seen[1], seen[2]);
+  const double area = turn(seen[0], seen[1], seen[2]);
   const double cosine = area / std::sqrt(dot(normal, normal));
   if (!(cosine > steepest)) return false;
   *slope = std::max(*slope, std::sqrt(std::max(0.0, 1 - cosine * cosine)) / cosine);
@@ -111,8 +111,8 @@ bool Comparison::winds_once() const {
   int rounds = 0;
   for (std::size_t i = 1; i + (change_.closed ? 0 : 1) < n; ++i) {
     const bool last = i + 1 == n;
-    const double here = cross(apex_, chain_[0], chain_[i]);
-    const double next = last ? 0 : cross(apex_, chain_[0], chain_[i + 1]);
+    const double here = turn(apex_, chain_[0], chain_[i]);
+    const double next = last ? 0 : turn(apex_, chain_[0], chain_[i + 1]);
     if (here < 0 && next >= 0) ++rounds;
   }
   return rounds == (change_.closed ? 1 : 0);
@@ -122,9 +122,9 @@ bool Comparison::winds_once() const {
 double height_at(const std::vector<SeenTriangle>& triangles, const Seen& p) {
   double best = -std::numeric_limits<double>::infinity(), height = p.h;
   for (const SeenTriangle& t : triangles) {
-    const double area = cross(t[0], t[1], t[2]);
-    const std::array<double, 3> w{cross(p, t[1], t[2]) / area, cross(p, t[2], t[0]) / area,
-                                  cross(p, t[0], t[1]) / area};
+    const double area = turn(t[0], t[1], t[2]);
+    const std::array<double, 3> w{turn(p, t[1], t[2]) / area, turn(p, t[2], t[0]) / area,
+                                  turn(p, t[0], t[1]) / area};
     const double least = std::min({w[0], w[1], w[2]});
     if (least <= best) continue;
     best = least;

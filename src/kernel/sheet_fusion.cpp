@@ -17,7 +17,7 @@ constexpr double kFlat = 1e-5;
 // still, as where flat parts and straight edges meet at an angle, and a vertex goes along the edge
 // but for what single precision and the pull of best_position() make of it; and so far may one move
 // that rises: a quarter to a half of a cell of the grid.
-constexpr double kRounding = 1e-12;
+constexpr double kRoundingOfHeights = 1e-12;
 constexpr double kStill = 0x1p-20;
 constexpr double kReach = 1.0 / 256;
 
@@ -182,7 +182,7 @@ bool SheetFusion<Real>::measure_line(double* distance) {
 // them, as far as they may have come, it looks at the triangles.
 template <class Real>
 bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
-  if (limits_.facing == nullptr || !(rise > kRounding)) return false;
+  if (limits_.facing == nullptr || !(rise > kRoundingOfHeights)) return false;
   if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
   const double moved = moved_before_ + patch.distance + rise;
   if (moved <= kStill) return false;

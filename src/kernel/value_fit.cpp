@@ -30,7 +30,7 @@ constexpr double kInfluence = 1.0 / 16;
 // Where points have less weight altogether, values move by a part of what these say.
 constexpr double kFullWeight = 0.5;
 
-constexpr double kNoBound = -1;
+constexpr double kNoCeiling = -1;
 
 // Of the corners: volumes with the point in a corner's place, as shares of the tetrahedron's.
 template <class Real>
@@ -174,7 +174,7 @@ void ValueFit<Real>::fit_component(std::size_t component) {
   moves_.resize(values_.size());
   find_ranges();
   for (int i = 0; i < kSteps; ++i) {
-    sweep(kNoBound);
+    sweep(kNoCeiling);
     move_values(kFullWeight);
   }
   const double bound = kWanted * sweep(std::numeric_limits<double>::infinity());  // adds nothing up

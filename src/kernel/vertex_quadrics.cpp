@@ -15,7 +15,7 @@ constexpr double kLargestSquare = 1e30;
 
 using Vector3 = std::array<double, 3>;
 
-Vector3 cross(const Vector3& a, const Vector3& b) {
+Vector3 cross_product(const Vector3& a, const Vector3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
@@ -47,7 +47,8 @@ void add_tetrahedra(const std::vector<double>& scale, double unit, WorkMesh<Real
       const Vec3<Real>& p = mesh->positions[tet[i + 1]];
       e[i] = {(double{p.x} - o.x) * unit, (double{p.y} - o.y) * unit, (double{p.z} - o.z) * unit};
     }
-    const std::array<Vector3, 3> dual{cross(e[1], e[2]), cross(e[2], e[0]), cross(e[0], e[1])};
+    const std::array<Vector3, 3> dual{cross_product(e[1], e[2]), cross_product(e[2], e[0]),
+                                      cross_product(e[0], e[1])};
     bool finite = true;
     for (std::size_t k = 0; k < width; ++k) {
       const double first = mesh->steering[tet[0] * width + k];

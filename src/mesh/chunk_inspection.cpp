@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/cell_state.h"
 #include "mesh/faces.h"
 #include "mesh/inspect.h"
 #include "mesh/predicates.h"
@@ -13,12 +14,6 @@
 #include "mesh/union_find.h"
 
 namespace tetfusion {
-
-namespace {
-
-enum CellState : std::uint8_t { kSound = 0, kNoVolume = 1, kRewound = 2 };
-
-}  // namespace
 
 class ChunkInspector::Scratch {
  public:

@@ -26,7 +26,7 @@ std::uint64_t hash_point(const Vec3<Real>& p) {
 
 using Pairs = Vector<std::pair<VertexId, VertexId>>;
 
-constexpr std::size_t kBlock = 1 << 16;  // points
+constexpr std::size_t kPointsPerBlock = 1 << 16;  // points
 constexpr std::size_t kShards = kCoordinateShards;
 
 // The points of each shard, ascending: those of shard s are points[offsets[s]] up to
@@ -38,11 +38,13 @@ struct Shards {
 
 template <class Real>
 Shards make_shards(const Vector<Vec3<Real>>& points) {
-  const std::size_t blocks = block_count(points.size(), kBlock);
+  const std::size_t blocks = block_count(points.size(), kPointsPerBlock);
   Vector<std::size_t> places(blocks * kShards, 0);  // counts, then where to put the next point
-  for_each_block(points.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) ++places[b * kShards + coordinate_shard(points[v])];
-  });
+  for_each_block(points.size(), kPointsPerBlock,
+                 [&](std::size_t b, std::size_t begin, std::size_t end) {
+                   for (std::size_t v = begin; v < end; ++v)
+                     ++places[b * kShards + coordinate_shard(points[v])];
+                 });
   Shards shards;
   std::size_t sum = 0;
   for (std::size_t s = 0; s < kShards; ++s) {
@@ -53,11 +55,13 @@ Shards make_shards(const Vector<Vec3<Real>>& points) {
   }
   shards.offsets.push_back(sum);
   shards.points.resize(sum);
-  for_each_block(points.size(), kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      shards.points[places[b * kShards + coordinate_shard(points[v])]++] = static_cast<VertexId>(v);
-    }
-  });
+  for_each_block(points.size(), kPointsPerBlock,
+                 [&](std::size_t b, std::size_t begin, std::size_t end) {
+                   for (std::size_t v = begin; v < end; ++v) {
+                     shards.points[places[b * kShards + coordinate_shard(points[v])]++] =
+                         static_cast<VertexId>(v);
+                   }
+                 });
   return shards;
 }
 

@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "mesh/blocks.h"
+#include "mesh/cell_state.h"
 #include "mesh/clusters.h"
 #include "mesh/coincident.h"
 #include "mesh/faces.h"
@@ -28,8 +29,6 @@ namespace tetfusion {
 namespace {
 
 constexpr std::size_t kCellBlock = 1 << 16;
-
-enum CellState : std::uint8_t { kSound = 0, kNoVolume = 1, kRewound = 2 };
 
 struct CellFindings {
   std::uint64_t rewound = 0;

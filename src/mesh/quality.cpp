@@ -11,7 +11,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 1 << 17;
+constexpr std::size_t kTetsPerBlock = 1 << 17;
 
 using Vector3 = Vec3<double>;
 
@@ -156,11 +156,14 @@ Quality measure_quality(const Geometry& geometry) {
   const std::span<const Tet> tets(geometry.tets);
   QualityMeter all;
   InOrder<QualityMeter> join([&](const QualityMeter& part) { all.add(part); });
-  run_tasks(block_count(tets.size(), kBlock), thread_count(), [&](std::size_t b, std::size_t) {
-    QualityMeter part;
-    part.add(geometry.points, tets.subspan(b * kBlock, std::min(kBlock, tets.size() - b * kBlock)));
-    join.put(b, std::move(part));
-  });
+  run_tasks(block_count(tets.size(), kTetsPerBlock), thread_count(),
+            [&](std::size_t b, std::size_t) {
+              QualityMeter part;
+              part.add(geometry.points,
+                       tets.subspan(b * kTetsPerBlock,
+                                    std::min(kTetsPerBlock, tets.size() - b * kTetsPerBlock)));
+              join.put(b, std::move(part));
+            });
   return all.quality();
 }
 

@@ -109,7 +109,8 @@ constexpr std::array<Face, 5> kPyramidFaces = {
     {{0, 3, 2, 1}, {0, 1, 4, -1}, {1, 2, 4, -1}, {2, 3, 4, -1}, {3, 0, 4, -1}}};
 constexpr std::array<int, 8> kVoxelToHexahedron = {0, 1, 3, 2, 4, 5, 7, 6};
 
-using Triangle = std::array<int, 3>;  // corners of the cell, counter-clockwise seen from outside
+using CornerTriangle =
+    std::array<int, 3>;  // corners of the cell, counter-clockwise seen from outside
 
 bool contains(std::span<const int> corners, int corner) {
   return std::find(corners.begin(), corners.end(), corner) != corners.end();
@@ -134,7 +135,7 @@ class Splitter {
   int hexahedron() {
     triangulate_far_faces(kHexahedronFaces);
     const int far = kHexahedronOpposite[apex_];
-    Triangle cap[3];
+    CornerTriangle cap[3];
     int caps = 0;
     for (int i = 0; i < triangle_count_; ++i) {
       if (contains(triangles_[i], far) && ++caps <= 3) cap[caps - 1] = triangles_[i];
@@ -144,7 +145,7 @@ class Splitter {
       if (!five || !contains(triangles_[i], far)) add(triangles_[i], apex_);
     }
     if (five) {
-      const Triangle base = link_of(far, cap);
+      const CornerTriangle base = link_of(far, cap);
       add(base, apex_);
       add({base[0], base[2], base[1]}, far);
     }
@@ -170,10 +171,10 @@ class Splitter {
   }
 
   // The triangle that bounds three triangles round `corner`, wound like them.
-  static Triangle link_of(int corner, const Triangle (&round)[3]) {
+  static CornerTriangle link_of(int corner, const CornerTriangle (&round)[3]) {
     int next[8] = {};
     int start = 0;
-    for (const Triangle& t : round) {
+    for (const CornerTriangle& t : round) {
       int i = 0;
       while (t[i] != corner) ++i;
       start = t[(i + 1) % 3];
@@ -183,7 +184,7 @@ class Splitter {
   }
 
   // The tetrahedron between `corner` and a triangle that it sees from inside.
-  void add(const Triangle& t, int corner) {
+  void add(const CornerTriangle& t, int corner) {
     const Tet tet = {ids_[t[0]], ids_[t[2]], ids_[t[1]], ids_[corner]};
     for (int i = 0; i < 4; ++i) {
       for (int j = i + 1; j < 4; ++j) {
@@ -196,7 +197,7 @@ class Splitter {
   std::span<const VertexId> ids_;
   std::span<Tet, 6> out_;
   int apex_;
-  Triangle triangles_[6];
+  CornerTriangle triangles_[6];
   int triangle_count_ = 0;
   int count_ = 0;
 };

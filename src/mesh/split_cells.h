@@ -6,6 +6,7 @@
 // "How to subdivide pyramids, prisms and hexahedra into tetrahedra"). No vertex is added.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -13,6 +14,9 @@
 #include "mesh/geometry.h"
 
 namespace tetfusion {
+
+// Of any kind; what one thread takes at a time.
+inline constexpr std::size_t kCellsPerBlock = 65536;
 
 // VTK's cell types that the project knows by name.
 enum VtkCellType : std::uint8_t {

@@ -9,7 +9,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 1 << 16;  // tuples
+constexpr std::size_t kTuplesPerBlock = 1 << 16;  // tuples
 
 // Where the sum of squares is too large or too small for a double.
 template <class T>
@@ -42,8 +42,8 @@ ArrayStatistics measure(std::span<const T> values, std::size_t width) {
   all.components.resize(width);
   if (width == 0) return all;
   const std::size_t tuples = values.size() / width;
-  std::vector<ArrayStatistics> blocks(block_count(tuples, kBlock), all);
-  for_each_block(tuples, kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+  std::vector<ArrayStatistics> blocks(block_count(tuples, kTuplesPerBlock), all);
+  for_each_block(tuples, kTuplesPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       measure_tuple(values.subspan(i * width, width), &blocks[b]);
     }

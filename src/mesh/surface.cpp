@@ -11,7 +11,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;  // vertices
+constexpr std::size_t kVerticesPerBlock = 4096;  // vertices
 
 // The triangles round one vertex, as the edges of its link: triangle i joins its other two
 // vertices.
@@ -119,8 +119,8 @@ Surface judge_surface(std::size_t points, std::span<const Triangle> triangles) {
   build_incidence<3>(points, triangles, &surface.offsets, &entries);
 
   const auto is_ours = [](VertexId v, VertexId w) { return w > v; };
-  std::vector<Surface> blocks(block_count(points, kBlock));
-  for_each_block(points, kBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
+  std::vector<Surface> blocks(block_count(points, kVerticesPerBlock));
+  for_each_block(points, kVerticesPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
     Umbrella umbrella;
     judge_vertices(triangles, surface.offsets, entries, begin, end, is_ours, &umbrella, &blocks[b]);
   });

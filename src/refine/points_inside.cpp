@@ -9,7 +9,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kWindow = std::size_t{1} << 16;
+constexpr std::size_t kPointWindow = std::size_t{1} << 16;
 
 template <class Real>
 Vector<std::uint8_t> mark(const RefinableMesh& mesh, const ProgressiveFile& file,
@@ -20,8 +20,8 @@ Vector<std::uint8_t> mark(const RefinableMesh& mesh, const ProgressiveFile& file
   const std::size_t points = file.counts().points;
   Vector<std::uint8_t> inside(points, std::uint8_t{0});
   Vector<Vec3<Real>> positions;
-  for (std::size_t first = 0; first < points; first += kWindow) {
-    const std::size_t count = std::min(kWindow, points - first);
+  for (std::size_t first = 0; first < points; first += kPointWindow) {
+    const std::size_t count = std::min(kPointWindow, points - first);
     positions.resize(count);
     const auto copy = [&](std::size_t at, std::size_t bytes, std::byte* out) {
       for (std::size_t i = 0; i < count; ++i) {

@@ -12,14 +12,14 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::uint64_t kPointWindow = std::uint64_t{1} << 18;
 
 // Calls f(first, count) for the windows of [0, points).
 template <class F>
 void for_each_window(std::uint64_t points, const RunContext& context, F f) {
-  for (std::uint64_t first = 0; first < points; first += kWindow) {
+  for (std::uint64_t first = 0; first < points; first += kPointWindow) {
     context.check();
-    f(first, std::min(kWindow, points - first));
+    f(first, std::min(kPointWindow, points - first));
   }
 }
 

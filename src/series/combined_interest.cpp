@@ -11,7 +11,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::uint64_t kInterestWindow = std::uint64_t{1} << 18;
 constexpr const char* kName = "in a region of interest";
 
 }  // namespace
@@ -31,9 +31,9 @@ void CombinedInterest::add(const MeshDescription& mesh, const MeshStream& stream
   if (empty()) return;
   const RegionOfInterest interest(by_values_, mesh.path, mesh.point_data);
   Vector<std::uint8_t> inside;
-  for (std::uint64_t first = 0; first < inside_.points(); first += kWindow) {
+  for (std::uint64_t first = 0; first < inside_.points(); first += kInterestWindow) {
     context.check();
-    const std::uint64_t count = std::min(kWindow, inside_.points() - first);
+    const std::uint64_t count = std::min(kInterestWindow, inside_.points() - first);
     inside.assign(count, 0);
     const auto read = [&](std::size_t array, std::span<std::byte> rows) {
       stream.read_rows(Association::kPoint, array, first, count, rows);

@@ -15,7 +15,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::uint64_t kCellWindow = std::uint64_t{1} << 18;
 constexpr std::uint64_t kBlock = std::uint64_t{1} << 14;
 
 // splitmix64's finaliser.
@@ -32,9 +32,9 @@ void for_each_window(const ArrayInfo& info, std::size_t index, std::uint64_t cel
                      const MeshStream& stream, const RunContext& context, F f) {
   Vector<std::byte> rows;
   Vector<std::uint64_t> values;
-  for (std::uint64_t first = 0; first < cells; first += kWindow) {
+  for (std::uint64_t first = 0; first < cells; first += kCellWindow) {
     context.check();
-    const std::uint64_t count = std::min(kWindow, cells - first);
+    const std::uint64_t count = std::min(kCellWindow, cells - first);
     rows.resize(count * size_of(info.type));
     values.resize(count);
     stream.read_rows(Association::kCell, index, first, count, rows);

@@ -16,10 +16,10 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 16;
+constexpr std::uint64_t kPrintWindow = std::uint64_t{1} << 16;
 
 std::uint64_t count_in(std::uint64_t first, std::uint64_t all) {
-  return std::min(kWindow, all - first);
+  return std::min(kPrintWindow, all - first);
 }
 
 void read_points(const MeshStream& stream, ValueType type, std::uint64_t first,
@@ -100,13 +100,13 @@ MeshPrint print_of(const MeshDescription& mesh, const MeshStream& stream, const 
                    PointSet* used) {
   MeshPrint print{stream.points(), stream.cells(), mesh.point_type, {}, {}};
   Vector<std::byte> rows;
-  for (std::uint64_t first = 0; first < print.points; first += kWindow) {
+  for (std::uint64_t first = 0; first < print.points; first += kPrintWindow) {
     context.check();
     read_points(stream, mesh.point_type, first, &rows);
     print.point_windows.push_back(checksum(rows));
   }
   CellWindow window;
-  for (std::uint64_t first = 0; first < print.cells; first += kWindow) {
+  for (std::uint64_t first = 0; first < print.cells; first += kPrintWindow) {
     context.check();
     stream.read_cells(first, count_in(first, print.cells), &window);
     std::uint64_t sum = add_to(window.ghost_cells, window.tets);
@@ -143,9 +143,9 @@ void require_same_mesh(const MeshPrint& first_print, MeshSource* first, const Me
   require_same_size(first_print, first, step, stream);
   const Difference difference(first, step, stream);
   const std::size_t points = first_difference(first_print.point_windows, step_print.point_windows);
-  if (points < step_print.point_windows.size()) difference.fail_in_points(points * kWindow);
+  if (points < step_print.point_windows.size()) difference.fail_in_points(points * kPrintWindow);
   const std::size_t cells = first_difference(first_print.cell_windows, step_print.cell_windows);
-  if (cells < step_print.cell_windows.size()) difference.fail_in_cells(cells * kWindow);
+  if (cells < step_print.cell_windows.size()) difference.fail_in_cells(cells * kPrintWindow);
 }
 
 void require_same_meshes(const MeshPrint& first_print, std::size_t steps, const OpenStep& open,

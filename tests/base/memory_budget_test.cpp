@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "base/tasks.h"
+#include "support/units.h"
 
 namespace tetfusion {
 namespace {
@@ -24,7 +25,7 @@ using Reservation = MemoryBudget::Reservation;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+using testing::kMiB;
 // Long enough for a thread to have begun to wait; a test passes on a slower machine, too.
 constexpr auto kMoment = 30ms;
 

@@ -13,11 +13,12 @@
 #include <vector>
 
 #include "base/resources.h"
+#include "support/units.h"
 
 namespace tetfusion {
 namespace {
 
-constexpr std::size_t kMiB = std::size_t{1} << 20;
+using testing::kMiB;
 
 // Under sanitizers blocks are of the heap, or have memory beside them, and what is too much ends
 // the program.

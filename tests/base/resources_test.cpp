@@ -19,11 +19,12 @@
 #include <vector>
 
 #include "support/temp_dir.h"
+#include "support/units.h"
 
 namespace tetfusion {
 namespace {
 
-constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+using testing::kMiB;
 
 // A root folder with the kernel's files of a machine of 1000 MiB.
 class Machine {

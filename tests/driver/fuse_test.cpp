@@ -34,7 +34,7 @@ using testing::TempDir;
 
 using P = Vec3<double>;
 
-MeshFile wavy_box(std::uint32_t n) {
+MeshFile box_with_wave(std::uint32_t n) {
   MeshFile file;
   file.geometry = five_split_cube(n, 0.15, 4);
   file.point_arrays.push_back(point_array<float>(
@@ -68,7 +68,7 @@ Triangles boundary_of(Geometry g) {
 }
 
 TEST_F(Fuse, TheGoalIsMetFromAbove) {
-  const MeshFile file = wavy_box(20);
+  const MeshFile file = box_with_wave(20);
   const auto tets = static_cast<double>(file.geometry.tets.size());
   for (const std::uint64_t chunk_tets : {200'000, 6000}) {
     request.behaviour.chunk_tets = chunk_tets;
@@ -92,7 +92,7 @@ TEST_F(Fuse, TheGoalIsMetFromAbove) {
 
 // No round is begun that could do nothing.
 TEST_F(Fuse, EndsWithTheRoundThatMeetsTheGoal) {
-  const MeshFile file = wavy_box(12);
+  const MeshFile file = box_with_wave(12);
   const auto tets = static_cast<double>(file.geometry.tets.size());
   for (const std::uint64_t chunk_tets : {200'000, 3000}) {
     request.behaviour.chunk_tets = chunk_tets;
@@ -112,7 +112,7 @@ TEST_F(Fuse, EndsWithTheRoundThatMeetsTheGoal) {
 // What fusions cost is known from an excerpt, where there are several chunks; but where points have
 // bounds, all of the mesh is looked at first.
 TEST_F(Fuse, BeginsWithoutALookWhereAnExcerptWillDo) {
-  const MeshFile file = wavy_box(16);
+  const MeshFile file = box_with_wave(16);
   request.behaviour.reduction = 0.5;
   request.behaviour.chunk_tets = 4000;
   EXPECT_GT(run(file).lods.front().pass.fused, 0u);
@@ -126,7 +126,7 @@ TEST_F(Fuse, BeginsWithoutALookWhereAnExcerptWillDo) {
 // Nobody knows yet which ways surfaces look that may move, so they rest in the first round, which
 // leaves them their part of the way to the goal.
 TEST_F(Fuse, SurfacesRestInTheFirstRound) {
-  const MeshFile file = wavy_box(16);
+  const MeshFile file = box_with_wave(16);
   const auto triangles = boundary_of(file.geometry).size();
   request.behaviour.chunk_tets = 4000;
   request.behaviour.boundary = Boundary::kPlanar;
@@ -148,7 +148,7 @@ TEST_F(Fuse, SurfacesRestInTheFirstRound) {
 }
 
 TEST_F(Fuse, TheErrorIsABound) {
-  const MeshFile file = wavy_box(12);
+  const MeshFile file = box_with_wave(12);
   std::uint64_t tets = file.geometry.tets.size();
   for (const double rms : {1e-4, 1e-3, 1e-2, 1.0}) {
     request.behaviour.max_rms = rms;
@@ -160,7 +160,7 @@ TEST_F(Fuse, TheErrorIsABound) {
 }
 
 TEST_F(Fuse, LevelsAreWrittenOnTheWay) {
-  const MeshFile file = wavy_box(16);
+  const MeshFile file = box_with_wave(16);
   const auto tets = static_cast<double>(file.geometry.tets.size());
   request.output = folder.file("level_{lod}.vtu");
   request.behaviour.chunk_tets = 5000;
@@ -179,7 +179,7 @@ TEST_F(Fuse, LevelsAreWrittenOnTheWay) {
 
 // The second field keeps what the first one does not need.
 TEST_F(Fuse, SeveralFieldsSteer) {
-  MeshFile file = wavy_box(12);
+  MeshFile file = box_with_wave(12);
   file.point_arrays.push_back(
       point_array<double>(file, "step", [](const P& p) { return p.y < 6.2 ? 0.0 : 1.0; }));
   const auto linear = [](const P& p) { return 3 * p.x - p.y + 2 * p.z; };
@@ -224,7 +224,7 @@ TEST_F(Fuse, SeveralFieldsSteer) {
 }
 
 TEST_F(Fuse, WithoutAFieldGeometryAloneDecides) {
-  MeshFile file = wavy_box(12);
+  MeshFile file = box_with_wave(12);
   file.point_arrays.clear();
   for (const std::uint64_t chunk_tets : {200'000, 2000}) {
     request.behaviour.chunk_tets = chunk_tets;
@@ -237,7 +237,7 @@ TEST_F(Fuse, WithoutAFieldGeometryAloneDecides) {
 
 // A field's scale and place do not matter, nor do values that are no number.
 TEST_F(Fuse, AFieldsScaleHasNoLimits) {
-  MeshFile file = wavy_box(9);
+  MeshFile file = box_with_wave(9);
   std::set<std::uint64_t> sizes;
   request.behaviour.max_rms = 0.01;
   for (const double scale : {0x1p-1000, 1.0, 0x1p1015}) {
@@ -251,7 +251,7 @@ TEST_F(Fuse, AFieldsScaleHasNoLimits) {
 }
 
 TEST_F(Fuse, VerticesWithoutAValueStay) {
-  MeshFile file = wavy_box(9);
+  MeshFile file = box_with_wave(9);
   file.point_arrays = {point_array<double>(
       file, "holes", [](const P& p) { return p.x > 3 && p.x < 5 ? std::nan("") : p.x; })};
   const SimplifyReport report = run(file);
@@ -266,7 +266,7 @@ TEST_F(Fuse, VerticesWithoutAValueStay) {
 }
 
 TEST_F(Fuse, RefusesBoundsThatAreNone) {
-  const MeshFile file = wavy_box(3);
+  const MeshFile file = box_with_wave(3);
   const auto refusal = [&] {
     try {
       run(file);

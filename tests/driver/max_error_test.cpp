@@ -33,7 +33,7 @@ using testing::TempDir;
 
 using P = Vec3<double>;
 
-MeshFile wavy_box(std::uint32_t n, bool floats = true) {
+MeshFile box_with_offset_wave(std::uint32_t n, bool floats = true) {
   MeshFile file;
   file.geometry = five_split_cube(n, 0.15, 4);
   if (floats) file.geometry = testing::to_float(file.geometry);
@@ -63,7 +63,7 @@ class MaxError : public ::testing::Test {
 
 TEST_F(MaxError, CompareFindsNothingBeyondIt) {
   for (const bool floats : {false, true}) {
-    const MeshFile file = wavy_box(14, floats);
+    const MeshFile file = box_with_offset_wave(14, floats);
     for (const std::uint64_t chunk_tets : {200'000, 3000}) {
       request.behaviour.chunk_tets = chunk_tets;
       std::uint64_t tets = file.geometry.tets.size();
@@ -87,7 +87,7 @@ TEST_F(MaxError, CompareFindsNothingBeyondIt) {
 }
 
 TEST_F(MaxError, IsOnePercentWhereNothingIsSaid) {
-  const MeshFile file = wavy_box(10);
+  const MeshFile file = box_with_offset_wave(10);
   EXPECT_GT(refused(run(file)), 0u);
   const std::string by_default = bytes_of(request.output);
   request.behaviour.max_error = 0.01;
@@ -105,7 +105,7 @@ TEST_F(MaxError, IsOnePercentWhereNothingIsSaid) {
 // As who tries a goal without a bound wants it.
 TEST_F(MaxError, AGoalThatCostsTooMuchIsGivenUp) {
   request.behaviour.reduction = 0.7;
-  run(wavy_box(10));
+  run(box_with_offset_wave(10));
   const std::string whole = bytes_of(request.output);
   std::filesystem::remove(request.output);
   request.behaviour.give_up_rms = 1e-4;
@@ -118,7 +118,7 @@ TEST_F(MaxError, AGoalThatCostsTooMuchIsGivenUp) {
 
 // With several limits the first one reached stops.
 TEST_F(MaxError, GoesBeforeTheGoalAndWithTheMean) {
-  const MeshFile file = wavy_box(12);
+  const MeshFile file = box_with_offset_wave(12);
   request.behaviour.max_error = 0.001;
   request.behaviour.reduction = 0.9;
   EXPECT_THAT(run(file).stop_sentence(), HasSubstr("at a point of the original"));
@@ -140,7 +140,7 @@ TEST_F(MaxError, GoesBeforeTheGoalAndWithTheMean) {
 
 // With a goal the bound rises from round to round: what a size does not need is not used.
 TEST_F(MaxError, RisesTowardsAGoal) {
-  const MeshFile file = wavy_box(14);
+  const MeshFile file = box_with_offset_wave(14);
   request.behaviour.reduction = 0.6;
   const std::uint64_t free = run(file).output.tets;
   const double freely = array_of(compare(), "wave").max;
@@ -175,7 +175,7 @@ TEST_F(MaxError, WhereNoTetrahedronIsLeftRoundAPoint) {
 }
 
 TEST_F(MaxError, ArraysHaveBoundsOfTheirOwn) {
-  MeshFile file = wavy_box(12);
+  MeshFile file = box_with_offset_wave(12);
   file.point_arrays.push_back(point_array<double>(
       file, "ripple", [](const P& p) { return std::cos(p.y) + std::sin(p.z / 2); }));
   request.behaviour.arrays = {"wave:0.2%", "ripple"};
@@ -192,7 +192,7 @@ TEST_F(MaxError, ArraysHaveBoundsOfTheirOwn) {
 }
 
 TEST_F(MaxError, AVectorsErrorIsALength) {
-  MeshFile file = wavy_box(12);
+  MeshFile file = box_with_offset_wave(12);
   file.point_arrays = {testing::make_array<float>("v", file.points(), 3, [&](auto i, auto k) {
     const P p = testing::point(file.geometry, static_cast<VertexId>(i));
     return k == 0 ? std::sin(p.x / 2) : k == 1 ? std::cos(p.y / 2 + 1) : std::sin(p.z / 3);
@@ -206,7 +206,7 @@ TEST_F(MaxError, AVectorsErrorIsALength) {
 }
 
 TEST_F(MaxError, ALinearFieldGoesAsFarAsItsGeometry) {
-  MeshFile file = wavy_box(12, false);
+  MeshFile file = box_with_offset_wave(12, false);
   file.point_arrays = {
       point_array<double>(file, "linear", [](const P& p) { return 3 * p.x - p.y + 2 * p.z; })};
   request.behaviour.max_error = 1e-6;
@@ -217,7 +217,7 @@ TEST_F(MaxError, ALinearFieldGoesAsFarAsItsGeometry) {
 }
 
 TEST_F(MaxError, TheMeshsScaleDoesNotMatter) {
-  const MeshFile file = wavy_box(9, false);
+  const MeshFile file = box_with_offset_wave(9, false);
   for (const bool has_goal : {false, true}) {
     if (has_goal) {
       request.behaviour.max_error.reset();
@@ -267,7 +267,7 @@ TEST_F(MaxError, HoldsFarFromTheOrigin) {
 TEST_F(MaxError, HoldsWhereTheBoundaryIsTriangulatedAnew) {
   request.behaviour.boundary = Boundary::kPlanar;
   for (const bool floats : {false, true}) {
-    const MeshFile file = wavy_box(12, floats);
+    const MeshFile file = box_with_offset_wave(12, floats);
     for (const double max_error : {1e-2, 5e-2}) {
       request.behaviour.max_error = max_error;
       const SimplifyReport report = run(file);
@@ -311,7 +311,7 @@ TEST_F(MaxError, HoldsWhereTheBoundaryMoves) {
 
 // Points that no tetrahedron uses have no say in what a share of the range is.
 TEST_F(MaxError, TheRangeIsThatOfThePointsInUse) {
-  MeshFile file = wavy_box(9, false);
+  MeshFile file = box_with_offset_wave(9, false);
   request.behaviour.max_error = 0.01;
   std::get<Vector<P>>(file.geometry.points).push_back({1, 1, 1});
   DataArray& wave = file.point_arrays[0];
@@ -326,7 +326,7 @@ TEST_F(MaxError, TheRangeIsThatOfThePointsInUse) {
 }
 
 TEST_F(MaxError, RefusesBoundsThatAreNone) {
-  const MeshFile file = wavy_box(3);
+  const MeshFile file = box_with_offset_wave(3);
   for (const double error : {0.0, -0.1, std::nan("")}) {
     request.behaviour.max_error = error;
     try {

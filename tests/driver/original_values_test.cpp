@@ -32,7 +32,7 @@ using testing::TempDir;
 
 using P = Vec3<double>;
 
-MeshFile wavy_box(std::uint32_t n) {
+MeshFile box_with_front(std::uint32_t n) {
   MeshFile file;
   file.geometry = five_split_cube(n, 0.15, 4);
   file.point_arrays.push_back(point_array<float>(
@@ -59,7 +59,7 @@ class FittedValuesOf : public ::testing::Test {
   }
   FittedValuesOf() {
     request.behaviour.reduction = 0.7;
-    wavy_box(16).write(request.input);
+    box_with_front(16).write(request.input);
   }
   TempDir folder = TempDir::in_memory();
   SimplifyRequest request = testing::request_in(folder);
@@ -194,7 +194,7 @@ TEST_F(FittedValuesOf, APromiseAreNotTouched) {
 }
 
 TEST_F(FittedValuesOf, IntegersStay) {
-  MeshFile file = wavy_box(12);
+  MeshFile file = box_with_front(12);
   file.point_arrays.push_back(point_array<std::int32_t>(
       file, "count", [](const P& p) { return static_cast<int>(10 * p.x); }));
   file.write(request.input);

@@ -270,15 +270,16 @@ bool flips(const WorkMesh<double>& mesh, const VertexTets& balls, const Tet& pre
     return mean_of_four(coordinate(mesh.positions[prey[0]]), coordinate(mesh.positions[prey[1]]),
                         coordinate(mesh.positions[prey[2]]), coordinate(mesh.positions[prey[3]]));
   };
-  using P = Vec3<double>;
-  const P target{mean([](const P& p) { return p.x; }), mean([](const P& p) { return p.y; }),
-                 mean([](const P& p) { return p.z; })};
+  using Point = Vec3<double>;
+  const Point target{mean([](const Point& p) { return p.x; }),
+                     mean([](const Point& p) { return p.y; }),
+                     mean([](const Point& p) { return p.z; })};
   const auto in_prey = [&](VertexId v) { return std::ranges::count(prey, v) > 0; };
   for (const VertexId v : prey) {
     for (const std::uint32_t entry : balls.of(v)) {
       const Tet& tet = mesh.tets[entry >> 2];
       if (std::ranges::count_if(tet, in_prey) != 1) continue;
-      std::array<P, 4> corners;
+      std::array<Point, 4> corners;
       for (std::size_t k = 0; k < 4; ++k) corners[k] = mesh.positions[tet[k]];
       corners[entry & 3u] = target;
       if (determinant(corners[0], corners[1], corners[2], corners[3]).sign() != 1) return true;

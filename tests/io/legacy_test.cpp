@@ -43,7 +43,7 @@ std::string with(std::string text, const std::string& from, const std::string& t
 }
 
 // Two tetrahedra, a triangle before the second one, a point; a point that nobody uses.
-const std::string kPoints = R"(POINTS 6 double
+const std::string kPointSection = R"(POINTS 6 double
 0 0 0  1 0 0.1  0 1 0
 0 0 1  1 1 -1
 9 9 9
@@ -68,7 +68,7 @@ CELL_TYPES 4
 5 10
 1
 )";
-const std::string kData = R"(CELL_DATA 4
+const std::string kDataSection = R"(CELL_DATA 4
 SCALARS region int 1
 LOOKUP_TABLE default
 7 0 8 0
@@ -113,8 +113,12 @@ std::string head(const char* version, const char* kind) {
   return std::string("# vtk DataFile Version ") + version + "\na title\n" + kind +
          "\nDATASET UNSTRUCTURED_GRID\n";
 }
-std::string text4() { return head("4.2", "ASCII") + kField + kPoints + kCounted + kData; }
-std::string text5() { return head("5.1", "ASCII") + kField + kPoints + kLists + kData; }
+std::string text4() {
+  return head("4.2", "ASCII") + kField + kPointSection + kCounted + kDataSection;
+}
+std::string text5() {
+  return head("5.1", "ASCII") + kField + kPointSection + kLists + kDataSection;
+}
 
 // The same in binary.
 std::string binary(bool lists) {
@@ -250,8 +254,8 @@ NULL_ARRAY
 
 TEST_F(Legacy, GhostsAreDropped) {
   const std::string bytes =
-      with(kData, "mark 1 4 bit\n1 0 0 1", "vtkGhostType 1 4 unsigned_char\n0 0 1 0");
-  const auto source = open("a.vtk", head("4.2", "ASCII") + kPoints + kCounted + bytes);
+      with(kDataSection, "mark 1 4 bit\n1 0 0 1", "vtkGhostType 1 4 unsigned_char\n0 0 1 0");
+  const auto source = open("a.vtk", head("4.2", "ASCII") + kPointSection + kCounted + bytes);
   const Geometry mesh = source->read_geometry();
   EXPECT_EQ(mesh.tets.size(), 1u);
   EXPECT_EQ(mesh.ghost_cells, 1u);
@@ -333,7 +337,7 @@ TEST_F(Legacy, SaysWhatIsWrongAndWhere) {
   expect(with(t5, "NORMALS n", "NORMELS n"), "expected a section");
   expect(with(t5, "TimeValue 1 1", "TimeValue 0 1"), "0 components cannot be read");
   expect(head("4.2", "ASCII"), "there are no POINTS");
-  expect(head("4.2", "ASCII") + kPoints, "there are no CELLS");
+  expect(head("4.2", "ASCII") + kPointSection, "there are no CELLS");
   const std::string cut = binary(true);
   expect(cut.substr(0, 260), "rows of 3 values do not fit into");
   expect(with(cut, "POINTS 6", "POINTS 5"), "the section before it has another length than its");

@@ -42,7 +42,7 @@ void write_all(const std::string& path, const std::string& text) {
 
 void append(OutputFile* file, const std::string& text) { file->append(text.data(), text.size()); }
 
-std::size_t files_in(const fs::path& folder) {
+std::size_t count_files(const fs::path& folder) {
   return static_cast<std::size_t>(
       std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
@@ -75,7 +75,7 @@ TEST(OutputFile, AppearsAtCommit) {
   EXPECT_EQ(file.size(), 11u);
   file.commit();
   EXPECT_EQ(read_all(dir.file("a")), "hello world");
-  EXPECT_EQ(files_in(dir.path()), 1u);
+  EXPECT_EQ(count_files(dir.path()), 1u);
 }
 
 TEST(OutputFile, LeavesTheOldFileWithoutCommit) {
@@ -86,7 +86,7 @@ TEST(OutputFile, LeavesTheOldFileWithoutCommit) {
     append(&file, long_text());
   }
   EXPECT_EQ(read_all(dir.file("a")), "old");
-  EXPECT_EQ(files_in(dir.path()), 1u);
+  EXPECT_EQ(count_files(dir.path()), 1u);
 }
 
 TEST(OutputFile, CanBeReadBeforeItHasItsName) {
@@ -100,7 +100,7 @@ TEST(OutputFile, CanBeReadBeforeItHasItsName) {
   EXPECT_EQ(read_all(dir.file("out")), "old");
   file.commit();
   EXPECT_EQ(read_all(dir.file("out")), "newer");
-  EXPECT_EQ(files_in(dir.path()), 1u);
+  EXPECT_EQ(count_files(dir.path()), 1u);
   OutputFile spooled("/dev/null", OutputFile::Access::kPatch);
   append(&spooled, "put aside");
   EXPECT_EQ(read_all(spooled.path_to_read()), "put aside");
@@ -219,7 +219,7 @@ TEST(OutputFile, RefusesTargetsThatCannotBeWritten) {
   EXPECT_THAT(refusal(dir.file("circle")), HasSubstr("circle"));
   EXPECT_THAT(refusal(""), HasSubstr("empty"));
   EXPECT_THAT(refusal(dir.file(std::string(300, 'x'))), HasSubstr("too long"));
-  EXPECT_EQ(files_in(dir.path()), 3u);
+  EXPECT_EQ(count_files(dir.path()), 3u);
 }
 
 // Nothing is read-only for root, so the system is made to say so.
@@ -233,7 +233,7 @@ TEST(OutputFile, RefusesReadOnlyTargets) {
     EXPECT_THAT(message, HasSubstr(dir.file(name)));
     EXPECT_THAT(message, HasSubstr("Permission denied"));
   }
-  EXPECT_EQ(files_in(dir.path()), 1u);
+  EXPECT_EQ(count_files(dir.path()), 1u);
 }
 
 TEST(OutputFile, AcceptsWhatCanBeWritten) {
@@ -245,7 +245,7 @@ TEST(OutputFile, AcceptsWhatCanBeWritten) {
   fs::current_path(dir.path());
   check_output_path("name-in-the-current-folder");
   fs::current_path(before);
-  EXPECT_EQ(files_in(dir.path()), 0u);
+  EXPECT_EQ(count_files(dir.path()), 0u);
 }
 
 TEST(OutputFile, WritesDevicesInPlace) {
@@ -326,7 +326,7 @@ TEST(OutputFile, RemovesTheTemporaryWhenWritingFails) {
   ::setrlimit(RLIMIT_FSIZE, &limit);
   std::signal(SIGXFSZ, old_handler);
   EXPECT_THAT(appending, HasSubstr("File too large"));
-  EXPECT_EQ(files_in(dir.path()), 0u);
+  EXPECT_EQ(count_files(dir.path()), 0u);
 }
 
 class Streams : public ::testing::TestWithParam<OutputFile::Access> {};

@@ -13,11 +13,13 @@
 #include "io/mesh_stream.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"
+#include "support/units.h"
 #include "support/write_mesh.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::kMiB;
 using testing::TempDir;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -48,8 +50,6 @@ std::optional<std::uint64_t> peak_of(F f) {
   f();
   return resident("VmHWM:") - before;
 }
-
-constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
 
 class StreamMemory : public ::testing::TestWithParam<Encoding> {
  protected:
@@ -143,7 +143,7 @@ TEST_P(FormatMemory, DoesNotGrowWithTheFile) {
   }
 }
 
-std::string name_of(const ::testing::TestParamInfo<Encoding>& info) {
+std::string name_of_encoding(const ::testing::TestParamInfo<Encoding>& info) {
   constexpr std::array kNames = {"Raw", "Zlib", "Lz4", "Inline", "Ascii"};
   return kNames[static_cast<std::size_t>(info.param)];
 }
@@ -151,9 +151,9 @@ std::string name_of(const ::testing::TestParamInfo<Encoding>& info) {
 INSTANTIATE_TEST_SUITE_P(Encodings, StreamMemory,
                          ::testing::Values(Encoding::kRaw, Encoding::kZlib, Encoding::kLz4,
                                            Encoding::kInline, Encoding::kAscii),
-                         name_of);
+                         name_of_encoding);
 INSTANTIATE_TEST_SUITE_P(Encodings, FormatMemory,
-                         ::testing::Values(Encoding::kRaw, Encoding::kAscii), name_of);
+                         ::testing::Values(Encoding::kRaw, Encoding::kAscii), name_of_encoding);
 
 }  // namespace
 }  // namespace tetfusion

@@ -28,7 +28,7 @@ std::filesystem::path plugin_file() {
 
 // Two tetrahedra that share triangle (1, 2, 3), a triangle, a vertex, and point 5, which nobody
 // uses.
-constexpr char kTets[] = R"(# vtk DataFile Version 3.0
+constexpr char kTetsFile[] = R"(# vtk DataFile Version 3.0
 two tetrahedra
 ASCII
 DATASET UNSTRUCTURED_GRID
@@ -189,13 +189,13 @@ class VtkBridge : public ::testing::Test {
 const OpenOptions kSplit = {.tetrahedralize = true, .linearize = false};
 
 TEST_F(VtkBridge, ReadsTetrahedraAndLowerCells) {
-  const auto mesh = open(kTets);
+  const auto mesh = open(kTetsFile);
   const MeshDescription& d = mesh->description();
   EXPECT_EQ(d.points, 6u);
   EXPECT_EQ(d.cells, 4u);
   EXPECT_EQ(d.pieces, 1u);
   EXPECT_EQ(d.point_type, ValueType::kFloat64);
-  EXPECT_EQ(d.file_bytes, sizeof(kTets) - 1);
+  EXPECT_EQ(d.file_bytes, sizeof(kTetsFile) - 1);
   EXPECT_THAT(d.format, HasSubstr("legacy VTK"));
 
   const Geometry g = mesh->read_geometry();
@@ -212,7 +212,7 @@ TEST_F(VtkBridge, ReadsTetrahedraAndLowerCells) {
 }
 
 TEST_F(VtkBridge, ReadsAllArraysOfALegacyFile) {
-  const auto mesh = open(kTets);
+  const auto mesh = open(kTetsFile);
   const MeshDescription& d = mesh->description();
   ASSERT_EQ(d.point_data.arrays.size(), 4u);
   ASSERT_EQ(d.cell_data.arrays.size(), 1u);
@@ -491,7 +491,7 @@ TEST_F(VtkBridge, MissingEmptyAndForeignFiles) {
 }
 
 TEST_F(VtkBridge, TruncatedFilesAreErrorsThatVtkDoesNotPrint) {
-  for (const auto& [name, text] : {std::pair<std::string, std::string>{"t.vtk", kTets},
+  for (const auto& [name, text] : {std::pair<std::string, std::string>{"t.vtk", kTetsFile},
                                    {"h.vtk", kHexahedra},
                                    {"s.vtk", kStructured},
                                    {"x.vts", kXmlStructured}}) {
@@ -505,7 +505,7 @@ TEST_F(VtkBridge, TruncatedFilesAreErrorsThatVtkDoesNotPrint) {
   }
   EXPECT_THAT(error_of(write("x.vts", std::string(kXmlStructured).substr(0, 900))),
               HasSubstr("VTK cannot read it"));
-  const std::string tets = kTets;
+  const std::string tets = kTetsFile;
   EXPECT_NE(error_of(write("t.vtk", tets.substr(0, tets.find("1 2 3 4")))), "no error");
 }
 
@@ -520,7 +520,7 @@ TEST_F(VtkBridge, FilesThatCrashVtkAreErrors) {
 TEST(VtkBridgeWithoutPlugin, SaysHowToGetIt) {
   if (std::filesystem::exists(plugin_file())) GTEST_SKIP() << "the plugin is built";
   const testing::TempDir dir;
-  std::ofstream(dir.file("a.vtk")) << kTets;
+  std::ofstream(dir.file("a.vtk")) << kTetsFile;
   try {
     open_with_vtk(dir.file("a.vtk"));
     FAIL() << "no error";
@@ -533,7 +533,7 @@ TEST(VtkBridgeWithoutPlugin, SaysHowToGetIt) {
 
 TEST(VtkBridgeWithoutPlugin, ABrokenPluginIsAnError) {
   const testing::TempDir dir;
-  std::ofstream(dir.file("a.vtk")) << kTets;
+  std::ofstream(dir.file("a.vtk")) << kTetsFile;
   std::ofstream(dir.file("tetfusion-vtk.so")) << "not a library";
   ::setenv("TETFUSION_PLUGIN_PATH", dir.path().c_str(), 1);
   try {
@@ -552,7 +552,7 @@ FormatGuess guess(std::string_view text) {
 }
 
 TEST(GuessFormat, KnowsTheFirstBytes) {
-  EXPECT_EQ(guess(kTets).format, ForeignFormat::kLegacyVtk);
+  EXPECT_EQ(guess(kTetsFile).format, ForeignFormat::kLegacyVtk);
   EXPECT_EQ(guess(kXmlStructured).format, ForeignFormat::kXmlVtk);
   EXPECT_EQ(guess(kXmlStructured).words, "a VTK XML file of type StructuredGrid");
   EXPECT_FALSE(guess(kXmlStructured).is_list);

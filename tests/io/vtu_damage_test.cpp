@@ -27,10 +27,10 @@ using testing::VtuStyle;
 using testing::VtuText;
 using testing::write_file;
 
-const std::vector<double> kCoordinates = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, -1};
+const std::vector<double> kFivePoints = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, -1};
 
 VtuText small_mesh() {
-  VtuPieceText p = tet_piece(kCoordinates, {0, 1, 2, 3, 4, 2, 1, 3});
+  VtuPieceText p = tet_piece(kFivePoints, {0, 1, 2, 3, 4, 2, 1, 3});
   p.point_data = {{"d", "Float32", {1, 2, 3, 4, 5}, 1, "", "DataArray"}};
   p.cell_data = {{"region", "Int32", {1, 2}, 1, "", "DataArray"}};
   VtuText mesh;
@@ -219,7 +219,7 @@ TEST_F(VtuDamage, RefusesCellsThatMakeNoSense) {
 TEST_F(VtuDamage, RefusesMixedCellsThatMakeNoSense) {
   const auto mixed = [](std::vector<double> types, std::vector<std::vector<double>> cells) {
     VtuText mesh;
-    mesh.pieces = {cell_piece(kCoordinates, std::move(types), std::move(cells))};
+    mesh.pieces = {cell_piece(kFivePoints, std::move(types), std::move(cells))};
     return mesh;
   };
   const std::vector<double> tet = {0, 1, 2, 3};

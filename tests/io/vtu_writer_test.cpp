@@ -36,7 +36,7 @@ using ::testing::HasSubstr;
 using testing::OutputMesh;
 using testing::TempDir;
 
-std::string read_all(const std::string& path) {
+std::string bytes_in(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -221,7 +221,7 @@ TEST_P(WriteMesh, GivesTheSameBytesForAnyNumberOfThreads) {
   for (const int threads : {1, 2, 3}) {
     set_thread_count(threads);
     write_mesh(sample.output(), dir.file("a.vtu"), {GetParam(), {}});
-    files.push_back(read_all(dir.file("a.vtu")));
+    files.push_back(bytes_in(dir.file("a.vtu")));
   }
   set_thread_count(0);
   EXPECT_TRUE(files[0] == files[1]);
@@ -269,7 +269,7 @@ TEST_P(WriteMesh, DoesNotDependOnTheSizesOfRuns) {
     }
     writer.finish();
     file.commit();
-    files.push_back(read_all(dir.file("a.vtu")));
+    files.push_back(bytes_in(dir.file("a.vtu")));
   }
   set_thread_count(0);
   EXPECT_TRUE(files[0] == files[1]);
@@ -286,7 +286,7 @@ TEST_P(WriteMesh, WritesAnEmptyMesh) {
   EXPECT_EQ(writer.current(), nullptr);
   writer.finish();
   file.commit();
-  const std::string text = read_all(dir.file("a.vtu"));
+  const std::string text = bytes_in(dir.file("a.vtu"));
   EXPECT_THAT(text, HasSubstr("NumberOfPoints=\"0\" NumberOfCells=\"0\""));
   EXPECT_TRUE(text.ends_with("</VTKFile>\n"));
 }

@@ -6,23 +6,25 @@ namespace tetfusion {
 namespace {
 
 using P = Vec3<double>;
-constexpr std::array<P, 4> kUnit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+constexpr std::array<P, 4> kUnitTet{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
 TEST(Criteria, CornerFirstKeepsTheSign) {
-  const double positive = determinant(kUnit[0], kUnit[1], kUnit[2], kUnit[3]).value;
+  const double positive = determinant(kUnitTet[0], kUnitTet[1], kUnitTet[2], kUnitTet[3]).value;
   for (const auto& order : kCornerFirst) {
-    EXPECT_EQ(determinant(kUnit[order[0]], kUnit[order[1]], kUnit[order[2]], kUnit[order[3]]).value,
-              positive);
+    EXPECT_EQ(
+        determinant(kUnitTet[order[0]], kUnitTet[order[1]], kUnitTet[order[2]], kUnitTet[order[3]])
+            .value,
+        positive);
   }
 }
 
 TEST(Criteria, FlipsBeyondThePlaneAndOnIt) {
-  EXPECT_FALSE(flips(P{0, 0, 0}, kUnit[1], kUnit[2], kUnit[3]));
-  EXPECT_TRUE(flips(P{1, 1, 1}, kUnit[1], kUnit[2], kUnit[3]));
-  EXPECT_TRUE(flips(P{0.5, 0.5, 0}, kUnit[1], kUnit[2], kUnit[3]));
+  EXPECT_FALSE(flips(P{0, 0, 0}, kUnitTet[1], kUnitTet[2], kUnitTet[3]));
+  EXPECT_TRUE(flips(P{1, 1, 1}, kUnitTet[1], kUnitTet[2], kUnitTet[3]));
+  EXPECT_TRUE(flips(P{0.5, 0.5, 0}, kUnitTet[1], kUnitTet[2], kUnitTet[3]));
   // One rounding error away from the plane is not certain enough.
-  EXPECT_TRUE(flips(P{0.5, 0.5 - 1e-16, 0}, kUnit[1], kUnit[2], kUnit[3]));
-  EXPECT_TRUE(flips(P{std::nan(""), 0, 0}, kUnit[1], kUnit[2], kUnit[3]));
+  EXPECT_TRUE(flips(P{0.5, 0.5 - 1e-16, 0}, kUnitTet[1], kUnitTet[2], kUnitTet[3]));
+  EXPECT_TRUE(flips(P{std::nan(""), 0, 0}, kUnitTet[1], kUnitTet[2], kUnitTet[3]));
 }
 
 // Certain as seen from the corner that moves is not certain as seen from one that is far away.
@@ -38,20 +40,20 @@ TEST(Criteria, FlipsAreThoseOfTheCellAsItIsWritten) {
 
 TEST(Criteria, StretchIsTheRatioOfBaseNormals) {
   // The corner at the origin moves away from its base triangle, whose centre is (1/3, 1/3, 1/3).
-  std::array<P, 4> after = kUnit;
+  std::array<P, 4> after = kUnitTet;
   after[0] = {-1.0 / 3, -1.0 / 3, -1.0 / 3};  // twice as far
-  EXPECT_FALSE(stretches(kUnit, after, 0, 2.001));
-  EXPECT_TRUE(stretches(kUnit, after, 0, 1.999));
-  EXPECT_EQ(base_normal_squared(kUnit, 0), 3);  // 144 * (1/12)^2 * 3
+  EXPECT_FALSE(stretches(kUnitTet, after, 0, 2.001));
+  EXPECT_TRUE(stretches(kUnitTet, after, 0, 1.999));
+  EXPECT_EQ(base_normal_squared(kUnitTet, 0), 3);  // 144 * (1/12)^2 * 3
 }
 
 TEST(Criteria, AspectCountsOnlyWhenItGetsWorse) {
-  std::array<P, 4> after = kUnit;
+  std::array<P, 4> after = kUnitTet;
   after[3] = {0, 0, 4};
-  EXPECT_NEAR(edge_ratio_squared(kUnit), 2, 1e-15);
+  EXPECT_NEAR(edge_ratio_squared(kUnitTet), 2, 1e-15);
   EXPECT_NEAR(edge_ratio_squared(after), 17, 1e-15);
-  EXPECT_TRUE(distorts(kUnit, after, 3.0));
-  EXPECT_FALSE(distorts(kUnit, after, 5.0));
+  EXPECT_TRUE(distorts(kUnitTet, after, 3.0));
+  EXPECT_FALSE(distorts(kUnitTet, after, 5.0));
   EXPECT_FALSE(distorts(after, after, 3.0));
 }
 

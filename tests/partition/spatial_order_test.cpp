@@ -77,9 +77,10 @@ TEST(OrderAlongCurve, TakesTheWholeRangeOfDoubles) {
 }
 
 TEST(OrderAlongCurve, TakesPointsThatAreNoNumbers) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  auto mesh = ordered(cloud<double>({{kNan, 0, 0}, {1, 1, -kInfinity}, {0, 0, 0}, {1, 2, 3}}));
+  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kBeyondAll = std::numeric_limits<double>::infinity();
+  auto mesh =
+      ordered(cloud<double>({{kNoNumber, 0, 0}, {1, 1, -kBeyondAll}, {0, 0, 0}, {1, 2, 3}}));
   std::sort(mesh.point_ids.begin(), mesh.point_ids.end());
   EXPECT_EQ(mesh.point_ids, count_up<VertexId>(4));
 }

@@ -7,11 +7,11 @@ namespace tetfusion::testing {
 
 namespace {
 
-using Point = std::array<double, 3>;
+using Point3 = std::array<double, 3>;
 using Cell = std::array<std::uint32_t, 4>;
-using Corners = std::array<Point, 4>;
+using Corners = std::array<Point3, 4>;
 
-Corners corners(const std::vector<Point>& points, const Cell& cell) {
+Corners corners(const std::vector<Point3>& points, const Cell& cell) {
   return {points[cell[0]], points[cell[1]], points[cell[2]], points[cell[3]]};
 }
 
@@ -27,15 +27,15 @@ long double volume(const Corners& p) {
          (e[0][0] * e[1][1] - e[0][1] * e[1][0]) * e[2][2];
 }
 
-double distance(const Point& a, const Point& b) {
+double distance(const Point3& a, const Point3& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
 // Length of the base normal: from the centre of the base triangle to the barycenter of the
 // tetrahedron.
 double base_normal(const Corners& p, std::size_t corner) {
-  Point base{};
-  Point center{};
+  Point3 base{};
+  Point3 center{};
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       center[k] += p[i][k] / 4;
@@ -189,7 +189,7 @@ class Pass {
   const ReferenceMesh& start_;
   const ReferenceLimits& limits_;
   std::vector<bool> labelled_, deleted_, moved_;
-  Point target_{};
+  Point3 target_{};
   double scalar_ = 0;
   ReferenceResult result_;
 };

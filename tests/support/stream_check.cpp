@@ -12,11 +12,11 @@ namespace tetfusion::testing {
 
 namespace {
 
-using Bytes = Vector<std::byte>;
+using PlainBytes = Vector<std::byte>;
 
 // One array by its rows, or the coordinates.
-struct Column {
-  Bytes bytes;
+struct PlainColumn {
+  PlainBytes bytes;
   std::size_t tuple = 0;
 
   void append_to(std::string* text, std::uint64_t row) const {
@@ -25,8 +25,8 @@ struct Column {
 };
 
 struct PlainMesh {
-  std::vector<Column> point_columns;  // by the ids of tets and lower
-  std::vector<Column> cell_columns;   // by rows
+  std::vector<PlainColumn> point_columns;  // by the ids of tets and lower
+  std::vector<PlainColumn> cell_columns;   // by rows
   std::vector<Tet> tets;
   std::vector<std::uint64_t> tet_rows;
   LowerCells lower;
@@ -49,9 +49,9 @@ struct PlainMesh {
                          std::uint64_t row) const {
     std::string text(1, static_cast<char>(type));
     for (const VertexId v : ids) {
-      for (const Column& column : point_columns) column.append_to(&text, v);
+      for (const PlainColumn& column : point_columns) column.append_to(&text, v);
     }
-    for (const Column& column : cell_columns) column.append_to(&text, row);
+    for (const PlainColumn& column : cell_columns) column.append_to(&text, row);
     return text;
   }
 };
@@ -59,9 +59,9 @@ struct PlainMesh {
 std::size_t tuple_bytes(const ArrayInfo& info) { return info.components * size_of(info.type); }
 
 // Row i of the result is row rows[i] of `all`, or row i when there are no `rows`.
-Column pick(Bytes all, std::size_t tuple, const Vector<std::uint64_t>& rows) {
+PlainColumn pick(PlainBytes all, std::size_t tuple, const Vector<std::uint64_t>& rows) {
   if (rows.empty()) return {std::move(all), tuple};
-  Column column{Bytes(rows.size() * tuple), tuple};
+  PlainColumn column{PlainBytes(rows.size() * tuple), tuple};
   for (std::size_t i = 0; i < rows.size(); ++i) {
     std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(rows[i] * tuple), tuple,
                 column.bytes.begin() + static_cast<std::ptrdiff_t>(i * tuple));
@@ -106,10 +106,10 @@ void append(const CellWindow& w, std::uint64_t first, PlainMesh* mesh) {
   }
 }
 
-Column read_rows(const MeshStream& stream, Association association, std::size_t index,
-                 const ArrayInfo& info, std::uint64_t window) {
+PlainColumn read_rows(const MeshStream& stream, Association association, std::size_t index,
+                      const ArrayInfo& info, std::uint64_t window) {
   const std::uint64_t rows = association == Association::kPoint ? stream.points() : stream.cells();
-  Column column{Bytes(rows * tuple_bytes(info)), tuple_bytes(info)};
+  PlainColumn column{PlainBytes(rows * tuple_bytes(info)), tuple_bytes(info)};
   for (std::uint64_t first = 0; first < rows; first += window) {
     const std::uint64_t count = std::min(window, rows - first);
     stream.read_rows(association, index, first, count,
@@ -144,7 +144,7 @@ WrittenMesh write_out_whole(MeshSource* source) {
   std::visit(
       [&](const auto& points) {
         const std::span bytes = std::as_bytes(std::span(points));
-        mesh.point_columns.push_back({Bytes(bytes.begin(), bytes.end()), sizeof(points[0])});
+        mesh.point_columns.push_back({PlainBytes(bytes.begin(), bytes.end()), sizeof(points[0])});
       },
       g.points);
   for (std::size_t i = 0; i < d.point_data.arrays.size(); ++i) {
@@ -174,7 +174,7 @@ WrittenMesh write_out_windows(const MeshSource& source, const MeshStream& stream
   }
   EXPECT_EQ(ghosts, stream.ghost_cells());
   const std::size_t point = 3 * size_of(d.point_type);
-  Column points{Bytes(stream.points() * point), point};
+  PlainColumn points{PlainBytes(stream.points() * point), point};
   for (std::uint64_t first = 0; first < stream.points(); first += window) {
     const std::uint64_t count = std::min(window, stream.points() - first);
     stream.read_points(first, count, std::span(points.bytes).subspan(first * point, count * point));
