@@ -13,6 +13,7 @@
 #include "io/gmsh_head.h"
 #include "io/gmsh_mesh.h"
 #include "io/gmsh_rows.h"
+#include "io/gmsh_steps.h"
 #include "io/guarded_reading.h"
 #include "mesh/split_cells.h"
 #include "mesh/time_value.h"
@@ -98,8 +99,8 @@ class GmshReader final : public FormatReader {
     for (const char* name : {kGmshPhysical, kGmshGeometrical}) {
       d.cell_data.arrays.push_back({name, ValueType::kInt32, 1, {}, d.cells});
     }
-    for (const GmshData& data : head_.node_data) add_array(data, d.points, &d.point_data);
-    for (const GmshData& data : head_.element_data) add_array(data, d.cells, &d.cell_data);
+    add_arrays(head_.node_data, d.points, &d.point_data);
+    add_arrays(head_.element_data, d.cells, &d.cell_data);
     for (const GmshName& name : head_.names) add_name(kGmshNamePrefix + name.name);
     if (head_.time()) d.field_data.arrays.push_back({kTimeValue, ValueType::kFloat64, 1, {}, 1});
     if (d.cells == 0) file_.fail("the mesh has no cells");
@@ -120,7 +121,7 @@ class GmshReader final : public FormatReader {
     }
   }
 
-  // A file may have one array at several times: each has a name of its own.
+  // A file may have one name several times.
   static std::string unused(const std::string& name, const AttributeSet& set) {
     std::string free = name;
     for (int i = 2; set.find(free) != AttributeSet::npos; ++i) {
@@ -129,12 +130,16 @@ class GmshReader final : public FormatReader {
     return free;
   }
 
-  static void add_array(const GmshData& data, std::uint64_t tuples, AttributeSet* set) {
-    set->arrays.push_back({unused(data.name, *set),
-                           ValueType::kFloat64,
-                           static_cast<std::uint32_t>(data.components),
-                           {},
-                           tuples});
+  static void add_arrays(const std::vector<GmshData>& all, std::uint64_t tuples,
+                         AttributeSet* set) {
+    const std::vector<std::string> names = gmsh_array_names(all);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      set->arrays.push_back({unused(names[i], *set),
+                             ValueType::kFloat64,
+                             static_cast<std::uint32_t>(all[i].components),
+                             {},
+                             tuples});
+    }
   }
 
   // Made when it is first asked for: that goes through the whole file.

@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "io/gmsh_head.h"
+#include "io/gmsh_steps.h"
 #include "io/text_rows.h"
 #include "mesh/blocks.h"
 #include "mesh/split_cells.h"
@@ -59,12 +60,14 @@ class GmshWriter {
                  progress);
     put_head();
     put_names();
-    time_ = find_time();
     put_nodes();
     put_elements();
-    for (std::size_t i = 0; i < point_arrays; ++i) put_node_data(i);
+    const double time = find_time();
+    const auto of_points = gmsh_steps_of(mesh_.description().point_data, time);
+    for (std::size_t i = 0; i < point_arrays; ++i) put_node_data(i, of_points[i]);
+    const auto of_cells = gmsh_steps_of(mesh_.description().cell_data, time);
     for (std::size_t i = 0; i < cell_arrays; ++i) {
-      if (!is_tag(mesh_.description().cell_data.arrays[i], i)) put_element_data(i);
+      if (!is_tag(mesh_.description().cell_data.arrays[i], i)) put_element_data(i, of_cells[i]);
     }
   }
 
@@ -270,12 +273,13 @@ class GmshWriter {
 
   // ---- arrays ----
 
-  void begin_data(const char* section, const ArrayInfo& info, std::uint64_t rows) {
+  void begin_data(const char* section, const ArrayInfo& info, const GmshStep& step,
+                  std::uint64_t rows) {
     // A quote ends the name for Gmsh. Names of groups have it nevertheless, as Gmsh writes them.
-    std::string name = info.name;
+    std::string name = step.name;
     std::replace(name.begin(), name.end(), '"', '\'');
-    put_text(fmt::format("${}\n1\n{}\n1\n{}\n3\n0\n{}\n{}\n", section, in_quotes(name), time_,
-                         info.components, rows),
+    put_text(fmt::format("${}\n1\n{}\n1\n{}\n3\n{}\n{}\n{}\n", section, in_quotes(name), step.time,
+                         step.number, info.components, rows),
              file_);
   }
 
@@ -317,13 +321,13 @@ class GmshWriter {
     }
   }
 
-  void put_node_data(std::size_t index) {
+  void put_node_data(std::size_t index, const GmshStep& step) {
     const ArrayInfo& info = mesh_.description().point_data.arrays[index];
     const auto for_each_rows = [&](auto f) { mesh_.for_each_point_rows(index, f); };
-    put_data("NodeData", info, mesh_.points(), for_each_rows);
+    put_data("NodeData", info, step, mesh_.points(), for_each_rows);
   }
 
-  void put_element_data(std::size_t index) {
+  void put_element_data(std::size_t index, const GmshStep& step) {
     const ArrayInfo& info = mesh_.description().cell_data.arrays[index];
     const auto for_each_rows = [&](auto f) {
       mesh_.for_each_tets({index},
@@ -331,20 +335,20 @@ class GmshWriter {
                               const std::vector<Vector<std::byte>>& rows) { f(first, rows[0]); });
       f(mesh_.tets(), mesh_.lower_rows(index));
     };
-    put_data("ElementData", info, cells(), for_each_rows);
+    put_data("ElementData", info, step, cells(), for_each_rows);
   }
 
   // for_each_rows(f) calls f(first, rows) for windows of the array.
   template <class ForEachRows>
-  void put_data(const char* section, const ArrayInfo& info, std::uint64_t rows,
-                ForEachRows for_each_rows) {
+  void put_data(const char* section, const ArrayInfo& info, const GmshStep& step,
+                std::uint64_t rows, ForEachRows for_each_rows) {
     if (is_float(info.type)) {
       rows = 0;
       for_each_rows([&](std::uint64_t, const Vector<std::byte>& bytes) {
         rows += rows_with_numbers(info, to_doubles(info.type, bytes)).size();
       });
     }
-    begin_data(section, info, rows);
+    begin_data(section, info, step, rows);
     for_each_rows([&](std::uint64_t first, const Vector<std::byte>& bytes) {
       put_values(info, first, bytes);
     });
@@ -356,7 +360,6 @@ class GmshWriter {
   bool binary_;
   std::size_t physical_ = kNoArray;
   std::size_t geometrical_ = kNoArray;
-  double time_ = 0;
   Vector<std::byte> buffer_;
 };
 

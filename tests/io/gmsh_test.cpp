@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <string>
+#include <tuple>
 #include <vector>
 
+#include "io/gmsh_steps.h"
 #include "io/mesh_sink.h"
 #include "support/format_files.h"
 #include "support/mesh_file.h"
@@ -420,6 +422,46 @@ TEST_F(Gmsh, OneTimeIsTheMeshs) {
   const auto two = open("two.msh", kText2 + second);
   EXPECT_EQ(two->description().point_data.arrays.size(), 2u);
   EXPECT_EQ(two->description().field_data.find("TimeValue"), AttributeSet::npos);
+}
+
+// A view of several steps: its arrays say when, and are one view again in a Gmsh file.
+TEST_F(Gmsh, StepsOfAViewKeepTheirTimes) {
+  std::string later = kData.substr(0, kData.find("$ElementData"));
+  later.replace(later.find("0.5"), 3, "0.75");
+  const auto source = open("steps.msh", kText2 + later + later);
+  const auto& arrays = source->description().point_data.arrays;
+  ASSERT_EQ(arrays.size(), 3u);
+  EXPECT_EQ(arrays[0].name, "T at 0.5");
+  EXPECT_EQ(arrays[1].name, "T at 0.75");
+  EXPECT_EQ(arrays[2].name, "T at 0.75 2");
+  for (const Encoding encoding : {Encoding::kAscii, Encoding::kRaw}) {
+    WriteOptions options;
+    options.encoding = encoding;
+    write_mesh(source.get(), dir_.file("back.msh"), options);
+    const std::string bytes = bytes_of(dir_.file("back.msh"));
+    EXPECT_NE(bytes.find("\"T\"\n1\n0.5\n3\n0\n1\n"), std::string::npos);
+    EXPECT_NE(bytes.find("\"T\"\n1\n0.75\n3\n1\n1\n"), std::string::npos);
+    EXPECT_NE(bytes.find("\"T at 0.75 2\"\n1\n0\n"), std::string::npos);
+    const auto back = open_mesh(dir_.file("back.msh"));
+    for (std::size_t i = 0; i < arrays.size(); ++i) {
+      EXPECT_EQ(back->description().point_data.arrays[i].name, arrays[i].name);
+    }
+  }
+}
+
+// What only looks like a step stays what it is.
+TEST_F(Gmsh, OneArrayIsNoStep) {
+  AttributeSet set;
+  for (const char* name : {"T at 1", "U at 1", "U at 2e3", "U at noon", " at 3", "V"}) {
+    set.arrays.push_back({name, ValueType::kFloat64, 1, {}, 1});
+  }
+  const std::vector<GmshStep> steps = gmsh_steps_of(set, 7);
+  const std::vector<std::tuple<std::string, double, std::uint64_t>> expected = {
+      {"T at 1", 7, 0},    {"U", 1, 0},     {"U", 2e3, 1},
+      {"U at noon", 7, 0}, {" at 3", 7, 0}, {"V", 7, 0}};
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    EXPECT_EQ(std::tuple(steps[i].name, steps[i].time, steps[i].number), expected[i]);
+  }
 }
 
 TEST_F(Gmsh, TellsOfNamesThatItCannotHave) {

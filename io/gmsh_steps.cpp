@@ -1,0 +1,66 @@
+#include "io/gmsh_steps.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string_view>
+
+namespace tetfusion {
+
+namespace {
+
+constexpr std::string_view kAt = " at ";
+
+// "T at 0.5" as T and 0.5, where it is the name of a step.
+std::optional<GmshStep> parse_step(const std::string& array) {
+  const std::size_t at = array.rfind(kAt);
+  if (at == std::string::npos || at == 0) return {};
+  GmshStep step{array.substr(0, at)};
+  const char* const end = array.data() + array.size();
+  const auto [rest, error] = std::from_chars(array.data() + at + kAt.size(), end, step.time);
+  if (error != std::errc() || rest != end || !std::isfinite(step.time)) return {};
+  return step;
+}
+
+}  // namespace
+
+std::vector<std::string> gmsh_array_names(const std::vector<GmshData>& sections) {
+  std::map<std::string, std::set<double>> times;
+  const auto time_of = [](const GmshData& data) {
+    return data.time && std::isfinite(*data.time) ? data.time : std::nullopt;
+  };
+  for (const GmshData& data : sections) {
+    if (const auto time = time_of(data)) times[data.name].insert(*time);
+  }
+  std::vector<std::string> names;
+  for (const GmshData& data : sections) {
+    const auto time = time_of(data);
+    const bool is_step = time && times[data.name].size() > 1;
+    names.push_back(is_step ? fmt::format("{}{}{}", data.name, kAt, *time) : data.name);
+  }
+  return names;
+}
+
+std::vector<GmshStep> gmsh_steps_of(const AttributeSet& set, double time) {
+  std::map<std::string, std::uint64_t> counts;
+  for (const ArrayInfo& info : set.arrays) {
+    if (const auto step = parse_step(info.name)) ++counts[step->name];
+  }
+  std::map<std::string, std::uint64_t> numbers;
+  std::vector<GmshStep> steps;
+  for (const ArrayInfo& info : set.arrays) {
+    auto step = parse_step(info.name);
+    if (step && counts[step->name] > 1) {
+      step->number = numbers[step->name]++;
+      steps.push_back(*step);
+    } else {
+      steps.push_back({info.name, time});
+    }
+  }
+  return steps;
+}
+
+}  // namespace tetfusion
