@@ -20,6 +20,7 @@
 #include "io/mesh_stream.h"
 #include "io/output_file.h"
 #include "io/tetgen_writer.h"
+#include "mesh/array_names.h"
 #include "mesh/time_value.h"
 
 namespace tetfusion {
@@ -196,6 +197,15 @@ std::string unread_of(const MeshDescription& mesh) {
   if (!mesh.left_out.empty()) {
     sentences.push_back(fmt::format("{} has parts that are not read, and left out: {}", mesh.path,
                                     fmt::join(mesh.left_out, ", ")));
+  }
+  std::vector<std::string> marks;
+  for (const ArrayInfo& array : mesh.point_data.arrays) {
+    if (is_ghost_mark(array.name)) marks.push_back(array.name);
+  }
+  if (!marks.empty()) {
+    sentences.push_back(
+        fmt::format("marks of points that are hidden, or another piece's, are left out: {}",
+                    fmt::join(marks, ", ")));
   }
   return fmt::format("{}", fmt::join(sentences, "; "));
 }

@@ -4,6 +4,7 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "driver/convert.h"
+#include "driver/notices.h"
 #include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 
@@ -33,7 +34,9 @@ void run_convert(ConvertArguments* a) {
     context.check();
     context.report("writing", 0.5 + 0.5 * share);
   };
-  convert_mesh(source.get(), a->output, a->write);
+  InputFacts facts;
+  facts.ghost_cells = convert_mesh(source.get(), a->output, a->write);
+  say_what_is_odd(facts, context);
   console.detail_resources();
 }
 

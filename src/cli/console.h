@@ -101,8 +101,8 @@ void refuse_same_file(std::string_view option, const std::string& path,
 // For CLI::Option::check: a script's empty variable is a mistake, not a missing option.
 std::string not_empty(const std::string& value);
 
-// Opens /dev/null in the place of each standard stream that is closed. Call before any file is
-// opened.
+// Opens /dev/null in the place of each standard stream that is closed, so that no file gets its
+// number; what is written to standard output fails then. Call before any file is opened.
 void open_standard_streams();
 
 // From now on Ctrl-C asks running jobs to stop; a second one ends the process at once.

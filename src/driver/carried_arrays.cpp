@@ -1,12 +1,8 @@
 #include "driver/carried_arrays.h"
 
-#include <string>
+#include "mesh/array_names.h"
 
 namespace tetfusion {
-
-bool is_ghost_mark(const std::string& name) {
-  return name == "vtkGhostType" || name == "vtkGhostLevels";
-}
 
 namespace {
 

@@ -9,8 +9,6 @@
 
 namespace tetfusion {
 
-bool is_ghost_mark(const std::string& name);
-
 // All but ghost marks, as ghosts were not read, and what only steers.
 struct CarriedArrays {
   explicit CarriedArrays(const MeshDescription& mesh);

@@ -8,6 +8,7 @@
 #include "io/mesh_stream.h"
 #include "io/output_file.h"
 #include "io/vtu_writer.h"
+#include "mesh/array_names.h"
 
 namespace tetfusion {
 
@@ -31,6 +32,7 @@ class Converter {
     writer.finish();
     file.commit();
   }
+  std::uint64_t ghost_cells() const { return stream_->ghost_cells(); }
 
  private:
   // Calls f(first, count) for the windows of [0, all).
@@ -142,10 +144,19 @@ class Converter {
 
 }  // namespace
 
-void convert_mesh(MeshSource* source, const std::string& path, const WriteOptions& options) {
+std::uint64_t convert_mesh(MeshSource* source, const std::string& path,
+                           const WriteOptions& options) {
   check_mesh_output(path, options.encoding);
-  if (output_format(path) != MeshFormat::kVtu) return write_mesh(source, path, options);
-  Converter(source).run(path, options);
+  if (output_format(path) == MeshFormat::kVtu) {
+    Converter converter(source);
+    converter.run(path, options);
+    return converter.ghost_cells();
+  }
+  write_mesh(source, path, options);
+  const auto& arrays = source->description().cell_data.arrays;
+  const bool may_have_ghosts = std::any_of(
+      arrays.begin(), arrays.end(), [](const ArrayInfo& info) { return is_ghost_mark(info.name); });
+  return may_have_ghosts ? open_stream(source)->ghost_cells() : 0;
 }
 
 }  // namespace tetfusion

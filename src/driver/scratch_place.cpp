@@ -1,11 +1,27 @@
 #include "driver/scratch_place.h"
 
+#include <algorithm>
 #include <filesystem>
 
 namespace tetfusion {
 
+namespace {
+
+// The output, but no more of it than the first folder whose name a step or a level has a part in:
+// beside that there is a folder for sure.
+std::string in_a_folder(const std::string& output) {
+  std::size_t end = output.size();
+  for (const char* part : {"{step}", "{lod}"}) {
+    const std::size_t at = output.find(part);
+    if (at != std::string::npos) end = std::min(end, output.find('/', at));
+  }
+  return output.substr(0, end);
+}
+
+}  // namespace
+
 std::string scratch_folder(const SimplifyRequest& request) {
-  return request.performance.scratch.empty() ? request.output + ".tetfusion"
+  return request.performance.scratch.empty() ? in_a_folder(request.output) + ".tetfusion"
                                              : request.performance.scratch;
 }
 

@@ -15,6 +15,7 @@
 #include "compare/measure.h"
 #include "follow/fit_values.h"
 #include "io/mesh_stream.h"
+#include "mesh/array_names.h"
 #include "mesh/blocks.h"
 
 namespace tetfusion {
@@ -258,9 +259,6 @@ class Mover {
 std::vector<std::size_t> choose(const MeshDescription& mesh,
                                 const std::vector<std::string>& names) {
   const AttributeSet& all = mesh.point_data;
-  const auto is_ghost_mark = [](const std::string& name) {
-    return name == "vtkGhostType" || name == "vtkGhostLevels";
-  };
   std::vector<std::size_t> chosen;
   for (const std::string& name : names) {
     const std::size_t index = all.find(name);

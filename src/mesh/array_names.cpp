@@ -8,4 +8,8 @@ std::string names_of(const AttributeSet& set) {
   return names.empty() ? "none" : names;
 }
 
+bool is_ghost_mark(const std::string& name) {
+  return name == "vtkGhostType" || name == "vtkGhostLevels";
+}
+
 }  // namespace tetfusion

@@ -1,4 +1,4 @@
-// The names of arrays, for messages.
+// The names of arrays.
 #pragma once
 
 #include <string>
@@ -9,5 +9,8 @@ namespace tetfusion {
 
 // "pressure, velocity", or "none".
 std::string names_of(const AttributeSet& set);
+
+// Is it VTK's array of what is a copy of another piece's, or hidden?
+bool is_ghost_mark(const std::string& name);
 
 }  // namespace tetfusion

@@ -4,9 +4,9 @@
 #include <cstring>
 #include <utility>
 
-#include "driver/carried_arrays.h"
 #include "driver/options.h"
 #include "io/mesh_stream.h"
+#include "mesh/array_names.h"
 #include "series/other_arrays.h"
 
 namespace tetfusion {

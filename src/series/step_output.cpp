@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "base/tasks.h"
-#include "driver/carried_arrays.h"
 #include "driver/convert.h"
 #include "follow/apply_map.h"
+#include "mesh/array_names.h"
 #include "mesh/time_value.h"
 #include "series/run_part.h"
 

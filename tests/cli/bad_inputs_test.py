@@ -267,6 +267,15 @@ class BadInputs(unittest.TestCase):
                 outputs.add(out.read_bytes())
             self.assertEqual(len(outputs), 1)
 
+    def test_a_closed_standard_output_gets_nothing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            mesh = pathlib.Path(folder) / "mesh.vtu"
+            mesh.write_bytes(TinyVtu().bytes())
+            for line in ("simplify {} -o - --reduction 10%", "convert {} -", "info {}", "check {} --report -"):
+                result = subprocess.run(f'"{COMMAND}" {line.format(mesh)} >&-', shell=True, capture_output=True)
+                self.assertEqual(result.returncode, IO, line)
+                self.assertIn(b"standard output", result.stderr)
+
     def test_a_name_that_is_not_utf8(self):
         with tempfile.TemporaryDirectory() as folder:
             mesh = os.path.join(os.fsencode(folder), b"caf\xe9.vtu")

@@ -36,6 +36,21 @@ class Convert(FolderTest):
             run("convert", coded, back)
             self.assertEqual(back.read_bytes(), raw.read_bytes(), encoding)
 
+    def test_says_which_ghosts_it_leaves_out(self):
+        mesh = TinyVtu()
+        cells, points = [0] * len(mesh.tets), [0] * len(mesh.points)
+        cells[5], points[0] = 32, 2
+        mesh.arrays.insert(0, ["PointData", "vtkGhostType", "UInt8", 1, points])
+        mesh.arrays.insert(2, ["CellData", "vtkGhostType", "UInt8", 1, cells])
+        path = self.write(mesh)
+        for name in ("out.vtu", "out.vtk", "out.msh"):
+            told = finish("convert", path, self.folder / name)
+            self.assertEqual(told.returncode, 0)
+            self.assertIn(b"1 ghost or hidden cells (vtkGhostType) were dropped", told.stderr, name)
+            self.assertIn(b"marks of points that are hidden, or another piece's, are left out: vtkGhostType", told.stderr)
+        told = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "10%")
+        self.assertIn(b"marks of points that are hidden", told.stderr)
+
     def test_onto_itself(self):
         path = self.write(mesh_of_all_sorts())
         original = Vtu(path)

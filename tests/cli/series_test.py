@@ -413,6 +413,15 @@ class Names(SeriesTest):
                 report = self.simplify([self.folder / n for n in names], "--reduction", "10%", out="o{step}.vtu")
                 self.assertEqual({s["step"] for s in report["steps"]}, labels)
 
+    def test_each_step_in_a_folder_of_its_own(self):
+        folders = [self.folder / f"case_{step}" for step in (0, 1)]
+        for folder in folders:
+            folder.mkdir()
+            self.write(wave(jittered(4), 1.0), folder / "internal.vtu")
+        self.simplify([folder / "internal.vtu" for folder in folders], "--reduction", "10%", out="case_{step}/small.vtu")
+        for folder in folders:
+            self.assertEqual(sorted(path.name for path in folder.iterdir()), ["internal.vtu", "small.vtu"])
+
     def test_steps_come_in_the_order_of_their_numbers(self):
         steps = self.steps(3, name="s{}.vtu")
         report = self.simplify(steps[::-1], *GOAL)
