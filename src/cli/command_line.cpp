@@ -1,5 +1,7 @@
 #include "cli/command_line.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <memory>
@@ -29,6 +31,18 @@ class Formatter : public CLI::Formatter {
   }
 };
 
+// What is wrong, and whose help says more; `first` is what stands where a command should.
+std::string explain(const CLI::ParseError& error, const CLI::App& app, const std::string& first) {
+  const auto is_meant = [&](const CLI::App* command) { return command->get_name() == first; };
+  if (!app.get_subcommands(is_meant).empty()) {
+    return fmt::format("{}; see 'tetfusion {} --help'", error.what(), first);
+  }
+  const bool is_word = !first.empty() && first.front() != '-';
+  const std::string what =
+      is_word ? fmt::format("there is no command \"{}\"", first) : error.what();
+  return what + "; see 'tetfusion --help'";
+}
+
 int parse_and_run(int argc, const char* const* argv) {
   CLI::App app{
       "Simplifies tetrahedral meshes: TetFusion (Chopra & Meyer, IEEE Visualization 2002)"};
@@ -54,7 +68,7 @@ int parse_and_run(int argc, const char* const* argv) {
       write_text("-", text.str());
       return 0;
     }
-    print_error(std::string(e.what()) + "; see 'tetfusion --help'");
+    print_error(explain(e, app, argc > 1 ? argv[1] : ""));
     return static_cast<int>(ErrorCode::kUsage);
   }
   return 0;

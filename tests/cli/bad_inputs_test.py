@@ -287,6 +287,15 @@ class BadInputs(unittest.TestCase):
                 self.assertEqual((result.returncode, result.stderr), (0, b""), command)
                 self.assertIn("caf", json.loads(result.stdout).__repr__())
 
+    def test_wrong_usage_says_whose_help_says_more(self):
+        for arguments, message in ((["simplfy", "a.vtu"], b"there is no command \"simplfy\"; see 'tetfusion --help'"),
+                                   (["convert", "a.vtu"], b"see 'tetfusion convert --help'"),
+                                   (["simplify", "--no-such-option"], b"see 'tetfusion simplify --help'"),
+                                   ([], b"see 'tetfusion --help'")):
+            result = subprocess.run([COMMAND, *arguments], capture_output=True, timeout=60)
+            self.assertEqual(result.returncode, USAGE, arguments)
+            self.assertIn(message, result.stderr)
+
     def test_wrong_usage_of_the_command(self):
         for arguments in ([], ["frobnicate"], ["simplify"], ["simplify", "a.vtu"], ["check"], ["info"],
                           ["convert", "a.vtu"], ["generate", "six", "-o", "a.vtu"]):

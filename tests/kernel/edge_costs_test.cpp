@@ -139,15 +139,17 @@ TEST(CostQueue, TheCheapestComeFirstAndThenThoseWhoCameFirst) {
 TEST(CostQueue, BlocksHaveBinsOfTheirOwn) {
   CostQueue queue;
   queue.reset(10'000);
-  ASSERT_EQ(queue.blocks(), 3u);
+  const std::size_t near = CostQueue::block_of(17), far = CostQueue::block_of(9'000);
+  ASSERT_LT(near + 1, far);
+  ASSERT_EQ(queue.blocks(), CostQueue::block_of(9'999) + 1);
   const std::size_t low = CostQueue::bin_of(1), high = CostQueue::bin_of(100);
-  queue.go_to(0, high);
+  queue.go_to(near, high);
   queue.push(17, 1);
   queue.push(9'000, 1);
-  queue.go_to(2, low);
-  EXPECT_EQ(queue.pop(2), 9'000u);
-  EXPECT_EQ(queue.pop(1), kNoVertex);
-  EXPECT_EQ(queue.pop(0), 17u);
+  queue.go_to(far, low);
+  EXPECT_EQ(queue.pop(far), 9'000u);
+  EXPECT_EQ(queue.pop(near + 1), kNoVertex);
+  EXPECT_EQ(queue.pop(near), 17u);
 }
 
 }  // namespace
