@@ -1,6 +1,7 @@
 // One format or encoding to another, window by window.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "io/mesh_sink.h"

@@ -7,6 +7,7 @@
 #include <functional>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "kernel/cost_queue.h"
 #include "kernel/edge_costs.h"

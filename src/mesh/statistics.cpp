@@ -9,7 +9,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kTuplesPerBlock = 1 << 16;  // tuples
+constexpr std::size_t kTuplesPerBlock = 1 << 16;
 
 // Where the sum of squares is too large or too small for a double.
 template <class T>

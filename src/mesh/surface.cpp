@@ -11,7 +11,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kVerticesPerBlock = 4096;  // vertices
+constexpr std::size_t kVerticesPerBlock = 4096;
 
 // The triangles round one vertex, as the edges of its link: triangle i joins its other two
 // vertices.
