@@ -42,9 +42,22 @@ constexpr double kPush = 1.05;
 // A mean ratio from which on the sign of a volume is beyond doubt.
 constexpr double kSureQuality = 1e-3;
 
+// What double precision may make of a cubed mean ratio, with room.
+constexpr double kRoundingOfShapes = 1e-12;
+
 double cube(double x) { return x * x * x; }
 
 }  // namespace
+
+template <class Real>
+auto FuseCavity<Real>::limit_of(double least) -> Limit {
+  const double sure = std::max(least, cube(kSureQuality));
+  // With room for the rounding of these numbers.
+  return {
+      least,
+      sure,
+      {static_cast<float>(sure / 432 * (1 + 1e-5)), static_cast<float>(least / 432 * (1 - 1e-5))}};
+}
 
 template <class Real>
 void FuseCavity<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls, double min_quality,
@@ -52,25 +65,24 @@ void FuseCavity<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls, doubl
   mesh_ = mesh;
   balls_ = balls;
   unit_ = unit;
-  floor_ = cube(min_quality);
-  sure_ = cube(std::max(min_quality, kSureQuality));
-  // With room for the rounding of these numbers.
-  floors_ = {static_cast<float>(sure_ / 432 * (1 + 1e-5)),
-             static_cast<float>(floor_ / 432 * (1 - 1e-5))};
-  of_vertex_.forget();
-  of_partner_.forget();
+  floor_ = limit_of(cube(min_quality));
+  of_vertex_.shapes.forget();
+  of_partner_.shapes.forget();
   grid_.reset(mesh->positions);
   has_none_bad_.assign(mesh->vertex_count(), false);
 }
 
 template <class Real>
 void FuseCavity<Real>::note_fused(VertexId kept) {
-  if (!fixed_) has_none_bad_[kept] = true;
-  for (const std::uint32_t entry : weak_) {
-    for (const VertexId v : mesh_->tets[entry >> 2]) has_none_bad_[v] = false;
+  if (was_lowered_) {
+    for (const std::uint32_t entry : affected_) {
+      for (const VertexId v : mesh_->tets[entry >> 2]) has_none_bad_[v] = false;
+    }
+  } else if (!fixed_) {
+    has_none_bad_[kept] = true;
   }
-  of_vertex_.forget();
-  of_partner_.forget();
+  of_vertex_.shapes.forget();
+  of_partner_.shapes.forget();
   grid_.move(kept, mesh_->positions[kept]);
 }
 
@@ -80,55 +92,108 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
   partner_ = partner;
   fixed_ = fixed;
   position_ = position;
-  weak_.clear();
-  BallShapes<Real>& own = shapes_of(v, &of_vertex_);
-  if (!fixed && of_partner_.vertex() != partner) balls_->ask_for_tets(partner, mesh_->tets);
-  if (const auto reason = judge_ball(own, partner)) return reason;
+  Ball& own = ball_of(v, &of_vertex_);
+  was_lowered_ = false;
+  if (!fixed && of_partner_.shapes.vertex() != partner) balls_->ask_for_tets(partner, mesh_->tets);
+  if (const auto reason = judge_ball(&own, partner)) return reason;
   if (!fixed) {
-    if (const auto reason = judge_ball(shapes_of(partner, &of_partner_), v)) return reason;
+    if (const auto reason = judge_ball(&ball_of(partner, &of_partner_), v)) return reason;
   }
   list(partner, fixed);
-  return compare_shapes();
+  return std::nullopt;
 }
 
 template <class Real>
-BallShapes<Real>& FuseCavity<Real>::shapes_of(VertexId v, BallShapes<Real>* shapes) {
-  if (shapes->vertex() != v) {
-    shapes->begin(*mesh_, grid_, v, balls_->of(v, mesh_->incidence[v], mesh_->tets));
+auto FuseCavity<Real>::ball_of(VertexId v, Ball* ball) -> Ball& {
+  if (ball->shapes.vertex() != v) {
+    ball->shapes.begin(*mesh_, grid_, v, balls_->of(v, mesh_->incidence[v], mesh_->tets));
+    ball->worst = has_none_bad_[v] ? 1 : -1;
   }
-  return *shapes;
+  return *ball;
+}
+
+// None comes to be below the floor unless note_fused() hears of it.
+template <class Real>
+double FuseCavity<Real>::worst_of(Ball* ball) {
+  if (ball->worst >= 0) return ball->worst;
+  const bool may_be_bad = ball->shapes.may_have_bad(floor_.shapes);
+  has_none_bad_[ball->shapes.vertex()] = !may_be_bad;
+  ball->worst = 1;
+  if (!may_be_bad) return ball->worst;
+  const auto& p = mesh_->positions;
+  for (const std::uint32_t entry : ball->shapes.entries()) {
+    const Tet& t = mesh_->tets[entry >> 2];
+    const ShapeOf shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], unit_);
+    ball->worst = std::min(ball->worst, cubed_mean_ratio(shape));
+  }
+  return ball->worst;
+}
+
+// For a ball that has something below the floor: to the worst that the cavity has. False if that
+// is not so, or has been done.
+template <class Real>
+bool FuseCavity<Real>::lower_limit(Ball* ball) {
+  if (limit_.least < floor_.least || worst_of(ball) >= floor_.least) return false;
+  double worst = worst_of(&of_vertex_);
+  if (!fixed_) worst = std::min(worst, worst_of(&ball_of(partner_, &of_partner_)));
+  limit_ = limit_of(worst * (1 - kRoundingOfShapes));
+  was_lowered_ = true;
+  return true;
 }
 
 // The tetrahedra round one of the two, up to the first one that speaks against the position.
 template <class Real>
-std::optional<Reject> FuseCavity<Real>::judge_ball(BallShapes<Real>& ball, VertexId other) {
-  const auto place = ball.place(position_);
-  const auto entries = ball.entries();
-  for (std::size_t first = 0; first < entries.size(); first += kLanes) {
-    ball.gather(first);
-    const LaneMask good = ball.good(first, place, other, floors_);
+std::optional<Reject> FuseCavity<Real>::judge_ball(Ball* ball, VertexId other) {
+  limit_ = floor_;
+  if (ball->worst >= 0) lower_limit(ball);
+  BallShapes<Real>& shapes = ball->shapes;
+  const auto place = shapes.place(position_);
+  for (std::size_t first = 0; first < shapes.entries().size(); first += kLanes) {
+    shapes.gather(first);
+    const LaneMask good = shapes.good(first, place, other, limit_.shapes);
     if (all(good)) continue;
-    const LaneMask bad = ball.bad(first, place, floors_);
-    const std::size_t count = std::min(kLanes, entries.size() - first);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (good[i] != 0) continue;
-      failed_ = entries[first + i];
-      if (bad[i] != 0 && !may_have_bad(&ball)) {
-        return ball.flipped(first, place)[i] != 0 ? Reject::kFlip : Reject::kQuality;
-      }
-      if (const auto reason = judge_shape(failed_)) return reason;
+    auto reason = judge_group(shapes, first, place, good);
+    if (reason == Reject::kQuality && lower_limit(ball)) {
+      reason = judge_group(shapes, first, place, shapes.good(first, place, other, limit_.shapes));
     }
+    if (reason) return reason;
   }
   return std::nullopt;
 }
 
-// None comes to be so unless note_fused() hears of it.
+// Of four tetrahedra those that are not certainly good.
 template <class Real>
-bool FuseCavity<Real>::may_have_bad(BallShapes<Real>* ball) {
-  if (has_none_bad_[ball->vertex()]) return false;
-  const bool may = ball->may_have_bad(floors_);
-  has_none_bad_[ball->vertex()] = !may;
-  return may;
+std::optional<Reject> FuseCavity<Real>::judge_group(const BallShapes<Real>& ball, std::size_t first,
+                                                    const typename BallShapes<Real>::Place& place,
+                                                    const LaneMask& good) {
+  const LaneMask bad = ball.bad(first, place, limit_.shapes);
+  const std::size_t count = std::min(kLanes, ball.entries().size() - first);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (good[i] != 0) continue;
+    failed_ = ball.entries()[first + i];
+    if (bad[i] != 0) {
+      return ball.flipped(first, place)[i] != 0 ? Reject::kFlip : Reject::kQuality;
+    }
+    if (const auto reason = judge_shape(failed_)) return reason;
+  }
+  return std::nullopt;
+}
+
+// A good shape has a volume that is certainly positive; of any other the sign is looked at more
+// closely.
+template <class Real>
+std::optional<Reject> FuseCavity<Real>::judge_shape(std::uint32_t entry) const {
+  const Tet& tet = mesh_->tets[entry >> 2];
+  const auto& order = kCornerFirst[entry & 3u];
+  const auto& p = mesh_->positions;
+  const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
+  const ShapeOf shape = shape_of(position_, b, c, d, unit_);
+  const double square = 432 * shape.det * shape.det;
+  const double edges = cube(shape.edges);
+  if (shape.det > 0 && square >= limit_.sure * edges) return std::nullopt;
+  if (flips_as_written(position_, entry & 3u, tet, p)) return Reject::kFlip;
+  if (square >= limit_.least * edges) return std::nullopt;
+  return Reject::kQuality;
 }
 
 // In the ball, or in the first tetrahedron of the cavity that has the place, or nearly.
@@ -172,48 +237,12 @@ template <class Real>
 void FuseCavity<Real>::list(VertexId partner, bool fixed) {
   affected_.clear();
   deleted_.clear();
-  of_vertex_.list(partner, &affected_, &deleted_);
+  of_vertex_.shapes.list(partner, &affected_, &deleted_);
   if (fixed) return;
   // What both have is there already.
   const std::size_t deleted = deleted_.size();
-  of_partner_.list(of_vertex_.vertex(), &affected_, &deleted_);
+  of_partner_.shapes.list(of_vertex_.shapes.vertex(), &affected_, &deleted_);
   deleted_.resize(deleted);
-}
-
-// Those that are below the floor with the worst that there are now.
-template <class Real>
-std::optional<Reject> FuseCavity<Real>::compare_shapes() {
-  if (weak_.empty()) return std::nullopt;
-  const double limit = worst();
-  const auto& p = mesh_->positions;
-  for (const std::uint32_t entry : weak_) {
-    const Tet& tet = mesh_->tets[entry >> 2];
-    const auto& order = kCornerFirst[entry & 3u];
-    const ShapeOf shape =
-        shape_of(position_, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]], unit_);
-    if (cubed_mean_ratio(shape) >= limit) continue;
-    failed_ = entry;
-    return Reject::kQuality;
-  }
-  return std::nullopt;
-}
-
-// A good shape has a volume that is certainly positive; of any other the sign is looked at more
-// closely.
-template <class Real>
-std::optional<Reject> FuseCavity<Real>::judge_shape(std::uint32_t entry) {
-  const Tet& tet = mesh_->tets[entry >> 2];
-  const auto& order = kCornerFirst[entry & 3u];
-  const auto& p = mesh_->positions;
-  const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
-  const ShapeOf shape = shape_of(position_, b, c, d, unit_);
-  const double square = 432 * shape.det * shape.det;
-  const double edges = cube(shape.edges);
-  if (shape.det > 0 && square >= sure_ * edges) return std::nullopt;
-  if (flips_as_written(position_, entry & 3u, tet, p)) return Reject::kFlip;
-  if (square >= floor_ * edges) return std::nullopt;
-  weak_.push_back(entry);
-  return std::nullopt;
 }
 
 // New faces between the partner and an edge opposite to v, of which the mesh has one already:
@@ -266,7 +295,7 @@ auto FuseCavity<Real>::obstacle() const -> Obstacle {
   const auto& p = mesh_->positions;
   const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
   const ShapeOf shape = shape_of(position_, b, c, d, unit_);
-  const double wanted = kPush * std::sqrt(sure_ * cube(shape.edges) / 432);
+  const double wanted = kPush * std::sqrt(limit_.sure * cube(shape.edges) / 432);
   const auto from_b = [&](const Vec3<Real>& x) {
     return Point3{(double{x.x} - b.x) * unit_, (double{x.y} - b.y) * unit_,
                   (double{x.z} - b.z) * unit_};
@@ -277,19 +306,6 @@ auto FuseCavity<Real>::obstacle() const -> Obstacle {
   return {{static_cast<float>(gradient[0] / length), static_cast<float>(gradient[1] / length),
            static_cast<float>(gradient[2] / length)},
           static_cast<float>((wanted - shape.det) / length)};
-}
-
-template <class Real>
-double FuseCavity<Real>::worst() const {
-  double worst = 1;
-  const auto& p = mesh_->positions;
-  const auto look = [&](const Tet& t) {
-    const ShapeOf shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], unit_);
-    worst = std::min(worst, cubed_mean_ratio(shape));
-  };
-  for (const std::uint32_t entry : affected_) look(mesh_->tets[entry >> 2]);
-  for (const TetId t : deleted_) look(mesh_->tets[t]);
-  return worst;
 }
 
 // Of two that are as near, the one with the lower id in the input.

@@ -27,8 +27,9 @@ class FuseCavity {
 
   // Collects the cavity of v and its neighbour, which come together at the position; a partner that
   // is fixed is there already, and the tetrahedra round it stay as they are. Gives the reason if
-  // they may not: an affected tetrahedron would turn over, or be worse than the floor and than all
-  // of the cavity are now. The lists are of use after no reason alone.
+  // they may not: an affected tetrahedron would turn over, or be worse than the floor; it may be so
+  // where the vertex that it comes from has one below the floor, but no worse than the cavity's
+  // worst. The lists are of use after no reason alone.
   std::optional<Reject> collect(VertexId v, VertexId partner, bool fixed,
                                 const Vec3<Real>& position);
 
@@ -39,8 +40,10 @@ class FuseCavity {
     std::array<double, 4> shares;
     double least() const { return *std::min_element(shares.begin(), shares.end()); }
   };
-  Place place_of_vertex() const { return find_place(of_vertex_, partner_); }
-  Place place_of_partner() const { return find_place(of_partner_, of_vertex_.vertex()); }
+  Place place_of_vertex() const { return find_place(of_vertex_.shapes, partner_); }
+  Place place_of_partner() const {
+    return find_place(of_partner_.shapes, of_vertex_.shapes.vertex());
+  }
 
   // After collect(), with a partner that is fixed: would the mesh have faces of more than two
   // tetrahedra that are none now? That can be where the partner is a vertex of something broken.
@@ -67,31 +70,44 @@ class FuseCavity {
   Interpolation interpolation(VertexId v, VertexId partner, const Vec3<Real>& position) const;
 
  private:
-  BallShapes<Real>& shapes_of(VertexId v, BallShapes<Real>* shapes);
-  std::optional<Reject> judge_ball(BallShapes<Real>& ball, VertexId other);
-  std::optional<Reject> judge_shape(std::uint32_t entry);
-  bool may_have_bad(BallShapes<Real>* ball);
+  // How bad a tetrahedron may be, as a cubed mean ratio.
+  struct Limit {
+    double least = 0;
+    double sure = 0;     // no less, and the sign of a volume is beyond doubt
+    ShapeFloors shapes;  // the same, with some room
+  };
+  static Limit limit_of(double least);
+  struct Ball {
+    BallShapes<Real> shapes;
+    double worst = -1;  // cubed mean ratio that it has now, or more than the floor; -1: not known
+  };
+  Ball& ball_of(VertexId v, Ball* ball);
+  double worst_of(Ball* ball);
+  bool lower_limit(Ball* ball);
+  std::optional<Reject> judge_ball(Ball* ball, VertexId other);
+  std::optional<Reject> judge_group(const BallShapes<Real>& ball, std::size_t first,
+                                    const typename BallShapes<Real>::Place& place,
+                                    const LaneMask& good);
+  std::optional<Reject> judge_shape(std::uint32_t entry) const;
   Place find_place(const BallShapes<Real>& ball, VertexId other) const;
   Place place_in(std::uint32_t entry, const Vec3<Real>& x) const;
   void list(VertexId partner, bool fixed);
-  std::optional<Reject> compare_shapes();
-  double worst() const;
   VertexId nearer(VertexId v, VertexId partner, const Vec3<Real>& position) const;
 
   const WorkMesh<Real>* mesh_ = nullptr;
   LiveBalls* balls_ = nullptr;
   double unit_ = 1;
-  double floor_ = 0, sure_ = 0;  // cubed mean ratios
-  ShapeFloors floors_;           // the same, with some room
+  Limit floor_;  // where nothing is worse
+  Limit limit_;  // of the ball that is looked at
+  bool was_lowered_ = false;
   GridPositions<Real> grid_;
   VertexId partner_ = kNoVertex;
   Vec3<Real> position_{};
-  BallShapes<Real> of_vertex_, of_partner_;
+  Ball of_vertex_, of_partner_;
   Vector<bool> has_none_bad_;  // of vertices: no tetrahedron round it is below the floor
   bool fixed_ = false;
   std::uint32_t failed_ = 0;  // the entry that spoke against the last position
   Vector<std::uint32_t> affected_;
-  Vector<std::uint32_t> weak_;  // those of them below the floor
   Vector<TetId> deleted_;
   std::vector<std::uint64_t> edges_, kept_edges_;
 };

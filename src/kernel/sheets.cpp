@@ -1,8 +1,10 @@
 #include "kernel/sheets.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "kernel/patch_distance.h"
 #include "kernel/quadric.h"
@@ -13,33 +15,45 @@ namespace tetfusion {
 
 namespace {
 
+// Of the three faces at each corner, the other two corners: from outside the corner, from, to go
+// round the right way.
+constexpr auto kEdgesOpposite = [] {
+  std::array<std::array<std::pair<std::uint8_t, std::uint8_t>, 3>, 4> edges{};
+  for (std::size_t at = 0; at < 4; ++at) {
+    std::size_t count = 0;
+    for (const auto& face : kFaceCorners) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (face[i] == at) edges[at][count++] = {face[(i + 1) % 3], face[(i + 2) % 3]};
+      }
+    }
+  }
+  return edges;
+}();
+
 std::uint64_t key_of(VertexId a, VertexId b) {
   return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
 }
 
 template <class T>
-void sort_unique(std::vector<T>* items) {
-  std::sort(items->begin(), items->end());
-  items->erase(std::unique(items->begin(), items->end()), items->end());
+bool has(const std::vector<T>& items, const T& item) {
+  return std::find(items.begin(), items.end(), item) != items.end();
 }
 
-// How many two sorted lists share.
 template <class T>
-std::size_t count_common(const std::vector<T>& a, const std::vector<T>& b) {
-  std::size_t count = 0;
-  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
-    if (*i == *j) {
-      ++count;
-      ++i;
-      ++j;
-    } else if (*i < *j) {
-      ++i;
-    } else {
-      ++j;
-    }
-  }
-  return count;
+void add_new(const T& item, std::vector<T>* items) {
+  if (!has(*items, item)) items->push_back(item);
 }
+
+// Of vertices, a few of which may be taken for members though they are none.
+class VertexSieve {
+ public:
+  void add(VertexId v) { words_[place(v) >> 6] |= std::uint64_t{1} << (place(v) & 63u); }
+  bool may_have(VertexId v) const { return (words_[place(v) >> 6] >> (place(v) & 63u) & 1u) != 0; }
+
+ private:
+  static std::uint32_t place(VertexId v) { return v * 0x9E3779B1u >> 24; }
+  std::array<std::uint64_t, 4> words_{};
+};
 
 // Numbers regions in the order in which they come up.
 template <class Real>
@@ -85,36 +99,32 @@ void Sheets<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
   }
 }
 
-// Most faces are there twice, with the same region on both sides: these find one another in a table
-// of places by their keys. What is left is sorted.
+// Most faces have a corner that is on no sheet. Most others are there twice, with the same region
+// on both sides: these find one another in a table of places by their keys. What is left is sorted.
 template <class Real>
 const std::vector<SheetEdge>& Sheets<Real>::edges_opposite(VertexId v) {
   faces_.clear();
-  const auto ball = balls_->of(v, mesh_->incidence[v], mesh_->tets);
-  const std::size_t places = std::bit_ceil(8 * ball.size() + 1);
-  table_.assign(places, kNoFace);
-  for (const std::uint32_t entry : ball) {
+  for (const std::uint32_t entry : balls_->of(v, mesh_->incidence[v], mesh_->tets)) {
     const Tet& tet = mesh_->tets[entry >> 2];
-    const std::uint32_t at = entry & 3u;
-    const std::uint32_t region = region_of(entry >> 2);
-    for (std::uint32_t apex = 0; apex < 4; ++apex) {
-      if (apex == at) continue;
-      const auto& corners = kFaceCorners[apex];
-      const std::size_t i = corners[0] == at ? 0 : (corners[1] == at ? 1 : 2);
-      const SheetEdge edge{tet[corners[(i + 1) % 3]], tet[corners[(i + 2) % 3]], true};
-      const std::uint64_t key = key_of(edge.from, edge.to);
-      std::size_t place = (key * 0x9E3779B97F4A7C15u >> 32) & (places - 1);
-      while (table_[place] != kNoFace && faces_[table_[place]].key != key) {
-        place = (place + 1) & (places - 1);
-      }
-      std::uint32_t& face = table_[place];
-      if (face != kNoFace && faces_[face].open && faces_[face].region == region) {
-        faces_[face].open = false;
-        continue;
-      }
-      face = static_cast<std::uint32_t>(faces_.size());
-      faces_.push_back({key, edge, region, true});
+    std::array<bool, 4> may_be{};
+    for (std::size_t i = 0; i < 4; ++i) may_be[i] = may_be_on_sheet(tet[i]);
+    for (const auto& [from, to] : kEdgesOpposite[entry & 3u]) {
+      if (!may_be[from] || !may_be[to]) continue;
+      const SheetEdge edge{tet[from], tet[to], true};
+      faces_.push_back({key_of(edge.from, edge.to), edge, region_of(entry >> 2), true});
     }
+  }
+  const std::size_t places = std::bit_ceil(2 * faces_.size() + 1);
+  table_.assign(places, kNoFace);
+  for (std::uint32_t i = 0; i < faces_.size(); ++i) {
+    Face& face = faces_[i];
+    std::size_t place = (face.key * 0x9E3779B97F4A7C15u >> 32) & (places - 1);
+    while (table_[place] != kNoFace && faces_[table_[place]].key != face.key) {
+      place = (place + 1) & (places - 1);
+    }
+    const std::uint32_t other = std::exchange(table_[place], i);
+    if (other == kNoFace || !faces_[other].open || faces_[other].region != face.region) continue;
+    face.open = faces_[other].open = false;
   }
   std::erase_if(faces_, [](const Face& face) { return !face.open; });
   std::sort(faces_.begin(), faces_.end(), [](const Face& a, const Face& b) {
@@ -234,56 +244,87 @@ void Sheets<Real>::add_planes(VertexId v, double unit, float* quadric) {
   }
 }
 
-// Neighbours, and the edges opposite to v in its tetrahedra's faces.
 template <class Real>
-void Sheets<Real>::find_link(VertexId v, Link* link) {
-  link->vertices.clear();
-  link->edges.clear();
-  for (const std::uint32_t entry : balls_->of(v, mesh_->incidence[v], mesh_->tets)) {
+bool Sheets<Real>::may_contract(VertexId a, const SheetFan& fan, VertexId b) {
+  return may_contract_in_volume(a, b) && may_contract_on_sheet(fan, b);
+}
+
+// A vertex that both links have is of the link of the edge. So are both ends of an edge that both
+// have, then: of other edges it need not be asked.
+template <class Real>
+bool Sheets<Real>::may_contract_in_volume(VertexId a, VertexId b) {
+  const auto ball_a = balls_->of(a, mesh_->incidence[a], mesh_->tets);
+  const auto ball_b = balls_->of(b, mesh_->incidence[b], mesh_->tets);
+  VertexSieve link_a;
+  shared_.vertices.clear();
+  shared_.edges.clear();
+  for (const std::uint32_t entry : ball_a) {
     const Tet& tet = mesh_->tets[entry >> 2];
-    for (std::size_t i = 0; i < 4; ++i) {
-      if (tet[i] == v) continue;
-      link->vertices.push_back(tet[i]);
-      for (std::size_t k = i + 1; k < 4; ++k) {
-        if (tet[k] != v) link->edges.push_back(key_of(tet[i], tet[k]));
+    const bool is_shared = std::find(tet.begin(), tet.end(), b) != tet.end();
+    std::array<VertexId, 3> others{};
+    std::size_t count = 0;
+    for (const VertexId u : tet) {
+      link_a.add(u);
+      if (is_shared && u != a && u != b) {
+        add_new(u, &shared_.vertices);
+        others[count++] = u;
+      }
+    }
+    if (is_shared) shared_.edges.push_back(key_of(others[0], others[1]));
+  }
+  const auto is_near_a = [&](VertexId u) {
+    return link_a.may_have(u) && std::any_of(ball_a.begin(), ball_a.end(), [&](auto entry) {
+             const Tet& tet = mesh_->tets[entry >> 2];
+             return std::find(tet.begin(), tet.end(), u) != tet.end();
+           });
+  };
+  for (const std::uint32_t entry : ball_b) {
+    for (const VertexId u : mesh_->tets[entry >> 2]) {
+      if (u != a && u != b && is_near_a(u) && !has(shared_.vertices, u)) return false;
+    }
+  }
+  find_other_edges(ball_a, a, &other_edges_);
+  find_other_edges(ball_b, b, &other_edges_of_b_);
+  return std::none_of(other_edges_.begin(), other_edges_.end(),
+                      [&](std::uint64_t edge) { return has(other_edges_of_b_, edge); });
+}
+
+// Those of the vertex's link that join vertices of the link of the edge, but are none of its edges.
+template <class Real>
+void Sheets<Real>::find_other_edges(std::span<const std::uint32_t> ball, VertexId of,
+                                    std::vector<std::uint64_t>* edges) const {
+  edges->clear();
+  for (const std::uint32_t entry : ball) {
+    std::array<VertexId, 3> ends{};
+    std::size_t count = 0;
+    for (const VertexId u : mesh_->tets[entry >> 2]) {
+      if (u != of && has(shared_.vertices, u)) ends[count++] = u;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = i + 1; k < count; ++k) {
+        const std::uint64_t edge = key_of(ends[i], ends[k]);
+        if (!has(shared_.edges, edge)) edges->push_back(edge);
       }
     }
   }
-  sort_unique(&link->vertices);
-  sort_unique(&link->edges);
 }
 
+// On the sheet the link of the edge is two vertices.
 template <class Real>
-bool Sheets<Real>::may_contract(VertexId a, const SheetFan& fan, VertexId b) {
-  find_link(a, &link_a_);
-  find_link(b, &link_b_);
-  std::vector<VertexId> vertices;  // of the link of the edge
-  std::size_t edges = 0;
-  for (const std::uint32_t entry : balls_->of(a, mesh_->incidence[a], mesh_->tets)) {
-    const Tet& tet = mesh_->tets[entry >> 2];
-    if (std::find(tet.begin(), tet.end(), b) == tet.end()) continue;
-    ++edges;
-    for (const VertexId v : tet) {
-      if (v != a && v != b) vertices.push_back(v);
-    }
+bool Sheets<Real>::may_contract_on_sheet(const SheetFan& fan, VertexId b) {
+  const auto& edges = edges_opposite(b);
+  // Triangles that a and b have over the same edge would fall together.
+  for (std::size_t i = 0; i < fan.size(); ++i) {
+    const VertexId from = fan.ring[i], to = fan.at(i + 1);
+    const auto is_over_it = [&](const SheetEdge& e) {
+      return (e.from == from && e.to == to) || (e.from == to && e.to == from);
+    };
+    if (std::any_of(edges.begin(), edges.end(), is_over_it)) return false;
   }
-  sort_unique(&vertices);
-  if (count_common(link_a_.vertices, link_b_.vertices) != vertices.size()) return false;
-  if (count_common(link_a_.edges, link_b_.edges) != edges) return false;
-
-  sheet_a_ = fan.ring;
-  sheet_b_.clear();
-  for (const SheetEdge& e : edges_opposite(b)) {
-    sheet_b_.insert(sheet_b_.end(), {e.from, e.to});
-    const auto at = std::find(fan.ring.begin(), fan.ring.end(), e.from);
-    if (at == fan.ring.end()) continue;
-    // Triangles that a and b have over the same edge would fall together.
-    const auto i = static_cast<std::size_t>(at - fan.ring.begin());
-    if (fan.at(i + 1) == e.to || fan.at(i + fan.size() - 1) == e.to) return false;
-  }
-  sort_unique(&sheet_a_);
-  sort_unique(&sheet_b_);
-  return count_common(sheet_a_, sheet_b_) == 2;
+  return std::count_if(fan.ring.begin(), fan.ring.end(), [&](VertexId u) {
+           return std::any_of(edges.begin(), edges.end(),
+                              [&](const SheetEdge& e) { return e.from == u || e.to == u; });
+         }) == 2;
 }
 
 template class Sheets<float>;

@@ -98,7 +98,14 @@ class Sheets {
     return {double{p.x}, double{p.y}, double{p.z}};
   }
   void mark_edges(VertexId v, SheetFan* fan) const;
-  void find_link(VertexId v, Link* link);
+  // As far as marks tell.
+  bool may_be_on_sheet(VertexId v) const {
+    return (mesh_->marks[v] & (kOnBoundary | kOnInterface)) != 0 || is_between_regions(v);
+  }
+  bool may_contract_in_volume(VertexId a, VertexId b);
+  bool may_contract_on_sheet(const SheetFan& fan, VertexId b);
+  void find_other_edges(std::span<const std::uint32_t> ball, VertexId of,
+                        std::vector<std::uint64_t>* edges) const;
   std::uint32_t region_of(std::size_t t) const { return region_.empty() ? 0 : region_[t]; }
 
   const WorkMesh<Real>* mesh_ = nullptr;
@@ -109,8 +116,8 @@ class Sheets {
   std::vector<std::uint32_t> table_;
   std::vector<SheetEdge> edges_;
   SheetFan fan_;
-  Link link_a_, link_b_;
-  std::vector<VertexId> sheet_a_, sheet_b_;
+  Link shared_;  // of an edge
+  std::vector<std::uint64_t> other_edges_, other_edges_of_b_;
 };
 
 extern template class Sheets<float>;

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -65,7 +68,6 @@ TEST_F(IcosahedronCavity, ForgetsAReasonThatIsGone) {
   }
 }
 
-// What spoke against one edge has nothing to say about another, even where that is asked twice.
 // A cell beyond the ball that has the partner and an edge on the ball's far side.
 TEST(FuseCavity, SeesFacesThatWouldBeThereTwice) {
   Geometry ball = testing::icosahedron_ball();
@@ -115,6 +117,7 @@ struct InMesh {
   FuseCavity<double> cavity;
 };
 
+// What spoke against one edge has nothing to say about another, even where that is asked twice.
 TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
   InMesh in(testing::five_split_cube(5, 0.1, 2));
   const WorkMesh<double>& mesh = in.mesh;
@@ -138,6 +141,99 @@ TEST(FuseCavity, AnEdgeIsJudgedByItsOwnTetrahedra) {
                            cavity.deleted().end()));
   }
   EXPECT_GT(allowed, 5u);
+}
+
+double cubed_mean_ratio(const std::array<Vec3<double>, 4>& p) {
+  const auto minus = [](const Vec3<double>& a, const Vec3<double>& b) {
+    return Point3{a.x - b.x, a.y - b.y, a.z - b.z};
+  };
+  double edges = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t k = i + 1; k < 4; ++k) edges += dot(minus(p[i], p[k]), minus(p[i], p[k]));
+  }
+  const double det = dot(minus(p[1], p[0]), cross(minus(p[2], p[0]), minus(p[3], p[0])));
+  return det < 0 ? det : 432 * det * det / (edges * edges * edges);
+}
+
+// On a mesh so flat that many cells are below the floor: what comes is no worse than the floor, or
+// than the worst that is there, and only a ball that has something below the floor gets more of it.
+// Nothing else is refused. Where fusions are done, what is known of balls follows.
+TEST(FuseCavity, NothingGetsWorseThanTheWorst) {
+  constexpr double kFloor = 0.3;
+  Geometry flat = testing::five_split_cube(7, 0.3, 5);
+  for (auto& p : std::get<Vector<Vec3<double>>>(flat.points)) p.z *= p.x < 3.5 ? 0.35 : 0.8;
+  WorkMesh<double> mesh = testing::to_work_mesh(flat);
+  LiveBalls balls;
+  balls.reset(mesh.vertex_count(), mesh.tets);
+  FuseCavity<double> cavity;
+  cavity.begin(&mesh, &balls, kFloor, 0x1p-3);
+  const double floor = kFloor * kFloor * kFloor;
+  const auto shape_of = [&](const Tet& tet) {
+    return cubed_mean_ratio({mesh.positions[tet[0]], mesh.positions[tet[1]], mesh.positions[tet[2]],
+                             mesh.positions[tet[3]]});
+  };
+  struct Ball {
+    double now = 1, then = 1;  // the worst
+  };
+  const auto look = [&](VertexId v, VertexId partner, const Vec3<double>& position) {
+    Ball ball;
+    for (const Tet& tet : mesh.tets) {
+      if (is_deleted(tet) || std::ranges::count(tet, v) == 0) continue;
+      ball.now = std::min(ball.now, shape_of(tet));
+      if (std::ranges::count(tet, partner) != 0) continue;
+      std::array<Vec3<double>, 4> corners;
+      for (std::size_t i = 0; i < 4; ++i) {
+        corners[i] = tet[i] == v ? position : mesh.positions[tet[i]];
+      }
+      ball.then = std::min(ball.then, cubed_mean_ratio(corners));
+    }
+    return ball;
+  };
+  std::mt19937 random(1);
+  int allowed = 0, refused = 0, below = 0, fused = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const Tet tet = mesh.tets[random() % mesh.tets.size()];
+    const VertexId v = tet[0], partner = tet[1];
+    if (is_deleted(tet)) continue;
+    if (((mesh.marks[v] | mesh.marks[partner]) & kOnBoundary) != 0) continue;
+    const double share = 0.25 * static_cast<double>(random() % 5);
+    const Vec3<double>&a = mesh.positions[v], &b = mesh.positions[partner];
+    const Vec3<double> at{a.x + share * (b.x - a.x), a.y + share * (b.y - a.y),
+                          a.z + share * (b.z - a.z)};
+    const Ball one = look(v, partner, at), other = look(partner, v, at);
+    const double worst = std::min(one.now, other.now);
+    bool expected = true, is_close = false;
+    for (const Ball& ball : {one, other}) {
+      const double limit = ball.now < floor ? std::min(floor, worst) : floor;
+      expected = expected && ball.then >= limit;
+      is_close = is_close || std::abs(ball.then - limit) < 1e-6 * limit;
+    }
+    const auto reason = cavity.collect(v, partner, false, at);
+    ASSERT_TRUE(is_close || !reason == expected) << i;
+    (reason ? refused : allowed) += 1;
+    if (reason) continue;
+    below += std::min(one.then, other.then) < floor ? 1 : 0;
+    if (fused == 30) continue;
+    ++fused;
+    const VertexId kept = std::min(v, partner), gone = std::max(v, partner);
+    const std::vector<std::uint32_t> affected(cavity.affected().begin(), cavity.affected().end());
+    for (const TetId t : cavity.deleted()) {
+      for (const VertexId u : mesh.tets[t]) --mesh.incidence[u];
+      mark_deleted(&mesh.tets[t]);
+    }
+    for (const std::uint32_t entry : affected) mesh.tets[entry >> 2][entry & 3u] = kept;
+    for (const VertexId u : {gone, kept}) {
+      mesh.incidence[u] = 0;
+      balls.clear(u);
+    }
+    balls.add(kept, affected);
+    mesh.incidence[kept] = static_cast<std::uint32_t>(affected.size());
+    mesh.positions[kept] = at;
+    cavity.note_fused(kept);
+  }
+  EXPECT_GT(allowed, 50);
+  EXPECT_GT(refused, 50);
+  EXPECT_GT(below, 20);
 }
 
 // Where the two were is in the new mesh, in a tetrahedron that the new vertex has.

@@ -5,7 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
+#include <iterator>
 #include <map>
+#include <random>
+#include <set>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "kernel/quadric.h"
 #include "support/work_meshes.h"
@@ -176,6 +183,83 @@ TEST(Sheets, LinksThatMeet) {
                    two.mesh.incidence[b] == 2);
     }
   }
+}
+
+// A vertex's link, by the definition: vertices, and edges as pairs.
+struct Link {
+  std::set<VertexId> vertices;
+  std::set<std::pair<VertexId, VertexId>> edges;
+};
+
+Link link_of(std::span<const Tet> tets, std::initializer_list<VertexId> simplex) {
+  Link link;
+  for (const Tet& tet : tets) {
+    const auto has = [&](VertexId v) { return std::ranges::count(tet, v) == 1; };
+    if (!std::ranges::all_of(simplex, has)) continue;
+    std::vector<VertexId> others;
+    for (const VertexId u : tet) {
+      if (std::ranges::count(simplex, u) == 0) others.push_back(u);
+    }
+    std::ranges::sort(others);
+    link.vertices.insert(others.begin(), others.end());
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      for (std::size_t k = i + 1; k < others.size(); ++k) {
+        link.edges.insert({others[i], others[k]});
+      }
+    }
+  }
+  return link;
+}
+
+template <class T>
+std::set<T> common(const std::set<T>& a, const std::set<T>& b) {
+  std::set<T> both;
+  std::ranges::set_intersection(a, b, std::inserter(both, both.begin()));
+  return both;
+}
+
+// In random parts of a box, with edges, pinches and holes: two vertices may become one exactly
+// where their links share the link of the edge and nothing else, in the volume and on the sheet.
+TEST(Sheets, MayContractByTheLinks) {
+  int allowed = 0, refused_by_volume = 0, refused_by_sheet = 0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Geometry part = five_split_cube(4, 0.2, seed);
+    std::mt19937 random(seed);
+    std::erase_if(part.tets, [&](const Tet&) { return random() % 8 < seed % 4; });
+    Fixed f(to_work_mesh(part));
+    for (VertexId a = 0; a < f.mesh.vertex_count(); ++a) {
+      SheetFan fan;
+      if (f.mesh.incidence[a] == 0 || !f.sheets.find_fan(a, &fan)) continue;
+      for (const VertexId b : std::vector<VertexId>(fan.ring)) {
+        SheetFan other;
+        if (!f.sheets.find_fan(b, &other)) continue;
+        const Link of_a = link_of(f.mesh.tets, {a}), of_b = link_of(f.mesh.tets, {b});
+        const Link of_both = link_of(f.mesh.tets, {a, b});
+        const bool by_volume = common(of_a.vertices, of_b.vertices) == of_both.vertices &&
+                               common(of_a.edges, of_b.edges) == of_both.edges;
+        const auto vertices = [](const SheetFan& of) {
+          return std::set<VertexId>(of.ring.begin(), of.ring.end());
+        };
+        const auto edges = [](const SheetFan& of) {
+          std::set<std::pair<VertexId, VertexId>> all;
+          for (std::size_t i = 0; i < of.size(); ++i) {
+            all.insert(std::minmax({of.at(i), of.at(i + 1)}));
+          }
+          return all;
+        };
+        const bool by_sheet = common(vertices(fan), vertices(other)).size() == 2 &&
+                              common(edges(fan), edges(other)).empty();
+        ASSERT_EQ(f.sheets.may_contract(a, fan, b), by_volume && by_sheet)
+            << seed << ": " << a << ", " << b;
+        allowed += by_volume && by_sheet ? 1 : 0;
+        refused_by_volume += by_volume ? 0 : 1;
+        refused_by_sheet += by_volume && !by_sheet ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(allowed, 100);
+  EXPECT_GT(refused_by_volume, 100);
+  EXPECT_GE(refused_by_sheet, 1);
 }
 
 }  // namespace
