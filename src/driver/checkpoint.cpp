@@ -1,5 +1,8 @@
 #include "driver/checkpoint.h"
 
+#include <algorithm>
+#include <type_traits>
+
 namespace tetfusion {
 
 namespace {
@@ -47,6 +50,24 @@ void pass_strings(Stream stream, Strings& strings) {
   pass_list(stream, strings, [&](auto& s) { stream.all(s); });
 }
 
+template <class Stream, class Bits>
+void pass_bits(Stream stream, Bits& bits) {
+  std::uint64_t size = bits.size();
+  stream.value(size);
+  Vector<std::uint8_t> bytes;
+  if constexpr (std::is_const_v<Bits>) {
+    bytes.assign((size + 7) / 8, 0);
+    for (std::uint64_t i = 0; i < size; ++i) {
+      bytes[i / 8] |= static_cast<std::uint8_t>((bits[i] ? 1 : 0) << i % 8);
+    }
+  }
+  stream.all(bytes);
+  if constexpr (!std::is_const_v<Bits>) {
+    bits.resize(std::min<std::uint64_t>(size, 8 * bytes.size()));
+    for (std::uint64_t i = 0; i < bits.size(); ++i) bits[i] = (bytes[i / 8] >> i % 8 & 1) != 0;
+  }
+}
+
 template <class Stream, class Columns>
 void pass_columns(Stream stream, Columns& columns) {
   pass_list(stream, columns, [&](auto& c) {
@@ -77,6 +98,7 @@ void pass(Stream stream, State& state) {
   stream.value(state.input.box);
   stream.all(state.input.steering_box.low);
   stream.all(state.input.steering_box.high);
+  pass_bits(stream, state.input.rewound);
   stream.value(state.input.facts);
   auto& lower = state.input.lower;
   stream.all(lower.cells.types);

@@ -18,6 +18,8 @@ RunState<double> rich_state() {
   state.input = std::move(import.imported);
   state.input.mesh.pieces.reset();
   state.input.mesh.locks = {3, 17, 99};
+  state.input.rewound.resize(21);
+  state.input.rewound[3] = state.input.rewound[16] = state.input.rewound[20] = true;
   state.input.facts.locked_vertices = 12;
   state.input.mesh.facing.reset({{0, -1, 0.5}, {1, 2, 3}});
   state.input.mesh.facing.cells()[70] = 9;
@@ -52,6 +54,7 @@ TEST(Checkpoint, GivesBackWhatWasSaved) {
   EXPECT_EQ(loaded.input.mesh.facing.box().lo, (Point3{0, -1, 0.5}));
   EXPECT_EQ(loaded.input.mesh.samples.size(), state.input.mesh.samples.size());
   EXPECT_EQ(loaded.input.box.hi.x, 6);
+  EXPECT_EQ(loaded.input.rewound, state.input.rewound);
   EXPECT_EQ(loaded.input.facts.locked_vertices, 12u);
   EXPECT_EQ(loaded.input.lower.cells.connectivity, state.input.lower.cells.connectivity);
   ASSERT_EQ(loaded.input.lower.columns.size(), 3u);
