@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -162,7 +163,9 @@ void write_tetgen(MeshPasses* mesh, const std::string& path,
   writer.put_tets(&tets);
   writer.put_sides(kVtkTriangle, &faces);
   writer.put_sides(kVtkLine, &edges);
-  for (OutputFile* file : {&nodes, &faces, &edges, &tets}) file->commit();
+  const std::array<OutputFile*, 4> files{&nodes, &faces, &edges, &tets};
+  for (OutputFile* file : files) file->finish();
+  for (OutputFile* file : files) file->commit();
 }
 
 }  // namespace tetfusion

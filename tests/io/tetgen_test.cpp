@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "io/mesh_sink.h"
+#include "support/faulty_file_system.h"
 #include "support/format_files.h"
 #include "support/mesh_file.h"
 #include "support/vtu_file_test.h"
@@ -212,6 +214,32 @@ TEST_F(Tetgen, ReplacesAllFiles) {
   convert(open_named("b.ele").get(), "a.node");
   EXPECT_EQ(bytes_of(dir_.file("a.edge")), "0 0\n");
   EXPECT_EQ(open_named("a.ele")->read_geometry().lower.size(), 0u);
+}
+
+// Wherever the disk is full, all four are the old ones, or all are new.
+TEST_F(Tetgen, IsNeverWrittenByHalf) {
+  const std::vector<std::string> names{"b.node", "b.face", "b.edge", "b.ele"};
+  int failed = 0;
+  bool is_written = false;
+  for (std::int64_t room = 0; !is_written && room < 10000; room += 16) {
+    for (const std::string& name : names) write(name, "old");
+    const auto source = open_named("a.node");
+    {
+      testing::FaultyFileSystem system;
+      system.fill_up_after(room);
+      try {
+        convert(source.get(), "b.node");
+        is_written = true;
+      } catch (const Error&) {
+        ++failed;
+      }
+    }
+    for (const std::string& name : names) {
+      EXPECT_EQ(bytes_of(dir_.file(name)) != "old", is_written) << name << ' ' << room;
+    }
+  }
+  EXPECT_TRUE(is_written);
+  EXPECT_GT(failed, 5);
 }
 
 }  // namespace
