@@ -216,12 +216,17 @@ void check_outputs(const SeriesPlan& plan, const std::vector<std::string>& input
   };
   std::set<std::string> read;
   for (const std::string& path : inputs) read.insert(plain(path));
-  for (const Step& step : steps) read.insert(plain(step.input));
+  for (const Step& step : steps) {
+    read.insert(plain(step.input));
+    if (!is_pieces_name(step.input)) continue;
+    const auto mesh = open_mesh(step.input);
+    for (const std::string& piece : mesh->description().files) read.insert(plain(piece));
+  }
   const auto refuse_input = [&](const std::string& path) {
     if (path.empty() || !read.contains(plain(path))) return;
     refuse(fmt::format("{} is an input of the series: give the outputs another name", path));
   };
-  refuse_input(plan.list);
+  for (const std::string& path : {plan.list, job.map, job.also_written}) refuse_input(path);
   std::map<std::string, std::string> written;  // by their input
   for (const Step& step : steps) {
     if (is_pieces_name(step.output)) refuse("the output of a series is one file a step, no .pvtu");

@@ -514,6 +514,17 @@ class Refused(SeriesTest):
             (self.folder / "a.pvd").write_text(f"<VTKFile><Collection>{rows}</Collection></VTKFile>")
             self.refuse([self.folder / "a.pvd"], code=BAD)
 
+    def test_pieces_of_a_step_are_inputs(self):
+        steps = []
+        for i, whole in enumerate(self.steps(2)):
+            steps.append(self.folder / f"s_{i}.pvtu")
+            run("simplify", whole, "-o", steps[i], "--pieces", "2", "--reduction", "1%", "--array", "bump", "--quiet")
+        for mode in ("shared", "each"):
+            for i in (0, 1):
+                said = self.refuse(steps, "--series", mode, out=f"s_{{step}}_pieces/s_{i}_0.vtu")
+                self.assertIn("is an input of the series", said)
+                self.refuse(steps, "--series", mode, "--report", self.folder / f"s_{i}_pieces" / f"s_{i}_0.vtu")
+
     def test_a_step_that_does_not_go_with_the_others(self):
         first = self.write(wave(jittered(6), 1.0), "s0.vtu")
         other, moved, turned = (wave(jittered(6), 2.0) for _ in range(3))
