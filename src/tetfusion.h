@@ -227,7 +227,7 @@ struct Options {
   std::optional<double> reduction;
   std::optional<std::uint64_t> tets;
   // With kFuse. No steering field is off by more at any of the input's points, as a share of its
-  // range, > 0. Default: 0.01 without a goal and max_rms, else anything.
+  // range, > 0. Default: 0.01 without a goal, max_rms and a tolerance of any array, else anything.
   std::optional<double> max_error;
   // With kFuse: what a fusion may do to the steering fields, in the mean of squares; > 0.
   std::optional<double> max_rms;

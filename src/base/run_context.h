@@ -18,7 +18,7 @@ struct RunContext {
   // come a little out of order. A run that goes on where an earlier one stopped begins with the
   // share that was done then.
   std::function<void(std::string_view phase, double share)> progress;
-  // Called once, when the number of tetrahedra of the input is known: for a rate.
+  // Called when the number of tetrahedra of the input is known, at times twice: for a rate.
   std::function<void(std::uint64_t tets)> size;
   // Called with sentences that the user should read: what was locked, what was left out.
   std::function<void(std::string_view message)> notice;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -46,7 +47,11 @@ void run_tasks(std::size_t tasks, int threads,
   };
   const std::size_t workers = std::min(tasks, static_cast<std::size_t>(std::max(threads, 1)));
   std::vector<std::jthread> others;
-  for (std::size_t worker = 1; worker < workers; ++worker) others.emplace_back(run, worker);
+  try {
+    for (std::size_t worker = 1; worker < workers; ++worker) others.emplace_back(run, worker);
+  } catch (const std::system_error&) {
+    // The system gives no more threads: those that are there do the work.
+  }
   run(0);
   others.clear();  // joins
   if (error) std::rethrow_exception(error);

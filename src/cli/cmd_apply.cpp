@@ -69,8 +69,7 @@ void run_apply(ApplyArguments* a) {
   set_thread_count(a->threads);
   check_mesh_output(a->output, a->write.encoding);
   refuse_same_file("-o", a->output, {a->map});
-  refuse_same_file("--report", a->report, {a->map, a->input, a->output});
-  if (!a->report.empty()) check_output_path(a->report);
+  check_report(a->report, {a->map, a->input, a->output});
   if (a->report == "-" && a->output == "-") {
     throw Error(ErrorCode::kUsage, "the mesh and the report cannot both go to standard output");
   }

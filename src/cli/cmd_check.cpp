@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <iterator>
 #include <memory>
+#include <system_error>
 
 #include "base/error.h"
 #include "base/numbers.h"
@@ -15,7 +17,6 @@
 #include "driver/convert.h"
 #include "driver/examine.h"
 #include "io/mesh_source.h"
-#include "io/output_file.h"
 #include "repair/repair.h"
 
 namespace tetfusion {
@@ -157,7 +158,11 @@ void fix(const CheckArguments& a, MeshSource* source, const Examination& examina
     context.report("writing", share);
   };
   convert_mesh(mended.source.get(), a.fixed, write);
-  const Answer after = answer(a, a.fixed, examine(mended.source.get(), a.examine, context));
+  std::error_code unknown;
+  const bool can_be_read = std::filesystem::is_regular_file(a.fixed, unknown);
+  const auto written = can_be_read ? open_mesh(a.fixed, a.open) : nullptr;
+  MeshSource* const result = can_be_read ? written.get() : mended.source.get();
+  const Answer after = answer(a, a.fixed, examine(result, a.examine, context));
   answer_of_input->text +=
       fmt::format("\nmended: {} cells rewound, {} duplicate cells and {} unused points dropped\n{}",
                   format_count(r.rewound), format_count(r.duplicate_tets),
@@ -193,7 +198,7 @@ Answer check(const CheckArguments& a) {
 void run_check(const CheckArguments& a) {
   const double start = wall_seconds();
   set_thread_count(a.threads);
-  refuse_same_file("--report", a.report, {a.input, a.fixed});
+  check_report(a.report, {a.input, a.fixed});
   if (!a.fixed.empty()) {
     check_mesh_output(a.fixed, a.write.encoding);
     if (a.fixed == "-" && (a.report == "-" || !a.console.quiet)) {

@@ -285,7 +285,7 @@ void run_compare(const CompareArguments& a) {
   if (a.original == "-" && a.simplified == "-") {
     throw Error(ErrorCode::kUsage, "only one of the meshes can come from standard input");
   }
-  refuse_same_file("--report", a.report, {a.original, a.simplified});
+  check_report(a.report, {a.original, a.simplified});
   const Bounds bounds = take_bounds(a);
   set_thread_count(a.threads);
   const Comparison comparison = compare(a, bounds);

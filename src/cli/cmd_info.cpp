@@ -211,7 +211,7 @@ InfoAnswer answer_of(const InfoArguments& a) {
 }
 
 void run_info(const InfoArguments& a) {
-  refuse_same_file("--report", a.report, {a.input});
+  check_report(a.report, {a.input});
   set_thread_count(a.threads);
   const InfoAnswer answer = answer_of(a);
   if (!a.report.empty()) write_text(a.report, dump(answer.json));

@@ -11,7 +11,6 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
-#include "io/output_file.h"
 #include "refine/refine.h"
 
 namespace tetfusion {
@@ -76,8 +75,7 @@ void run_refine(RefineArguments* a) {
   set_thread_count(a->threads);
   parse_goal(a);
   refuse_same_file("-o", a->request.output, {a->request.input});
-  refuse_same_file("--report", a->report, {a->request.input, a->request.output});
-  if (!a->report.empty()) check_output_path(a->report);
+  check_report(a->report, {a->request.input, a->request.output});
   if (a->report == "-" && a->request.output == "-") {
     throw Error(ErrorCode::kUsage, "the mesh and the report cannot both go to standard output");
   }

@@ -219,7 +219,7 @@ void run_series(SimplifyArguments* a) {
   const SeriesPlan plan = plan_series(request);
   std::vector<std::string> files{plan.list};
   for (const Step& step : plan.steps) files.insert(files.end(), {step.input, step.output});
-  refuse_same_file("--report", a->report, files);
+  check_report(a->report, files);
   refuse_same_file("--map", a->request.map, files);
   SeriesReport report;
   {
@@ -240,8 +240,7 @@ void run_simplify(SimplifyArguments* a) {
     for (const Stage& level : plan_stages(a->request, kMaxTets)) {
       others.insert(others.end(), {level.path, level.map});
     }
-    refuse_same_file("--report", a->report, others);
-    check_output_path(a->report);
+    check_report(a->report, others);
     a->request.also_written = a->report;
   }
   std::vector<std::string> others = a->inputs;
@@ -284,8 +283,9 @@ void add_goal_options(CLI::App& command, SimplifyArguments* a) {
   command
       .add_option("--max-error", a->max_error,
                   "With --method fuse: at none of the input's points a steering field is off by "
-                  "more than this share of its range (1%). Default: 1%, but anything with a goal "
-                  "or --max-rms. With a goal the errors stay as far below as it allows")
+                  "more than this share of its range (1%). Default: 1%, but anything with a goal, "
+                  "--max-rms or a tolerance of any --array. With a goal the errors stay as far "
+                  "below as it allows")
       ->check(not_empty)
       ->group(kGroup);
   command

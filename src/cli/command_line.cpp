@@ -7,6 +7,7 @@
 #include <memory>
 #include <new>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -86,6 +87,9 @@ int run_command_line(int argc, const char* const* argv) noexcept try {
 } catch (const std::bad_alloc&) {
   print_error("out of memory: the mesh is larger than this machine holds");
   return static_cast<int>(ErrorCode::kMemory);
+} catch (const std::logic_error& e) {
+  print_error(fmt::format("internal error: {}; please report it, with the command", e.what()));
+  return static_cast<int>(ErrorCode::kIo);
 } catch (const std::exception& e) {
   print_error(e.what());
   return static_cast<int>(ErrorCode::kIo);

@@ -196,6 +196,11 @@ void refuse_same_file(std::string_view option, const std::string& path,
   }
 }
 
+void check_report(const std::string& path, const std::vector<std::string>& others) {
+  refuse_same_file("--report", path, others);
+  if (!path.empty()) check_output_path(path);
+}
+
 std::string not_empty(const std::string& value) {
   return value.empty() ? "the value is empty" : "";
 }

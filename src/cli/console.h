@@ -98,6 +98,10 @@ void write_text(const std::string& path, const std::string& text);
 void refuse_same_file(std::string_view option, const std::string& path,
                       const std::vector<std::string>& others);
 
+// Before hours of work: Error(kUsage) if a report would overwrite one of these, Error(kIo) if it
+// cannot be written. Empty: there is none.
+void check_report(const std::string& path, const std::vector<std::string>& others);
+
 // For CLI::Option::check: a script's empty variable is a mistake, not a missing option.
 std::string not_empty(const std::string& value);
 

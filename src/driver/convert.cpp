@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 
 #include "driver/carried_arrays.h"
 #include "io/cell_order.h"
@@ -22,7 +23,7 @@ class Converter {
       : source_(source), stream_(open_stream(source)), carried_(source->description()) {}
 
   void run(const std::string& path, const WriteOptions& options) {
-    count_cells();
+    count_cells(options.progress);
     OutputFile file(path, VtuWriter::access(options.encoding));
     VtuWriter writer(&file, layout(options.encoding), options.progress);
     for (std::size_t i = 0; i < carried_.point_indices.size(); ++i) put_point_array(i, &writer);
@@ -51,8 +52,9 @@ class Converter {
     });
   }
 
-  void count_cells() {
+  void count_cells(const std::function<void(double)>& progress) {
     for_each_cell_window([&](std::uint64_t, std::uint64_t, const CellWindow& window) {
+      if (progress) progress(0);  // who asks to stop does so there
       tets_ += window.tets.size();
       lower_cells_ += window.lower.size();
       lower_corners_ += window.lower.connectivity.size();

@@ -77,7 +77,8 @@ struct BehaviourOptions {
   // scalars, else the first floating-point point array.
   std::vector<std::string> arrays;
 
-  // Integer cell arrays whose interfaces stay. Absent: those named like materials. Empty: none.
+  // Cell arrays of numbers of one component whose interfaces stay. Absent: those of integers named
+  // like materials. Empty: none.
   std::optional<std::vector<std::string>> regions;
 
   // Where the mesh stays as it is (mesh/region_of_interest.h).

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <optional>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "base/resources.h"
 #include "driver/coarsening.h"
@@ -29,6 +32,24 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
 }
 
+// Of what was not asked for when they were written.
+void tell_of_earlier_levels(const std::vector<Stage>& stages, std::size_t written, const Run& run) {
+  for (std::size_t i = 0; i < written; ++i) {
+    std::error_code unknown;
+    const std::string& map = stages[i].map;
+    if (!map.empty() && !std::filesystem::exists(map, unknown)) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("{} was written by a run that made no map of it, so there will be no "
+                              "{}: leave out --map, or begin anew without --resume",
+                              stages[i].path, map));
+    }
+  }
+  if (written > 0 && run.request.verify) {
+    run.context.say(
+        "--verify looks at the levels that are written from here on, not at those that are there");
+  }
+}
+
 // From the input, or what an earlier run has left of it, to the last of the outputs.
 template <class Real>
 void coarsen(std::optional<Checkpoint> left, Run* run, SimplifyReport* report) {
@@ -39,6 +60,7 @@ void coarsen(std::optional<Checkpoint> left, Run* run, SimplifyReport* report) {
   if (looks_at_result(run->request)) require_boundary(run->request.input, state.input.facts);
   if (run->keeps_logs()) refuse_ghosts(run->request.input, state.input.facts);
   const std::vector<Stage>& stages = coarsening.stages();
+  tell_of_earlier_levels(stages, state.outputs.size(), *run);
   bool reached = true;
   for (std::size_t i = state.outputs.size(); i < stages.size() && reached; ++i) {
     run->clock.begin("passes");
@@ -78,9 +100,13 @@ SimplifyReport simplify_mesh(const SimplifyRequest& request, std::unique_ptr<Mes
     auto left = run.place.open(mesh, sink != nullptr);
     mesh.point_type == ValueType::kFloat32 ? coarsen<float>(std::move(left), &run, &report)
                                            : coarsen<double>(std::move(left), &run, &report);
-    run.place.remove();
   } catch (const Error& error) {
     run.place.give_up(error);
+  }
+  try {
+    run.place.remove();
+  } catch (const Error& error) {
+    context.say(error.what());  // the results are there
   }
   run.clock.end();
   report.seconds = run.clock.seconds();

@@ -163,6 +163,10 @@ void check_options(const SimplifyRequest& request) {
 }
 
 void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& request) {
+  if (!request.progressive.empty() && mesh.cells > kMaxTets) {
+    refuse(fmt::format("--progressive is for meshes of at most {} cells, and {} has {}", kMaxTets,
+                       request.input, mesh.cells));
+  }
   refuse_piece(request.progressive, mesh);
   refuse_piece(request.also_written, mesh);
   for (const Stage& stage : plan_stages(request, kMaxTets)) {

@@ -54,10 +54,12 @@ SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
 
 constexpr std::uint64_t kSteeringWindow = std::uint64_t{1} << 18;
 
-Vector<Vec3<double>> read_positions(const MeshDescription& mesh, const MeshStream& stream) {
+Vector<Vec3<double>> read_positions(const MeshDescription& mesh, const MeshStream& stream,
+                                    const RunContext& context) {
   Vector<Vec3<double>> positions(stream.points());
   Vector<std::byte> rows;
   for (std::uint64_t first = 0; first < positions.size(); first += kSteeringWindow) {
+    context.check();
     const std::uint64_t count = std::min<std::uint64_t>(kSteeringWindow, positions.size() - first);
     rows.resize(count * 3 * size_of(mesh.point_type));
     stream.read_points(first, count, rows);
@@ -71,16 +73,17 @@ Vector<Vec3<double>> read_positions(const MeshDescription& mesh, const MeshStrea
 
 // Volume-weighted means of a cell array round each point.
 Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
-                             const MeshStream& stream) {
+                             const MeshStream& stream, const RunContext& context) {
   const ArrayInfo& info = mesh.cell_data.arrays[index];
   const std::size_t components = info.components;
-  const Vector<Vec3<double>> positions = read_positions(mesh, stream);
+  const Vector<Vec3<double>> positions = read_positions(mesh, stream, context);
   Vector<double> sums, weights;
   sums.assign(positions.size() * components, 0.0);
   weights.assign(positions.size(), 0.0);
   Vector<std::byte> rows;
   CellWindow window;
   for (std::uint64_t first = 0; first < stream.cells(); first += kSteeringWindow) {
+    context.check();
     const std::uint64_t count = std::min(kSteeringWindow, stream.cells() - first);
     stream.read_cells(first, count, &window);
     rows.resize(count * components * size_of(info.type));
@@ -160,7 +163,7 @@ void Steering::read_array(const Array& array, std::uint64_t first, std::uint64_t
 }
 
 // The field's range in its new unit, which it sets; 0 when all values are the same.
-double Steering::measure(Array* array) const {
+double Steering::measure(Array* array, const RunContext& context) const {
   // A sixteenth, so that neither a difference nor the diagonal of a tensor's box overflows.
   constexpr double kSixteenth = 1.0 / 16;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -172,6 +175,7 @@ double Steering::measure(Array* array) const {
   const std::uint64_t points = stream_->points();
   std::vector<std::vector<Range>> windows(block_count(points, kSteeringWindow));
   for_each_block(points, kSteeringWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
+    context.check();
     Vector<double> values;
     read_array(*array, begin, end - begin, &values);
     windows[w].resize(components);
@@ -211,8 +215,8 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
     const bool of_cells = choice.association == Association::kCell;
     const ArrayInfo& info = (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index];
     Array array{choice.index, info.type, info.components, 0, {}};
-    if (of_cells) array.averages = average_cells(choice.index, mesh, stream);
-    const double range = measure(&array);
+    if (of_cells) array.averages = average_cells(choice.index, mesh, stream, context);
+    const double range = measure(&array, context);
     if (range > 0) {
       fields_.push_back(
           {width_, array.components, range, choice.tolerance, kNoColumn, array.exponent});

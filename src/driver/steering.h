@@ -69,7 +69,7 @@ class Steering {
   };
   void read_array(const Array& array, std::uint64_t first, std::uint64_t count,
                   Vector<double>* values) const;
-  double measure(Array* array) const;
+  double measure(Array* array, const RunContext& context) const;
 
   const MeshStream* stream_ = nullptr;
   std::vector<Array> arrays_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <system_error>
 
 #include "base/numbers.h"
 #include "base/resources.h"
@@ -54,7 +55,8 @@ Workplace::Workplace(const SimplifyRequest& request, const MeshDescription& mesh
 std::optional<Checkpoint> Workplace::open(const MeshDescription& mesh, bool to_memory) {
   const std::string folder = scratch_folder(request_);
   const PerformanceOptions& options = request_.performance;
-  const bool resume = options.resume && std::filesystem::exists(folder);
+  std::error_code unknown;
+  const bool resume = options.resume && std::filesystem::exists(folder, unknown);
   if (!on_disk_ && !resume) {
     scratch_ = memory_scratch();
     return std::nullopt;

@@ -204,6 +204,10 @@ class Compare(FolderTest):
             files = [original, simplified] if options else [original]
             run("compare", *files, *options, code=USAGE)
         run("compare", "-", "-", code=USAGE)
+        # Before any work: nothing is shown.
+        for command in (["compare", original, simplified], ["check", original], ["info", original]):
+            said = finish(*command, "--report", self.folder / "none" / "report.json")
+            self.assertEqual((said.returncode, said.stdout), (IO, b""))
         self.assertEqual(self.files(), ["original.vtu", "simplified.vtu"])
 
     def test_meshes_that_are_none(self):

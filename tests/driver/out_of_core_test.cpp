@@ -383,6 +383,45 @@ TEST_P(StoppedLevels, StayWhenTheyAreWhole) {
   EXPECT_GT(stopped_between, 1);
 }
 
+// The first level was written without a map: the run that goes on cannot make it.
+TEST_F(StoppedRun, LevelsThatAreThereGetNoMap) {
+  request.output = folder.file("level_{lod}.vtu");
+  request.performance.scratch = folder.file("scratch");
+  request.behaviour.method = Method::kFuse;
+  request.behaviour.lods = {0.1, 0.3, 0.5};
+  request.performance.on_disk = true;
+  int refused = 0;
+  for (const int report : stops()) {
+    std::filesystem::remove(folder.file("level_1.vtu"));
+    std::filesystem::remove_all(folder.file("scratch"));
+    request.performance.resume = false;
+    ASSERT_TRUE(run_until(report));
+    if (!std::filesystem::exists(folder.file("level_1.vtu"))) continue;
+    request.performance.resume = true;
+    request.map = folder.file("level_{lod}.map");
+    std::string said;
+    try {
+      simplify(request);  // killed before it was noted that the level is there
+      for (const char* level : {"1", "2", "3"}) {
+        EXPECT_TRUE(std::filesystem::remove(folder.file(std::string("level_") + level + ".map")));
+      }
+    } catch (const Error& e) {
+      ++refused;
+      EXPECT_EQ(e.code(), ErrorCode::kUsage);
+      EXPECT_THAT(e.what(), HasSubstr("level_1.map"));
+      request.verify = true;
+      RunContext context;
+      context.notice = [&](std::string_view sentence) { said += sentence; };
+      request.map.clear();
+      EXPECT_LT(simplify(request, context).verified.size(), 3u);
+      EXPECT_THAT(said, HasSubstr("--verify looks at the levels that are written from here on"));
+      break;
+    }
+    request.map.clear();
+  }
+  EXPECT_EQ(refused, 1);
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, StoppedLevels,
                          ::testing::Values(Method::kTetFuse, Method::kFuse));
 

@@ -45,5 +45,19 @@ TEST(CheckOptions, PiecesNeedAFileThatNamesThem) {
   check_options(request);
 }
 
+// Its numbers have 32 bits.
+TEST(RefuseOutputs, OfAWayBackForMoreCellsThanItCanNumber) {
+  SimplifyRequest request;
+  request.output = "a.vtu";
+  request.progressive = "a.tfp";
+  MeshDescription mesh;
+  mesh.cells = kMaxTets;
+  refuse_outputs_among(mesh, request);
+  ++mesh.cells;
+  EXPECT_THROW(refuse_outputs_among(mesh, request), Error);
+  request.progressive.clear();
+  refuse_outputs_among(mesh, request);
+}
+
 }  // namespace
 }  // namespace tetfusion
