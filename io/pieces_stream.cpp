@@ -84,10 +84,6 @@ class PiecesStream final : public MeshStream {
     std::uint64_t first_cell = 0;
   };
 
-  static void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) {
-    if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
-  }
-
   void open(const std::vector<StreamPiece>& pieces, const OpenOptions& options);
   void find_used_points();
   void find_copies();

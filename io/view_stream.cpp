@@ -100,10 +100,6 @@ class ViewStream final : public MeshStream {
   }
 
  private:
-  static void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) {
-    if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
-  }
-
   static void copy_tuples(const ValuesView& values, std::uint64_t components, std::uint64_t first,
                           std::uint64_t count, std::byte* out) {
     const std::uint64_t tuple = components * size_of(values.type);

@@ -111,10 +111,6 @@ class VtuStream final : public MeshStream {
   }
 
  private:
-  static void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) {
-    if (first > size || count > size - first) throw std::out_of_range("a window behind the mesh");
-  }
-
   // ---- opening ----
 
   Vector<std::uint64_t> find_bad_points() const {

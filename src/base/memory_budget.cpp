@@ -73,10 +73,6 @@ MemoryBudget::Reservation MemoryBudget::wait_for(std::uint64_t bytes, std::strin
     changed_.notify_all();
   };
   while (true) {
-    if (aborted_) {
-      leave();
-      throw Abandoned();
-    }
     if (bytes > total_ - staying_) {
       leave();
       refuse(bytes, staying_, what);
@@ -87,12 +83,6 @@ MemoryBudget::Reservation MemoryBudget::wait_for(std::uint64_t bytes, std::strin
   leave();
   add_locked(bytes, true);
   return Reservation(this, bytes, true);
-}
-
-void MemoryBudget::abort() {
-  const std::lock_guard lock(mutex_);
-  aborted_ = true;
-  changed_.notify_all();
 }
 
 std::uint64_t MemoryBudget::used() const {

@@ -51,12 +51,8 @@ class MemoryBudget {
 
   // Waits until the bytes are free. Who comes first is served first: a large request is not passed
   // by small ones. Throws Error(kMemory) when the bytes would not be free even if all reservations
-  // of this kind were back, Abandoned after abort().
+  // of this kind were back.
   Reservation wait_for(std::uint64_t bytes, std::string_view what);
-
-  // Everyone who waits, now or later, throws Abandoned. For a worker that fails: what others wait
-  // for may never come back.
-  void abort();
 
   std::uint64_t total() const { return total_; }
   std::uint64_t used() const;
@@ -76,7 +72,6 @@ class MemoryBudget {
   std::uint64_t peak_ = 0;
   std::uint64_t next_ticket_ = 0;
   std::deque<std::uint64_t> queue_;  // tickets of those who wait, in order of arrival
-  bool aborted_ = false;
 };
 
 }  // namespace tetfusion

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/mix.h"
 #include "mesh/blocks.h"
 #include "mesh/faces.h"
 
@@ -46,11 +47,8 @@ void for_each_tet(const CellRun& run, F take) {
 }
 
 // Of a triangle's two larger vertices: another one for each pair, and without pattern.
-std::uint64_t mix(VertexId middle, VertexId high) {
-  std::uint64_t x = std::uint64_t{middle} << 32 | high;
-  x = (x ^ x >> 32) * 0xD6E8FEB86659FD93u;
-  x = (x ^ x >> 32) * 0xD6E8FEB86659FD93u;
-  return x ^ x >> 32;
+std::uint64_t edge(VertexId middle, VertexId high) {
+  return mix(std::uint64_t{middle} << 32 | high);
 }
 
 // Tells vertices all of whose triangles have an even number of sides from the others, without
@@ -63,8 +61,8 @@ class OddFaces {
     read([&](const CellRun& run) {
       for_each_tet(run, [&](const Tet& t, std::size_t, const auto& order) {
         const VertexId a = t[order[0]], b = t[order[1]], c = t[order[2]], d = t[order[3]];
-        add(a, mix(b, c) ^ mix(b, d) ^ mix(c, d));
-        add(b, mix(c, d));
+        add(a, edge(b, c) ^ edge(b, d) ^ edge(c, d));
+        add(b, edge(c, d));
       });
     });
   }

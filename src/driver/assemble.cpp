@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "base/mix.h"
 #include "base/resources.h"
 #include "base/tasks.h"
 #include "driver/chunk_loader.h"
@@ -24,11 +25,6 @@ struct RegionReport {
   VertexId id;
   std::uint64_t region;
 };
-
-std::uint64_t mix(std::uint64_t h, std::uint64_t value) {
-  h = (h ^ value) * 0x9E3779B97F4A7C15u;
-  return h ^ (h >> 29);
-}
 
 template <class Real>
 class Assembler {
@@ -132,7 +128,8 @@ void Assembler<Real>::mark_regions(Share* share) {
   for (const std::size_t c : regions_) {
     const Column& column = mesh_.cell_columns[c];
     const Vector<std::uint64_t> keys = region_keys(column.type, column.rows);
-    for (std::size_t t = 0; t < keys.size(); ++t) region_of_tet[t] = mix(region_of_tet[t], keys[t]);
+    for (std::size_t t = 0; t < keys.size(); ++t)
+      region_of_tet[t] = mix(region_of_tet[t] ^ keys[t]);
   }
   for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
     const std::uint64_t region = region_of_tet[t];
@@ -224,6 +221,7 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
     const auto chunk = static_cast<std::uint32_t>(c);
     const auto memory = budget->wait_for(chunk_memory(tets.bytes(chunk) + points.bytes(chunk)),
                                          "a chunk to be put together");
+    context.check();  // that may have taken long
     Assembler<Real>& worker = *workers[w];
     Share share = worker.assemble(chunk, tets, points);
     points.forget(chunk);

@@ -23,7 +23,6 @@ namespace {
 // inspect() and the mesh itself, a cell and a point; 32 to 47 a cell measured.
 constexpr std::uint64_t kCellBytes = 42;
 constexpr std::uint64_t kPointBytes = 60;
-constexpr std::uint64_t kProcess = std::uint64_t{32} << 20;
 
 Examination examine_whole(MeshSource* source, const RunContext& context) {
   context.report("reading", 0);
@@ -73,7 +72,7 @@ Examination examine(MeshSource* source, const ExamineOptions& options, const Run
   const std::uint64_t total = options.memory != 0 ? options.memory : memory_limit() / 2;
   const MeshDescription& mesh = source->description();
   const std::unique_ptr<MeshStream> stream = source->stream();
-  const std::uint64_t whole = kProcess + kCellBytes * mesh.cells + kPointBytes * mesh.points;
+  const std::uint64_t whole = kProcessBytes + kCellBytes * mesh.cells + kPointBytes * mesh.points;
   if (!options.in_chunks && (whole <= total || stream == nullptr)) {
     if (stream == nullptr && options.memory != 0 && whole > total) {
       throw Error(

@@ -18,12 +18,6 @@ constexpr std::uint64_t kWindows = 30 * kMiB;
 // Points that several chunks have are there more than once.
 constexpr double kCopies = 1.2;
 
-std::uint64_t row_bytes(const AttributeSet& set) {
-  std::uint64_t bytes = 0;
-  for (const ArrayInfo& a : set.arrays) bytes += a.components * size_of(a.type);
-  return bytes;
-}
-
 // Vertices on the interface of a chunk. A cube of n vertices has 6 n^(2/3) on its surface; pieces
 // of the curve are less compact than cubes, and each interface is counted on one side.
 double interface_vertices(double tets) {
@@ -41,8 +35,8 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const auto points = static_cast<double>(mesh.points);
   const double real = mesh.point_type == ValueType::kFloat32 ? 4 : 8;
   const double vertex =
-      3 * real + 5 + static_cast<double>(steering.vertex + row_bytes(carried.point_data));
-  const double tet = 17 + static_cast<double>(row_bytes(carried.cell_data));
+      3 * real + 5 + static_cast<double>(steering.vertex + carried.point_data.row_bytes());
+  const double tet = 17 + static_cast<double>(carried.cell_data.row_bytes());
   const double pieces = cells * tet + kCopies * points * vertex;
   const double chunks = std::ceil(cells / static_cast<double>(chunk_tets));
   const double removed =

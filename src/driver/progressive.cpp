@@ -22,12 +22,6 @@ constexpr std::uint64_t kProgressiveWindow = std::uint64_t{1} << 18;
 // What a product in single precision may lack.
 constexpr double kRoundedUp = 1 + 1e-7;
 
-std::uint64_t row_bytes_of(const AttributeSet& set) {
-  std::uint64_t bytes = 0;
-  for (const ArrayInfo& info : set.arrays) bytes += info.components * size_of(info.type);
-  return bytes;
-}
-
 // Rows side by side, of columns one after another.
 void append_rows(std::span<const Column> columns, std::size_t row, Vector<std::byte>* out) {
   for (const Column& c : columns) {
@@ -117,8 +111,8 @@ ProgressiveDescription describe(const CarriedArrays& carried, FusionErrors error
 // range of the result; sections that wait to be packed, and packed.
 std::uint64_t writing_bytes(const MeshDescription& mesh, int threads) {
   constexpr std::uint64_t kRows = std::uint64_t{1} << 16;
-  const std::uint64_t point = 4 + 3 * size_of(mesh.point_type) + row_bytes_of(mesh.point_data);
-  const std::uint64_t section = kRows * std::max(point, 20 + row_bytes_of(mesh.cell_data));
+  const std::uint64_t point = 4 + 3 * size_of(mesh.point_type) + mesh.point_data.row_bytes();
+  const std::uint64_t section = kRows * std::max(point, 20 + mesh.cell_data.row_bytes());
   return 3 * std::max(FusionLogs::kSliceBytes, ProgressiveBase<float>::kRangeBytes) +
          4 * static_cast<std::uint64_t>(threads) * section;
 }
@@ -131,8 +125,8 @@ std::uint64_t bits_bytes(const MeshDescription& mesh) { return (mesh.points + me
 // Of a fusion, which deletes five or more: what leads to its parts, the rows of two points, its
 // star; of a tetrahedron its number, corners and row. Vectors have up to twice the room.
 std::uint64_t log_bytes_per_tet(const MeshDescription& mesh) {
-  const std::uint64_t point = 3 * size_of(mesh.point_type) + row_bytes_of(mesh.point_data);
-  return 2 * ((60 + 4 + 30 + 2 * point) / 5 + 12 + row_bytes_of(mesh.cell_data));
+  const std::uint64_t point = 3 * size_of(mesh.point_type) + mesh.point_data.row_bytes();
+  return 2 * ((60 + 4 + 30 + 2 * point) / 5 + 12 + mesh.cell_data.row_bytes());
 }
 
 void include_logs(const SimplifyRequest& request, const MeshDescription& mesh, int threads,

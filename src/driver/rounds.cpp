@@ -239,6 +239,7 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
     const auto chunk = static_cast<std::uint32_t>(c);
     const auto memory =
         budget_->wait_for(chunk_memory(mesh->pieces->bytes(chunk)), "a chunk in work");
+    context.check();  // that may have taken long
     const std::size_t ahead = c + workers_.size();
     if (ahead < mesh->chunks) mesh->pieces->will_read(static_cast<std::uint32_t>(ahead));
     WorkMesh<Real>& work_mesh = workers_[w]->mesh;

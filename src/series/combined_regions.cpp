@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/mix.h"
 #include "io/checksum.h"
 #include "mesh/blocks.h"
 #include "mesh/region_names.h"
@@ -17,14 +18,6 @@ namespace {
 
 constexpr std::uint64_t kCellWindow = std::uint64_t{1} << 18;
 constexpr std::uint64_t kBlock = std::uint64_t{1} << 14;
-
-// splitmix64's finaliser.
-std::uint64_t mix(std::uint64_t h) {
-  h += 0x9E3779B97F4A7C15u;
-  h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9u;
-  h = (h ^ (h >> 27)) * 0x94D049BB133111EBu;
-  return h ^ (h >> 31);
-}
 
 // Calls f(first, values) with what an array says of regions, window by window.
 template <class F>

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <variant>
 
+#include "base/mix.h"
 #include "compare/original_mesh.h"
 #include "io/mesh_stream.h"
 #include "mesh/predicates.h"
@@ -15,14 +16,6 @@ namespace tetfusion {
 namespace {
 
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
-
-std::uint64_t mix(std::uint64_t x) {
-  x ^= x >> 32;
-  x *= 0xD6E8FEB86659FD93u;
-  x ^= x >> 32;
-  x *= 0xD6E8FEB86659FD93u;
-  return x ^ x >> 32;
-}
 
 std::uint64_t key_of(const Point& p) {
   // -0 and 0 are the same coordinate.

@@ -152,20 +152,6 @@ TEST(MemoryBudget, WhoCanNeverHaveItIsToldWhenThatIsSo) {
   EXPECT_EQ(c.get().bytes(), 40u) << "who gave up stands in the way";
 }
 
-TEST(MemoryBudget, AbortWakesAll) {
-  MemoryBudget budget(100);
-  const Reservation a = budget.wait_for(100, "a");
-  std::vector<std::future<Reservation>> others;
-  for (int i = 0; i < 5; ++i) {
-    others.push_back(std::async(std::launch::async, [&] { return budget.wait_for(1, "b"); }));
-  }
-  EXPECT_TRUE(waits(others.back()));
-  budget.abort();
-  for (auto& other : others) EXPECT_THROW(other.get(), Abandoned);
-  EXPECT_THROW(budget.wait_for(1, "c"), Abandoned);
-  EXPECT_EQ(budget.used(), 100u);
-}
-
 TEST(MemoryBudget, AFailingWorkerIsWhatIsReported) {
   MemoryBudget budget(10);
   std::barrier both_began(2);
@@ -175,7 +161,6 @@ TEST(MemoryBudget, AFailingWorkerIsWhatIsReported) {
       if (task == 1) mine = budget.wait_for(10, "task 1");
       both_began.arrive_and_wait();
       if (task == 0) mine = budget.wait_for(10, "task 0");
-      budget.abort();
       throw Error(ErrorCode::kIo, "the disk is full");
     });
     FAIL() << "nothing was thrown";
