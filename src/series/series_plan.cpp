@@ -70,6 +70,22 @@ std::vector<std::string> differences(const std::vector<std::string>& names) {
   return labels;
 }
 
+// The files' names, or where these are all the same those of their folders.
+std::vector<std::string> names_that_differ(const std::vector<std::string>& paths) {
+  std::vector<std::filesystem::path> files(paths.begin(), paths.end());
+  std::vector<std::string> own;
+  while (true) {
+    std::vector<std::string> names;
+    for (const auto& file : files) names.push_back(file.filename().string());
+    if (own.empty()) own = names;
+    if (std::set<std::string>(names.begin(), names.end()).size() > 1) return names;
+    for (auto& file : files) {
+      if (!file.has_relative_path()) return own;
+      file = file.parent_path();
+    }
+  }
+}
+
 bool is_number(const std::string& label) {
   return !label.empty() && label.size() < 19 && std::all_of(label.begin(), label.end(), is_digit);
 }
@@ -250,10 +266,7 @@ bool is_series(const std::vector<std::string>& inputs, const std::string& output
 }
 
 std::vector<std::string> label_steps(const std::vector<std::string>& paths) {
-  std::vector<std::string> names;
-  for (const std::string& path : paths) {
-    names.push_back(std::filesystem::path(path).filename().string());
-  }
+  std::vector<std::string> names = names_that_differ(paths);
   std::vector<std::string> labels =
       names.size() == 1 ? std::vector{last_number(std::filesystem::path(names[0]).stem().string())}
                         : differences(names);

@@ -23,6 +23,15 @@ TEST(StepLabels, AreWhatDiffersBetweenNames) {
   EXPECT_THAT(label_steps({"a.x.1.vtu", "a.y.2.vtu"}), ElementsAre("x.1", "y.2"));
 }
 
+// As OpenFOAM's foamToVTK writes them.
+TEST(StepLabels, AreWhatDiffersBetweenFoldersOfFilesOfOneName) {
+  EXPECT_THAT(label_steps({"case_0/internal.vtu", "case_100/internal.vtu"}),
+              ElementsAre("0", "100"));
+  EXPECT_THAT(label_steps({"/a/1/vtk/m.vtu", "/a/2/vtk/m.vtu"}), ElementsAre("1", "2"));
+  EXPECT_THAT(label_steps({"1/m.vtu", "2/m.vtu"}), ElementsAre("1", "2"));
+  EXPECT_THAT(label_steps({"m.vtu", "1/m.vtu"}), ElementsAre("0", "1"));
+}
+
 TEST(StepLabels, HaveWholeNumbers) {
   EXPECT_THAT(label_steps({"s010.vtu", "s011.vtu"}), ElementsAre("010", "011"));
   EXPECT_THAT(label_steps({"s10.vtu", "s20.vtu"}), ElementsAre("10", "20"));
@@ -32,7 +41,8 @@ TEST(StepLabels, HaveWholeNumbers) {
 }
 
 TEST(StepLabels, CountWhereNamesTellNothing) {
-  EXPECT_THAT(label_steps({"1/m.vtu", "2/m.vtu"}), ElementsAre("0", "1"));
+  EXPECT_THAT(label_steps({"a/m.vtu", "a/m.vtu"}), ElementsAre("0", "1"));
+  EXPECT_THAT(label_steps({"/m.vtu", "/m.vtu"}), ElementsAre("0", "1"));
   EXPECT_THAT(label_steps({"m.vtu", "m.vtu"}), ElementsAre("0", "1"));
   EXPECT_THAT(label_steps({"aa.vtu", "a.vtu"}), ElementsAre("0", "1"));
   EXPECT_THAT(label_steps({"mesh.vtu"}), ElementsAre("0"));
