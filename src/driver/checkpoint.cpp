@@ -113,7 +113,13 @@ void pass(Stream stream, State& state) {
   pass_strings(stream, state.field_names);
   stream.value(state.steering_width);
   stream.all(state.lods);
-  pass_strings(stream, state.outputs);
+  pass_list(stream, state.outputs, [&](auto& output) {
+    stream.all(output.path);
+    stream.value(output.points);
+    stream.value(output.tets);
+    stream.value(output.boundary_triangles);
+    stream.value(output.volume);
+  });
   stream.all(state.log_slices);
   stream.value(state.value_chunks);
   stream.value(state.chunk_tets);

@@ -7,6 +7,7 @@
 
 #include "base/serialize.h"
 #include "driver/import.h"
+#include "driver/report.h"
 #include "driver/round_plan.h"
 
 namespace tetfusion {
@@ -17,7 +18,7 @@ struct RunState : RoundsState {
   std::vector<SteeringField> fields;
   std::vector<std::string> field_names;
   std::uint32_t steering_width = 0;
-  std::vector<std::string> outputs;              // files that are written already: one a stage
+  std::vector<MeshSummary> outputs;              // what is written already: one a stage
   std::vector<std::uint32_t> log_slices;         // of the rounds whose fusions are kept
   std::uint32_t value_chunks = 0;                // OriginalValues::keep()
   std::unique_ptr<OriginalValues<Real>> values;  // apart, too; null: nobody wants to know

@@ -212,7 +212,7 @@ void Coarsening<Real>::commit(const std::string& generation) {
 }
 
 template <class Real>
-void Coarsening<Real>::end_stage(const std::string& output) {
+void Coarsening<Real>::end_stage(const MeshSummary& output) {
   state_.outputs.push_back(output);
   state_.end = StageEnd::kOpen;
   state_.spread = 1;

@@ -35,7 +35,7 @@ class Coarsening {
   // or nothing fuses (false). Throws Error(kInterrupted); OutOfReach.
   bool reach(const std::optional<std::uint64_t>& goal);
   // That mesh is written: the next round belongs to another stage.
-  void end_stage(const std::string& output);
+  void end_stage(const MeshSummary& output);
   // No round follows: what only rounds need goes.
   void end_rounds();
 

@@ -129,6 +129,11 @@ std::string to_json(const SimplifyReport& r) {
   for (const Verification& verification : r.verified) {
     verified.push_back(to_json_object(verification));
   }
+  Json outputs = Json::array(), levels = Json::array();
+  for (const MeshSummary& output : r.outputs) {
+    outputs.push_back(output.path);
+    levels.push_back(to_json_object(output));
+  }
   Json seconds(r.seconds);
   seconds["total"] = r.total_seconds;
   const Json json = {
@@ -136,7 +141,8 @@ std::string to_json(const SimplifyReport& r) {
       {"method", r.method == Method::kFuse ? "fuse" : "tetfuse"},
       {"input", to_json_object(r.input)},
       {"output", to_json_object(r.output)},
-      {"outputs", r.outputs},
+      {"outputs", outputs},
+      {"levels", levels},
       {"reduction", r.reduction()},
       {"stop_reason", r.stop_reason == StopReason::kGoal ? "goal" : "saturated"},
       {"stop_sentence", r.stop_sentence()},

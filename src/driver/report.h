@@ -18,6 +18,8 @@ struct MeshSummary {
   std::uint64_t tets = 0;
   std::uint64_t boundary_triangles = 0;
   double volume = 0;
+
+  friend bool operator==(const MeshSummary&, const MeshSummary&) = default;
 };
 
 struct LodSummary {
@@ -51,7 +53,7 @@ struct SimplifyReport {
   Method method = Method::kFuse;
   MeshSummary input;
   MeshSummary output;
-  std::vector<std::string> outputs;  // every file written
+  std::vector<MeshSummary> outputs;  // all that were written, `output` the last of them
   std::vector<std::string> steering;
   std::vector<std::string> regions;
   Oddities oddities;

@@ -73,9 +73,9 @@ void coarsen(std::optional<Checkpoint> left, Run* run, SimplifyReport* report) {
                       i + 1, stages.size(), stages[i].path));
     }
     StageOutput done = write_stage(stages[i], is_final || !reached, run, &coarsening);
-    report->output = std::move(done.mesh);
+    report->output = done.mesh;
     if (done.verified) report->verified.push_back(std::move(*done.verified));
-    coarsening.end_stage(stages[i].path);
+    coarsening.end_stage(done.mesh);
   }
   report->steering = state.field_names;
   report->lods = state.lods;

@@ -242,14 +242,15 @@ void SharedSeries::write() {
                             job_.encoding};
   if (files_.are_one_mesh()) {
     write_in_one_mesh(result, files_, job_.output, context_);
-    run.outputs = {job_.output};
+    run.outputs = {run.output};
     return;
   }
   write_steps(result, files_, at_once_, context_, &plan_);
   run.outputs.clear();
   for (std::size_t i = 0; i < files_.count(); ++i) {
     report_.steps[i].time = plan_.steps[i].time;
-    run.outputs.push_back(plan_.steps[i].output);
+    run.outputs.push_back(run.output);
+    run.outputs.back().path = plan_.steps[i].output;
   }
 }
 

@@ -101,6 +101,15 @@ class Report(FolderTest):
         self.assertEqual(report["lods"][-1]["tets"], report["output"]["tets"])
         self.assertAlmostEqual(report["reduction"], 1 - report["output"]["tets"] / report["input"]["tets"])
 
+    def test_the_report_has_each_level(self):
+        path = self.generate()
+        report = report_of("simplify", path, "-o", self.folder / "lod_{lod}.vtu", "--lods", "10%,20%,30%")
+        self.assertEqual([level["path"] for level in report["levels"]], report["outputs"])
+        for level in report["levels"]:
+            mesh = Vtu(level["path"])
+            self.assertEqual((level["tets"], level["points"]), (len(mesh.tets), len(mesh.points)))
+        self.assertEqual(report["levels"][-1], report["output"])
+
     def test_verbose_says_time_and_memory(self):
         path, out = self.generate(), self.folder / "out.vtu"
         for arguments in (["simplify", path, "-o", out], ["info", path], ["check", path], ["convert", path, out],

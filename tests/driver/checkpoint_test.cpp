@@ -29,7 +29,7 @@ RunState<double> rich_state() {
   state.lods.resize(3);
   state.lods[1].pass.fused = 77;
   state.lods[2].seconds = 0.25;
-  state.outputs = {"level_1.vtu", "level_2.vtu"};
+  state.outputs = {{"level_1.vtu", 8, 5, 12, 0.5}, {"level_2.vtu", 4, 1, 4, 0.125}};
   state.log_slices = {1, 17, 3};
   state.input.steering_box = {{-1, 2}, {0.5, 7}};
   state.chunk_tets = 1234;
@@ -80,7 +80,7 @@ TEST(Checkpoint, GivesBackWhatWasSaved) {
 TEST(Checkpoint, GivesBackAnEmptyState) {
   const Vector<std::byte> bytes = save(RunState<float>{});
   RunState<float> loaded;
-  loaded.outputs = {"left over"};
+  loaded.outputs = {{"left over", 1, 2, 3, 4}};
   loaded.lods.resize(2);
   load(bytes, &loaded);
   EXPECT_EQ(save(loaded), bytes);

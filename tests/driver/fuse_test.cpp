@@ -169,7 +169,7 @@ TEST_F(Fuse, LevelsAreWrittenOnTheWay) {
   EXPECT_EQ(report.stop_reason, StopReason::kGoal);
   ASSERT_EQ(report.outputs.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
-    const Geometry g = open_mesh(report.outputs[i])->read_geometry();
+    const Geometry g = open_mesh(report.outputs[i].path)->read_geometry();
     const double goal = tets * (1 - request.behaviour.lods[i]);
     EXPECT_GE(static_cast<double>(g.tets.size()), goal - 1e-6);
     EXPECT_LT(static_cast<double>(g.tets.size()), goal + 12);

@@ -115,12 +115,13 @@ TEST_F(FittedValuesOf, LevelsDoNotReachTheNextOne) {
   request.behaviour.lods = {0.5, 0.7};
   request.output = folder.file("out_{lod}.vtu");
   run(true);
-  const ArrayComparison first = compare(report.outputs[0]), second = compare(report.outputs[1]);
-  const Geometry geometry = open_mesh(report.outputs[1])->read_geometry();
+  const ArrayComparison first = compare(report.outputs[0].path),
+                        second = compare(report.outputs[1].path);
+  const Geometry geometry = open_mesh(report.outputs[1].path)->read_geometry();
   run(false);
-  EXPECT_LT(first.rms, compare(report.outputs[0]).rms);
-  EXPECT_LT(second.rms, compare(report.outputs[1]).rms);
-  EXPECT_EQ(open_mesh(report.outputs[1])->read_geometry().tets, geometry.tets);
+  EXPECT_LT(first.rms, compare(report.outputs[0].path).rms);
+  EXPECT_LT(second.rms, compare(report.outputs[1].path).rms);
+  EXPECT_EQ(open_mesh(report.outputs[1].path)->read_geometry().tets, geometry.tets);
 }
 
 TEST_F(FittedValuesOf, ABoundaryThatMovesAreNearerToo) {
