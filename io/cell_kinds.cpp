@@ -61,6 +61,8 @@ std::string refusal(std::uint8_t type) {
     advice = ": use --linearize to drop the mid-edge nodes of such cells";
   } else if (is_cut(type)) {
     advice = ": use --tetrahedralize to split such cells";
+  } else if (type == kVtkConvexPointSet || type == kVtkPolyhedron) {
+    advice += "; ParaView's filter Tetrahedralize makes tetrahedra of such cells";
   }
   return "is " + with_article(type) + advice;
 }

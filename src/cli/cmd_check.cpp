@@ -100,7 +100,8 @@ std::string table(const std::string& path, const Examination& examination,
     fmt::format_to(out, "  {:<34}{:>14.3g}{:>10.3g}{:>10.3g}  {}\n", label, d.min, d.p1, d.mean,
                    shape);
   };
-  fmt::format_to(out, "  {:<34}{:>14}{:>10}{:>10}\n", "", "least", "1 % below", "mean");
+  fmt::format_to(out, "  {:<34}{:>14}{:>10}{:>10}  {}\n", "", "least", "1 % below", "mean",
+                 "from worst to best: none ., most 9");
   add_quality("mean ratio, 0 to 1", q.mean_ratio, sparkline(q.mean_ratio_bins));
   add_quality("smallest dihedral angle, 0 to 90", q.min_dihedral_deg, sparkline(q.dihedral_bins));
   fmt::format_to(out, "  {:<34}{:>14.3g} to {:.3g}, up to {:.3g} : 1 in a cell\n", "edge lengths",

@@ -33,10 +33,16 @@ class Formatter : public CLI::Formatter {
 };
 
 // What is wrong, and whose help says more; `first` is what stands where a command should.
+std::string sentence_of(const CLI::ParseError& error) {
+  const std::string said = error.what();
+  const std::size_t end = said.find(": At Most 1 required");
+  return end == std::string::npos ? said : said.substr(0, end) + " is given twice: give it once";
+}
+
 std::string explain(const CLI::ParseError& error, const CLI::App& app, const std::string& first) {
   const auto is_meant = [&](const CLI::App* command) { return command->get_name() == first; };
   if (!app.get_subcommands(is_meant).empty()) {
-    return fmt::format("{}; see 'tetfusion {} --help'", error.what(), first);
+    return fmt::format("{}; see 'tetfusion {} --help'", sentence_of(error), first);
   }
   const bool is_word = !first.empty() && first.front() != '-';
   const std::string what =

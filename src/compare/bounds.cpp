@@ -83,6 +83,12 @@ void require_arrays(const Bounds& bounds, const MeshDescription& original) {
     if (i != AttributeSet::npos && original.point_data.arrays[i].type != ValueType::kString) {
       continue;
     }
+    if (name.starts_with("cell:")) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("--array {}: bounds are for point arrays; the errors of cell arrays "
+                              "stand in the table and the report",
+                              name));
+    }
     throw Error(ErrorCode::kUsage, fmt::format("--array {}: {} has no numeric point array of that "
                                                "name; see 'tetfusion info'",
                                                name, original.path));

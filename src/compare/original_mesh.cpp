@@ -123,10 +123,11 @@ void OriginalMesh::survey(std::size_t most_sides, const RunContext& context) {
   boundary_ = triangles_of(find_single_sides(stream_->points(), most_sides, read));
   used_.number();
   if (boundary_.triangles.empty()) {
-    throw Error(ErrorCode::kBadInput,
-                fmt::format("{}: the mesh has no boundary, so cells must be doubled; see "
-                            "'tetfusion check {}'",
-                            source_->description().path, source_->description().path));
+    throw Error(
+        ErrorCode::kBadInput,
+        fmt::format("{}: the mesh has no boundary: its cells are doubled, or have no volume; see "
+                    "'tetfusion check {}'",
+                    source_->description().path, source_->description().path));
   }
 }
 

@@ -146,10 +146,11 @@ class Loader {
           return false;
         });
     if (sides.empty()) {
-      throw Error(ErrorCode::kBadInput,
-                  fmt::format("{}: the mesh has no boundary, so cells must be doubled; see "
-                              "'tetfusion check {}'",
-                              source_->description().path, source_->description().path));
+      throw Error(
+          ErrorCode::kBadInput,
+          fmt::format("{}: the mesh has no boundary: its cells are doubled, or have no volume; see "
+                      "'tetfusion check {}'",
+                      source_->description().path, source_->description().path));
     }
     for (const CellSide& s : sides) mesh_.boundary_sides.push_back(s.side);
   }

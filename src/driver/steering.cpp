@@ -222,6 +222,12 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
           {width_, array.components, range, choice.tolerance, kNoColumn, array.exponent});
       names_.push_back(choice.name);
       width_ += array.components;
+      if (!of_cells && !is_float(info.type)) {
+        context.say(
+            fmt::format("array {} holds whole numbers: the smooth field through them steers, "
+                        "and bounds are for that; a new point gets the value of one near it",
+                        choice.name));
+      }
       arrays_.push_back(std::move(array));
     } else {
       context.say(fmt::format("array {} has no two different finite values: it does not steer",

@@ -33,7 +33,9 @@ enum VtkCellType : std::uint8_t {
   kVtkPyramid = 14,
   kVtkQuadraticEdge = 21,
   kVtkQuadraticTriangle = 22,
-  kVtkQuadraticTetra = 24
+  kVtkQuadraticTetra = 24,
+  kVtkConvexPointSet = 41,
+  kVtkPolyhedron = 42
 };
 
 // True for the types that split_cell takes: 10 to 14.

@@ -138,6 +138,7 @@ file_case("hexahedra", changed(only_cells_of(12, 8)), BAD, "hexahedron", "--tetr
 file_case("one wedge among tetrahedra", changed(set_value("types", 5, 13)), BAD)
 file_case("quadratic tetrahedra", changed(only_cells_of(24, 10)), BAD, "--linearize")
 file_case("triangles alone", changed(only_cells_of(5, 3)), BAD, "tetrahedr")
+file_case("one polyhedron among tetrahedra", changed(set_value("types", 5, 42)), BAD, "polyhedron", "Tetrahedralize")
 file_case("unknown cell type", changed(set_value("types", 5, 200)), BAD, "200")
 file_case("no cells", changed(no_cells), BAD, "no tetrahedr|no cells")
 file_case("no points", changed(no_points), BAD)
@@ -290,6 +291,8 @@ class BadInputs(unittest.TestCase):
     def test_wrong_usage_says_whose_help_says_more(self):
         for arguments, message in ((["simplfy", "a.vtu"], b"there is no command \"simplfy\"; see 'tetfusion --help'"),
                                    (["convert", "a.vtu"], b"see 'tetfusion convert --help'"),
+                                   (["simplify", "a.vtu", "-o", "b.vtu", "--tets", "1", "--tets", "2"],
+                                    b"--tets is given twice: give it once; see 'tetfusion simplify --help'"),
                                    (["simplify", "--no-such-option"], b"see 'tetfusion simplify --help'"),
                                    ([], b"see 'tetfusion --help'")):
             result = subprocess.run([COMMAND, *arguments], capture_output=True, timeout=60)

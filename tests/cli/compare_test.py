@@ -204,6 +204,8 @@ class Compare(FolderTest):
             files = [original, simplified] if options else [original]
             run("compare", *files, *options, code=USAGE)
         run("compare", "-", "-", code=USAGE)
+        said = finish("compare", original, simplified, "--max-error", "1%", "--array", "cell:id")
+        self.assertIn(b"bounds are for point arrays", said.stderr)
         # Before any work: nothing is shown.
         for command in (["compare", original, simplified], ["check", original], ["info", original]):
             said = finish(*command, "--report", self.folder / "none" / "report.json")

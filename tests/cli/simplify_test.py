@@ -118,6 +118,14 @@ class Report(FolderTest):
             self.assertRegex(text.splitlines()[-1], r"^[\d.]+ s, [\d.]+ s of processor time, [\d.]+ MiB at the peak$")
         self.assertRegex(finish("simplify", path, "-o", out, "-v").stderr.decode(), "macroLoD 1: ")
 
+    def test_what_a_bound_of_whole_numbers_means_is_said(self):
+        mesh = TinyVtu(6)
+        mesh.arrays.insert(0, ["PointData", "label", "Int32", 1, list(range(len(mesh.points)))])
+        path = self.write(mesh)
+        for name, is_said in (("label", True), ("temperature", False)):
+            said = finish("simplify", path, "-o", self.folder / "out.vtu", "--array", name, "--max-error", "5%").stderr.decode()
+            self.assertEqual(f"array {name} holds whole numbers" in said, is_said, said)
+
     def test_which_array_steers_is_said_where_nobody_chose_it(self):
         path, out = self.generate(), self.folder / "out.vtu"
         notice = b"array temperature steers (--array chooses others)"
