@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "base/numbers.h"
 
@@ -15,7 +17,43 @@ namespace {
 // What coordinates are rounded by at most, as a share of the diagonal: less is no movement.
 constexpr double kRounding = 0x1p-53;
 
+void add_estimate(const RunPlan& plan, std::string* text) {
+  const auto to = std::back_inserter(*text);
+  const RunEstimate& e = plan.estimate;
+  fmt::format_to(to, "boundary   about {:.3g} % of the points\n", 100 * e.boundary_share);
+  fmt::format_to(to, "reachable  about {:.3g} % less tetrahedra{}\n", 100 * e.reduction,
+                 e.goal && !e.reaches_goal() ? "; the goal is out of reach" : "");
+  fmt::format_to(to, "time       about {:.2g} s with {} threads, without waiting for disks\n",
+                 e.seconds, plan.threads);
+  fmt::format_to(
+      to, "basis      {}, simplified on one thread in {:.2g} s; the input was read once\n",
+      e.is_whole() ? "the whole mesh" : format_count(e.sample_tets) + " tetrahedra from its middle",
+      e.sample_seconds);
+}
+
 }  // namespace
+
+std::string describe(const RunPlan& plan) {
+  std::string text;
+  const auto to = std::back_inserter(text);
+  const auto names = [](const std::vector<std::string>& all) {
+    return all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", "));
+  };
+  fmt::format_to(to, "input      {}: {} cells, {} points\n", plan.input.path,
+                 format_count(plan.input.tets), format_count(plan.input.points));
+  fmt::format_to(to, "steering   {}\nregions    {}\nchunks     {}\n", names(plan.steering),
+                 names(plan.regions), plan.chunks);
+  fmt::format_to(to,
+                 "memory     about {}, of {} that it may use; {} would keep the mesh in memory\n",
+                 format_bytes(plan.memory_needed()), format_bytes(plan.memory),
+                 format_bytes(plan.needs.in_core));
+  fmt::format_to(to, "scratch    {}\n",
+                 plan.on_disk
+                     ? fmt::format("about {} in {}", format_bytes(plan.needs.scratch), plan.scratch)
+                     : "none");
+  add_estimate(plan, &text);
+  return text;
+}
 
 void summarize(const SimplifyReport& r, Console* console) {
   for (std::size_t i = 0; i < r.lods.size(); ++i) {
