@@ -36,7 +36,7 @@ void run_convert(ConvertArguments* a) {
   };
   InputFacts facts;
   facts.ghost_cells = convert_mesh(source.get(), a->output, a->write);
-  say_what_is_odd(facts, context);
+  say_what_is_odd(facts, a->open.linearize, context);
   console.detail_resources();
 }
 

@@ -51,7 +51,7 @@ void say_what_steers(const std::vector<std::string>& arrays, const MeshDescripti
       named < others.size() ? fmt::format(" and {} more", others.size() - named) : ""));
 }
 
-void say_what_is_odd(const InputFacts& facts, const RunContext& context) {
+void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context) {
   const auto say = [&](std::uint64_t count, std::string_view what) {
     if (count > 0) context.say(fmt::format("{} {}", format_count(count), what));
   };
@@ -64,7 +64,11 @@ void say_what_is_odd(const InputFacts& facts, const RunContext& context) {
       "tetrahedra are duplicates of others: they and their vertices stay as they are");
   say(facts.nonconforming_faces, "faces do not conform: their tetrahedra stay as they are");
   say(facts.nonmanifold_edges, "boundary edges are not manifold: they stay as they are");
-  say(facts.unused_points, "points are used by no cell: dropped");
+  say(facts.unused_points,
+      linearized
+          ? "points are used by no cell, now that cells have no mid-edge nodes: dropped with "
+            "their values (bounds hold at the corners)"
+          : "points are used by no cell: dropped");
   say(facts.merged_points, "points at the seams of pieces were merged");
   say(facts.ghost_cells, "ghost or hidden cells (vtkGhostType) were dropped");
   say(facts.coincident_points,

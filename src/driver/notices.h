@@ -18,8 +18,8 @@ std::string boundary_name(const BehaviourOptions& behaviour);
 void say_what_steers(const std::vector<std::string>& arrays, const MeshDescription& mesh,
                      const RunContext& context);
 
-// What was turned, dropped, or left as it is.
-void say_what_is_odd(const InputFacts& facts, const RunContext& context);
+// What was turned, dropped, or left as it is; `linearized`: cells have lost their mid-edge nodes.
+void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context);
 
 // The cell arrays whose interfaces are kept, and those that may want it, with what to type, unless
 // the user has chosen by name.

@@ -126,6 +126,26 @@ class Report(FolderTest):
             said = finish("simplify", path, "-o", self.folder / "out.vtu", "--array", name, "--max-error", "5%").stderr.decode()
             self.assertEqual(f"array {name} holds whole numbers" in said, is_said, said)
 
+    def test_what_becomes_of_mid_edge_nodes_is_said(self):
+        """Tetrahedra of ten nodes: each edge has one in its middle."""
+        mesh = TinyVtu(3)
+        middles, cells = {}, []
+        for tet in mesh.tets:
+            edges = [tuple(sorted((tet[i], tet[k]))) for i, k in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))]
+            cells += tet + [middles.setdefault(edge, len(mesh.points) + len(middles)) for edge in edges]
+        points = mesh.points + [tuple((a + b) / 2 for a, b in zip(mesh.points[i], mesh.points[k])) for i, k in middles]
+        mesh.array("Points")[4] = [c for p in points for c in p]
+        mesh.array("temperature")[4] = [p[0] + 2 * p[1] for p in points]
+        mesh.counts["NumberOfPoints"] = str(len(points))
+        mesh.array("connectivity")[4] = cells
+        mesh.array("offsets")[4] = [10 * (i + 1) for i in range(len(mesh.tets))]
+        mesh.array("types")[4] = [24] * len(mesh.tets)
+        path, out = self.folder / "ten.vtu", self.folder / "out.vtu"
+        path.write_bytes(mesh.bytes())
+        self.assertIn(b"--linearize", finish("simplify", path, "-o", out, "--reduction", "20%").stderr)
+        said = finish("simplify", path, "-o", out, "--reduction", "20%", "--linearize").stderr.decode()
+        self.assertIn(f"{len(middles)} points are used by no cell, now that cells have no mid-edge nodes: dropped with their values", said)
+
     def test_which_array_steers_is_said_where_nobody_chose_it(self):
         path, out = self.generate(), self.folder / "out.vtu"
         notice = b"array temperature steers (--array chooses others)"
