@@ -205,14 +205,21 @@ struct Polygon {
 
 bool lies_on_side(const Triangle3& triangle, const Triangle3& other, const Point3& direction,
                   Side side, double margin) {
+  std::array<Point3, 3> outward;
+  std::array<double, 3> most;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Point3 &from = other[i], &to = other[(i + 1) % 3];
+    outward[i] = cross(minus(to, from), direction);
+    most[i] = dot(outward[i], from) - margin * std::sqrt(dot(outward[i], outward[i]));
+    const bool is_beside = std::all_of(triangle.begin(), triangle.end(), [&](const Point3& p) {
+      return dot(outward[i], p) > most[i];
+    });
+    if (is_beside) return true;  // nearly all are
+  }
   Polygon seen;
   std::copy(triangle.begin(), triangle.end(), seen.corners.begin());
   seen.count = triangle.size();
-  for (std::size_t i = 0; i < 3 && seen.count > 0; ++i) {
-    const Point3 &from = other[i], &to = other[(i + 1) % 3];
-    const Point3 outward = cross(minus(to, from), direction);
-    seen.cut(outward, dot(outward, from) - margin * std::sqrt(dot(outward, outward)));
-  }
+  for (std::size_t i = 0; i < 3 && seen.count > 0; ++i) seen.cut(outward[i], most[i]);
   if (seen.count == 0) return true;
   const Point3 normal = cross(minus(other[1], other[0]), minus(other[2], other[0]));
   const double front = dot(normal, direction);

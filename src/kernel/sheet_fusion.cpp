@@ -199,14 +199,46 @@ bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise
 template <class Real>
 bool SheetFusion<Real>::meets_another(const Point3& normal) const {
   const FacingBox box = box_of_patch(0);
+  const Heights heights = heights_along(normal);
   return limits_.triangles->any(in_mesh(box), [&](const BoundaryTriangles::Corners& corners) {
-    return is_in_the_way(corners, box, normal);
+    return is_in_the_way(corners, box, normal, heights);
   });
+}
+
+// Nothing is below or above them where a triangle shows its back: that is looked at more closely.
+template <class Real>
+auto SheetFusion<Real>::heights_along(const Point3& normal) const -> Heights {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Heights heights{kInfinity, -kInfinity};
+  bool is_seen = true;
+  const auto look = [&](const Triangle3& t, bool is_of_fan) {
+    is_seen = is_seen && dot(cross(minus(t[1], t[0]), minus(t[2], t[0])), normal) > 0;
+    for (const Point3& p : t) {
+      heights.least = std::min(heights.least, dot(p, normal));
+      if (is_of_fan) heights.most_of_fan = std::max(heights.most_of_fan, dot(p, normal));
+    }
+    return true;
+  };
+  for (const Triangle3& t : old_) look(t, false);
+  for_each_of_fan([&](const Triangle3& t) { return look(t, true); });
+  return is_seen ? heights : Heights{-kInfinity, kInfinity};
+}
+
+// Until use() says false of a triangle; whether it did of none.
+template <class Real>
+template <class Use>
+bool SheetFusion<Real>::for_each_of_fan(Use use) const {
+  const auto& chain = change_.chain;
+  for (std::size_t i = 0; i + (change_.closed ? 0 : 1) < chain.size(); ++i) {
+    if (!use(Triangle3{change_.apex, chain[i], chain[(i + 1) % chain.size()]})) return false;
+  }
+  return true;
 }
 
 template <class Real>
 bool SheetFusion<Real>::is_in_the_way(const BoundaryTriangles::Corners& corners,
-                                      const FacingBox& box, const Point3& normal) const {
+                                      const FacingBox& box, const Point3& normal,
+                                      const Heights& heights) const {
   for (const VertexId u : corners) {
     const bool goes = u == v_ || (u == partner_ && !fixed_);
     if (goes || mesh_->incidence[u] == 0) return false;
@@ -216,13 +248,13 @@ bool SheetFusion<Real>::is_in_the_way(const BoundaryTriangles::Corners& corners,
   for (std::size_t i = 0; i < 3; ++i) {
     if (around.lo[i] > box.hi[i] || around.hi[i] < box.lo[i]) return false;
   }
+  // The other side of a wall is as clear as that.
+  const auto [low, high] =
+      std::minmax({dot(triangle[0], normal), dot(triangle[1], normal), dot(triangle[2], normal)});
+  if (high < heights.least - 2 * kStill || low > heights.most_of_fan + 2 * kStill) return false;
   const auto is_on = [&](Side side) {
-    const auto& chain = change_.chain;
-    for (std::size_t i = 0; i + (change_.closed ? 0 : 1) < chain.size(); ++i) {
-      const Triangle3 one{change_.apex, chain[i], chain[(i + 1) % chain.size()]};
-      if (!lies_on_side(triangle, one, normal, side, kStill)) return false;
-    }
-    return true;
+    return for_each_of_fan(
+        [&](const Triangle3& one) { return lies_on_side(triangle, one, normal, side, kStill); });
   };
   const bool is_behind = std::all_of(old_.begin(), old_.end(), [&](const Triangle3& one) {
     return lies_on_side(triangle, one, normal, Side::kBehind, kStill);

@@ -60,8 +60,16 @@ class SheetFusion {
   bool measure_line(double* distance);
   bool may_meet_another(const PatchDistance& patch, double rise) const;
   bool meets_another(const Point3& normal) const;
+  // Along the patch's normal.
+  struct Heights {
+    double least;  // of the old patch and of the fan
+    double most_of_fan;
+  };
+  Heights heights_along(const Point3& normal) const;
+  template <class Use>
+  bool for_each_of_fan(Use use) const;
   bool is_in_the_way(const BoundaryTriangles::Corners& corners, const FacingBox& box,
-                     const Point3& normal) const;
+                     const Point3& normal, const Heights& heights) const;
   bool is_alone(double distance) const;
   FacingBox box_of_patch(double wider) const;
   FacingBox in_mesh(const FacingBox& box) const { return {in_mesh(box.lo), in_mesh(box.hi)}; }
