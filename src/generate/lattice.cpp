@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/mix.h"
 #include "generate/permutation.h"
 
 namespace tetfusion {
@@ -214,14 +215,14 @@ Vec3<double> Lattice::displacement(std::uint64_t point) const {
   constexpr int kAttempts = 64;
   constexpr std::uint64_t kMask = (std::uint64_t{1} << 21) - 1;
   constexpr double kScale = 1.0 / (1 << 20);
-  std::uint64_t hash = mix_bits(mix_bits(options_.seed) ^ point);
+  std::uint64_t hash = mix(mix(options_.seed) ^ point);
   const double radius = options_.jitter * reach_;
   for (int i = 0; i < kAttempts; ++i) {
     const double x = static_cast<double>(hash & kMask) * kScale - 1;
     const double y = static_cast<double>(hash >> 21 & kMask) * kScale - 1;
     const double z = static_cast<double>(hash >> 42 & kMask) * kScale - 1;
     if (x * x + y * y + z * z <= 1) return {radius * x, radius * y, radius * z};
-    hash = mix_bits(hash);
+    hash = mix(hash);
   }
   return {0, 0, 0};
 }

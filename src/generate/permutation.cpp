@@ -1,4 +1,5 @@
 #include "generate/permutation.h"
+#include "base/mix.h"
 
 #include <cmath>
 
@@ -12,13 +13,13 @@ Permutation::Permutation(std::uint64_t size, std::uint64_t seed) : size_(size) {
   rows_ = static_cast<std::uint64_t>(std::sqrt(static_cast<double>(size)));
   if (rows_ == 0) rows_ = 1;
   columns_ = (size + rows_ - 1) / rows_;
-  std::uint64_t key = mix_bits(seed);
-  for (auto& k : keys_) k = key = mix_bits(key);
+  std::uint64_t key = mix(seed);
+  for (auto& k : keys_) k = key = mix(key);
 }
 
 // Ranges stay below 2^25, so 32 bits of hash are spread over them evenly enough.
 std::uint64_t Permutation::round_value(int round, std::uint64_t half, std::uint64_t range) const {
-  const std::uint64_t hash = mix_bits(half ^ keys_[static_cast<std::size_t>(round)]) >> 32;
+  const std::uint64_t hash = mix(half ^ keys_[static_cast<std::size_t>(round)]) >> 32;
   return (hash * range) >> 32;
 }
 

@@ -1,19 +1,10 @@
-// Pseudo-random numbers without state, and a permutation of 0 .. n - 1 that needs no table.
+// A permutation of 0 .. n - 1 that needs no table.
 #pragma once
 
 #include <array>
 #include <cstdint>
 
 namespace tetfusion {
-
-// A well-mixed hash (the finaliser of Steele, Lea & Flood 2014, "Fast splittable pseudorandom
-// number generators"): a bijection of 64-bit numbers.
-constexpr std::uint64_t mix_bits(std::uint64_t x) {
-  x += 0x9E3779B97F4A7C15u;
-  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
-  x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
-  return x ^ (x >> 31);
-}
 
 // forward() and inverse() undo each other. Immutable, so thread-safe.
 class Permutation {
