@@ -10,11 +10,10 @@
 namespace tetfusion {
 
 // Calls work(task, worker) once for each task in [0, tasks), on up to `threads` threads, fewer
-// where the system gives no more; worker is
-// in [0, threads) and tells a thread's own scratch memory apart. Tasks begin in ascending order,
-// unless a test has scrambled it (schedule.h). If some throw, no further task begins, and the
-// exception of the lowest of them is thrown here when the others have ended; Abandoned only if no
-// other kind was thrown.
+// where the system gives no more; worker is in [0, threads) and tells a thread's own scratch memory
+// apart. Tasks begin in ascending order, unless a test has scrambled it (schedule.h). If some
+// throw, no further task begins, and the exception of the lowest of them is thrown here when the
+// others have ended; Abandoned only if no other kind was thrown.
 void run_tasks(std::size_t tasks, int threads,
                const std::function<void(std::size_t task, std::size_t worker)>& work);
 

@@ -32,8 +32,8 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
 }
 
-// Of what was not asked for when they were written.
-void tell_of_earlier_levels(const std::vector<Stage>& stages, std::size_t written, const Run& run) {
+// What is wanted of them now may not have been when they were written.
+void check_earlier_levels(const std::vector<Stage>& stages, std::size_t written, const Run& run) {
   for (std::size_t i = 0; i < written; ++i) {
     std::error_code unknown;
     const std::string& map = stages[i].map;
@@ -60,7 +60,7 @@ void coarsen(std::optional<Checkpoint> left, Run* run, SimplifyReport* report) {
   if (looks_at_result(run->request)) require_boundary(run->request.input, state.input.facts);
   if (run->keeps_logs()) refuse_ghosts(run->request.input, state.input.facts);
   const std::vector<Stage>& stages = coarsening.stages();
-  tell_of_earlier_levels(stages, state.outputs.size(), *run);
+  check_earlier_levels(stages, state.outputs.size(), *run);
   bool reached = true;
   for (std::size_t i = state.outputs.size(); i < stages.size() && reached; ++i) {
     run->clock.begin("passes");

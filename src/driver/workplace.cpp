@@ -100,11 +100,11 @@ void Workplace::give_up(const Error& error) {
     throw;
   }
   if (dynamic_cast<const DamagedFile*>(&error) != nullptr) throw;  // nobody goes on from it
+  const bool can_go_on = error.code() != ErrorCode::kUsage;  // the same command would fail again
   throw Error(
       error.code(),
-      fmt::format("{}; the work so far is kept in {}: the same command with --resume goes on "
-                  "from there",
-                  error.what(), scratch_folder(request_)));
+      fmt::format("{}; the work so far is kept in {}{}", error.what(), scratch_folder(request_),
+                  can_go_on ? ": the same command with --resume goes on from there" : ""));
 }
 
 }  // namespace tetfusion

@@ -292,7 +292,7 @@ class BadInputs(unittest.TestCase):
         for arguments, message in ((["simplfy", "a.vtu"], b"there is no command \"simplfy\"; see 'tetfusion --help'"),
                                    (["convert", "a.vtu"], b"see 'tetfusion convert --help'"),
                                    (["simplify", "a.vtu", "-o", "b.vtu", "--tets", "1", "--tets", "2"],
-                                    b"--tets is given twice: give it once; see 'tetfusion simplify --help'"),
+                                    b"--tets is given more than once: give it once; see 'tetfusion simplify --help'"),
                                    (["simplify", "--no-such-option"], b"see 'tetfusion simplify --help'"),
                                    ([], b"see 'tetfusion --help'")):
             result = subprocess.run([COMMAND, *arguments], capture_output=True, timeout=60)
