@@ -34,45 +34,86 @@ constexpr std::size_t padded(std::size_t bytes, std::size_t to = 8) {
   return (bytes + to - 1) / to * to;
 }
 
-template <class Real>
-std::size_t piece_bytes(const WorkMesh<Real>& layout, const PieceHeader& header) {
-  const std::size_t vertices = header.vertices, tets = header.tets, removed = header.removed;
-  std::size_t bytes = sizeof(PieceHeader);
-  bytes += padded(vertices * sizeof(Vec3<Real>)) + padded(vertices * sizeof(VertexId)) +
-           padded(vertices) + vertices * layout.steering_width * sizeof(double) +
-           padded(vertices * layout.quadric_width * sizeof(float)) +
-           padded(layout.has_deviations ? vertices * sizeof(float) : 0);
-  for (const Column& c : layout.point_columns) bytes += padded(vertices * c.stride());
-  bytes += tets * sizeof(Tet) + padded(tets);
-  for (const Column& c : layout.cell_columns) bytes += padded(tets * c.stride());
-  bytes += padded(removed * sizeof(TetId)) + padded(removed * sizeof(Vec3<Real>)) +
-           removed * layout.steering_width * sizeof(double);
-  return bytes;
-}
-
-// Hands out the columns of a piece one after another.
+// Hands out the columns of a piece one after another; nothing but their sizes for no memory.
 template <class Byte>
 class Cursor {
  public:
-  explicit Cursor(Byte* at) : at_(at) {}
-  Byte* take(std::size_t bytes) {
-    Byte* column = at_;
-    at_ += padded(bytes);
-    if constexpr (!std::is_const_v<Byte>) std::fill(column + bytes, at_, Byte{});
-    return column;
+  explicit Cursor(Byte* begin) : begin_(begin) {}
+  template <class T>
+  auto take(std::size_t count) {
+    using Value = std::conditional_t<std::is_const_v<Byte>, const T, T>;
+    return reinterpret_cast<Value*>(take_bytes(count * sizeof(T)));
   }
+  Byte* take_bytes(std::size_t bytes) {
+    const std::size_t at = taken_;
+    taken_ += padded(bytes);
+    if (begin_ == nullptr) return nullptr;
+    if constexpr (!std::is_const_v<Byte>) std::fill(begin_ + at + bytes, begin_ + taken_, Byte{});
+    return begin_ + at;
+  }
+  std::size_t taken() const { return taken_; }
 
  private:
-  Byte* at_;
+  Byte* begin_;
+  std::size_t taken_ = 0;
 };
 
-template <class T>
-T* as(std::byte* p) {
-  return reinterpret_cast<T*>(p);
+}  // namespace
+
+template <class Real, class Byte>
+struct PieceColumns {
+  template <class T>
+  using Rows = std::conditional_t<std::is_const_v<Byte>, const T*, T*>;
+
+  PieceColumns(const WorkMesh<Real>& layout, const PieceHeader& header, Byte* begin) {
+    Cursor<Byte> cursor(begin);
+    cursor.template take<PieceHeader>(1);
+    positions = cursor.template take<Vec3<Real>>(header.vertices);
+    point_ids = cursor.template take<VertexId>(header.vertices);
+    marks = cursor.template take<std::uint8_t>(header.vertices);
+    steering = cursor.template take<double>(header.vertices * layout.steering_width);
+    quadrics = cursor.template take<float>(header.vertices * layout.quadric_width);
+    deviations = cursor.template take<float>(layout.has_deviations ? header.vertices : 0);
+    for (const Column& c : layout.point_columns) {
+      point_rows.push_back(cursor.take_bytes(header.vertices * c.stride()));
+    }
+    corners = cursor.template take<Tet>(header.tets);
+    settled = cursor.template take<std::uint8_t>(header.tets);
+    for (const Column& c : layout.cell_columns) {
+      cell_rows.push_back(cursor.take_bytes(header.tets * c.stride()));
+    }
+    removed_from = cursor.template take<TetId>(header.removed);
+    removed_positions = cursor.template take<Vec3<Real>>(header.removed);
+    removed_steering = cursor.template take<double>(header.removed * layout.steering_width);
+    bytes = cursor.taken();
+  }
+
+  Rows<Vec3<Real>> positions;
+  Rows<VertexId> point_ids;
+  Rows<std::uint8_t> marks;
+  Rows<double> steering;
+  Rows<float> quadrics, deviations;
+  std::vector<Byte*> point_rows;
+  Rows<Tet> corners;
+  Rows<std::uint8_t> settled;
+  std::vector<Byte*> cell_rows;
+  Rows<TetId> removed_from;
+  Rows<Vec3<Real>> removed_positions;
+  Rows<double> removed_steering;
+  std::size_t bytes = 0;  // of the piece
+};
+
+namespace {
+
+template <class Real>
+std::size_t piece_bytes(const WorkMesh<Real>& layout, const PieceHeader& header) {
+  return PieceColumns<Real, const std::byte>(layout, header, nullptr).bytes;
 }
-template <class T>
-const T* as(const std::byte* p) {
-  return reinterpret_cast<const T*>(p);
+
+PieceHeader header_of(std::span<const std::byte> piece) {
+  PieceHeader header;
+  if (piece.size() >= sizeof header) std::memcpy(&header, piece.data(), sizeof header);
+  return header;
 }
 
 void copy_rows(const Column& from, std::span<const std::uint32_t> rows, std::byte* to) {
@@ -197,6 +238,25 @@ template <class Real>
 void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slot) {
   const std::span<const std::uint32_t> tets(order_.data() + begins_[slot],
                                             begins_[slot + 1] - begins_[slot]);
+  collect_vertices(mesh, tets, slot);
+  PieceHeader header{used_.size(), tets.size(), 0};
+  for_each_removed(mesh.removed, tets, [&](std::uint32_t, std::uint32_t) { ++header.removed; });
+  const std::size_t begin = padded(buffer_.size(), kPieceAlignment);
+  const std::size_t bytes = piece_bytes(mesh, header);
+  extents_.emplace_back(begin, bytes);
+  buffer_.resize(begin + bytes);
+  std::byte* piece = buffer_.data() + begin;
+  const PieceColumns<Real, std::byte> to(mesh, header, piece);
+  std::memcpy(piece, &header, sizeof header);
+  const std::uint64_t free = put_vertices(mesh, buckets_[slot], to);
+  put_tets(mesh, tets, to);
+  sizes_.push_back({buckets_[slot], free, tets.size()});
+}
+
+// Fills used_ and local_.
+template <class Real>
+void ChunkScatter<Real>::collect_vertices(const WorkMesh<Real>& mesh,
+                                          std::span<const std::uint32_t> tets, std::uint32_t slot) {
   used_.clear();
   for (const std::uint32_t t : tets) {
     for (const VertexId v : mesh.tets[t]) {
@@ -206,68 +266,63 @@ void ChunkScatter<Real>::put_piece(const WorkMesh<Real>& mesh, std::uint32_t slo
       used_.push_back(v);
     }
   }
+}
 
-  const std::size_t n = used_.size();
-  const std::size_t begin = padded(buffer_.size(), kPieceAlignment);
-  PieceHeader header{n, tets.size(), 0};
-  for_each_removed(mesh.removed, tets, [&](std::uint32_t, std::uint32_t) { ++header.removed; });
-  const std::size_t bytes = piece_bytes(mesh, header);
-  extents_.emplace_back(begin, bytes);
-  buffer_.resize(begin + bytes);
-  Cursor<std::byte> cursor(buffer_.data() + begin);
-  std::memcpy(cursor.take(sizeof header), &header, sizeof header);
-  auto* positions = as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>)));
-  auto* point_ids = as<VertexId>(cursor.take(n * sizeof(VertexId)));
-  auto* marks = as<std::uint8_t>(cursor.take(n));
-  const std::size_t width = mesh.steering_width;
-  auto* steering = as<double>(cursor.take(n * width * sizeof(double)));
-  const std::size_t numbers = mesh.quadric_width;
-  auto* quadrics = as<float>(cursor.take(n * numbers * sizeof(float)));
-  const std::size_t deviation_count = mesh.has_deviations ? n : 0;
-  auto* deviations = as<float>(cursor.take(deviation_count * sizeof(float)));
-  for (std::size_t i = 0; i < deviation_count; ++i) deviations[i] = mesh.deviations[used_[i]];
-  PieceSize& size = sizes_.emplace_back(PieceSize{buckets_[slot], 0, tets.size()});
-  for (std::size_t i = 0; i < n; ++i) {
+// Returns how many of them are free.
+template <class Real>
+std::uint64_t ChunkScatter<Real>::put_vertices(const WorkMesh<Real>& mesh, std::uint32_t bucket,
+                                               const PieceColumns<Real, std::byte>& to) const {
+  std::uint64_t free = 0;
+  const std::size_t width = mesh.steering_width, numbers = mesh.quadric_width;
+  for (std::size_t i = 0; i < used_.size(); ++i) {
     const VertexId v = used_[i];
-    positions[i] = mesh.positions[v];
-    point_ids[i] = mesh.point_ids[v];
+    to.positions[i] = mesh.positions[v];
+    to.point_ids[i] = mesh.point_ids[v];
     std::uint8_t mark = mesh.marks[v] & kLasting;
     if ((mesh.marks[v] & kOnInterface) != 0) {
       mark |= kUndecided;
     } else if (low_[v] != high_[v]) {
       mark |= kOnInterface;
-      if (low_[v] != buckets_[slot]) mark |= kAway;
-      if (high_[v] == buckets_[slot]) mark |= kLast;
+      if (low_[v] != bucket) mark |= kAway;
+      if (high_[v] == bucket) mark |= kLast;
     } else {
-      ++size.free_vertices;
+      ++free;
     }
-    marks[i] = mark;
-    copy_few(mesh.steering.data() + v * width, width, steering + i * width);
+    to.marks[i] = mark;
+    copy_few(mesh.steering.data() + v * width, width, to.steering + i * width);
     // Of a vertex that several chunks have, each has a part of the quadric, and they add up.
-    if (low_[v] == buckets_[slot]) {
-      copy_few(mesh.quadrics.data() + v * numbers, numbers, quadrics + i * numbers);
+    if (low_[v] == bucket) {
+      copy_few(mesh.quadrics.data() + v * numbers, numbers, to.quadrics + i * numbers);
     } else {
-      std::fill_n(quadrics + i * numbers, numbers, 0.0F);
+      std::fill_n(to.quadrics + i * numbers, numbers, 0.0F);
     }
+    if (mesh.has_deviations) to.deviations[i] = mesh.deviations[v];
   }
-  for (const Column& c : mesh.point_columns) copy_rows(c, used_, cursor.take(n * c.stride()));
-  auto* corners = as<Tet>(cursor.take(tets.size() * sizeof(Tet)));
-  auto* settled = as<std::uint8_t>(cursor.take(tets.size()));
+  for (std::size_t c = 0; c < mesh.point_columns.size(); ++c) {
+    copy_rows(mesh.point_columns[c], used_, to.point_rows[c]);
+  }
+  return free;
+}
+
+// With the points removed from them.
+template <class Real>
+void ChunkScatter<Real>::put_tets(const WorkMesh<Real>& mesh, std::span<const std::uint32_t> tets,
+                                  const PieceColumns<Real, std::byte>& to) const {
   for (std::size_t i = 0; i < tets.size(); ++i) {
     const Tet& tet = mesh.tets[tets[i]];
-    corners[i] = {local_[tet[0]], local_[tet[1]], local_[tet[2]], local_[tet[3]]};
-    settled[i] = is_settled(mesh, tets[i]) ? 1 : 0;
+    to.corners[i] = {local_[tet[0]], local_[tet[1]], local_[tet[2]], local_[tet[3]]};
+    to.settled[i] = is_settled(mesh, tets[i]) ? 1 : 0;
   }
-  for (const Column& c : mesh.cell_columns) {
-    copy_rows(c, tets, cursor.take(tets.size() * c.stride()));
+  for (std::size_t c = 0; c < mesh.cell_columns.size(); ++c) {
+    copy_rows(mesh.cell_columns[c], tets, to.cell_rows[c]);
   }
-  auto* tet_of = as<TetId>(cursor.take(header.removed * sizeof(TetId)));
-  auto* places = as<Vec3<Real>>(cursor.take(header.removed * sizeof(Vec3<Real>)));
-  auto* values = as<double>(cursor.take(header.removed * width * sizeof(double)));
+  const std::size_t width = mesh.steering_width;
+  std::size_t row = 0;
   for_each_removed(mesh.removed, tets, [&](std::uint32_t tet, std::uint32_t point) {
-    *tet_of++ = tet;
-    *places++ = mesh.removed.positions[point];
-    values = std::copy_n(mesh.removed.values.data() + point * width, width, values);
+    to.removed_from[row] = tet;
+    to.removed_positions[row] = mesh.removed.positions[point];
+    copy_few(mesh.removed.values.data() + point * width, width, to.removed_steering + row * width);
+    ++row;
   });
 }
 
@@ -278,53 +333,11 @@ void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
   make_room(bucket->pieces(), mesh);
   std::size_t vertices = 0, tets = 0;  // so many are there already
   for (const std::span<const std::byte> piece : bucket->pieces()) {
-    Cursor<const std::byte> cursor(piece.data());
-    const PieceHeader header = *as<PieceHeader>(cursor.take(sizeof(PieceHeader)));
-    const std::size_t n = header.vertices;
-    const std::size_t width = mesh->steering_width;
-    const std::size_t numbers = mesh->quadric_width;
-    const std::size_t deviations = mesh->has_deviations ? n : 0;
-    const VertexColumns<Real> columns{as<Vec3<Real>>(cursor.take(n * sizeof(Vec3<Real>))),
-                                      as<VertexId>(cursor.take(n * sizeof(VertexId))),
-                                      as<std::uint8_t>(cursor.take(n)),
-                                      as<double>(cursor.take(n * width * sizeof(double))),
-                                      as<float>(cursor.take(n * numbers * sizeof(float))),
-                                      as<float>(cursor.take(deviations * sizeof(float)))};
-    const std::size_t first = vertices;
-    vertices = take_vertices(columns, n, first, chunk, interface, mesh);
-    for (Column& c : mesh->point_columns) {
-      const std::size_t stride = c.stride();
-      const std::byte* rows = cursor.take(n * stride);
-      for (std::size_t i = 0; i < n; ++i) {
-        if (new_ids_[i] < first) continue;  // of a piece before
-        copy_few(rows + i * stride, stride, c.rows.data() + new_ids_[i] * stride);
-      }
-    }
-    const auto* corners = as<Tet>(cursor.take(header.tets * sizeof(Tet)));
-    const auto* settled = as<std::uint8_t>(cursor.take(header.tets));
-    for (std::size_t i = 0; i < header.tets; ++i) {
-      Tet& tet = mesh->tets[tets + i];
-      for (std::size_t k = 0; k < 4; ++k) {
-        tet[k] = new_ids_[corners[i][k]];
-        ++mesh->incidence[tet[k]];
-      }
-      mesh->flipped[tets + i] = settled[i];
-    }
-    for (Column& c : mesh->cell_columns) {
-      const std::size_t bytes = header.tets * c.stride();
-      std::memcpy(c.rows.data() + tets * c.stride(), cursor.take(bytes), bytes);
-    }
-    const auto* tet_of = as<TetId>(cursor.take(header.removed * sizeof(TetId)));
-    const auto* places = as<Vec3<Real>>(cursor.take(header.removed * sizeof(Vec3<Real>)));
-    const auto* values = as<double>(cursor.take(header.removed * width * sizeof(double)));
-    RemovedPoints<Real>& removed = mesh->removed;
-    const std::uint32_t first_point = removed.add(header.removed, width);
-    std::copy_n(places, header.removed, removed.positions.data() + first_point);
-    std::copy_n(values, header.removed * width, removed.values.data() + first_point * width);
-    for (std::size_t i = header.removed; i-- > 0;) {  // so that the order in a list stays
-      removed.push(static_cast<TetId>(tets + tet_of[i]),
-                   static_cast<std::uint32_t>(first_point + i));
-    }
+    const PieceHeader header = header_of(piece);
+    const PieceColumns<Real, const std::byte> columns(*mesh, header, piece.data());
+    vertices = take_vertices(columns, header.vertices, vertices, chunk, interface, mesh);
+    take_tets(columns, header.tets, tets, mesh);
+    take_removed(columns, header.removed, tets, mesh);
     tets += header.tets;
   }
   mesh->resize_vertices(vertices);
@@ -336,20 +349,17 @@ void ChunkGather<Real>::make_room(const std::vector<std::span<const std::byte>>&
                                   WorkMesh<Real>* mesh) {
   std::size_t vertices = 0, tets = 0, removed = 0, undecided = 0;
   for (const std::span<const std::byte> piece : pieces) {
-    const auto* header = as<PieceHeader>(piece.data());
-    if (piece.size() < sizeof(PieceHeader) || piece.size() != piece_bytes(*mesh, *header)) {
+    const PieceHeader header = header_of(piece);
+    if (piece.size() != piece_bytes(*mesh, header)) {
       throw std::logic_error("a piece is not of this layout");
     }
-    vertices += header->vertices;
-    tets += header->tets;
-    removed += header->removed;
-    Cursor<const std::byte> cursor(piece.data());
-    cursor.take(sizeof(PieceHeader));
-    cursor.take(header->vertices * sizeof(Vec3<Real>));
-    cursor.take(header->vertices * sizeof(VertexId));
-    const auto* marks = as<std::uint8_t>(cursor.take(header->vertices));
-    undecided += static_cast<std::size_t>(std::count_if(
-        marks, marks + header->vertices, [](std::uint8_t m) { return (m & kUndecided) != 0; }));
+    vertices += header.vertices;
+    tets += header.tets;
+    removed += header.removed;
+    const PieceColumns<Real, const std::byte> columns(*mesh, header, piece.data());
+    undecided += static_cast<std::size_t>(
+        std::count_if(columns.marks, columns.marks + header.vertices,
+                      [](std::uint8_t m) { return (m & kUndecided) != 0; }));
   }
   mesh->resize_vertices(vertices);
   mesh->resize_tets(tets);
@@ -358,14 +368,16 @@ void ChunkGather<Real>::make_room(const std::vector<std::span<const std::byte>>&
   known_.reset(undecided);
 }
 
-// Fills new_ids_. Returns how many vertices there are afterwards.
+// Of the piece's vertices those that are not there yet, from `first` on. Fills new_ids_. Returns
+// how many vertices there are afterwards.
 template <class Real>
-std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns, std::size_t count,
-                                             std::size_t next, std::uint32_t chunk,
-                                             const InterfaceTable& interface,
+std::size_t ChunkGather<Real>::take_vertices(const PieceColumns<Real, const std::byte>& columns,
+                                             std::size_t count, std::size_t first,
+                                             std::uint32_t chunk, const InterfaceTable& interface,
                                              WorkMesh<Real>* mesh) {
   const std::size_t width = mesh->steering_width;
   const std::size_t numbers = mesh->quadric_width;
+  std::size_t next = first;
   new_ids_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     std::uint8_t mark = columns.marks[i];
@@ -397,7 +409,50 @@ std::size_t ChunkGather<Real>::take_vertices(const VertexColumns<Real>& columns,
     if (mesh->has_deviations) mesh->deviations[next] = columns.deviations[i];
     new_ids_[i] = static_cast<VertexId>(next++);
   }
+  for (std::size_t c = 0; c < mesh->point_columns.size(); ++c) {
+    Column& column = mesh->point_columns[c];
+    const std::size_t stride = column.stride();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (new_ids_[i] < first) continue;  // of a piece before
+      copy_few(columns.point_rows[c] + i * stride, stride,
+               column.rows.data() + new_ids_[i] * stride);
+    }
+  }
   return next;
+}
+
+template <class Real>
+void ChunkGather<Real>::take_tets(const PieceColumns<Real, const std::byte>& columns,
+                                  std::size_t count, std::size_t first, WorkMesh<Real>* mesh) {
+  for (std::size_t i = 0; i < count; ++i) {
+    Tet& tet = mesh->tets[first + i];
+    for (std::size_t k = 0; k < 4; ++k) {
+      tet[k] = new_ids_[columns.corners[i][k]];
+      ++mesh->incidence[tet[k]];
+    }
+    mesh->flipped[first + i] = columns.settled[i];
+  }
+  for (std::size_t c = 0; c < mesh->cell_columns.size(); ++c) {
+    Column& column = mesh->cell_columns[c];
+    const std::size_t stride = column.stride();
+    std::memcpy(column.rows.data() + first * stride, columns.cell_rows[c], count * stride);
+  }
+}
+
+// The piece's tetrahedra begin at `first_tet`.
+template <class Real>
+void ChunkGather<Real>::take_removed(const PieceColumns<Real, const std::byte>& columns,
+                                     std::size_t count, std::size_t first_tet,
+                                     WorkMesh<Real>* mesh) {
+  const std::size_t width = mesh->steering_width;
+  RemovedPoints<Real>& removed = mesh->removed;
+  const std::uint32_t first = removed.add(count, width);
+  std::copy_n(columns.removed_positions, count, removed.positions.data() + first);
+  std::copy_n(columns.removed_steering, count * width, removed.values.data() + first * width);
+  for (std::size_t i = count; i-- > 0;) {  // so that the order in a list stays
+    removed.push(static_cast<TetId>(first_tet + columns.removed_from[i]),
+                 static_cast<std::uint32_t>(first + i));
+  }
 }
 
 template class ChunkScatter<float>;

@@ -24,6 +24,10 @@ namespace tetfusion {
 // number 1, so passes over it begin with this one.
 inline constexpr std::uint16_t kFirstPassNumber = 2;
 
+// Of a piece of memory, where its columns lie; `Byte` is const for one that is read.
+template <class Real, class Byte>
+struct PieceColumns;
+
 // Makes pieces. Keeps its scratch memory; one a thread.
 template <class Real>
 class ChunkScatter {
@@ -50,8 +54,14 @@ class ChunkScatter {
  private:
   void choose_buckets(const WorkMesh<Real>& mesh, const CurveCut& next);
   void sort_tets(const WorkMesh<Real>& mesh);
-  void put_piece(const WorkMesh<Real>& mesh, std::uint32_t slot);
   void add_pieces(const WorkMesh<Real>& mesh, std::uint32_t source, PieceStore* to);
+  void put_piece(const WorkMesh<Real>& mesh, std::uint32_t slot);
+  void collect_vertices(const WorkMesh<Real>& mesh, std::span<const std::uint32_t> tets,
+                        std::uint32_t slot);
+  std::uint64_t put_vertices(const WorkMesh<Real>& mesh, std::uint32_t bucket,
+                             const PieceColumns<Real, std::byte>& to) const;
+  void put_tets(const WorkMesh<Real>& mesh, std::span<const std::uint32_t> tets,
+                const PieceColumns<Real, std::byte>& to) const;
 
   Vector<std::uint32_t> bucket_;  // of a vertex
   Vector<std::uint32_t> low_,
@@ -69,17 +79,6 @@ class ChunkScatter {
   std::vector<PieceSize> sizes_;
 };
 
-// A piece's vertices, as they lie in it.
-template <class Real>
-struct VertexColumns {
-  const Vec3<Real>* positions;
-  const VertexId* point_ids;
-  const std::uint8_t* marks;
-  const double* steering;
-  const float* quadrics;
-  const float* deviations;
-};
-
 // Puts chunks together. Keeps its scratch memory; one a thread.
 template <class Real>
 class ChunkGather {
@@ -91,9 +90,13 @@ class ChunkGather {
 
  private:
   void make_room(const std::vector<std::span<const std::byte>>& pieces, WorkMesh<Real>* mesh);
-  std::size_t take_vertices(const VertexColumns<Real>& columns, std::size_t count, std::size_t next,
-                            std::uint32_t chunk, const InterfaceTable& interface,
+  std::size_t take_vertices(const PieceColumns<Real, const std::byte>& columns, std::size_t count,
+                            std::size_t first, std::uint32_t chunk, const InterfaceTable& interface,
                             WorkMesh<Real>* mesh);
+  void take_tets(const PieceColumns<Real, const std::byte>& columns, std::size_t count,
+                 std::size_t first, WorkMesh<Real>* mesh);
+  void take_removed(const PieceColumns<Real, const std::byte>& columns, std::size_t count,
+                    std::size_t first_tet, WorkMesh<Real>* mesh);
 
   IdMap known_;  // by point ids
   Vector<VertexId> new_ids_;

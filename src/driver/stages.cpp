@@ -83,19 +83,21 @@ void check_map(const SimplifyRequest& request) {
   }
 }
 
-}  // namespace
-
-void check_options(const SimplifyRequest& request) {
-  const BehaviourOptions& b = request.behaviour;
+void check_goal(const BehaviourOptions& b) {
   if (b.reduction && b.tets) refuse("--reduction and --tets are two goals: give one of them");
   if (b.reduction && !(*b.reduction >= 0 && *b.reduction < 1)) {
     refuse("--reduction must be at least 0% and less than 100%");
   }
   if (b.tets && *b.tets == 0) refuse("--tets must be at least 1");
-  if (b.chunk_tets == 0) refuse("--chunk-tets must be at least 1");
-  if (b.method == Method::kFuse && b.chunk_tets > kMaxFuseChunk) {
-    refuse(fmt::format("--chunk-tets must be at most {} with --method fuse", kMaxFuseChunk));
+  if (b.max_rms && !(*b.max_rms > 0)) {
+    refuse("--max-rms must be greater than 0 (a share of the range)");
   }
+  if (b.max_error && !(*b.max_error > 0)) {
+    refuse("--max-error must be greater than 0 (a share of the range)");
+  }
+}
+
+void check_criteria(const BehaviourOptions& b) {
   const auto positive = [](double v) { return v > 0; };
   if (!std::all_of(b.scalar_tolerance.begin(), b.scalar_tolerance.end(), positive)) {
     refuse("--scalar-tolerance must be greater than 0 (a share of the range), or off");
@@ -109,24 +111,38 @@ void check_options(const SimplifyRequest& request) {
   if (!(b.min_quality >= 0 && b.min_quality < 1)) {
     refuse("--min-quality must be at least 0 and less than 1");
   }
-  if (b.max_rms && !(*b.max_rms > 0)) {
-    refuse("--max-rms must be greater than 0 (a share of the range)");
-  }
-  if (b.method != Method::kFuse && b.boundary != Boundary::kExact) {
-    refuse("--boundary belongs to --method fuse: tetfuse keeps the boundary exact");
-  }
   if (b.boundary == Boundary::kWithin && !(b.boundary_distance > 0 && b.boundary_distance < 1)) {
     refuse("--boundary must be a share of the diagonal, more than 0% and less than 100%");
+  }
+}
+
+void check_method(const BehaviourOptions& b) {
+  if (b.chunk_tets == 0) refuse("--chunk-tets must be at least 1");
+  if (b.method == Method::kFuse) {
+    if (b.chunk_tets > kMaxFuseChunk) {
+      refuse(fmt::format("--chunk-tets must be at most {} with --method fuse", kMaxFuseChunk));
+    }
+  } else {
+    if (b.boundary != Boundary::kExact) {
+      refuse("--boundary belongs to --method fuse: tetfuse keeps the boundary exact");
+    }
+    if (!b.weight.empty()) refuse("--weight belongs to --method fuse");
   }
   if (b.conserve && (b.method != Method::kFuse || b.boundary == Boundary::kWithin)) {
     refuse("--conserve needs --method fuse and a boundary that stays, exact or planar");
   }
-  if (!b.weight.empty() && b.method != Method::kFuse) refuse("--weight belongs to --method fuse");
-  if (b.max_error && !(*b.max_error > 0)) {
-    refuse("--max-error must be greater than 0 (a share of the range)");
+}
+
+void check_lods(const SimplifyRequest& request) {
+  const BehaviourOptions& b = request.behaviour;
+  const bool has_field = request.output.find(kLodField) != std::string::npos;
+  if (b.lods.empty()) {
+    if (has_field) refuse("the name after -o holds {lod}, but there is no --lods");
+    return;
   }
-  if (!std::is_sorted(b.lods.begin(), b.lods.end()))
+  if (!std::is_sorted(b.lods.begin(), b.lods.end())) {
     refuse("--lods must ascend, as in 50%,80%,95%");
+  }
   const auto twin = std::adjacent_find(b.lods.begin(), b.lods.end());
   if (twin != b.lods.end()) {
     refuse(fmt::format("--lods has two levels of {:.6g}%; each must go further than the one before",
@@ -135,17 +151,19 @@ void check_options(const SimplifyRequest& request) {
   for (const double lod : b.lods) {
     if (!(lod >= 0 && lod < 1)) refuse("--lods must be at least 0% and less than 100%");
   }
-  const bool has_field = request.output.find(kLodField) != std::string::npos;
-  if (!b.lods.empty() && b.reduction && *b.reduction < b.lods.back()) {
+  if (b.reduction && *b.reduction < b.lods.back()) {
     refuse(
         "--lods goes further than --reduction: give one of them, or a goal beyond the last level");
   }
-  if (!b.lods.empty() && !has_field) {
+  if (!has_field) {
     refuse(
         fmt::format("--lods writes several files: the name after -o must hold {{lod}}, as in "
                     "part_{{lod}}.vtu, but it is \"{}\"",
                     request.output));
   }
+}
+
+void check_pieces(const SimplifyRequest& request) {
   if (request.pieces > 0 && !is_pieces_name(request.output)) {
     refuse(fmt::format("--pieces is for a name after -o that ends in .pvtu, but it is \"{}\"",
                        request.output));
@@ -155,9 +173,16 @@ void check_options(const SimplifyRequest& request) {
     refuse(fmt::format("--verify reads less than {} pieces: give fewer with --pieces, or one file",
                        kMaxPiecesRead));
   }
-  if (b.lods.empty() && has_field) {
-    refuse("the name after -o holds {lod}, but there is no --lods");
-  }
+}
+
+}  // namespace
+
+void check_options(const SimplifyRequest& request) {
+  check_goal(request.behaviour);
+  check_criteria(request.behaviour);
+  check_method(request.behaviour);
+  check_lods(request);
+  check_pieces(request);
   check_map(request);
   check_progressive(request);
 }

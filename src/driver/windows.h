@@ -34,6 +34,16 @@ inline void append_row(const Column& from, std::size_t row, Column* to) {
   to->rows.insert(to->rows.end(), begin, begin + from.stride());
 }
 
+template <class T>
+void append(const Vector<T>& rows, Vector<T>* to) {
+  to->insert(to->end(), rows.begin(), rows.end());
+}
+
+// To columns of the same kinds.
+inline void append_rows(const std::vector<Column>& columns, std::vector<Column>* to) {
+  for (std::size_t c = 0; c < columns.size(); ++c) append(columns[c].rows, &(*to)[c].rows);
+}
+
 // Writes the columns of a piece, each at a multiple of eight bytes.
 class RowWriter {
  public:
