@@ -127,6 +127,7 @@ void pass(Stream stream, State& state) {
   stream.value(state.spread);
   stream.value(state.costs);
   stream.value(state.threshold);
+  stream.value(state.weight_scale);
   stream.value(state.end);
 }
 

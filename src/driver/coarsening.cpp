@@ -67,6 +67,8 @@ template <class Real>
 void Coarsening<Real>::import() {
   RunInput& in = run_.input;
   const Steering steering = read_steering(&run_);
+  state_.weight_scale =
+      scale_of_weights(options_.weight, in.description(), *in.stream, run_.context);
   begin(steering.width());
   state_.fields = fields_of(steering, in.carried);
   planner_.limit_errors(error_limits(options_, state_.fields));

@@ -46,7 +46,8 @@ class Exporter {
     job_.context.check();
     writer.finish();
     if (inspect) inspect(output.file()->path_to_read(), chunks_.summary());
-    output.commit([this](double done) { job_.report(done); });
+    output.commit([this](double done) { job_.report(done); },
+                  [this](std::string_view what) { job_.context.say(what); });
     return chunks_.summary();
   }
 

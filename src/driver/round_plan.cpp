@@ -11,6 +11,11 @@ namespace tetfusion {
 
 namespace {
 
+// A bound on costs, on those that weights multiply.
+double of_weighted(double bound, const RoundsState& state) {
+  return bound * state.weight_scale * state.weight_scale;
+}
+
 // When less than this share of the tetrahedra has to go, it may go anywhere; more is spread over
 // the mesh.
 constexpr double kTrimShare = 1e-4;
@@ -143,18 +148,23 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
   settings->fuse.keep_integrals = options_.conserve;
   settings->fuse.regions = regions_;
   settings->fuse.weights = weights_;
+  settings->fuse.weights.scale = state.weight_scale;
   if (settings->look) return;
   settings->fuse.sheets_rest = settings->is_first && settings->fuse.sheets_move();
   const auto to_go = has_goal ? std::optional(quota) : std::nullopt;
   double threshold = next_threshold(state.costs, state.threshold, to_go);
   if (state.threshold.cost == 0) {
-    const double cost = cost_of_variance(state.costs, to_go, errors_.max_variance);
+    const double cost =
+        cost_of_variance(state.costs, to_go, of_weighted(errors_.max_variance, state));
     settings->fuse.gradient_variance = gradient_variance(cost, box, settings->fuse.unit, tets);
     threshold += kVarianceInFirst * cost;
   }
-  settings->fuse.threshold = std::min(threshold, errors_.max_cost);
+  settings->fuse.threshold = std::min(threshold, of_weighted(errors_.max_cost, state));
   settings->fuse.thorough = state.threshold.cost > 0 && state.shrink > kHardlyLess;
-  if (errors_.rise) settings->fuse.error_now = kErrorShare * std::sqrt(settings->fuse.threshold);
+  if (errors_.rise) {
+    settings->fuse.error_now =
+        kErrorShare * std::sqrt(settings->fuse.threshold) / state.weight_scale;
+  }
 }
 
 void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
@@ -218,8 +228,8 @@ StageEnd RoundPlanner::judge_fuse(const RoundStatistics& round, RoundsState* sta
   }
   if (removed > kSaturatedShare * before) return StageEnd::kOpen;
   const bool more_later = errors_.rise && was_rejected(round, Reject::kDeviation);
-  const double most =
-      more_later ? errors_.max_cost : std::min(errors_.max_cost, largest_cost(round.costs));
+  const double max_cost = of_weighted(errors_.max_cost, *state);
+  const double most = more_later ? max_cost : std::min(max_cost, largest_cost(round.costs));
   return state->threshold.cost >= most ? StageEnd::kSaturated : StageEnd::kOpen;
 }
 

@@ -29,6 +29,9 @@ struct RoundsState {
   std::uint8_t spread = 1;       // what has to go is spread over the mesh
   CostHistogram costs{};         // with Method::kFuse
   Threshold threshold;           // of the last round
+  // What weights of errors are multiplied by: then costs, which their squares multiply, are as
+  // finely told apart as costs without weights, however large weights are.
+  double weight_scale = 1;
   StageEnd end = StageEnd::kOpen;
 };
 

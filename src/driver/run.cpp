@@ -72,7 +72,6 @@ Steering read_steering(Run* run) {
   if (!input.stream) input.stream = open_stream(input.source.get());
   context.check();
   const MeshDescription& mesh = input.description();
-  if (!b.weight.empty()) check_weights(b.weight, mesh, *input.stream, context);
   Steering steering(input.steering, mesh, *input.stream, context);
   if (!steering.fields().empty()) {
     if (b.arrays.empty()) say_what_steers(steering.names(), mesh, context);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "base/error.h"
@@ -100,14 +101,16 @@ WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
   return {static_cast<std::uint32_t>(at - indices.begin()), of_cells};
 }
 
-void check_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
-                   const RunContext& context) {
+double scale_of_weights(const std::string& name, const MeshDescription& mesh,
+                        const MeshStream& stream, const RunContext& context) {
+  if (name.empty()) return 1;
   constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
   const SteeringChoice choice = choose_weights(name, mesh);
   const bool of_cells = choice.association == Association::kCell;
   const ArrayInfo& info = (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index];
   const std::uint64_t all = of_cells ? stream.cells() : stream.points();
   Vector<std::byte> rows;
+  double largest = 0;
   for (std::uint64_t first = 0; first < all; first += kWindow) {
     context.check();
     const std::uint64_t count = std::min(kWindow, all - first);
@@ -117,13 +120,16 @@ void check_weights(const std::string& name, const MeshDescription& mesh, const M
     const auto wrong = std::find_if(values.begin(), values.end(), [](double value) {
       return !(value >= 0 && value <= std::numeric_limits<float>::max());
     });
-    if (wrong == values.end()) continue;
-    throw Error(
-        ErrorCode::kBadInput,
-        fmt::format("{}: --weight {}: {} {} has the value {}; weights are numbers from 0 to 3.4e38",
-                    mesh.path, name, of_cells ? "cell" : "point",
-                    first + static_cast<std::uint64_t>(wrong - values.begin()), *wrong));
+    if (wrong != values.end()) {
+      throw Error(ErrorCode::kBadInput,
+                  fmt::format("{}: --weight {}: {} {} has the value {}; weights are numbers from 0 "
+                              "to 3.4e38",
+                              mesh.path, name, of_cells ? "cell" : "point",
+                              first + static_cast<std::uint64_t>(wrong - values.begin()), *wrong));
+    }
+    for (const double value : values) largest = std::max(largest, value);
   }
+  return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest)) : 1;
 }
 
 template <class Real>

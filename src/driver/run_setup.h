@@ -40,9 +40,10 @@ SteeringChoice choose_weights(const std::string& name, const MeshDescription& me
 WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
                            const CarriedArrays& carried);
 
-// Throws Error(kBadInput) where such an array has a value that is negative or not finite.
-void check_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
-                   const RunContext& context);
+// A power of two that brings the largest weight to 1 or more and below 2; 1 where there are none.
+// Throws Error(kBadInput) where one is negative or not finite.
+double scale_of_weights(const std::string& name, const MeshDescription& mesh,
+                        const MeshStream& stream, const RunContext& context);
 
 // An empty mesh with the rows that the rounds need.
 template <class Real>

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
 #include "base/numbers.h"
@@ -238,6 +239,8 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
 
 void Steering::read(std::uint64_t first, std::uint64_t count, double* values,
                     std::uint8_t* not_finite) const {
+  // Not an infinity: whoever averages would have to leave that out, too.
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   Vector<double> of_array;
   std::size_t at = 0;
   for (const Array& array : arrays_) {
@@ -245,8 +248,9 @@ void Steering::read(std::uint64_t first, std::uint64_t count, double* values,
     for (std::size_t p = 0; p < count; ++p) {
       for (std::size_t k = 0; k < array.components; ++k) {
         const double value = of_array[p * array.components + k];
-        if (!std::isfinite(value)) not_finite[p] = 1;
-        values[p * width_ + at + k] = std::ldexp(value, array.exponent);
+        const bool is_finite = std::isfinite(value);
+        if (!is_finite) not_finite[p] = 1;
+        values[p * width_ + at + k] = is_finite ? std::ldexp(value, array.exponent) : kNone;
       }
     }
     at += array.components;

@@ -54,8 +54,8 @@ class Steering {
     return array.averages.empty() ? std::optional(array.index) : std::nullopt;
   }
 
-  // width() values for each point of a window into `values`; sets not_finite[i] to 1 where one is
-  // no number: the vertex must stay. Safe to call from several threads.
+  // width() values for each point of a window into `values`, NaN for all that is not finite; sets
+  // not_finite[i] to 1 where one is: the vertex must stay. Safe to call from several threads.
   void read(std::uint64_t first, std::uint64_t count, double* values,
             std::uint8_t* not_finite) const;
 

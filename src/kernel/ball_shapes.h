@@ -127,8 +127,10 @@ class BallShapes {
 
 template <class Real>
 inline auto BallShapes<Real>::shapes(std::size_t first, const Place& place) const -> Shapes {
-  // In squares of the error: of smaller edges nothing is known.
+  // In squares of the error: of smaller edges nothing is known. Nor of larger ones, whose cubes
+  // would be none.
   constexpr float kLeastEdges = 256;
+  constexpr float kMostEdges = 4e12F;
   const Group& group = groups_[first / kLanes];
   const Lanes x = place.x[0] - group.centre[0];
   const Lanes y = place.x[1] - group.centre[1];
@@ -136,7 +138,8 @@ inline auto BallShapes<Real>::shapes(std::size_t first, const Place& place) cons
   const Lanes det = group.normal[0] * x + group.normal[1] * y + group.normal[2] * z;
   const Lanes edges = 3.0F * (x * x + y * y + z * z) + group.edges;
   const float error = kRounding * std::max(group.reach, place.far);
-  return {det, edges, error * edges, edges > kLeastEdges * error * error};
+  const LaneMask known = (edges > kLeastEdges * error * error) & (edges < kMostEdges);
+  return {det, edges, error * edges, known};
 }
 
 template <class Real>

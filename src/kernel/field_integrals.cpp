@@ -23,6 +23,13 @@ Vec3<double> to_double(const Vec3<Real>& p) {
   return {p.x, p.y, p.z};
 }
 
+template <class T>
+bool all_finite(const Column& column) {
+  const T* const rows = reinterpret_cast<const T*>(column.rows.data());
+  return std::all_of(rows, rows + column.rows.size() / sizeof(T),
+                     [](T value) { return std::isfinite(value); });
+}
+
 }  // namespace
 
 template <class Real>
@@ -37,9 +44,15 @@ void FieldIntegrals<Real>::begin(bool stay, std::span<const SteeringField> field
       steers_[f.column] = 1;
   }
   mixed_columns_.clear();
+  gap_columns_.clear();
   for (std::uint32_t c = 0; c < mesh->cell_columns.size(); ++c) {
-    if (!is_float(mesh->cell_columns[c].type)) continue;
-    if (std::find(regions.begin(), regions.end(), c) == regions.end()) mixed_columns_.push_back(c);
+    const Column& column = mesh->cell_columns[c];
+    if (!is_float(column.type)) continue;
+    if (std::find(regions.begin(), regions.end(), c) != regions.end()) continue;
+    mixed_columns_.push_back(c);
+    const bool finite =
+        column.type == ValueType::kFloat32 ? all_finite<float>(column) : all_finite<double>(column);
+    if (!finite) gap_columns_.push_back(c);
   }
 }
 
@@ -143,7 +156,34 @@ bool FieldIntegrals<Real>::find(const Joining<Real>& joining, std::span<double> 
       }
     });
   }
-  return stays;
+  return stays && can_mix_cells();
+}
+
+template <class Real>
+bool FieldIntegrals<Real>::can_mix_cells() const {
+  return std::ranges::all_of(gap_columns_, [&](std::uint32_t c) {
+    const Column& column = mesh_->cell_columns[c];
+    return column.type == ValueType::kFloat32 ? can_mix<float>(column) : can_mix<double>(column);
+  });
+}
+
+// What is not finite would spread to every tetrahedron that overlaps its own: only what is the same
+// in all of the cavity may be there.
+template <class Real>
+template <class T>
+bool FieldIntegrals<Real>::can_mix(const Column& column) const {
+  const T* const rows = reinterpret_cast<const T*>(column.rows.data());
+  const std::size_t width = column.components;
+  for (std::size_t k = 0; k < width; ++k) {
+    const auto at = [&](TetId t) { return rows[t * width + k]; };
+    const T first = at(old_tets_[0]);
+    const bool is_number = std::isfinite(first);
+    for (const TetId t : old_tets_) {
+      const bool is_same = at(t) == first || (std::isnan(at(t)) && std::isnan(first));
+      if (is_number ? !std::isfinite(at(t)) : !is_same) return false;
+    }
+  }
+  return true;
 }
 
 // What each affected tetrahedron will have of the old ones.
@@ -171,6 +211,10 @@ void FieldIntegrals<Real>::mix_cells(Column* column) {
   for (std::size_t i = 0; i + 1 < begins_.size(); ++i) {
     for (std::size_t k = 0; k < width; ++k) {
       const double origin{rows[old_tets_[i] * width + k]};
+      if (!std::isfinite(origin)) {  // as all of them are
+        mixed_.push_back(origin);
+        continue;
+      }
       double sum = 0, volume = 0;
       for (std::uint32_t s = begins_[i]; s < begins_[i + 1]; ++s) {
         sum += shares_[s].volume * (rows[old_tets_[shares_[s].old] * width + k] - origin);

@@ -25,7 +25,8 @@ class FieldIntegrals {
 
   // Finds the values of the new vertex for which the integrals stay; those that steer go to
   // `values`, which keeps those of fields that are no point array. False if one would leave the
-  // range of its cavity or, where the partner keeps its own, if its integral would change. The
+  // range of its cavity or, where the partner keeps its own, if its integral would change; or if
+  // some values of the cavity are not finite, where those of its cells are not all alike. The
   // cavity fills the same domain before and after, with positive volumes.
   bool find(const Joining<Real>& joining, std::span<double> values);
 
@@ -56,12 +57,16 @@ class FieldIntegrals {
   void find_shares();
   template <class T>
   void mix_cells(Column* column);
+  bool can_mix_cells() const;
+  template <class T>
+  bool can_mix(const Column& column) const;
   TetCorners corners(TetId t) const;
 
   WorkMesh<Real>* mesh_ = nullptr;
   std::span<const SteeringField> fields_;
   bool stay_ = false;
   std::vector<std::uint32_t> mixed_columns_;  // floating-point fields of tetrahedra
+  std::vector<std::uint32_t> gap_columns_;    // of them those with values that are not finite
   std::vector<std::uint8_t> steers_;          // of a point column
 
   Joining<Real> joining_;

@@ -23,6 +23,7 @@ enum class Method : std::uint8_t {
 struct WeightColumn {
   std::uint32_t column = kNoColumn;
   bool of_cells = false;
+  double scale = 1;  // what rows are multiplied by; the least weight that counts is 1e-6 then
 };
 
 struct FuseLimits {

@@ -65,6 +65,7 @@ void FuseVertices<Real>::begin_weights() {
   weights_.clear();
   const std::uint32_t number = limits_->weights.column;
   const bool of_cells = limits_->weights.of_cells;
+  const double scale = limits_->weights.scale;
   if (number == kNoColumn) return;
   const Column& column = of_cells ? mesh_->cell_columns[number] : mesh_->point_columns[number];
   if (of_cells) weights_.assign(mesh_->vertex_count(), 0);
@@ -72,10 +73,10 @@ void FuseVertices<Real>::begin_weights() {
     using T = decltype(zero);
     const T* const rows = reinterpret_cast<const T*>(column.rows.data());
     for (std::size_t v = 0; v < mesh_->vertex_count() && !of_cells; ++v) {
-      weights_.push_back(static_cast<float>(rows[v]));
+      weights_.push_back(static_cast<float>(scale * static_cast<double>(rows[v])));
     }
     for (TetId t = 0; t < mesh_->tets.size() && of_cells; ++t) {
-      const auto weight = static_cast<float>(rows[t]);
+      const auto weight = static_cast<float>(scale * static_cast<double>(rows[t]));
       for (const VertexId v : mesh_->tets[t]) weights_[v] = std::max(weights_[v], weight);
     }
   });

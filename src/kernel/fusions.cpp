@@ -84,9 +84,10 @@ void write_steering_columns(std::span<const SteeringField> fields,
       if constexpr (std::is_floating_point_v<T>) {
         T* values = reinterpret_cast<T*>(column.rows.data());
         for (const VertexId v : vertices) {
-          const double* from = mesh->steering.data() + v * mesh->steering_width + f.first;
+          const double* from =
+              mesh->steering.data() + std::size_t{v} * mesh->steering_width + f.first;
           for (std::uint32_t k = 0; k < f.count; ++k) {
-            values[v * f.count + k] = static_cast<T>(std::ldexp(from[k], -f.exponent));
+            values[std::size_t{v} * f.count + k] = static_cast<T>(std::ldexp(from[k], -f.exponent));
           }
         }
       }

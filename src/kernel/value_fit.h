@@ -32,7 +32,7 @@ class ValueFit {
   void begin(WorkMesh<Real>* mesh);
 
   // Every step-th point, from that one on. Neighbours are best near each other in the list. Points
-  // outside of the mesh do not count. Values must be finite.
+  // outside of the mesh do not count. Values must be finite, those of the mesh's vertices finite or NaN.
   void add(const OriginalRows<Real>& points, std::uint64_t first, std::uint64_t step);
 
   // Fits the steering values of the vertices that were fused to new places, and that no other chunk

@@ -66,7 +66,7 @@ void add_tetrahedra(const std::vector<double>& scale, double unit, WorkMesh<Real
     std::fill(own.begin(), own.end(), 0.0F);
     add_tetrahedron(static_cast<float>(volume), gradients.data(), width, own.data());
     for (const VertexId v : tet) {
-      float* const row = mesh->quadrics.data() + v * mesh->quadric_width;
+      float* const row = mesh->quadrics.data() + std::size_t{v} * mesh->quadric_width;
       for (std::size_t i = 0; i < own.size(); i += kLanes) {
         Lanes sum, more;
         std::memcpy(&sum, row + i, sizeof sum);

@@ -50,8 +50,9 @@ struct WorkMesh {
   // the quadric of a vertex on the interface, and all parts add up.
   Vector<float> quadrics;
   std::uint32_t quadric_width = 0;
-  // How far the sheets (kernel/sheets.h) round a vertex may have moved since the beginning, in the
-  // unit of its quadrics. Where they may not move at all there are none.
+  // How far sheets (kernel/sheets.h) may have moved since the beginning, in the unit of quadrics: a
+  // triangle of one by no more than the largest of its corners'. Where they may not move at all
+  // there are none.
   bool has_deviations = false;
   Vector<float> deviations;
   // Each vertex's id in the beginning: the same in every chunk that has the vertex. A fused one

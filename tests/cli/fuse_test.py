@@ -2,7 +2,9 @@
 """simplify --method fuse, from file to file. Usage: fuse_test.py TETFUSION"""
 import collections
 import itertools
+import math
 
+import numpy as np
 from harness import USAGE, FolderTest, finish, main, report_of
 from independent_check import Vtu, judge_pair, load
 from sample_meshes import rebuilt
@@ -51,6 +53,18 @@ class Fuse(FolderTest):
         # It goes before the goal.
         _, report = self.fuse(path, "--max-rms", "0.01%", "--reduction", "99%")
         self.assertEqual((report["stop_reason"], report["output"]["tets"]), ("saturated", left[0]))
+
+    def test_infinities_change_no_other_values(self):
+        mesh = TinyVtu(12)
+        values = [p[0] for p in mesh.points]
+        values[::37] = [math.inf if i % 2 else -math.inf for i in range(len(values[::37]))]
+        mesh.array("temperature")[4] = values
+        out, report = self.fuse(self.write(mesh), "--reduction", "40%")
+        self.assertEqual(report["stop_reason"], "goal")
+        result = Vtu(out)
+        after, x = result.arrays["point"]["temperature"][-1].ravel(), result.points[:, 0]
+        self.assertEqual(int(np.isinf(after).sum()), len(values[::37]))
+        self.assertLess(float(np.abs(after - x)[np.isfinite(after)].max()), 1e-4)
 
     def test_a_boundary_that_moves(self):
         path = self.generate("--jitter", "0.5", tets="60k")

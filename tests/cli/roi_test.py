@@ -128,6 +128,25 @@ class Weight(FolderTest):
             files.append((self.folder / "out.mesh").read_bytes())
         self.assertEqual(*files)
 
+    def test_only_ratios_of_weights_count(self):
+        """Towards a goal; and a bound is divided by them."""
+        base = 1 + 99 * (np.array(TinyVtu(12).points)[:, 2] > 6)
+        files = {}
+        for scale, options in ((1, [("--reduction", "40%"), ("--max-rms", "0.05")]),
+                               (2.0 ** 4, [("--max-rms", "0.8")]), (2.0 ** -30, [("--max-rms", repr(0.05 * 2.0 ** -30))]),
+                               (2.0 ** 60, [("--reduction", "40%")]), (2.0 ** -60, [("--reduction", "40%")])):
+            mesh = TinyVtu(12)
+            mesh.arrays.insert(1, ["PointData", "heavy", "Float64", 1, list(base * scale)])
+            mesh.array("temperature")[4] = [math.sin(x) + 0.3 * math.cos(2 * y * z) for x, y, z in mesh.points]
+            path = self.write(mesh)
+            for option in options:
+                run("simplify", path, "-o", self.folder / "out.vtu", *self.OPTIONS, "--weight", "heavy", "--chunk-tets", "2k", *option)
+                run("convert", self.folder / "out.vtu", self.folder / "out.mesh", "--quiet")  # without the weights
+                files.setdefault(option[0], []).append((self.folder / "out.mesh").read_bytes())
+                self.assertLess(len(Vtu(self.folder / "out.vtu").tets), 0.9 * len(mesh.tets), (scale, option))
+        for same in files.values():
+            self.assertEqual((len(same), len(set(same))), (3, 1))
+
     def test_the_mesh_stays_finer_round_heavy_cells(self):
         mesh = TinyVtu(12)
         centres = [[sum(mesh.points[v][k] for v in tet) / 4 for k in range(3)] for tet in mesh.tets]

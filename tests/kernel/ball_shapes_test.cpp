@@ -149,6 +149,24 @@ TEST(BallShapes, VerdictsHoldWhereShapesAreExtreme) {
   }
 }
 
+// The scale is that of one neighbour: where it is far nearer than the others, cubes of their edges
+// are beyond what single precision holds.
+TEST(BallShapes, VerdictsHoldWhereOneNeighbourIsNear) {
+  const WorkMesh<double> base = testing::to_work_mesh(testing::five_split_cube(4, 0.3, 7));
+  for (int e = -30; e <= -10; ++e) {
+    WorkMesh<double> mesh = moved<double>(base, {1, 1, 1}, 0);
+    for (VertexId v = 0; v < mesh.vertex_count(); v += 7) {  // near to one of its neighbours
+      const auto tet = std::ranges::find_if(mesh.tets, [&](const Tet& t) { return has(t, v); });
+      const VertexId u = (*tet)[0] == v ? (*tet)[1] : (*tet)[0];
+      const Vec3<double>&a = mesh.positions[u], &b = base.positions[v];
+      const double share = std::ldexp(1.0, e);
+      mesh.positions[v] = {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y),
+                           a.z + share * (b.z - a.z)};
+    }
+    for (const ShapeFloors& floors : kFloors) judge_places(mesh, floors, 8);
+  }
+}
+
 // One end of the mesh is as fine as a unit of the grid: nothing is certain there.
 TEST(BallShapes, AGridThatIsTooCoarseLeavesDoubts) {
   WorkMesh<double> mesh =

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -150,6 +151,34 @@ TEST(FieldIntegrals, LeaveRegionsAsTheyAre) {
   }
   expect_equal(of_cells<double>(before, before.cell_columns[0]),
                of_cells<double>(s.mesh, s.mesh.cell_columns[0]), 1e-12);
+}
+
+// Cells whose values are not finite keep them, and no others get any.
+TEST(FieldIntegrals, WhatIsNotFiniteDoesNotSpreadAmongCells) {
+  for (const double gap :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    Steered s = with_columns(1, smooth);
+    Vector<double> values;
+    double volume = 0;
+    for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
+      const bool has_none = t % 200 == 0;
+      values.insert(values.end(), {has_none ? gap : testing::uniform(1, t), 0.7});
+      volume += has_none ? determinant(s.mesh.positions, s.mesh.tets[t]).value : 0;
+    }
+    s.mesh.cell_columns[0] = make_column(2, values);
+    FuseLimits limits = testing::limits_of();
+    limits.keep_integrals = true;
+    EXPECT_GT(testing::run(limits, &s).pass.fused, 30u);
+    const auto after = values_of<double>(s.mesh.cell_columns[0]);
+    double volume_after = 0;
+    for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
+      EXPECT_EQ(after[2 * t + 1], 0.7);
+      if (std::isfinite(after[2 * t])) continue;
+      EXPECT_EQ(std::isnan(after[2 * t]), std::isnan(gap));
+      volume_after += determinant(s.mesh.positions, s.mesh.tets[t]).value;
+    }
+    EXPECT_NEAR(volume_after, volume, 1e-12);
+  }
 }
 
 // Without being asked to, it does not.
