@@ -1,6 +1,7 @@
 #include "io/cell_kinds.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <utility>
 
@@ -21,6 +22,19 @@ std::string with_article(std::uint8_t type) {
 }
 
 }  // namespace
+
+std::uint8_t settled_type(std::uint8_t type, std::uint64_t vertices) {
+  if (!is_lagrange(type)) return type;
+  const std::array<std::uint8_t, 2> kinds =
+      type == kVtkLagrangeCurve ? std::array<std::uint8_t, 2>{kVtkLine, kVtkQuadraticEdge}
+      : type == kVtkLagrangeTriangle
+          ? std::array<std::uint8_t, 2>{kVtkTriangle, kVtkQuadraticTriangle}
+          : std::array<std::uint8_t, 2>{kVtkTetra, kVtkQuadraticTetra};
+  for (const std::uint8_t kind : kinds) {
+    if (vertices == static_cast<std::uint64_t>(vtk_cell_size(kind))) return kind;
+  }
+  return type;
+}
 
 std::uint8_t linear_type(std::uint8_t type) {
   switch (type) {
@@ -61,6 +75,8 @@ std::string refusal(std::uint8_t type) {
     advice = ": use --linearize to drop the mid-edge nodes of such cells";
   } else if (is_cut(type)) {
     advice = ": use --tetrahedralize to split such cells";
+  } else if (is_lagrange(type)) {
+    advice += ", and of Lagrange cells those of first order, or with --linearize of second";
   } else if (type == kVtkConvexPointSet || type == kVtkPolyhedron) {
     advice += "; ParaView's filter Tetrahedralize makes tetrahedra of such cells";
   }

@@ -10,6 +10,7 @@
 
 #include "io/mesh_source.h"
 #include "mesh/geometry.h"
+#include "mesh/split_cells.h"
 
 namespace tetfusion {
 
@@ -23,6 +24,16 @@ inline constexpr int kGhostDropped = kGhostCopy | kGhostRefined | kGhostHidden;
 // After ghost cells were dropped and points merged nothing is a copy any more: clears what says so
 // in the values of vtkGhostType and vtkGhostLevels, and leaves other arrays as they are.
 void forget_ghosts(Association association, const ArrayInfo& info, std::span<std::byte> values);
+
+// Lagrange cells whose type does not say of which order they are.
+inline bool is_lagrange(std::uint8_t type) {
+  return type == kVtkLagrangeCurve || type == kVtkLagrangeTriangle || type == kVtkLagrangeTetra;
+}
+
+// What a cell with so many vertices is: a Lagrange cell of first order the linear cell, one of
+// second order the quadratic one, whose vertices come in the same order. Others are what their type
+// says.
+std::uint8_t settled_type(std::uint8_t type, std::uint64_t vertices);
 
 // How many of a cell's vertices are kept with these options, from the first on: all of a linear
 // cell, the corners of a curved one. -1 when the cell cannot be read.

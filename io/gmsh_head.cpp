@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 #include "io/byte_values.h"
 #include "io/text_tokens.h"
@@ -42,6 +43,7 @@ class GmshHeadParser {
       file_.fail_in_line(text->data(), "expected a section, as $Nodes, found " +
                                            quoted(text->substr(0, text->find('\n'))));
     }
+    if (text->starts_with("$NOD") && head_.version.empty()) refuse_version("1");
     std::size_t line = std::min(text->find('\n'), text->size());
     std::string_view name = text->substr(1, line - 1);
     while (!name.empty() && is_blank(name.back())) name.remove_suffix(1);
@@ -185,8 +187,8 @@ class GmshHeadParser {
 
   void parse_section(std::string_view name, std::string_view text) {
     if (name == "MeshFormat") return parse_format(text);
-    if (head_.version.empty()) file_.fail_in_line(text.data(), "$MeshFormat must come first");
     if (name == "Comments") return;
+    if (head_.version.empty()) file_.fail_in_line(text.data(), "$MeshFormat must come first");
     if (name == "PhysicalNames") return parse_names(text);
     if (name == "Entities" && head_.is_4) return parse_entities(text, false);
     if (name == "PartitionedEntities" && head_.is_4) return parse_entities(text, true);
@@ -198,8 +200,12 @@ class GmshHeadParser {
   }
 
   void leave_out(const std::string& word) {
-    auto& names = head_.left_out;
-    if (std::find(names.begin(), names.end(), word) == names.end()) names.push_back(word);
+    if (names_left_out_.insert(word).second) head_.left_out.push_back(word);
+  }
+
+  [[noreturn]] void refuse_version(std::string_view version) const {
+    file_.fail("a Gmsh file of version " + quoted(version) +
+               ", expected 2.2 or 4.1: Gmsh writes these with -format msh22 or msh41");
   }
 
   void parse_format(std::string_view text) {
@@ -209,8 +215,7 @@ class GmshHeadParser {
     const std::uint64_t bytes = in.count();
     head_.is_4 = head_.version == "4.1";
     if (!head_.is_4 && head_.version != "2" && !head_.version.starts_with("2.")) {
-      in.fail("a Gmsh file of version " + quoted(head_.version) +
-              ", expected 2.2 or 4.1: Gmsh writes these with -format msh22 or msh41");
+      refuse_version(head_.version);
     }
     if (type > 1 || bytes != 8) {
       in.fail("expected 0 or 1 and 8 behind the version, found " + std::to_string(type) + " and " +
@@ -322,6 +327,7 @@ class GmshHeadParser {
 
   const FormatFile& file_;
   GmshHead head_;
+  std::set<std::string> names_left_out_;
 };
 
 }  // namespace

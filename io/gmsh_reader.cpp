@@ -1,6 +1,7 @@
 #include "io/gmsh_reader.h"
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -77,10 +78,9 @@ class GmshReader final : public FormatReader {
       return array;
     }
     auto values = array.as<std::int32_t>().begin();
-    for (const GmshName& name : head_.names) {
-      if (kGmshNamePrefix + name.name != array.info.name) continue;
-      *values++ = name.tag;
-      *values++ = name.dimension;
+    for (const GmshName* name : groups_.at(index)) {
+      *values++ = name->tag;
+      *values++ = name->dimension;
     }
     return array;
   }
@@ -101,7 +101,7 @@ class GmshReader final : public FormatReader {
     }
     add_arrays(head_.node_data, d.points, &d.point_data);
     add_arrays(head_.element_data, d.cells, &d.cell_data);
-    for (const GmshName& name : head_.names) add_name(kGmshNamePrefix + name.name);
+    describe_groups();
     if (head_.time()) d.field_data.arrays.push_back({kTimeValue, ValueType::kFloat64, 1, {}, 1});
     if (d.cells == 0) file_.fail("the mesh has no cells");
     if (d.points > kMaxPoints) {
@@ -111,13 +111,17 @@ class GmshReader final : public FormatReader {
   }
 
   // Groups of several dimensions may have one name: a row for each.
-  void add_name(const std::string& name) {
-    AttributeSet& fields = description_.field_data;
-    const std::size_t known = fields.find(name);
-    if (known != AttributeSet::npos) {
-      ++fields.arrays[known].tuples;
-    } else {
-      fields.arrays.push_back({name, ValueType::kInt32, 2, {}, 1});
+  void describe_groups() {
+    std::vector<ArrayInfo>& fields = description_.field_data.arrays;
+    std::map<std::string_view, std::size_t> known;
+    for (const GmshName& name : head_.names) {
+      const auto [found, is_new] = known.emplace(name.name, fields.size());
+      if (is_new) {
+        fields.push_back({kGmshNamePrefix + name.name, ValueType::kInt32, 2, {}, 0});
+        groups_.emplace_back();
+      }
+      ++fields[found->second].tuples;
+      groups_[found->second].push_back(&name);
     }
   }
 
@@ -171,6 +175,7 @@ class GmshReader final : public FormatReader {
   FormatFile file_;
   GmshHead head_;
   MeshDescription description_;
+  std::vector<std::vector<const GmshName*>> groups_;  // of each field array that is one of names
   mutable std::mutex mutex_;
   mutable std::unique_ptr<const GmshMesh> mesh_;
   mutable std::optional<std::vector<GmshRows>> point_rows_, cell_rows_;

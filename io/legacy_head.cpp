@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <charconv>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -103,8 +104,7 @@ class LegacyParser {
     if (keyword == "POINT_DATA") return begin_data(Place::kPoints, words);
     if (keyword == "CELL_DATA") return begin_data(Place::kCells, words);
     if (keyword == "FIELD") return parse_field(words);
-    if (keyword == "METADATA")
-      return parse_metadata(place_ == Place::kField ? nullptr : last_array());
+    if (keyword == "METADATA") return parse_metadata(described_array());
     if (place_ != Place::kField) {
       if (keyword == "SCALARS") return parse_scalars(words);
       if (keyword == "COLOR_SCALARS") return parse_colours(words);
@@ -225,6 +225,7 @@ class LegacyParser {
                       std::to_string(expected) + (points ? " points" : " cells"));
     }
     place_ = place;
+    described_.reset();
   }
 
   // ---- attributes ----
@@ -243,7 +244,7 @@ class LegacyParser {
     in_.expect_words(words, counted ? 4 : 3, counted ? "NAME COMPONENTS TYPE" : "NAME TYPE");
     const std::uint64_t components = counted ? in_.count_of(words[2]) : attribute.components;
     const std::string name = decoded(words[1]);
-    add_array(name, words[counted ? 3 : 2], tuples(), components);
+    add_attribute(name, words[counted ? 3 : 2], components);
     set().active.emplace(attribute.active, name);
   }
 
@@ -253,7 +254,7 @@ class LegacyParser {
     const std::uint64_t components = words.size() > 3 ? in_.count_of(words[3]) : 1;
     if (!in_.binary()) in_.skip_blanks();
     if (in_.comes("LOOKUP_TABLE")) in_.take_line();
-    add_array(name, words[2], tuples(), components);
+    add_attribute(name, words[2], components);
     set().active.emplace("Scalars", name);
   }
 
@@ -288,7 +289,7 @@ class LegacyParser {
       in_.skip_blanks();
       if (!in_.comes("METADATA")) continue;
       in_.take_line();
-      parse_metadata(last_array());
+      parse_metadata(described_array());
     }
   }
 
@@ -312,9 +313,29 @@ class LegacyParser {
   void add_array(const std::string& name, std::string_view type, std::uint64_t rows,
                  std::uint64_t components) {
     check_is_new(name);
-    arrays().push_back(in_.take_values(name, type, rows, components));
+    take_array(in_.take_values(name, type, rows, components));
   }
-  VtuArray* last_array() { return arrays().empty() ? nullptr : &arrays().back(); }
+  void take_array(VtuArray array) {
+    arrays().push_back(std::move(array));
+    described_ = arrays().size() - 1;
+  }
+  // VTK writes an array that is active as several kinds once for each of them.
+  void add_attribute(const std::string& name, std::string_view type, std::uint64_t components) {
+    if (!names_.contains({place_, name})) return add_array(name, type, tuples(), components);
+    const auto same = std::find_if(arrays().begin(), arrays().end(),
+                                   [&](const VtuArray& a) { return a.info.name == name; });
+    const std::size_t begin = in_.at();
+    VtuArray again = in_.take_values(name, type, tuples(), components);
+    if (again.info.type != same->info.type || again.info.components != same->info.components) {
+      in_.fail_at(begin, "there are two arrays called \"" + name +
+                             "\", of different types or numbers of components: rename one");
+    }
+    again.info.component_names = same->info.component_names;
+    *same = std::move(again);
+    described_ = static_cast<std::size_t>(same - arrays().begin());
+  }
+  // The one that METADATA which come next are of; nullptr: one that is left out.
+  VtuArray* described_array() { return described_ ? &arrays()[*described_] : nullptr; }
 
   // Of field data; elsewhere they are left out.
   void parse_strings(const std::string& name, std::uint64_t components, std::uint64_t rows) {
@@ -323,6 +344,7 @@ class LegacyParser {
     in_.take_strings(name, rows, components, wanted ? &bytes : nullptr);
     if (!wanted) {
       head_.unread.push_back(name);
+      described_.reset();
       return;
     }
     check_is_new(name);
@@ -331,7 +353,7 @@ class LegacyParser {
     array.counted = false;
     array.info = {name, ValueType::kString, 1, {}, 0};
     array.computed = kept_bytes(std::move(bytes));
-    arrays().push_back(std::move(array));
+    take_array(std::move(array));
   }
 
   // ---- what describes arrays ----
@@ -345,19 +367,18 @@ class LegacyParser {
     }
   }
 
+  // A line a component, which is empty where the component has no name.
   void parse_component_names(VtuArray* array) {
     if (array == nullptr) return;
     std::vector<std::string> names;
-    for (std::uint32_t k = 0; k < array->info.components; ++k) {
-      const std::size_t before = in_.at();
-      const std::string_view line = trimmed(in_.take_line());
-      if (line.empty()) {
-        in_.go_back(before);
-        return;
-      }
-      names.push_back(decoded(line));
+    bool any = false;
+    while (names.size() < array->info.components && !in_.at_end()) {
+      names.push_back(decoded(trimmed(in_.take_line())));
+      any = any || !names.back().empty();
     }
-    array->info.component_names = std::move(names);
+    if (any && names.size() == array->info.components) {
+      array->info.component_names = std::move(names);
+    }
   }
 
   void describe_format() {
@@ -371,6 +392,7 @@ class LegacyParser {
   int major_ = 0;
   Place place_ = Place::kField;
   std::set<std::pair<Place, std::string>> names_;  // of arrays
+  std::optional<std::size_t> described_;           // of arrays(): the last one that was met
   VtuPiece piece_;
   VtuHead head_;
 };

@@ -34,7 +34,6 @@ class LegacyText {
   void set_binary(bool binary) { binary_ = binary; }
   bool at_end() const { return at_ == text_.size(); }
   std::size_t at() const { return at_; }
-  void go_back(std::size_t at) { at_ = at; }
   std::string_view part(std::size_t begin, std::size_t end) const {
     return text_.substr(begin, end - begin);
   }

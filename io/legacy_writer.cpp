@@ -195,28 +195,29 @@ class LegacyWriter {
 
   // ---- arrays ----
 
-  // What the array's section begins with; nothing where it is one among others in a FIELD.
-  static std::string attribute_head(const AttributeSet& set, const ArrayInfo& info,
-                                    const std::string& name) {
+  // What the array's sections begin with, one for each kind that it is active as; nothing where it
+  // is one among others in a FIELD.
+  static std::vector<std::string> attribute_heads(const AttributeSet& set, const ArrayInfo& info,
+                                                  const std::string& name) {
+    std::vector<std::string> heads;
     const auto is_active = [&](const char* as) {
       const auto found = set.active.find(as);
       return found != set.active.end() && found->second == info.name;
     };
     if (is_active("Scalars")) {
-      return fmt::format("SCALARS {} {} {}\nLOOKUP_TABLE default\n", name, type_name(info.type),
-                         info.components);
+      heads.push_back(fmt::format("SCALARS {} {} {}\nLOOKUP_TABLE default\n", name,
+                                  type_name(info.type), info.components));
     }
     for (const WrittenAttribute& attribute : kWrittenAttributes) {
       if (!is_active(attribute.active)) continue;
       if (attribute.components == info.components) {
-        return fmt::format("{} {} {}\n", attribute.word, name, type_name(info.type));
-      }
-      if (attribute.components == 0 && info.components <= 3) {
-        return fmt::format("{} {} {} {}\n", attribute.word, name, info.components,
-                           type_name(info.type));
+        heads.push_back(fmt::format("{} {} {}\n", attribute.word, name, type_name(info.type)));
+      } else if (attribute.components == 0 && info.components <= 3) {
+        heads.push_back(fmt::format("{} {} {} {}\n", attribute.word, name, info.components,
+                                    type_name(info.type)));
       }
     }
-    return {};
+    return heads;
   }
 
   template <class F>
@@ -224,27 +225,27 @@ class LegacyWriter {
                       F put_rows) {
     if (set.arrays.empty()) return;
     put_text(fmt::format("{} {}\n", section, tuples), file_);
-    std::vector<std::string> heads;
+    std::vector<std::vector<std::string>> heads;
     for (std::size_t i = 0; i < set.arrays.size(); ++i) {
-      heads.push_back(attribute_head(set, set.arrays[i], name_of(set.arrays[i], i)));
+      heads.push_back(attribute_heads(set, set.arrays[i], name_of(set.arrays[i], i)));
     }
     for (std::size_t i = 0; i < set.arrays.size(); ++i) {
       const ArrayInfo& info = set.arrays[i];
-      if (!heads[i].empty()) {
-        put_text(heads[i], file_);
-      } else {
-        if (i == 0 || !heads[i - 1].empty()) {
-          std::size_t end = i;
-          while (end < heads.size() && heads[end].empty()) ++end;
-          put_text(fmt::format("FIELD FieldData {}\n", end - i), file_);
-        }
-        put_text(fmt::format("{} {} {} {}\n", name_of(info, i), info.components, tuples,
-                             type_name(info.type)),
-                 file_);
+      const auto put_array = [&](const std::string& head) {
+        put_text(head, file_);
+        put_rows(i);
+        end_values();
+        put_component_names(info);
+      };
+      for (const std::string& head : heads[i]) put_array(head);
+      if (!heads[i].empty()) continue;
+      if (i == 0 || !heads[i - 1].empty()) {
+        std::size_t end = i;
+        while (end < heads.size() && heads[end].empty()) ++end;
+        put_text(fmt::format("FIELD FieldData {}\n", end - i), file_);
       }
-      put_rows(i);
-      end_values();
-      put_component_names(info);
+      put_array(fmt::format("{} {} {} {}\n", name_of(info, i), info.components, tuples,
+                            type_name(info.type)));
     }
   }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
+#include <string>
 
 #include "io/byte_values.h"
 #include "io/text_tokens.h"
@@ -97,9 +99,8 @@ class MeditHeadParser {
                ", expected 3: there are no tetrahedra in the plane");
   }
 
-  void leave_out(std::string name) {
-    auto& names = head_.left_out;
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  void leave_out(const std::string& name) {
+    if (names_left_out_.insert(name).second) head_.left_out.push_back(name);
   }
 
   void take(const MeditSection& section) {
@@ -123,6 +124,7 @@ class MeditHeadParser {
 
   void parse_text() {
     const std::string_view text = file_.text();
+    refuse_others();
     const std::vector<std::string_view> words = find_words(file_.file, text, kMeditComment);
     for (std::size_t w = 0; w < words.size(); ++w) {
       if (words[w] == "End") return;
@@ -132,7 +134,22 @@ class MeditHeadParser {
       parse_section(words[w], {begin, static_cast<std::size_t>(end - begin)});
     }
     // Whatever stood behind the last section that is whole would be missed without a word.
-    file_.fail("End is missing: is that all of the file? If so, add a line End");
+    file_.fail(
+        "End is missing, which some programs do not write: is that all of the file? If so, add a "
+        "line End");
+  }
+
+  // A file may be called .mesh and be of another program.
+  void refuse_others() const {
+    constexpr std::string_view kFirstWord = "MeshVersionFormatted";
+    const std::string_view first = TokenCursor(file_.text(), kMeditComment).next();
+    if (first == kFirstWord) return;
+    file_.fail_in_line(first.empty() ? file_.text().data() : first.data(),
+                       first == "MFEM" ? "this is a mesh of MFEM, not of Medit: let MFEM write "
+                                         "it for VTK (Mesh::PrintVTK)"
+                                       : "expected MeshVersionFormatted, with which Medit's "
+                                         "files begin, found " +
+                                             quoted(first));
   }
 
   void parse_section(std::string_view word, std::string_view text) {
@@ -233,6 +250,7 @@ class MeditHeadParser {
 
   const FormatFile& file_;
   MeditHead head_;
+  std::set<std::string> names_left_out_;
 };
 
 }  // namespace

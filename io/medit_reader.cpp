@@ -1,6 +1,8 @@
 #include "io/medit_reader.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -8,6 +10,7 @@
 #include <utility>
 
 #include "io/byte_values.h"
+#include "io/counted_rows.h"
 #include "io/format_file.h"
 #include "io/format_source.h"
 #include "io/guarded_reading.h"
@@ -129,12 +132,8 @@ class MeditReader final : public FormatReader {
     auto counted = std::make_unique<const TextTokens>(file_.file, section.text, kMeditComment);
     const std::uint64_t expected = section.rows * columns;
     if (counted->size() != expected) {
-      const std::string_view surplus = (*counted)[expected];
-      file_.fail_in_line(
-          surplus.empty() ? section.text.data() + section.text.size() : surplus.data(),
-          std::string(section.keyword->name) + ": expected " + std::to_string(section.rows) +
-              " rows of " + std::to_string(columns) + " numbers, found " +
-              std::to_string(counted->size()) + " numbers");
+      fail_of_rows(file_, std::string(section.keyword->name) + ": ", section.text, kMeditComment,
+                   *counted, section.rows, columns);
     }
     tokens = std::move(counted);
     return *tokens;
@@ -240,6 +239,20 @@ class MeditReader final : public FormatReader {
     });
   }
 
+  // Some programs write them as reals; TetGen puts an attribute there, which may have any value.
+  template <class Int>
+  Int reference(const MeditSection& section, std::string_view token) const {
+    if (token.find_first_of(".eEdD") == token.npos) return file_.number<Int>(token);
+    const double real = file_.number<double>(token);
+    if (std::floor(real) != real || std::abs(real) > std::numeric_limits<std::int32_t>::max()) {
+      file_.fail_in_line(token.data(), std::string(section.keyword->name) + ": the reference " +
+                                           quoted(token) +
+                                           " is no whole number (from TetGen, take the .node and "
+                                           ".ele files, which have attributes)");
+    }
+    return static_cast<Int>(real);
+  }
+
   // The last one.
   template <class Int>
   void read_column(const MeditSection& section, std::uint64_t first, std::uint64_t rows,
@@ -253,7 +266,7 @@ class MeditReader final : public FormatReader {
       const auto last = static_cast<std::uint64_t>(MeditHead::cell_columns(*section.keyword)) - 1;
       for_each_token(section, first, rows,
                      [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
-                       if (column == last) out[row - first] = file_.number<Int>(token);
+                       if (column == last) out[row - first] = reference<Int>(section, token);
                      });
     }
   }

@@ -11,13 +11,14 @@ MeshOutput::MeshOutput(const std::string& path, Encoding encoding, bool is_read)
       is_vtu_(output_format(path) == MeshFormat::kVtu),
       file_(path, is_read ? OutputFile::Access::kPatch : VtuWriter::access(this->encoding())) {}
 
-void MeshOutput::commit(const std::function<void(double)>& progress) {
+void MeshOutput::commit(const std::function<void(double)>& progress,
+                        const std::function<void(std::string_view)>& tell) {
   if (is_vtu_) {
     file_.commit();
     return;
   }
   const auto source = open_vtu(file_.read_back());
-  WriteOptions options{encoding_, {}};
+  WriteOptions options{encoding_, {}, tell};
   if (progress) {
     options.progress = [&](double share) { progress(vtu_share() + (1 - vtu_share()) * share); };
   }

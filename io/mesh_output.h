@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "io/mesh_sink.h"
 #include "io/output_file.h"
@@ -22,8 +23,9 @@ class MeshOutput {
   double vtu_share() const { return is_vtu_ ? 1 : 0.5; }
 
   // Call once, last, when the .vtu is complete. `progress` is called with shares from vtu_share()
-  // on.
-  void commit(const std::function<void(double)>& progress = {});
+  // on; `tell` as that of WriteOptions.
+  void commit(const std::function<void(double)>& progress = {},
+              const std::function<void(std::string_view)>& tell = {});
 
  private:
   std::string path_;

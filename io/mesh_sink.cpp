@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 #include <initializer_list>
 #include <string_view>
@@ -19,8 +18,10 @@
 #include "io/mesh_passes.h"
 #include "io/mesh_stream.h"
 #include "io/output_file.h"
+#include "io/suffix.h"
 #include "io/tetgen_writer.h"
 #include "mesh/array_names.h"
+#include "mesh/split_cells.h"
 #include "mesh/time_value.h"
 
 namespace tetfusion {
@@ -83,14 +84,6 @@ std::vector<std::string> arrays_left_out_of_gmsh(const MeshDescription& mesh) {
     names.push_back(array.name);
   }
   return names;
-}
-
-// In lower case.
-std::string suffix_of(const std::string& path) {
-  std::string suffix = std::filesystem::path(path).extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return suffix;
 }
 
 // Names that do not come back from a Gmsh file.
@@ -175,7 +168,14 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
   const MeshFormat format = output_format(path);
   const auto stream = open_stream(source);
   MeshPasses mesh(source, stream.get());
-  if (format == MeshFormat::kTetgen) return write_tetgen(&mesh, path, options.progress);
+  if (format == MeshFormat::kTetgen) {
+    const std::size_t vertices = mesh.lower_of_type(kVtkVertex).size();
+    if (vertices > 0 && options.tell) {
+      options.tell(
+          fmt::format("{} has no place for {} vertex cells, which are left out", path, vertices));
+    }
+    return write_tetgen(&mesh, path, options.progress);
+  }
   OutputFile file(path);
   const bool binary = options.encoding != Encoding::kAscii;
   if (format == MeshFormat::kLegacyVtk) {

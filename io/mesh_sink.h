@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/mesh_source.h"
@@ -17,6 +18,8 @@ enum class Encoding { kRaw, kZlib, kLz4, kInline, kAscii };
 struct WriteOptions {
   Encoding encoding = Encoding::kRaw;
   std::function<void(double share)> progress;  // 0..1; may be empty
+  // Told, as a sentence, of cells that the format has no place for; may be empty.
+  std::function<void(std::string_view)> tell = {};
 };
 
 // By the end of the name. "-" and devices take .vtu.

@@ -1,7 +1,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <initializer_list>
 #include <string>
 #include <string_view>
@@ -16,6 +15,7 @@
 #include "io/medit_reader.h"
 #include "io/mesh_source.h"
 #include "io/pvtu_reader.h"
+#include "io/suffix.h"
 #include "io/tetgen_reader.h"
 #include "io/vtk_bridge.h"
 #include "io/vtu_reader.h"
@@ -27,10 +27,7 @@ namespace {
 
 // Does the name end so, in letters of either size?
 bool is_called(const std::string& path, std::initializer_list<std::string_view> suffixes) {
-  std::string end = std::filesystem::path(path).extension().string();
-  std::transform(end.begin(), end.end(), end.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  return std::find(suffixes.begin(), suffixes.end(), end) != suffixes.end();
+  return std::find(suffixes.begin(), suffixes.end(), suffix_of(path)) != suffixes.end();
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <sys/file.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <climits>
 #include <cstring>
@@ -19,6 +18,7 @@
 #include "io/file_system.h"
 #include "io/mapped_file.h"
 #include "io/output_file.h"
+#include "io/suffix.h"
 #include "io/vtu_markup.h"
 
 namespace tetfusion {
@@ -168,12 +168,7 @@ std::string section(const char* element, const AttributeSet& set) {
 
 }  // namespace
 
-bool is_pieces_name(const std::string& path) {
-  std::string suffix = std::filesystem::path(path).extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return suffix == ".pvtu";
-}
+bool is_pieces_name(const std::string& path) { return suffix_of(path) == ".pvtu"; }
 
 void check_pieces_output(const std::string& path) {
   struct stat status {};

@@ -11,9 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "io/counted_rows.h"
 #include "io/format_file.h"
 #include "io/format_source.h"
 #include "io/guarded_reading.h"
+#include "io/suffix.h"
 #include "io/text_tokens.h"
 #include "mesh/split_cells.h"
 
@@ -73,11 +75,7 @@ void find_numbers(Table* table) {
   });
   const std::uint64_t expected = table->rows * table->columns;
   if (table->tokens->size() == expected) return;
-  const std::string_view surplus = (*table->tokens)[expected];
-  table->file.fail_in_line(
-      surplus.empty() ? table->body.data() + table->body.size() : surplus.data(),
-      "expected " + std::to_string(table->rows) + " rows of " + std::to_string(table->columns) +
-          " numbers, found " + std::to_string(table->tokens->size()) + " numbers");
+  fail_of_rows(table->file, "", table->body, kComment, *table->tokens, table->rows, table->columns);
 }
 
 // Calls f(row, column, token) for the numbers of some rows.
@@ -238,12 +236,12 @@ class TetgenReader final : public FormatReader {
 
   // TetGen may add the points in the middle of sides (with 10-node tetrahedra) before the marker,
   // and the tetrahedra beside them behind it.
-  void open_sides(std::filesystem::path path, const char* extension, std::uint8_t type) {
+  void open_sides(const std::string& mesh, const char* suffix, std::uint8_t type) {
     std::error_code error;
-    path.replace_extension(extension);
+    const std::string path = with_suffix(mesh, suffix);
     if (!std::filesystem::exists(path, error)) return;
-    MappedFile file = MappedFile::open(path.string());
-    description_.files.push_back(path.string());
+    MappedFile file = MappedFile::open(path);
+    description_.files.push_back(path);
     Sides sides{open_table(std::move(file)), type, {}};
     Table& table = sides.table;
     if (table.rows == 0) return;
@@ -362,14 +360,13 @@ class TetgenReader final : public FormatReader {
 }  // namespace
 
 std::unique_ptr<MeshSource> open_tetgen(MappedFile file, const OpenOptions& options) {
-  const std::filesystem::path path = file.path();
-  const bool is_nodes = path.extension() == ".node";
-  MappedFile other = MappedFile::open(
-      std::filesystem::path(path).replace_extension(is_nodes ? ".ele" : ".node").string());
+  const std::string path = file.path();
+  const bool is_nodes = suffix_of(path) == ".node";
+  MappedFile other = MappedFile::open(with_suffix(path, is_nodes ? ".ele" : ".node"));
   Table nodes = open_table(std::move(is_nodes ? file : other));
   Table tets = open_table(std::move(is_nodes ? other : file));
-  return make_source(
-      std::make_unique<TetgenReader>(path.string(), std::move(nodes), std::move(tets)), options);
+  return make_source(std::make_unique<TetgenReader>(path, std::move(nodes), std::move(tets)),
+                     options);
 }
 
 }  // namespace tetfusion

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 #include <variant>
 
 #include "io/output_file.h"
+#include "io/suffix.h"
 #include "io/text_rows.h"
 #include "mesh/split_cells.h"
 
@@ -148,7 +148,7 @@ std::size_t find_tetgen_attribute(const AttributeSet& cells) {
 std::vector<std::string> tetgen_files(const std::string& path) {
   std::vector<std::string> names;
   for (const char* extension : {".node", ".face", ".edge", ".ele"}) {
-    names.push_back(std::filesystem::path(path).replace_extension(extension).string());
+    names.push_back(with_suffix(path, extension));
   }
   return names;
 }

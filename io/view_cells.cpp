@@ -24,7 +24,11 @@ bool ViewCells::is_ghost(std::uint64_t cell) const {
 }
 
 std::uint8_t ViewCells::type_of(std::uint64_t cell) const {
-  return view_.tets_only ? std::uint8_t{kVtkTetra} : view_.types[cell];
+  if (view_.tets_only) return kVtkTetra;
+  const std::uint8_t type = view_.types[cell];
+  if (!is_lagrange(type)) return type;
+  const std::uint64_t ids = is_wide() ? ids_of<std::int64_t>(cell) : ids_of<std::int32_t>(cell);
+  return settled_type(type, ids);
 }
 
 void ViewCells::fail(std::uint64_t cell, const std::string& what) const {

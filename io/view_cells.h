@@ -52,6 +52,10 @@ class ViewCells {
                            : static_cast<std::uint64_t>(numbers<Id>(view_.offsets)[cell]);
   }
   template <class Id>
+  std::uint64_t ids_of(std::uint64_t cell) const {
+    return begin_of<Id>(cell + 1) - begin_of<Id>(cell);
+  }
+  template <class Id>
   static std::span<const Id> numbers(const ValuesView& values) {
     return {reinterpret_cast<const Id*>(values.bytes.data()), values.size()};
   }

@@ -151,6 +151,9 @@ FormatGuess guess_format(std::span<const std::byte> head) {
             "a VTK XML file" + (type.empty() ? "" : " of type " + std::string(type)),
             type == "Collection"};
   }
+  if (text.starts_with('{') && text.find("\"file-series-version\"") != std::string_view::npos) {
+    return {ForeignFormat::kUnknown, "", true};
+  }
   if (text.starts_with("CDF\001") || text.starts_with("CDF\002") || text.starts_with("CDF\005")) {
     return {ForeignFormat::kNetCdf, "a NetCDF file, as Exodus uses it"};
   }

@@ -43,7 +43,9 @@ ArrayReader VtuCellArrays::open(const VtuArray& array, const std::string& name) 
   return input_->open(array, "cell array \"" + name + "\"" + input_->of_piece(piece_));
 }
 
-ArrayReader VtuCellArrays::open_types() const { return open(piece().types, "types"); }
+VtuCellArrays::TypeArray VtuCellArrays::open_types() const {
+  return {open(piece().types, "types"), std::make_shared<TypeArray::Offsets>()};
+}
 ArrayReader VtuCellArrays::open_offsets() const { return open(piece().offsets, "offsets"); }
 ArrayReader VtuCellArrays::open_connectivity() const {
   return open(piece().connectivity, "connectivity");
@@ -75,9 +77,10 @@ void VtuCellArrays::refuse(std::uint64_t cell, std::uint8_t type) const {
   input_->fail(ErrorCode::kBadInput, cell_name(cell) + " " + refusal(type));
 }
 
-void VtuCellArrays::read_types(const ArrayReader& types, std::uint64_t first, std::uint64_t count,
+void VtuCellArrays::read_types(const TypeArray& types, std::uint64_t first, std::uint64_t count,
                                std::uint8_t* out) const {
-  for_each_integers(types, first, count, [&](const Chunk& chunk, auto zero) {
+  std::atomic<bool> any_lagrange = false;
+  for_each_integers(types.reader, first, count, [&](const Chunk& chunk, auto zero) {
     using T = decltype(zero);
     std::uint8_t* const to = out + (chunk.first - first);
     for (std::uint64_t i = 0; i < chunk.count; ++i) {
@@ -86,11 +89,23 @@ void VtuCellArrays::read_types(const ArrayReader& types, std::uint64_t first, st
       if (static_cast<std::uint64_t>(type) >= kGhost) {
         input_->fail(ErrorCode::kBadInput, cell_name(chunk.first + i) + " has the type " +
                                                std::to_string(type) + ", which VTK does not have" +
-                                               types.where(chunk.first + i));
+                                               types.reader.where(chunk.first + i));
       }
       to[i] = static_cast<std::uint8_t>(type);
+      if (is_lagrange(to[i])) any_lagrange.store(true, std::memory_order_relaxed);
     }
   });
+  if (any_lagrange) settle_types(types, first, count, out);
+}
+
+void VtuCellArrays::settle_types(const TypeArray& types, std::uint64_t first, std::uint64_t count,
+                                 std::uint8_t* out) const {
+  std::call_once(types.offsets->once, [&] { types.offsets->reader.emplace(open_offsets()); });
+  Vector<std::uint64_t> ends(count + 1);
+  read_ends(*types.offsets->reader, first, count, ends.data());
+  for (std::uint64_t i = 0; i < count; ++i) {
+    out[i] = settled_type(out[i], ends[i + 1] - ends[i]);
+  }
 }
 
 std::uint64_t VtuCellArrays::mark_ghosts(const std::vector<GhostArray>& ghosts, std::uint64_t first,

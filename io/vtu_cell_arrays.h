@@ -5,6 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +24,16 @@ class VtuCellArrays {
   // Opens nothing yet. `input` outlives this.
   VtuCellArrays(const VtuInput& input, std::size_t piece) : input_(&input), piece_(piece) {}
 
-  ArrayReader open_types() const;
+  // The types; and, where Lagrange cells are met, what says of which order they are.
+  struct TypeArray {
+    struct Offsets {
+      std::once_flag once;
+      std::optional<ArrayReader> reader;
+    };
+    ArrayReader reader;
+    std::shared_ptr<Offsets> offsets;
+  };
+  TypeArray open_types() const;
   ArrayReader open_offsets() const;
   ArrayReader open_connectivity() const;
 
@@ -34,7 +46,8 @@ class VtuCellArrays {
   // Ranges of cells from `first` on; everything throws Error(kBadInput) naming the first cell that
   // is not right, counted from the piece's start, unless it says something else.
 
-  void read_types(const ArrayReader& types, std::uint64_t first, std::uint64_t count,
+  // As settled_type() has them.
+  void read_types(const TypeArray& types, std::uint64_t first, std::uint64_t count,
                   std::uint8_t* out) const;
 
   // Overwrites the types of ghost cells. Returns how many were none before.
@@ -74,6 +87,8 @@ class VtuCellArrays {
   const VtuPiece& piece() const { return input_->head.pieces[piece_]; }
   ArrayReader open(const VtuArray& array, const std::string& name) const;
   std::string cell_name(std::uint64_t cell) const;
+  void settle_types(const TypeArray& types, std::uint64_t first, std::uint64_t count,
+                    std::uint8_t* out) const;
 
   const VtuInput* input_;
   std::size_t piece_;

@@ -154,7 +154,7 @@ CellTypeCounts count_types(const VtuInput& input) {
     const std::uint64_t cells = input.head.pieces[p].cells;
     if (cells == 0) continue;
     const VtuCellArrays arrays(input, p);
-    const ArrayReader reader = arrays.open_types();
+    const VtuCellArrays::TypeArray reader = arrays.open_types();
     for (std::uint64_t first = 0; first < cells; first += kWindow) {
       types.resize(std::min(kWindow, cells - first));
       arrays.read_types(reader, first, types.size(), types.data());

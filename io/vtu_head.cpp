@@ -56,12 +56,7 @@ class VtuHeadParser {
     parse_root(root);
     const pugi::xml_node grid = root.child("UnstructuredGrid");
     if (!grid) fail("no <UnstructuredGrid> element");
-    for (const pugi::xml_node node : grid.child("FieldData").children()) {
-      if (is_array(node)) {
-        head_.field_data.push_back(parse_array(node, "field array", "", {}));
-      }
-    }
-    check_names(head_.field_data, "FieldData");
+    parse_field_data(grid.child("FieldData"));
     const auto pieces = grid.children("Piece");
     piece_count_ = static_cast<std::size_t>(std::distance(pieces.begin(), pieces.end()));
     if (piece_count_ == 0) fail("no <Piece> element: the mesh is empty");
@@ -174,9 +169,9 @@ class VtuHeadParser {
           index >= count) {
         continue;
       }
-      // So many names could only come from a file that lies about its components.
-      constexpr std::uint64_t kMaxNamed = 1u << 16;
-      if (count > kMaxNamed) fail(label + ": too many components to have names");
+      // A short file could ask for many: nobody names so many.
+      constexpr std::uint64_t kMaxNamed = 256;
+      if (count > kMaxNamed) return;
       info->component_names.resize(count);
       info->component_names[index] = a.value();
     }
@@ -311,15 +306,36 @@ class VtuHeadParser {
       if (!is_array(child)) continue;
       const std::string_view type = child.attribute("type").value();
       if (type == "String" || type == "Bit") {
-        const std::string name = child.attribute("Name").value();
-        auto& unread = head_.unread;
-        if (std::find(unread.begin(), unread.end(), name) == unread.end()) unread.push_back(name);
-        continue;
+        leave_unread(child);
+      } else {
+        arrays->push_back(parse_array(child, kind, unnamed(*arrays), tuples));
       }
-      const std::string unnamed = "unnamed_" + std::to_string(arrays->size());
-      arrays->push_back(parse_array(child, kind, unnamed, tuples));
     }
     check_names(*arrays, node.name());
+  }
+
+  void parse_field_data(pugi::xml_node node) {
+    for (const pugi::xml_node child : node.children()) {
+      if (!is_array(child)) continue;
+      if (std::string_view(child.attribute("type").value()) == "Bit") {
+        leave_unread(child);
+      } else {
+        head_.field_data.push_back(
+            parse_array(child, "field array", unnamed(head_.field_data), {}));
+      }
+    }
+    check_names(head_.field_data, "FieldData");
+  }
+
+  void leave_unread(pugi::xml_node array) {
+    const std::string name = array.attribute("Name").value();
+    auto& unread = head_.unread;
+    if (std::find(unread.begin(), unread.end(), name) == unread.end()) unread.push_back(name);
+  }
+
+  // For the next of the arrays, if it has none.
+  static std::string unnamed(const std::vector<VtuArray>& arrays) {
+    return "unnamed_" + std::to_string(arrays.size());
   }
 
   // Compares a piece's arrays with those of the first piece that has any points (cells), and puts

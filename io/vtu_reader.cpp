@@ -183,7 +183,7 @@ class VtuSource final : public MeshSource {
     add(open_coordinates(input_, 0));
     add(cells.open_connectivity());
     add(cells.open_offsets());
-    add(cells.open_types());
+    add(cells.open_types().reader);
     for (const VtuCellArrays::GhostArray& ghosts : cells.open_ghosts()) {
       sum += ghosts.levels ? 2 : 1;
       add(ghosts.reader);

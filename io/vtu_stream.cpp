@@ -239,7 +239,7 @@ class VtuStream final : public MeshStream {
   ArrayReader coordinates_;
   Vector<std::uint64_t> bad_points_;  // a bit a point that is not finite; empty when all are
   VtuCellArrays arrays_;
-  ArrayReader types_;
+  VtuCellArrays::TypeArray types_;
   std::vector<VtuCellArrays::GhostArray> ghosts_;
   CellSurvey survey_;
   ArrayReader offsets_;

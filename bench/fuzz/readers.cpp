@@ -12,8 +12,8 @@
 #include "fuzz/targets.h"
 #include "io/gmsh_reader.h"
 #include "io/medit_reader.h"
-#include "io/pvd_file.h"
 #include "io/pvtu_reader.h"
+#include "io/series_list.h"
 #include "io/tetgen_reader.h"
 #include "io/vtu_reader.h"
 #include "support/temp_dir.h"
@@ -94,7 +94,7 @@ void read_pvd_list(Input input) {
   const std::string bytes(reinterpret_cast<const char*>(input.data()), input.size());
   write_or_remove("m.pvd", &bytes);
   try {
-    for (const PvdStep& step : read_pvd(folder().file("m.pvd"))) {
+    for (const ListedStep& step : read_series_list(folder().file("m.pvd"))) {
       if (!step.path.starts_with(folder().path().string())) throw std::logic_error(step.path);
     }
   } catch (const Error&) {

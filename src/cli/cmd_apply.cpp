@@ -89,6 +89,7 @@ void run_apply(ApplyArguments* a) {
     context.check();
     context.report("writing", share);
   };
+  a->write.tell = [&](std::string_view what) { context.say(what); };
   convert_mesh(result.get(), a->output, a->write);
   map.check();
   for (const MovedArray& moved : arrays) console.say(sentence_of(moved));

@@ -158,6 +158,7 @@ void fix(const CheckArguments& a, MeshSource* source, const Examination& examina
     context.check();
     context.report("writing", share);
   };
+  write.tell = [&](std::string_view what) { context.say(what); };
   convert_mesh(mended.source.get(), a.fixed, write);
   std::error_code unknown;
   const bool can_be_read = std::filesystem::is_regular_file(a.fixed, unknown);

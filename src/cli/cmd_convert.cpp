@@ -34,6 +34,7 @@ void run_convert(ConvertArguments* a) {
     context.check();
     context.report("writing", 0.5 + 0.5 * share);
   };
+  a->write.tell = [&](std::string_view what) { context.say(what); };
   InputFacts facts;
   facts.ghost_cells = convert_mesh(source.get(), a->output, a->write);
   say_what_is_odd(facts, a->open.linearize, context);

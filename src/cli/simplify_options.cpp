@@ -158,7 +158,7 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
       .add_option(
           "IN", a->inputs,
           "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, or - for standard input; "
-          "or the steps of a series over time: several files, or a .pvd that names them")
+          "or the steps of a series over time: several files, or a .pvd or .series that names them")
       ->required();
   command
       .add_option(

@@ -35,7 +35,10 @@ enum VtkCellType : std::uint8_t {
   kVtkQuadraticTriangle = 22,
   kVtkQuadraticTetra = 24,
   kVtkConvexPointSet = 41,
-  kVtkPolyhedron = 42
+  kVtkPolyhedron = 42,
+  kVtkLagrangeCurve = 68,
+  kVtkLagrangeTriangle = 69,
+  kVtkLagrangeTetra = 71
 };
 
 // True for the types that split_cell takes: 10 to 14.

@@ -394,6 +394,7 @@ RefineReport Job::run(PhaseClock* clock) {
     context_.check();
     context_.report("writing", kRefineShare + (1 - kRefineShare) * share);
   };
+  write.tell = [this](std::string_view what) { context_.say(what); };
   report_.tets = mesh->tets();
   report_.points = mesh->points();
   clock->begin("write");

@@ -47,7 +47,7 @@ class LevelWriter {
     put_corners(&writer);
     put_ends_and_types(&writer);
     writer.finish();
-    output.commit(options.progress);
+    output.commit(options.progress, options.tell);
   }
 
  private:

@@ -10,7 +10,7 @@
 #include "driver/simplify.h"
 #include "driver/stages.h"
 #include "io/mesh_source.h"
-#include "io/pvd_file.h"
+#include "io/series_list.h"
 #include "mesh/time_value.h"
 #include "series/series_plan.h"
 #include "series/shared_series.h"
@@ -62,7 +62,7 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
 }
 
 void write_list(const SeriesPlan& plan) {
-  std::vector<PvdStep> steps;
+  std::vector<ListedStep> steps;
   for (const Step& step : plan.steps) {
     steps.push_back({step.time.value_or(static_cast<double>(steps.size())), step.output});
   }

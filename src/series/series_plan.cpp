@@ -18,7 +18,7 @@
 #include "io/mesh_source.h"
 #include "io/output_file.h"
 #include "io/pieces_output.h"
-#include "io/pvd_file.h"
+#include "io/series_list.h"
 #include "mesh/array_names.h"
 
 namespace tetfusion {
@@ -104,8 +104,8 @@ void check_request(const SeriesRequest& request) {
   const SimplifyRequest& job = request.job;
   const BehaviourOptions& b = job.behaviour;
   if (request.inputs.size() > 1 &&
-      std::any_of(request.inputs.begin(), request.inputs.end(), is_pvd_name)) {
-    refuse("a .pvd file names all steps of a series: give it alone");
+      std::any_of(request.inputs.begin(), request.inputs.end(), is_list_name)) {
+    refuse("a .pvd or .series file names all steps of a series: give it alone");
   }
   if (std::find(request.inputs.begin(), request.inputs.end(), "-") != request.inputs.end() ||
       job.output == "-") {
@@ -208,8 +208,8 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
 
 std::vector<Step> find_steps(const std::vector<std::string>& inputs) {
   std::vector<Step> steps;
-  if (inputs.size() == 1 && is_pvd_name(inputs[0])) {
-    for (const PvdStep& step : read_pvd(inputs[0]))
+  if (inputs.size() == 1 && is_list_name(inputs[0])) {
+    for (const ListedStep& step : read_series_list(inputs[0]))
       steps.push_back({step.path, "", step.time, "", {}});
   } else {
     for (const std::string& path : inputs) steps.push_back({path, "", {}, "", {}});
@@ -261,7 +261,7 @@ void check_outputs(const SeriesPlan& plan, const std::vector<std::string>& input
 bool is_series(const std::vector<std::string>& inputs, const std::string& output,
                const std::vector<std::string>& arrays) {
   return inputs.size() > 1 || is_pvd_name(output) ||
-         (inputs.size() == 1 && is_pvd_name(inputs[0])) || holds_step(output) ||
+         (inputs.size() == 1 && is_list_name(inputs[0])) || holds_step(output) ||
          std::any_of(arrays.begin(), arrays.end(), holds_step);
 }
 
@@ -293,7 +293,7 @@ SeriesPlan plan_series(const SeriesRequest& request) {
     check_output_path(plan.list);
   }
   const std::vector<std::string>& arrays = request.job.behaviour.arrays;
-  const bool in_one_mesh = request.inputs.size() == 1 && !is_pvd_name(request.inputs[0]) &&
+  const bool in_one_mesh = request.inputs.size() == 1 && !is_list_name(request.inputs[0]) &&
                            std::any_of(arrays.begin(), arrays.end(), holds_step);
   if (in_one_mesh && (!request.shared || !plan.list.empty() || holds_step(pattern))) {
     refuse(

@@ -74,6 +74,7 @@ void write_mesh(const SeriesResult& result, StepArrays arrays, MeshSource* sourc
     context.check();
     context.report("writing", share);
   };
+  write.tell = [&](std::string_view what) { context.say(what); };
   convert_mesh(out.get(), path, write);
 }
 

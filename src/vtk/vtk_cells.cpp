@@ -71,15 +71,16 @@ class CellConverter {
       const bool may_be_blank = vtkUnstructuredGrid::SafeDownCast(piece.data) == nullptr;
       for (vtkIdType c = 0; c < cells; ++c) {
         const std::uint64_t cell = piece.first_cell + static_cast<std::uint64_t>(c);
-        const auto type = static_cast<std::uint8_t>(piece.data->GetCellType(c));
+        auto type = static_cast<std::uint8_t>(piece.data->GetCellType(c));
         if ((may_be_blank && type == kVtkEmptyCell) ||
             (ghosts != nullptr && (ghosts->GetValue(c) & kGhostDropped) != 0)) {
           ++out_.ghost_cells;
           continue;
         }
+        piece.data->GetCellPoints(c, ids);
+        type = settled_type(type, static_cast<std::uint64_t>(ids->GetNumberOfIds()));
         const int kept = kept_vertices(type, options_);
         if (kept < 0) fail(cell, refusal(type));
-        piece.data->GetCellPoints(c, ids);
         take_corners(piece, type, cell, kept, ids);
         f(type, cell);
       }

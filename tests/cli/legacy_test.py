@@ -111,8 +111,9 @@ class Legacy(FolderTest):
             self.assertEqual([a.GetValue(i) for i in range(a.GetNumberOfValues())],
                              [b.GetValue(i) for i in range(b.GetNumberOfValues())])
             return
-        self.assertEqual([a.GetComponentName(k) for k in range(components)],
-                         [b.GetComponentName(k) for k in range(components)])
+        # A text has an empty name where there is none.
+        self.assertEqual([a.GetComponentName(k) or "" for k in range(components)],
+                         [b.GetComponentName(k) or "" for k in range(components)])
         x, y = vtk_to_numpy(a), vtk_to_numpy(b)
         self.assertEqual(x.dtype, y.dtype, a.GetName())
         np.testing.assert_array_equal(x, y)
@@ -135,6 +136,23 @@ class Legacy(FolderTest):
             run("convert", theirs, ours)
             # As VTK reads its own file: text has less digits, and ids may have other types.
             self.assert_equal(read(ours), read(theirs))
+            for encoding in ("raw", "ascii"):
+                run("convert", ours, self.folder / "ours.vtk", "--encoding", encoding)
+                self.assert_equal(read(self.folder / "ours.vtk"), read(ours))
+                run("convert", self.folder / "ours.vtk", self.folder / "back.vtu")
+                self.assertEqual((self.folder / "back.vtu").read_bytes(), ours.read_bytes())
+
+    @unittest.skipUnless(vtk, "VTK is not installed")
+    def test_an_array_that_is_active_as_two_kinds(self):
+        """VTK writes it twice."""
+        grid = sample()
+        add(grid.GetPointData(), "both", "Float", range(15), 3, "Scalars", names=("", "up"))
+        grid.GetPointData().SetActiveVectors("both")
+        for version, binary in itertools.product((42, 51), (False, True)):
+            theirs, ours = self.vtk_file(grid, version, binary), self.folder / "ours.vtu"
+            run("convert", theirs, ours)
+            self.assert_equal(read(ours), read(theirs))
+            self.assertEqual(read(ours).GetPointData().GetScalars().GetName(), "both")
             for encoding in ("raw", "ascii"):
                 run("convert", ours, self.folder / "ours.vtk", "--encoding", encoding)
                 self.assert_equal(read(self.folder / "ours.vtk"), read(ours))

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """simplify over the steps of a series. Usage: series_test.py TETFUSION"""
 import itertools
+import json
 import re
 import resource
 import signal
@@ -393,6 +394,15 @@ class Names(SeriesTest):
         self.assertTrue(all((self.folder / "results" / f).exists() for _, f in listed))
         self.simplify([self.folder / "results/out.pvd"], "--reduction", "10%", out="b_{step}.vtu")
         self.assertEqual([p.name for p in self.outputs("b_*")], ["b_0.vtu", "b_14.vtu", "b_7.vtu"])
+        # The same as JSON, as ParaView names the files that it saves.
+        files = [{"name": f"results/{f}", "time": t} for t, f in listed]
+        (self.folder / "run.vtu.series").write_text(json.dumps({"file-series-version": "1.0", "files": files}))
+        self.simplify([self.folder / "run.vtu.series"], "--reduction", "10%", out="c_{step}.vtu")
+        self.assertEqual([(self.folder / f"c_{s}.vtu").read_bytes() for s in (0, 7, 14)],
+                         [(self.folder / f"b_{s}.vtu").read_bytes() for s in (0, 7, 14)])
+        info = finish("info", self.folder / "run.vtu.series")
+        self.assertEqual(info.returncode, BAD)
+        self.assertIn("a list of the steps of a series", info.stderr.decode())
 
     def test_times_are_those_of_the_files(self):
         steps = [self.generate("--time", str(t), tets="3k", name=f"s{i}.vtu") for i, t in enumerate((0.5, 1.25))]

@@ -203,6 +203,42 @@ TEST_F(Legacy, ReadsTheSameOfEveryKind) {
   EXPECT_EQ(dump_of(with(comment, "CELL_TYPES 4", "cell_types 4")), expected);
 }
 
+TEST_F(Legacy, ComponentsMayHaveNoName) {
+  const auto source = open("a.vtk", with(text5(), "in%20plane\n", "\n"));
+  EXPECT_THAT(read_cell_array(source.get(), "stress").info.component_names,
+              ElementsAre("", "across"));
+  EXPECT_THAT(values<std::uint8_t>(read_cell_array(source.get(), "mark")), ElementsAre(1, 0, 0, 1));
+  for (const Encoding encoding : {Encoding::kRaw, Encoding::kAscii}) {
+    const auto back = open("b.vtk", text_of(source.get(), encoding));
+    EXPECT_THAT(read_cell_array(back.get(), "stress").info.component_names,
+                ElementsAre("", "across"));
+  }
+}
+
+// As VTK writes an array that is active as several kinds.
+TEST_F(Legacy, OneArrayMayBeActiveAsSeveralKinds) {
+  const std::string values3 = "1 0 0 2 0 0 3 0 0 4 0 0 5 0 0 6 0 0\n";
+  const auto source =
+      open("a.vtk", text5() + "TENSORS6 t float\n" + values3 + values3 + "VECTORS w double\n" +
+                        values3 + "NORMALS w double\n" + values3);
+  const AttributeSet& set = source->description().point_data;
+  EXPECT_EQ(set.active.at("Normals"), "n");
+  const auto twice = open("b.vtk", with(text5(), "NORMALS n float",
+                                        "NORMALS velocity double\n" + values3 +
+                                            "SCALARS n float 3\nLOOKUP_TABLE default"));
+  const MeshDescription& d = twice->description();
+  EXPECT_EQ(d.point_data.active.at("Vectors"), "velocity");
+  EXPECT_EQ(d.point_data.active.at("Normals"), "velocity");
+  EXPECT_EQ(d.point_data.arrays.size(), 4u);
+  const auto back = open("c.vtk", text_of(twice.get(), Encoding::kAscii));
+  EXPECT_EQ(back->description().point_data.active, d.point_data.active);
+  EXPECT_EQ(back->description().point_data.arrays.size(), 4u);
+  EXPECT_THAT(values<double>(read_point_array(back.get(), "velocity")),
+              ElementsAre(1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0, 0, 5, 0, 0, 6, 0, 0));
+  expect_error("d.vtk", text5() + "VECTORS n double\n" + values3,
+               "two arrays called \"n\", of different types");
+}
+
 TEST_F(Legacy, ReadsRareAttributes) {
   const std::string bytes = head("2.0", "ASCII") + R"(POINTS 4 int
 0 0 0 1 0 0 0 1 0 0 0 1

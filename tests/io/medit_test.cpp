@@ -93,6 +93,7 @@ TEST_F(Medit, NumbersOfOtherKinds) {
   std::string text = kText;
   text.replace(text.find("1 0 0.1 2"), 9, "+1.0D+00 0 0.1d0 +2");
   text.replace(text.find("0 0 1e0 4"), 9, "1e-999\t0 1.e+0\r4");
+  text.replace(text.find("1 2 3 4 10"), 10, "1 2 3 4 1.0e1");
   EXPECT_EQ(dump(open_and_compare("a.mesh", text).get()),
             dump(open_and_compare("b.mesh", kText).get()));
 }
@@ -199,7 +200,7 @@ TEST_F(Medit, SaysWhatIsWrongAndWhere) {
   expect_error("a.mesh", with("0 1 0 3", "0 1.5.2 0 3"),
                "line 10: expected a number, found '1.5.2'");
   expect_error("a.mesh", with("1 2 3 4 10", "1 2 3 4 1.5"),
-               "line 25: expected a whole number, found '1.5'");
+               "line 25: Tetrahedra: the reference '1.5' is no whole number");
   expect_error("a.mesh", with("1 2 3 4 10", "1 2 3 4 3000000000"),
                "'3000000000' is too large or too small: expected -2147483648 to 2147483647");
   expect_error("a.mesh", with("1 2 3 4 10", "1 2 3 7 10"),
@@ -217,10 +218,17 @@ TEST_F(Medit, SaysWhatIsWrongAndWhere) {
                "point 3 has the z coordinate nan, which is not finite");
   expect_error("a.mesh", with("Vertices", "Vortices"), "there are no Vertices");
   expect_error("a.mesh", "MeshVersionFormatted 2 Dimension 3 Vertices 0 End", "no cells");
-  expect_error("a.mesh", "hello End", "there are no Vertices");
-  expect_error("a.mesh", "hello", "End is missing");
+  expect_error("a.mesh", "hello End",
+               "line 1: expected MeshVersionFormatted, with which Medit's files begin, found "
+               "'hello'");
+  expect_error("a.mesh", "MFEM mesh v1.0\n\ndimension\n3\n", "a mesh of MFEM, not of Medit");
+  expect_error("a.mesh", with("End", ""), "add a line End");
   expect_error("a.mesh", with("-20", "-20 0"),
-               "line 26: Tetrahedra: expected 2 rows of 5 numbers, found 11 numbers");
+               "line 26: Tetrahedra: expected 2 rows of 5 numbers, found 11 numbers, 6 in this "
+               "line");
+  expect_error("a.mesh", with("1 2 3 4 10", "1 2 3 4"),
+               "line 25: Tetrahedra: expected 2 rows of 5 numbers, found 9 numbers, 4 in this "
+               "line");
 }
 
 TEST_F(Medit, SaysWhatIsWrongInBinary) {
@@ -230,7 +238,7 @@ TEST_F(Medit, SaysWhatIsWrongInBinary) {
     std::memcpy(bytes.data() + at, &value, 4);
     return bytes;
   };
-  expect_error("a.meshb", with(0, 7), "End is missing");
+  expect_error("a.meshb", with(0, 7), "expected MeshVersionFormatted");
   expect_error("a.meshb", with(4, 9), "MeshVersionFormatted is 9");
   expect_error("a.meshb", with(24, 1 << 30), "byte 24: the next keyword is said to be at byte");
   expect_error("a.meshb", with(28, 1 << 30),

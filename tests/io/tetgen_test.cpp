@@ -137,6 +137,8 @@ TEST_F(Tetgen, SaysWhatIsWrongAndWhere) {
   expect_error("a.node", with(kNodes, "6 3 2 1", "6 2 2 1"), "expected points of 3 dimensions");
   expect_error("a.node", with(kNodes, "6 3 2 1", "7 3 2 1"),
                "line 9: expected 7 rows of 7 numbers, found 42 numbers");
+  expect_error("a.node", with(kNodes, "3.5 -3  1", "3.5 -3"),
+               "line 5: expected 6 rows of 7 numbers, found 41 numbers, 6 in this line");
   expect_error("a.node", with(kNodes, "6 3 2 1", "60000000000 3 2 1"), "do not fit into the");
   expect_error("a.node", with(kNodes, "0.1", "0,1"), "line 4: expected a number, found '0,1'");
   expect_error("a.node", with(kNodes, "  5  ", "  7  "),
@@ -149,6 +151,29 @@ TEST_F(Tetgen, SaysWhatIsWrongAndWhere) {
   write_all();
   std::filesystem::remove(dir_.file("a.ele"));
   expect_error("a.node", kNodes, "a.ele: cannot open the file", 4);
+}
+
+TEST_F(Tetgen, NamesMayBeInCapitals) {
+  for (const auto& [name, bytes] : {std::pair("B.NODE", kNodes), std::pair("B.ELE", kTets),
+                                    std::pair("B.FACE", kFaces), std::pair("B.EDGE", kEdges)}) {
+    write(name, bytes);
+  }
+  const std::string expected = dump(open_named("a.node").get());
+  EXPECT_EQ(dump(open_named("B.NODE").get()), expected);
+  EXPECT_EQ(dump(open_named("B.ELE").get()), expected);
+  write_mesh(open_named("a.node").get(), dir_.file("C.NODE"), {});
+  EXPECT_EQ(dump(open_named("C.ELE").get()).size(), expected.size());
+}
+
+TEST_F(Tetgen, TellsOfVertexCells) {
+  write("v.mesh",
+        "MeshVersionFormatted 2 Dimension 3 Vertices 4 0 0 0 1 1 0 0 1 0 1 0 1 0 0 1 1 "
+        "RequiredVertices 2 1 3 Tetrahedra 1 1 2 3 4 1 End");
+  std::string told;
+  WriteOptions options;
+  options.tell = [&](std::string_view what) { told = what; };
+  write_mesh(open_mesh(dir_.file("v.mesh")).get(), dir_.file("v.node"), options);
+  EXPECT_EQ(told, dir_.file("v.node") + " has no place for 2 vertex cells, which are left out");
 }
 
 TEST_F(Tetgen, SurvivesDamage) {

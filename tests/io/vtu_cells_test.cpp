@@ -90,6 +90,33 @@ TEST_F(VtuCellKinds, LinearizesEdgesAndTrianglesBesideTets) {
                         "--linearize"));
 }
 
+TEST_F(VtuCellKinds, LagrangeCellsOfFirstOrderAreLinear) {
+  VtuText mesh;
+  mesh.pieces = {cell_piece(kCoordinates, {69, 71, 68, 71, 1},
+                            {{0, 1, 2}, {0, 1, 2, 3}, {1, 4}, {4, 2, 1, 3}, {3}})};
+  const Geometry g = read(mesh);
+  EXPECT_THAT(tets(g), ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 2, 1, 3}));
+  EXPECT_EQ(plain(g.lower.types), (std::vector<std::uint64_t>{5, 3, 1}));
+  EXPECT_EQ(plain(g.lower.connectivity), (std::vector<std::uint64_t>{0, 1, 2, 1, 4, 3}));
+  mesh.pieces = {cell_piece(kCoordinates, {71, 71}, {{0, 1, 2, 3}, {4, 2, 1, 3}})};
+  EXPECT_THAT(tets(read(mesh)), ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 2, 1, 3}));
+}
+
+TEST_F(VtuCellKinds, LagrangeCellsOfSecondOrderAreLinearized) {
+  std::vector<double> xyz = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (int k = 0; k < 16; ++k) xyz.insert(xyz.end(), {0.5, 0.25 * k, 0});
+  VtuText mesh;
+  mesh.pieces = {cell_piece(xyz, {71}, {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}})};
+  EXPECT_THAT(tets(read(mesh, {false, true})), ElementsAre(Tet{0, 1, 2, 3}));
+  EXPECT_THAT(thrown_by(open(mesh).get()), HasSubstr("use --linearize"));
+  std::vector<double> third(20);
+  for (int k = 0; k < 20; ++k) third[static_cast<std::size_t>(k)] = k;
+  mesh.pieces = {cell_piece(xyz, {71}, {third})};
+  EXPECT_THAT(thrown_by(open(mesh, {false, true}).get()),
+              HasSubstr("cell 0 is a Lagrange tetrahedron (VTK cell type 71), which cannot be "
+                        "read"));
+}
+
 // The unit cube; as a hexahedron its vertices go round its squares.
 const std::vector<double> kCube = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
                                    0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};

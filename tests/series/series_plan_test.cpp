@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/pvd_file.h"
+#include "io/series_list.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion {
@@ -62,7 +62,7 @@ TEST(PvdFile, ComesBackAsItWasWritten) {
   const TempDir dir;
   const std::string path = dir.file("run.pvd");
   write_pvd(path, {{0.1, dir.file("a&b.vtu")}, {-2, dir.file("x/c.vtu")}});
-  const std::vector<PvdStep> steps = read_pvd(path);
+  const std::vector<ListedStep> steps = read_series_list(path);
   ASSERT_EQ(steps.size(), 2u);
   EXPECT_EQ(steps[0].time, -2);
   EXPECT_EQ(steps[0].path, dir.file("x/c.vtu"));
@@ -70,17 +70,59 @@ TEST(PvdFile, ComesBackAsItWasWritten) {
   EXPECT_EQ(steps[1].path, dir.file("a&b.vtu"));
 }
 
+TEST(PvdFile, StepsWithoutTimesAreNumbered) {
+  const TempDir dir;
+  const std::string path = dir.file("run.pvd");
+  std::ofstream(path)
+      << "<VTKFile><Collection><DataSet file='b'/><DataSet file='a'/></Collection></VTKFile>";
+  const std::vector<ListedStep> steps = read_series_list(path);
+  ASSERT_EQ(steps.size(), 2u);
+  EXPECT_EQ(steps[0].path, dir.file("b"));
+  EXPECT_EQ(steps[1].time, 1);
+}
+
+TEST(SeriesFile, NamesStepsAndTimes) {
+  const TempDir dir;
+  const std::string path = dir.file("run.vtu.series");
+  std::ofstream(path) << R"({"file-series-version": "1.0", "files": [
+      {"name": "late.vtu", "time": 2.5}, {"name": "sub/early.vtu", "time": 1}]})";
+  const std::vector<ListedStep> steps = read_series_list(path);
+  ASSERT_EQ(steps.size(), 2u);
+  EXPECT_EQ(steps[0].time, 1);
+  EXPECT_EQ(steps[0].path, dir.file("sub/early.vtu"));
+  EXPECT_EQ(steps[1].time, 2.5);
+  EXPECT_TRUE(is_series({path}, "b.vtu", {}));
+}
+
+TEST(SeriesFile, BadOnesAreBadInput) {
+  const TempDir dir;
+  const std::string path = dir.file("run.vtu.series");
+  for (const std::string text :
+       {"", "[1", "[]", R"({"files": 1})", R"({"files": []})", R"({"files": [{"time": 1}]})",
+        R"({"files": [{"name": "a", "time": "x"}]})", R"({"files": [{"name": "/a", "time": 1}]})",
+        R"({"files": [{"name": "a", "time": 1}, {"name": "b", "time": 1}]})"}) {
+    std::ofstream(path) << text;
+    try {
+      read_series_list(path);
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kBadInput) << error.what();
+    }
+  }
+}
+
 TEST(PvdFile, BadOnesAreBadInput) {
   const TempDir dir;
   const std::string path = dir.file("run.pvd");
   for (const std::string text :
        {"<VTKFile>", "<a/>", "<VTKFile><Collection/></VTKFile>",
-        "<VTKFile><Collection><DataSet file='a'/></Collection></VTKFile>",
+        "<VTKFile><Collection><DataSet file='a'/><DataSet timestep='1' file='b'/></Collection>"
+        "</VTKFile>",
         "<VTKFile><Collection><DataSet timestep='1e999' file='a'/></Collection></VTKFile>",
         "<VTKFile><Collection><DataSet timestep='1'/></Collection></VTKFile>"}) {
     std::ofstream(path) << text;
     try {
-      read_pvd(path);
+      read_series_list(path);
       ADD_FAILURE() << text;
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::kBadInput) << error.what();
