@@ -145,7 +145,7 @@ void ProgressiveFile::read_head() {
 // Sections follow one another without gaps.
 void ProgressiveFile::read_table(std::uint64_t offset, std::uint64_t sections, std::uint64_t sum) {
   const std::uint64_t size = file_.size();
-  if (offset > size || (size - offset) / sizeof(TableRow) != sections ||
+  if (offset < sizeof(Header) || offset > size || (size - offset) / sizeof(TableRow) != sections ||
       (size - offset) % sizeof(TableRow) != 0) {
     fail("the table of the file does not end where the file does");
   }

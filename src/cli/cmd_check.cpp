@@ -58,14 +58,15 @@ std::string verdict_sentence(const Verdict& verdict, bool strict) {
   return strict ? "INVALID: with --strict, warnings count\n" : "Valid, with warnings\n";
 }
 
-// The shape of the histogram in one line of 18 digits: tenths of the fullest bin, '.' for an empty
-// one.
+// The shape of the histogram in one line of 18 digits: 9 for the fullest bin, at least 1, '.' for
+// an empty one.
 std::string sparkline(const std::array<std::uint64_t, kQualityBins>& bins) {
   const std::uint64_t most =
       std::max<std::uint64_t>(1, *std::max_element(bins.begin(), bins.end()));
   std::string line;
   for (const std::uint64_t n : bins) {
-    line += n == 0 ? '.' : static_cast<char>('0' + std::min<std::uint64_t>(9, n / (most / 10 + 1)));
+    const double ninths = 9 * static_cast<double>(n) / static_cast<double>(most);
+    line += n == 0 ? '.' : static_cast<char>('0' + std::max(1, static_cast<int>(ninths)));
   }
   return line;
 }

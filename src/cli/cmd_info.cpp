@@ -18,6 +18,7 @@
 #include "cli/findings.h"
 #include "driver/examine.h"
 #include "io/mesh_source.h"
+#include "io/mesh_stream.h"
 #include "mesh/statistics.h"
 
 namespace tetfusion {
@@ -39,8 +40,28 @@ struct ArrayLine {
   ArrayStatistics statistics;
 };
 
+// In windows, where the file can be read so.
+ArrayStatistics measure_rows(const MeshStream& stream, Association association, std::size_t index,
+                             const ArrayInfo& info, const RunContext& context) {
+  constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+  const std::uint64_t all = association == Association::kPoint ? stream.points() : stream.cells();
+  ArrayStatistics statistics;
+  statistics.components.resize(info.components);
+  DataArray window;
+  window.info = info;
+  for (std::uint64_t first = 0; first < all; first += kWindow) {
+    context.check();
+    window.info.tuples = std::min(kWindow, all - first);
+    window.bytes.resize(window.info.values() * size_of(info.type));
+    stream.read_rows(association, index, first, window.info.tuples, window.bytes);
+    statistics.add(measure_array(window));
+  }
+  return statistics;
+}
+
 std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& context) {
   const MeshDescription& mesh = source->description();
+  const auto stream = source->stream();
   const std::array<std::pair<Association, const AttributeSet*>, 3> sets{
       {{Association::kPoint, &mesh.point_data},
        {Association::kCell, &mesh.cell_data},
@@ -55,7 +76,9 @@ std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& cont
       for (const auto& [attribute, name] : set->active) {
         if (name == line.info.name) line.active.push_back(attribute);
       }
-      line.statistics = measure_array(source->read_array(association, i));
+      line.statistics = stream != nullptr && association != Association::kField
+                            ? measure_rows(*stream, association, i, line.info, context)
+                            : measure_array(source->read_array(association, i));
       lines.push_back(std::move(line));
     }
   }

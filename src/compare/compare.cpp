@@ -58,6 +58,12 @@ bool choose_exponents(const std::vector<FieldValues>& original, FieldSet* set,
   return any;
 }
 
+double base_of(const Field& field) {
+  return field.info.type == ValueType::kUInt64
+             ? static_cast<double>(static_cast<std::uint64_t>(field.base))
+             : static_cast<double>(field.base);
+}
+
 // What arrays of points and of cells have in common.
 ArrayComparison summarize(const Field& field, const Errors& errors, const FieldValues& values,
                           double* scale) {
@@ -69,7 +75,7 @@ ArrayComparison summarize(const Field& field, const Errors& errors, const FieldV
   for (const Range& r : values.ranges) {
     a.component_ranges.push_back(std::ldexp(r.width(), -field.exponent));
   }
-  *scale = range > 0 ? range : values.largest + std::abs(static_cast<double>(field.base));
+  *scale = range > 0 ? range : values.largest + std::abs(base_of(field));
   a.non_finite = errors.non_finite;
   a.undefined = errors.undefined;
   a.rms = share_of(errors.rms(), *scale);
@@ -88,7 +94,8 @@ std::vector<RegionVolume> join_regions(const Field& field, const RegionVolumes& 
   for (const auto& [value, volume] : simplified) joined[value].simplified = volume.value();
   std::vector<RegionVolume> regions;
   for (const auto& [value, volumes] : joined) {
-    regions.push_back({std::ldexp(value, -field.exponent), volumes.original, volumes.simplified});
+    regions.push_back({base_of(field) + std::ldexp(value, -field.exponent), volumes.original,
+                       volumes.simplified});
   }
   return regions;
 }

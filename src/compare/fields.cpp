@@ -81,9 +81,10 @@ template <class T>
 double difference(T value, std::int64_t base) {
   if constexpr (std::is_floating_point_v<T>) return value;
   if (base == 0) return static_cast<double>(value);
-  // Modulo 2^64, as two that differ by less than half of that may lie on both sides of it.
-  return static_cast<double>(static_cast<std::int64_t>(static_cast<std::uint64_t>(value) -
-                                                       static_cast<std::uint64_t>(base)));
+  // Only integers of 64 bits have a base, which has the type's bits. Two may be 2^63 apart or more.
+  const auto from = static_cast<T>(base);
+  const auto a = static_cast<std::uint64_t>(value), b = static_cast<std::uint64_t>(from);
+  return value < from ? -static_cast<double>(b - a) : static_cast<double>(a - b);
 }
 
 }  // namespace

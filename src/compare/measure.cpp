@@ -95,8 +95,7 @@ CellMeasures::CellMeasures(const FieldSet& point_fields, const FieldSet& cell_fi
   for (const Field& field : point_fields.fields) integrals.push_back(empty_integral(field));
   for (const Field& field : cell_fields.fields) {
     cell_values.push_back(no_values(field));
-    most_regions.push_back(field.integer ? std::numeric_limits<std::size_t>::max()
-                                         : kMostFloatRegions);
+    region_limits.push_back(most_regions(field));
     cell_integrals.push_back(empty_integral(field));
   }
 }
@@ -115,7 +114,7 @@ void CellMeasures::add(const CellMeasures& other) {
   add_all(&cell_differences, other.cell_differences);
   for (std::size_t f = 0; f < cell_regions.size(); ++f) {
     for (const auto& [value, sum] : other.cell_regions[f]) {
-      if (cell_regions[f].size() > most_regions[f]) break;
+      if (cell_regions[f].size() > region_limits[f]) break;
       cell_regions[f][value].add(sum);
     }
   }

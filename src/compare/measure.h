@@ -61,11 +61,11 @@ struct Integral {
 
 // The volume that has each value of a field of regions; what is not finite is left out.
 using RegionVolumes = std::map<double, CompensatedSum>;
-// Floating-point numbers that say regions have few values. Of a field with more only some of them
-// are added up, and nobody wants to know.
-inline constexpr std::size_t kMostFloatRegions = 4096;
+// What says regions has few values. Of a field with more only some of them are added up, and nobody
+// wants to know.
+inline std::size_t most_regions(const Field& field) { return field.integer ? 1 << 16 : 1 << 12; }
 inline bool has_too_many(const Field& field, const RegionVolumes& volumes) {
-  return !field.integer && volumes.size() > kMostFloatRegions;
+  return volumes.size() > most_regions(field);
 }
 
 struct FieldValues {
@@ -110,7 +110,7 @@ struct CellMeasures {
   std::vector<Integral> cell_integrals;
   std::vector<CompensatedSum> cell_differences;  // lengths of the differences, times volume
   std::vector<RegionVolumes> cell_regions;       // empty for fields that are no regions
-  std::vector<std::size_t> most_regions;         // values of each that are added up
+  std::vector<std::size_t> region_limits;        // values of each that are added up
 };
 
 struct Meshes {

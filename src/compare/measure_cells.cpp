@@ -266,6 +266,7 @@ class CellBlock {
 
   void add_to_region(std::size_t f, double value) {
     RegionVolumes& regions = out_->cell_regions[f];
+    if (regions.size() > out_->region_limits[f]) return;
     if (region_.first != &regions || region_.second->first != value) {
       region_ = {&regions, regions.try_emplace(value).first};
     }

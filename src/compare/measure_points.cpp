@@ -19,7 +19,11 @@ class PointBlock {
   void measure(const Point& p, const double* row) {
     out_->box.add(p);
     vertices_.clear();
-    meshes_.locator.for_each_vertex_at(p, [&](VertexId v) { vertices_.push_back(v); });
+    meshes_.locator.for_each_vertex_at(p, [&](VertexId v) {
+      // A crack's junction has a few. Where a mesh has collapsed, all would take forever.
+      constexpr std::size_t kMost = 256;
+      if (vertices_.size() < kMost) vertices_.push_back(v);
+    });
     if (vertices_.empty()) {
       place_ = meshes_.locator.locate(p, &hint_);
       if (place_.outside) {

@@ -101,7 +101,7 @@ void OriginalMesh::choose_bases(Association association, FieldSet* fields) const
   for (Field& field : fields->fields) {
     const ValueType type = field.info.type;
     const bool is_long = type == ValueType::kInt64 || type == ValueType::kUInt64;
-    if (!is_long || !field.integer || field.region || rows == 0) continue;
+    if (!is_long || !field.integer || rows == 0) continue;
     Vector<std::byte> first(field.info.components * sizeof field.base);
     stream_->read_rows(association, field.original, 0, 1, first);
     std::memcpy(&field.base, first.data(), sizeof field.base);

@@ -77,7 +77,7 @@ class OriginalMesh {
   // Opens a stream over the source, which must outlive this.
   OriginalMesh(MeshSource* source, const FieldSet& point_fields, const FieldSet& cell_fields);
 
-  // Sets the bases of those of the fields that have integers of 64 bits, but for regions.
+  // Sets the bases of those of the fields that have integers of 64 bits.
   void choose_bases(Association association, FieldSet* fields) const;
 
   // Finds the boundary and what the mesh consists of: call it first. About `most_sides` sides of

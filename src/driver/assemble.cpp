@@ -237,7 +237,7 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
       worker.scatter().keep(worker.mesh(), chunk, out.mesh.pieces.get());
       out.mesh.sizes[chunk] = size;
     }
-    context.report("assembling", 0.12, 0.25, ++done, chunks);
+    context.report("assembling", 0.12, work ? kAssembledWithWork : kAssembledShare, ++done, chunks);
   });
   workers.clear();
   trim_memory();

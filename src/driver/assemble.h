@@ -13,6 +13,10 @@
 
 namespace tetfusion {
 
+// How much of a run is done when all chunks are put together; and where the first round, which
+// often does most, is done with them.
+inline constexpr double kAssembledShare = 0.25, kAssembledWithWork = 0.6;
+
 template <class Real>
 struct Assembly {
   // Where chunks were handed to `work`: its interface table, with marks alone, and locks.

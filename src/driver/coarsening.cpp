@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "base/numbers.h"
 #include "base/resources.h"
+#include "driver/assemble.h"
 #include "driver/error_limits.h"
 #include "driver/notices.h"
 #include "driver/progressive.h"
@@ -233,7 +235,9 @@ double Coarsening<Real>::share_done() const {
 
 template <class Real>
 double Coarsening<Real>::share_done(std::uint64_t tets) const {
-  return tetfusion::share_done(input_tets_, tets, stages_.back().tets, state_.lods.size());
+  const double share =
+      tetfusion::share_done(input_tets_, tets, stages_.back().tets, state_.lods.size());
+  return state_.input.first_round_done ? std::max(share, kAssembledWithWork) : share;
 }
 
 template class Coarsening<float>;

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "driver/assemble.h"
 #include "io/mesh_sink.h"
 #include "io/pieces_output.h"
 #include "io/pvtu_reader.h"
@@ -202,13 +203,12 @@ void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& re
 
 double share_done(std::uint64_t first, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                   std::size_t rounds) {
-  constexpr double kImportShare = 0.25;
   constexpr double kRoundsShare = 0.55;
-  if (!goal) return kImportShare + kRoundsShare * (1 - std::pow(0.7, static_cast<double>(rounds)));
+  if (!goal) return kAssembledShare + kRoundsShare * (1 - std::pow(0.7, static_cast<double>(rounds)));
   const double wanted = static_cast<double>(first) - static_cast<double>(*goal);
   const double done =
       wanted > 0 ? (static_cast<double>(first) - static_cast<double>(tets)) / wanted : 1;
-  return kImportShare + kRoundsShare * std::min(done, 1.0);
+  return kAssembledShare + kRoundsShare * std::min(done, 1.0);
 }
 
 }  // namespace tetfusion

@@ -89,7 +89,7 @@ class Mover {
   void move(const RunContext& context) {
     const std::span<T> out = moved_.array.as<T>();
     Vector<double> sums, most;  // of floating-point values; the largest weight so far
-    Vector<float> lost;         // weight of those that are not finite, once there are any
+    Vector<double> lost;        // weight of those that are not finite, once there are any
     if constexpr (std::is_floating_point_v<T>) {
       sums.assign(out.size(), 0);
     } else {
@@ -110,7 +110,7 @@ class Mover {
               sum[c] += next->weight * double{from[c]};
             } else if (next->weight < 1) {
               if (lost.empty()) lost.assign(out.size(), 0);
-              lost[next->point * width_ + c] += static_cast<float>(next->weight);
+              lost[next->point * width_ + c] += next->weight;
             }
             to[c] = next->weight == 1 ? from[c] : static_cast<T>(sum[c]);
           }
@@ -126,8 +126,8 @@ class Mover {
       // As in a fusion (kernel/fusions.h).
       for (std::size_t i = 0; i < lost.size(); ++i) {
         if (!(lost[i] > 0)) continue;
-        out[i] = lost[i] <= 0.5F ? static_cast<T>(sums[i] / (1 - double{lost[i]}))
-                                 : std::numeric_limits<T>::quiet_NaN();
+        out[i] = lost[i] <= 0.5 ? static_cast<T>(sums[i] / (1 - lost[i]))
+                                : std::numeric_limits<T>::quiet_NaN();
       }
     }
   }
@@ -321,15 +321,30 @@ std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weigh
   return arrays;
 }
 
+namespace {
+
+double largest_coordinate(ValueType type, std::span<const std::byte> coordinates) {
+  const std::size_t step = kWindow * size_of(type);
+  double largest = 0;
+  for (std::size_t at = 0; at < coordinates.size(); at += step) {
+    const auto part = coordinates.subspan(at, std::min(step, coordinates.size() - at));
+    for (const double x : to_doubles(type, part)) largest = std::max(largest, std::abs(x));
+  }
+  return largest;
+}
+
+}  // namespace
+
 StayedPoints compare_stayed_points(const MapFile& map, MeshSource* source,
                                    const RunContext& context) {
   const auto stream = open_for(map, source);
   const ValueType type = source->description().point_type, own_type = map.counts().point_type;
   const std::span<const std::byte> own = map.mesh().points.bytes;
   const std::size_t stride = 3 * size_of(own_type);
-  // Files of other programs may have rounded coordinates.
-  const auto is_about = [](double a, double b) {
-    return std::abs(a - b) <= 1e-6 * std::max(std::abs(a), std::abs(b));
+  // Files of other programs may have rounded coordinates, also those that are 0 but for rounding.
+  const double largest = largest_coordinate(own_type, own);
+  const auto is_about = [&](double a, double b) {
+    return std::abs(a - b) <= 1e-6 * std::max(std::abs(a), std::abs(b)) + 1e-12 * largest;
   };
   StayedPoints stayed;
   Vector<std::byte> rows;

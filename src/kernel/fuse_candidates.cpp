@@ -109,7 +109,7 @@ void FuseCandidates<Real>::find_costs(VertexId v, std::size_t movable) {
     }
   }
   if (!vertices_->have_weights()) return;
-  for (std::size_t i = 0; i < count; ++i) costs_[i] *= vertices_->weight_of(v, partners_[i]);
+  for (std::size_t i = 0; i < count; ++i) costs_[i] *= vertices_->cost_factor(v, partners_[i]);
 }
 
 // No branch, as in find_partners(): those whose turn comes in this round to the front, and the

@@ -22,8 +22,8 @@ struct FuseCandidate {
 // Keeps its memory from mesh to mesh. Not thread-safe.
 //
 // An edge is judged once, by the end that got its quadric last. So candidates of a vertex go out of
-// date when a partner has got another quadric: that one has judged the edge then. But one that stays
-// in its place judges none: the edge to it comes again when v is judged anew.
+// date when a partner has got another quadric: that one has judged the edge then. But one that
+// stays in its place judges none: the edge to it comes again when v is judged anew.
 template <class Real>
 class FuseCandidates {
  public:

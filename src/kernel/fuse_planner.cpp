@@ -164,7 +164,7 @@ auto FusePlanner<Real>::judge() -> Verdict {
   const auto& [v, partner, fixed, position, affected, deleted] = joining_;
   const bool on_sheet = vertices_->is_on_sheet(v);
   if (on_sheet && !sheet_fusion_.allows(position)) return FuseRefusal{Reject::kSurface};
-  if (const auto dear = values_.find_loss(joining_, cavity_, vertices_->weight_of(v, partner))) {
+  if (const auto dear = values_.find_loss(joining_, cavity_, vertices_->cost_factor(v, partner))) {
     return FuseRefusal{Reject::kError, kNoTet, *dear};
   }
   if (values_.may_refuse()) {
@@ -190,7 +190,7 @@ double FusePlanner<Real>::error(float cost) const {
     const MergedQuadric& merged = edge_costs_->merged();
     const Offset u = edge_costs_->offset(mesh_->positions[v], position);
     const float weight = vertices_->is_on_sheet(v) ? 1 : merged.sum[kQuadricW];
-    const float here = value_at(merged.reduced, u) / weight * vertices_->weight_of(v, partner);
+    const float here = value_at(merged.reduced, u) / weight * vertices_->cost_factor(v, partner);
     cost = std::max(cost, here);
   }
   return values_.error(cost);

@@ -58,7 +58,7 @@ template <class Real>
 void FuseRound<Real>::add_gradient_variances() {
   const auto variance = static_cast<float>(limits_->gradient_variance);
   for (VertexId v = 0; v < vertices_.size(); ++v) {
-    add_gradient_variance(variance / vertices_.weight_of(v, v),
+    add_gradient_variance(variance / vertices_.cost_factor(v, v),
                           mesh_->quadrics.data() + std::size_t{v} * mesh_->quadric_width);
   }
 }

@@ -61,13 +61,13 @@ class FuseVertices {
   std::uint32_t next_event() { return ++now_; }
 
   // What a fusion of these costs, as a multiple of what it does; and what it may cost without that.
-  float weight_of(VertexId v, VertexId partner) const {
+  float cost_factor(VertexId v, VertexId partner) const {
     if (weights_.empty()) return 1;
     const float weight = std::max({weights_[v], weights_[partner], kLeastWeight});
-    return weight * weight;
+    return weight * weight;  // costs are squares of errors
   }
   float threshold_for(VertexId v, VertexId partner) const {
-    return static_cast<float>(limits_->threshold) / weight_of(v, partner);
+    return static_cast<float>(limits_->threshold) / cost_factor(v, partner);
   }
   bool have_weights() const { return !weights_.empty(); }
   // The vertex that they become counts like the one of them that counts most.

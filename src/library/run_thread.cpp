@@ -97,9 +97,12 @@ class Watch {
       fail("something that is no std::exception");
     }
   }
-  void fail(const char* what) {
+  void fail(const char* what) noexcept {
     failed_ = ends_ = true;
-    what_ = what;
+    try {
+      what_ = what;
+    } catch (...) {  // no memory: then without it
+    }
   }
 
   const Observer& observer_;
@@ -109,6 +112,7 @@ class Watch {
 };
 
 std::mutex one_at_a_time;
+thread_local bool is_in_run = false;
 
 // The number of threads is the process's.
 std::unique_lock<std::mutex> wait_for_turn(Watch* watch) {
@@ -123,11 +127,23 @@ std::unique_lock<std::mutex> wait_for_turn(Watch* watch) {
   return turn;
 }
 
+// While this thread waits for a job and calls its observer.
+struct InRun {
+  InRun() { is_in_run = true; }
+  ~InRun() { is_in_run = false; }
+  InRun(const InRun&) = delete;
+  InRun& operator=(const InRun&) = delete;
+};
+
 }  // namespace
 
 void run_observed(const Observer& observer, const std::function<void(const RunContext&)>& job) {
+  if (is_in_run) {
+    throw Error(ErrorCode::kUsage, "a run cannot be begun by the observer of another one");
+  }
   Watch watch(observer);
   const auto turn = wait_for_turn(&watch);
+  const InRun here;
   News news;
   std::atomic<bool> cancelled{false};
   RunContext context;

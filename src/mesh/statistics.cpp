@@ -49,16 +49,21 @@ ArrayStatistics measure(std::span<const T> values, std::size_t width) {
     }
   });
   for (const ArrayStatistics& block : blocks) {
-    for (std::size_t k = 0; k < width; ++k) {
-      if (!block.components[k].empty()) all.components[k].add(block.components[k]);
-    }
-    if (!block.magnitude.empty()) all.magnitude.add(block.magnitude);
-    all.non_finite += block.non_finite;
+    all.add(block);
   }
   return all;
 }
 
 }  // namespace
+
+void ArrayStatistics::add(const ArrayStatistics& other) {
+  components.resize(std::max(components.size(), other.components.size()));
+  for (std::size_t k = 0; k < other.components.size(); ++k) {
+    components[k].add(other.components[k]);
+  }
+  magnitude.add(other.magnitude);
+  non_finite += other.non_finite;
+}
 
 bool ArrayStatistics::constant() const {
   return non_finite == 0 && std::all_of(components.begin(), components.end(),

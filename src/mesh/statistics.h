@@ -20,6 +20,7 @@ struct Range {
     if (x > max) max = x;
   }
   void add(const Range& r) {
+    if (r.empty()) return;  // its ends are no values
     add(r.min);
     add(r.max);
   }
@@ -30,6 +31,8 @@ struct ArrayStatistics {
   Range magnitude;                // Euclidean length of tuples whose values are all finite
   std::uint64_t non_finite = 0;   // values
 
+  // Of the rows of both.
+  void add(const ArrayStatistics& other);
   // Every component has one value at most, and that everywhere.
   bool constant() const;
   // Of the box of the components: what errors in the array are shares of.

@@ -312,9 +312,10 @@ void Verifier::judge_array(const Comparison& comparison, const ArrayComparison& 
   if (promise_.integrals && !(is_region(a) && promise_.distance)) judge_integral(comparison, a);
 }
 
-// Where cells overlap, or are turned over, nobody knows which of them a point lies in.
+// Where cells overlap, or are turned over, nobody knows which of them a point lies in. Integrals
+// are of the whole mesh: there `at` is null.
 void Verifier::judge_measure(VerifiedCheck check, const std::string& what, const Point* at) {
-  if (!check.kept && (input_overlaps() || (at != nullptr && cells_overlap_at(*at)))) {
+  if (!check.kept && (at != nullptr ? cells_overlap_at(*at) : input_overlaps())) {
     out_.not_verified.push_back(
         fmt::format("{} came out as {:.4g}, above {:.4g}, but cells overlap there", what,
                     check.found, check.allowed));

@@ -143,6 +143,10 @@ void copy_values(vtkDataArray* part, ValueType type, std::byte* to) {
     std::memcpy(to, part->GetVoidPointer(0), values * size_of(type));
     return;
   }
+  if (part->GetDataType() != VTK_BIT) {
+    part->ExportToVoidPointer(to);  // of any layout, in the array's own type
+    return;
+  }
   const int width = part->GetNumberOfComponents();
   visit_type(type, [&](auto zero) {
     auto* out = reinterpret_cast<decltype(zero)*>(to);

@@ -6,6 +6,7 @@
 #include <vtkPointSet.h>
 #include <vtkPoints.h>
 #include <vtkRectilinearGrid.h>
+#include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 
@@ -138,14 +139,33 @@ std::vector<std::uint64_t> point_begins(const PieceList& list) {
   return begins;
 }
 
+namespace {
+
+template <class T>
+void append_first_components(const T* values, vtkIdType tuples, int width,
+                             std::vector<std::int64_t>* out) {
+  for (vtkIdType i = 0; i < tuples; ++i) {
+    out->push_back(static_cast<std::int64_t>(values[i * width]));
+  }
+}
+
+}  // namespace
+
 std::vector<std::int64_t> global_point_ids(const PieceList& list) {
   std::vector<std::int64_t> ids;
   for (const Piece& piece : point_pieces(list)) {
     vtkDataArray* array = global_id_array(piece.data);
     if (array == nullptr) return {};
-    for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
-      // Whatever the array's type: ids beyond 2^53 do not occur.
-      ids.push_back(static_cast<std::int64_t>(array->GetComponent(i, 0)));
+    // Not component by component, which would be doubles.
+    const auto copy = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(array->GetDataType()));
+    const int width = array->GetNumberOfComponents();
+    const vtkIdType tuples = array->GetNumberOfTuples();
+    copy->SetNumberOfComponents(width);
+    copy->SetNumberOfTuples(tuples);
+    if (tuples > 0) array->ExportToVoidPointer(copy->GetVoidPointer(0));
+    switch (array->GetDataType()) {
+      vtkTemplateMacro(append_first_components(static_cast<VTK_TT*>(copy->GetVoidPointer(0)),
+                                               tuples, width, &ids));
     }
   }
   return ids;

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What compare says about two meshes. Usage: compare_test.py TETFUSION"""
 import json
+import math
 import re
 
 from harness import BAD, INVALID, IO, MEMORY, USAGE, FolderTest, finish, main, report_of, run, sanitized
@@ -30,6 +31,37 @@ class Compare(FolderTest):
             self.assertEqual(said.returncode, 1)
             self.assertIn(b"no point array temperature", said.stderr)
         self.assertEqual(finish("compare", path, other, "--max-error", "1%", "--array", "none").returncode, USAGE)
+
+    def test_parts_without_any_number(self):
+        """Fields may be known in a part of the mesh alone, so that whole blocks have none."""
+        original, simplified = TinyVtu(32), TinyVtu(32)
+        here = [max(p) < 6 for p in original.points]
+        for mesh, factor in ((original, 1), (simplified, 0)):
+            mesh.array("temperature")[4] = [factor * p[0] if h else math.nan for p, h in zip(mesh.points, here)]
+            inside = [all(here[v] for v in tet) for tet in mesh.tets]
+            mesh.arrays.insert(1, ["CellData", "heat", "Float32", 1,
+                                   [factor * (i % 7) if h else math.nan for i, h in enumerate(inside)]])
+        path, other = self.pair(original, simplified)
+        said = finish("compare", path, other, "--max-error", "1%", "--report", "-", "--quiet")
+        self.assertEqual(said.returncode, 1)
+        arrays = {a["name"]: a for a in json.loads(said.stdout)["arrays"]}
+        self.assertEqual(arrays["temperature"]["range"], 5)
+        self.assertEqual(arrays["temperature"]["max"], 1)
+        self.assertEqual(arrays["heat"]["max"], 1)
+
+    def test_integers_far_apart_and_regions_of_long_integers(self):
+        original, simplified = TinyVtu(3), TinyVtu(3)
+        count = len(original.tets)
+        for mesh, offset in ((original, 0), (simplified, 1)):
+            mesh.arrays.insert(1, ["CellData", "region", "Int64", 1, [2 ** 60 + (i + offset) % 2 for i in range(count)]])
+            mesh.arrays.insert(1, ["CellData", "wide", "Int64", 1, [-9 * 10 ** 18] + [9 * 10 ** 18 * (1 - offset)] * (count - 1)])
+            mesh.arrays.insert(1, ["CellData", "unsigned", "UInt64", 1, [5] + [(2 ** 64 - 1) * (1 - offset)] * (count - 1)])
+        arrays = {a["name"]: a for a in report_of("compare", *self.pair(original, simplified))["arrays"]}
+        self.assertEqual(arrays["region"]["differing"], 1)
+        self.assertEqual(len(arrays["region"]["regions"]), 2)
+        self.assertAlmostEqual(arrays["wide"]["range"] / 18e18, 1)
+        self.assertAlmostEqual(arrays["wide"]["max"], 0.5)
+        self.assertAlmostEqual(arrays["unsigned"]["max"], 1)
 
     def test_a_mesh_and_itself(self):
         path = self.write(mesh_of_all_sorts())

@@ -167,6 +167,10 @@ class Maps(FolderTest):
         stayed = self.apply(path)[1]
         self.assertGreater(stayed["stayed_points"], 100)
         self.assertEqual(stayed["stayed_points_elsewhere"], 0)
+        nearly = jittered()
+        nearly.array("Points")[2] = "Float64"
+        nearly.array("Points")[4] = [c if c != 0 else 1e-16 for c in nearly.array("Points")[4]]
+        self.assertEqual(self.apply(self.write(nearly, "nearly.vtu"))[1]["stayed_points_elsewhere"], 0)
         mesh.points = [(x, y, z + 1 if z > 3 else z) for x, y, z in mesh.points]
         moved = self.write(rebuilt(mesh), "moved_mesh.vtu")
         elsewhere = self.apply(moved)[1]["stayed_points_elsewhere"]
@@ -194,13 +198,14 @@ class Maps(FolderTest):
         noise, numbers = rng.normal(size=(len(points), 3)), rng.integers(-2**62, 2**62, len(points))
         linear = points @ [3.0, -2.0, 0.5] + 7
         holes = np.where(np.arange(len(points)) % 97 == 0, np.nan, linear)
+        ones = np.where(np.arange(len(points)) % 7 == 0, np.nan, 1)
         step = self.write(with_arrays(mesh, linear=("Float64", linear), noise=("Float32", noise), constant=(
-            "Float64", np.full(len(points), 0.1)), numbers=("Int64", numbers), holes=("Float64", holes)), "step.vtu")
+            "Float64", np.full(len(points), 0.1)), numbers=("Int64", numbers), holes=("Float64", holes), ones=("Float64", ones)), "step.vtu")
         out, report = self.apply(step)
         moved = Vtu(out)
         np.testing.assert_array_equal(moved.points, result.points)
         np.testing.assert_array_equal(moved.tets, result.tets)
-        self.assertEqual(list(moved.arrays["point"]), ["linear", "noise", "constant", "numbers", "holes"])
+        self.assertEqual(list(moved.arrays["point"]), ["linear", "noise", "constant", "numbers", "holes", "ones"])
         np.testing.assert_array_equal(values(moved, "noise")[stayed], noise.astype("f4")[ids[stayed]])
         np.testing.assert_array_equal(values(moved, "numbers")[stayed], numbers[ids[stayed]])
         self.assertLessEqual(set(values(moved, "numbers").tolist()), set(numbers.tolist()))
@@ -211,6 +216,8 @@ class Maps(FolderTest):
         self.assertGreater(broken.sum(), 0)
         # They do not spread: where most of the weight is with numbers, these have their mean.
         self.assertLessEqual(broken.mean(), 2 * np.isnan(holes).mean())
+        known = values(moved, "ones")[~np.isnan(values(moved, "ones"))]
+        np.testing.assert_allclose(known, 1, rtol=1e-14)
         error = np.abs(values(moved, "holes") - values(moved, "linear"))[~broken]
         self.assertLess(error.max(), 6.5)  # as far as the field goes in a cube
         self.assertLess((error > 1e-9).mean(), 0.2)

@@ -327,6 +327,24 @@ TEST_F(VtkBridge, MergesThePointsOfPieces) {
   EXPECT_THAT(g.point_source, ElementsAre(0, 1, 2, 3, 7));
 }
 
+// Doubles would make one of ids that follow one another beyond 2^53.
+TEST_F(VtkBridge, GlobalIdsKeepAllTheirDigits) {
+  const auto ids = [](int first) {
+    std::string text;
+    for (int i = 0; i < 4; ++i) text += std::to_string((std::int64_t{1} << 60) + first + i) + " ";
+    return R"(<PointData><DataArray type="Int64" Name="GlobalNodeIds" format="ascii">)" + text +
+           "</DataArray></PointData>";
+  };
+  write("a.vtu", piece_of_two("0 0 0 1 0 0 0 1 0 0 0 1", ids(0)));
+  write("b.vtu", piece_of_two("1 0 0 0 1 0 0 0 1 1 1 1", ids(1)));
+  const std::string path = write("both.vtm", R"(<VTKFile type="vtkMultiBlockDataSet" version="1.0">
+<vtkMultiBlockDataSet><DataSet index="0" file="a.vtu"/><DataSet index="1" file="b.vtu"/>
+</vtkMultiBlockDataSet></VTKFile>)");
+  const Geometry g = open_with_vtk(path)->read_geometry();
+  EXPECT_EQ(g.merged_points, 3u);
+  EXPECT_THAT(g.tets, ElementsAre(Tet{0, 1, 2, 3}, Tet{1, 2, 3, 4}));
+}
+
 TEST_F(VtkBridge, BlocksWithoutAnArrayGetNotANumber) {
   write("a.vtu", piece_of_two("0 0 0 1 0 0 0 1 0 0 0 1", ""));
   write("b.vtu", piece_of_two("1 0 0 0 1 0 0 0 1 1 1 1",

@@ -70,6 +70,16 @@ TEST(Statistics, OnlyNonFiniteValues) {
   EXPECT_EQ(s.diagonal(), 0);
 }
 
+TEST(Statistics, EmptyRangesAddNothing) {
+  Range range;
+  range.add(Range{});
+  EXPECT_TRUE(range.empty());
+  range.add(3);
+  range.add(Range{});
+  EXPECT_EQ(range.min, 3);
+  EXPECT_EQ(range.max, 3);
+}
+
 TEST(Statistics, Constant) {
   EXPECT_TRUE(measure_array(array_of<std::int32_t>(2, {7, 1, 7, 1})).constant());
   EXPECT_FALSE(measure_array(array_of<std::int32_t>(2, {7, 1, 7, 2})).constant());

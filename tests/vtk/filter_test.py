@@ -6,6 +6,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import types
 import unittest
@@ -13,7 +14,8 @@ import unittest
 import numpy as np
 from vtkmodules.numpy_interface import dataset_adapter
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkBitArray, vtkDoubleArray, vtkPoints, vtkStringArray
+from vtkmodules.vtkCommonCore import (vtkBitArray, vtkDoubleArray, vtkFloatArray, vtkPoints, vtkSOADataArrayTemplate,
+                                      vtkStringArray)
 from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkDataObject, vtkMultiBlockDataSet, vtkPolyData,
                                            vtkUnstructuredGrid, VTK_HEXAHEDRON, VTK_TETRA, VTK_TRIANGLE)
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
@@ -249,6 +251,34 @@ class Filter(FilterTest):
         for name in one:
             np.testing.assert_array_equal(one[name], other[name])
 
+    def test_long_integers_that_are_laid_out_otherwise(self):
+        grid = box(4)
+        ids = vtkSOADataArrayTemplate["int64"]()
+        ids.SetName("ids")
+        ids.SetNumberOfComponents(1)
+        ids.SetNumberOfTuples(grid.GetNumberOfPoints())
+        for i in range(grid.GetNumberOfPoints()):
+            ids.SetTypedComponent(i, 0, 2 ** 60 + i)
+        grid.GetPointData().AddArray(ids)
+        out = vtktetfusion.simplify(grid, 0.5)
+        values = set(numbers(out)["point ids"].tolist())
+        self.assertGreater(len(values), 0.9 * out.GetNumberOfPoints())
+        self.assertLessEqual(values, set(range(2 ** 60, 2 ** 60 + grid.GetNumberOfPoints())))
+
+    def test_arrays_of_one_name(self):
+        grid = box(4)
+        for name, components in (("one", 1), ("two", 1), ("way", 3)):
+            array = vtkFloatArray()
+            array.SetName(name)
+            array.SetNumberOfComponents(components)
+            array.SetNumberOfTuples(grid.GetNumberOfPoints())
+            array.Fill(1)
+            grid.GetPointData().AddArray(array)
+        grid.GetPointData().SetActiveVectors("way")
+        grid.GetPointData().GetArray("two").SetName("one")
+        out = vtktetfusion.simplify(grid, 0.5)
+        self.assertEqual(out.GetPointData().GetVectors().GetName(), "way")
+
     def test_input_array_to_process(self):
         grid = box(7)
         run = self.run_on(grid, TargetReduction=0.6, KeepRegions=False)
@@ -483,8 +513,29 @@ class Function(FilterTest):
         with self.assertRaises(TetFusionError) as caught:
             vtktetfusion.simplify(box(20), 0.9, progress=lambda share: False)
         self.assertEqual(caught.exception.code, 130)
+        with self.assertRaises(TetFusionError) as caught:
+            vtktetfusion.simplify(box(20), 0.9, progress=lambda share: np.bool_(False))
+        self.assertEqual(caught.exception.code, 130)
         with self.assertRaises(ZeroDivisionError):
             vtktetfusion.simplify(box(20), 0.9, progress=lambda share: 1 / 0)
+
+    def test_several_threads_of_python(self):
+        """One waits for the other, which its progress keeps busy with other threads of Python."""
+        results = []
+        first = threading.Thread(target=lambda: results.append(
+            vtktetfusion.simplify(box(20), 0.9, progress=lambda share: time.sleep(0.005))))
+        first.start()
+        time.sleep(0.05)
+        results.append(vtktetfusion.simplify(box(8), 0.5))
+        first.join(120)
+        self.assertFalse(first.is_alive())
+        self.assertEqual(len(results), 2)
+
+    def test_progress_cannot_simplify(self):
+        with self.assertRaises(TetFusionError) as caught:
+            vtktetfusion.simplify(box(8), 0.5, progress=lambda share: vtktetfusion.simplify(box(4), 0.5))
+        self.assertEqual(caught.exception.code, 2)
+        vtktetfusion.simplify(box(4), 0.5)
 
     def test_bad_arguments(self):
         grid = box(2)
@@ -504,7 +555,9 @@ class Function(FilterTest):
                                 ({"scalar_tolerance": 0}, "scalar_tolerance must be greater than 0"),
                                 ({"stretch_factor": 0}, "stretch_factor must be at least 1"),
                                 ({"aspect_ratio": 0}, "aspect_ratio must be at least 1"),
-                                ({"max_volume": 0}, "max_volume must be greater than 0")):
+                                ({"max_volume": 0}, "max_volume must be greater than 0"),
+                                ({"memory": -1}, "memory must be at least 0"),
+                                ({"min_quality": 0.3, "method": "tetfuse"}, "min_quality belongs to method fuse")):
             with self.subTest(arguments=arguments), self.assertRaises(TetFusionError) as caught:
                 vtktetfusion.simplify(grid, **arguments)
             self.assertEqual(caught.exception.code, 2)

@@ -64,25 +64,32 @@ vtkSmartPointer<vtkDataArray> make_original_ids() {
   return array;
 }
 
-void mark_active(const std::vector<vtkSmartPointer<vtkDataArray>>& originals,
-                 vtkDataSetAttributes* from, vtkDataSetAttributes* to) {
+using Arrays = std::vector<vtkSmartPointer<vtkDataArray>>;
+
+// `results` are those of the originals, one each. Of several with one name VTK keeps the last.
+void mark_active(const Arrays& originals, const Arrays& results, vtkDataSetAttributes* from,
+                 vtkDataSetAttributes* to) {
   for (int kind = 0; kind < vtkDataSetAttributes::NUM_ATTRIBUTES; ++kind) {
     const auto at = std::find(originals.begin(), originals.end(), from->GetAbstractAttribute(kind));
-    if (at != originals.end()) {
-      to->SetActiveAttribute(static_cast<int>(at - originals.begin()), kind);
+    if (at == originals.end()) continue;
+    const vtkAbstractArray* result = results[static_cast<std::size_t>(at - originals.begin())];
+    for (int i = 0; i < to->GetNumberOfArrays(); ++i) {
+      if (to->GetAbstractArray(i) == result) to->SetActiveAttribute(i, kind);
     }
   }
 }
 
 void fill_attributes(const CarriedArrays& carried, vtkDataSetAttributes* from,
                      std::vector<tetfusion::OwnedArray>* arrays, vtkDataSetAttributes* to) {
+  Arrays results;
   for (std::size_t i = 0; i < arrays->size(); ++i) {
     const auto array =
         i < carried.originals.size() ? make_array(carried.originals[i]) : make_original_ids();
     fill_array(&(*arrays)[i].values, array);
     to->AddArray(array);
+    results.emplace_back(array);
   }
-  mark_active(carried.originals, from, to);
+  mark_active(carried.originals, results, from, to);
 }
 
 template <class Ids>
@@ -97,14 +104,15 @@ void fill_cells(tetfusion::OwnedMesh* mesh, vtkUnsignedCharArray* types,
 }
 
 void empty_like(vtkDataSetAttributes* from, vtkDataSetAttributes* to) {
-  std::vector<vtkSmartPointer<vtkDataArray>> originals;
+  Arrays originals, results;
   for (int i = 0; i < from->GetNumberOfArrays(); ++i) {
     auto* array = from->GetArray(i);
     if (array == nullptr || is_ghost_mark(array)) continue;
     originals.emplace_back(array);
-    to->AddArray(make_array(array));
+    results.emplace_back(make_array(array));
+    to->AddArray(results.back());
   }
-  mark_active(originals, from, to);
+  mark_active(originals, results, from, to);
 }
 
 }  // namespace

@@ -93,9 +93,16 @@ tetfusion::Values GridView::values_of(vtkDataArray* array) {
   if (!type || !array->HasStandardMemoryLayout()) {
     // Bits become bytes.
     const int kind = type ? array->GetDataType() : VTK_UNSIGNED_CHAR;
-    copies_.push_back(vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(kind)));
-    copies_.back()->DeepCopy(array);
-    array = copies_.back();
+    const auto copy = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(kind));
+    if (type) {  // DeepCopy() would go through doubles
+      copy->SetNumberOfComponents(array->GetNumberOfComponents());
+      copy->SetNumberOfTuples(array->GetNumberOfTuples());
+      if (array->GetNumberOfValues() > 0) array->ExportToVoidPointer(copy->GetVoidPointer(0));
+    } else {
+      copy->DeepCopy(array);
+    }
+    copies_.push_back(copy);
+    array = copy;
     type = type_of(kind);
   }
   return {*type, array->GetVoidPointer(0), static_cast<std::size_t>(array->GetNumberOfValues())};

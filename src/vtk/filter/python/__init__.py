@@ -8,12 +8,17 @@ vtkTetFusion is the filter itself, for a pipeline; help(vtktetfusion.vtkTetFusio
 """
 import math
 import sys
+import threading
 
 from vtkmodules import vtkCommonDataModel, vtkCommonExecutionModel  # what the wrapped module builds on
 
 from .vtkTetFusionFilter import vtkTetFusion
 
 __all__ = ["TetFusionError", "simplify", "vtkTetFusion"]
+
+# One run at a time, as in the library; but who waits here lets other threads of Python go on.
+_turn = threading.Lock()
+_runs_here = threading.local()
 
 _USER_ERROR = 40000  # vtkErrorCode::UserError, which Python does not have
 
@@ -56,10 +61,13 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take ten-node tetrahedra as straight ones.
     threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
     chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it.
-    progress: called with the share that is done, from 0 to 1; False as its answer ends the run.
+    progress: called with the share that is done, from 0 to 1; False as its answer ends the run. It cannot call simplify().
+    One call runs at a time: those of other threads wait for it.
 
     Raises TetFusionError.
     """
+    if min_quality is not None and method == "tetfuse":
+        _refuse("min_quality belongs to method fuse")
     run = vtkTetFusion()
     run.SetInputDataObject(getattr(grid, "VTKObject", grid))
     given = {"TargetReduction": reduction, "NumberOfTetsOutput": tets, "MaximumError": max_error, "MaximumRMS": max_rms,
@@ -76,6 +84,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     run.SetTetrahedralize(tetrahedralize)
     run.SetLinearize(linearize)
     run.SetNumberOfThreads(threads)
+    if memory < 0:
+        _refuse("memory must be at least 0")
     run.SetMemoryLimit(memory)
     run.SetChunkTets(chunk_tets)
     run.SetMethod(_choice("method", method, {"fuse": run.FUSE, "tetfuse": run.TETFUSE}))
@@ -153,14 +163,22 @@ def _execute(run, progress):
 
     def on_progress(caller, event):
         try:
-            if not raised and progress(caller.GetProgress()) is False:
+            answer = None if raised else progress(caller.GetProgress())
+            if answer is not None and not answer:
                 caller.SetAbortExecute(1)
         except BaseException as error:  # an exception of an observer would be printed and forgotten
             raised.append(error)
             caller.SetAbortExecute(1)
     if progress is not None:
         run.AddObserver("ProgressEvent", on_progress)
-    run.Update()
+    if getattr(_runs_here, "any", False):
+        _refuse("progress() cannot simplify another grid meanwhile")
+    with _turn:
+        _runs_here.any = True
+        try:
+            run.Update()
+        finally:
+            _runs_here.any = False
     if raised:
         raise raised[0]
     code = run.GetErrorCode()

@@ -44,6 +44,10 @@ def parse(arguments):
     parser.add_argument("--memory", type=byte_count, default=0, help="that each rank may take beside its part, as in 2G")
     parser.add_argument("--scratch", help="folder that is there, for what does not fit")
     options = parser.parse_args(arguments)
+    if options.reduction is not None and options.reduction >= 1:
+        parser.error("--reduction must be less than 100%, as in 80% or 0.8")
+    if options.min_quality is not None and options.method == "tetfuse":
+        parser.error("--min-quality belongs to --method fuse")
     if not options.output.endswith(".pvtu"):
         parser.error(f"the output {options.output} must be called .pvtu")
     if pathlib.Path(options.input).suffix not in (".vtu", ".pvtu"):

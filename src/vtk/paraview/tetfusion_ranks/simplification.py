@@ -23,7 +23,7 @@ def steering(grid, options):
     if data.GetScalars() is not None:
         return [data.GetScalars().GetName()]
     arrays = (data.GetArray(i) for i in range(data.GetNumberOfArrays()))
-    return [a.GetName() for a in arrays if a.GetDataTypeAsString() in ("float", "double")][:1]
+    return [a.GetName() for a in arrays if a is not None and a.GetDataTypeAsString() in ("float", "double")][:1]
 
 
 def extent(grid, name):
@@ -31,7 +31,7 @@ def extent(grid, name):
     array = grid.GetPointData().GetArray(name)
     if array is None:
         raise Failure(USAGE, f"there is no point array {name} to steer by (name one of the cells cell:NAME)")
-    return [value for c in range(array.GetNumberOfComponents()) for value in array.GetRange(c)]
+    return [value for c in range(array.GetNumberOfComponents()) for value in array.GetFiniteRange(c)]
 
 
 def bounds_of_arrays(grid, options, error, ranks):
