@@ -36,7 +36,8 @@ class Formatter : public CLI::Formatter {
 std::string sentence_of(const CLI::ParseError& error) {
   const std::string said = error.what();
   const std::size_t end = said.find(": At Most 1 required");
-  return end == std::string::npos ? said : said.substr(0, end) + " is given more than once: give it once";
+  return end == std::string::npos ? said
+                                  : said.substr(0, end) + " is given more than once: give it once";
 }
 
 std::string explain(const CLI::ParseError& error, const CLI::App& app, const std::string& first) {

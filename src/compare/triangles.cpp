@@ -43,10 +43,13 @@ NearestOnTriangle nearest_on_edges(const Triangle3& corners) {
 }  // namespace
 
 NearestOnTriangle nearest_on_triangle(const Point& p, const std::array<Point, 3>& corners) {
+  // Of a triangle so flat the normal is rounding.
+  constexpr double kFlat = 1e-26;
   const Triangle3 around{corners[0] - p, corners[1] - p, corners[2] - p};
-  const Point normal = cross(around[1] - around[0], around[2] - around[0]);
+  const Point one = around[1] - around[0], other = around[2] - around[0];
+  const Point normal = cross(one, other);
   const double squared = dot(normal, normal);
-  if (squared > 0) {
+  if (squared > kFlat * dot(one, one) * dot(other, other)) {
     const double w0 = dot(normal, cross(around[1], around[2])) / squared;
     const double w1 = dot(normal, cross(around[2], around[0])) / squared;
     const double w2 = 1 - w0 - w1;

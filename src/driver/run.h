@@ -53,7 +53,8 @@ Run open_run(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
              const RunContext& context);
 
 // The fields that steer, with a stream that is opened if there is none: it must stay as long as
-// they are read. Says what steers where nobody has chosen. Throws Error(kUsage) where nothing says how far to go.
+// they are read. Says what steers where nobody has chosen. Throws Error(kUsage) where nothing says
+// how far to go.
 Steering read_steering(Run* run);
 
 }  // namespace tetfusion

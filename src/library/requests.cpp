@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "base/error.h"
+#include "mesh/array_names.h"
 
 namespace tetfusion {
 
@@ -92,6 +93,19 @@ SimplifyRequest to_request(const Options& o) {
   request.performance.threads = o.threads;
   request.performance.memory = o.memory;
   return request;
+}
+
+void check_steering(const Options& options, const MeshDescription& mesh) {
+  for (const SteeringArray& array : options.arrays) {
+    const AttributeSet& set = array.of_cells ? mesh.cell_data : mesh.point_data;
+    const bool is_hidden =
+        array.of_cells && mesh.point_data.find("cell:" + array.name) != AttributeSet::npos;
+    if (set.find(array.name) != AttributeSet::npos && !is_hidden) continue;
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("{}: no array \"{}\" to steer by; point arrays: {}; cell arrays: {}", mesh.path,
+                    array.name, names_of(mesh.point_data), names_of(mesh.cell_data)));
+  }
 }
 
 MeshView to_view(const Mesh& mesh) {

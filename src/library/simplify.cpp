@@ -31,6 +31,7 @@ void run(const Mesh& mesh, const Options& options, const Observer& observer, Res
     request.performance.scratch = scratch_in(options.scratch);
     auto source = open_view(to_view(mesh), {options.tetrahedralize, options.linearize, {}});
     const double cpu_before = cpu_seconds();
+    check_steering(options, source->description());
     SimplifyReport report = simplify(request, std::move(source), &sink, context);
     report.cpu_seconds -= cpu_before;
     if (options.strict && report.has_goal && report.stop_reason != StopReason::kGoal) {

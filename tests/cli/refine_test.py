@@ -177,7 +177,7 @@ class Refine(FolderTest):
         run(*options, "--quiet")
         whole = [(self.folder / name).read_bytes() for name in ("run.tfp", "out.vtu")]
         gone_on = 0
-        for phase, times in (("assembling", 1), ("fusing", 1), ("fusing", 2), ("fusing", 3), ("writing", 1)):
+        for phase, times in (("assembling", 1), ("assembling", 4), ("fusing", 1), ("fusing", 2), ("writing", 1)):
             (self.folder / "run.tfp").unlink()
             (self.folder / "out.vtu").unlink()
             job = self.start(*options, until=phase, times=times)

@@ -86,6 +86,16 @@ TEST(Triangles, TheNearestOfOne) {
   EXPECT_EQ(nearest_on_triangle({2, 2, 0}, line).squared, 4);
   const std::array<Point, 3> dot{{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}};
   EXPECT_EQ(nearest_on_triangle({1, 1, 3}, dot).squared, 4);
+  // Corners on a slanted line, but for rounding: the normal is nothing but that.
+  for (int i = 1; i < 100; ++i) {
+    const auto at = [&](double s) {
+      return Point{0.1 + s * 0.3, 0.7 + s * std::sin(i), 0.2 - s / (3 + i)};
+    };
+    const std::array<Point, 3> needle{at(0), at(0.37), at(1)};
+    for (const double s : {0.11, 0.5, 0.93}) {
+      EXPECT_LT(nearest_on_triangle(at(s), needle).squared, 1e-28) << i;
+    }
+  }
 }
 
 TEST(Triangles, TheNearestOfMany) {

@@ -136,6 +136,10 @@ TEST_F(LibraryErrors, BadOptionsAreNamedInItsOwnWords) {
   EXPECT_THAT(message(), HasSubstr("boundary_tets_stay belongs to method tetfuse"));
   options.arrays = {{"nothing", false, {}}};
   EXPECT_THAT(message(), HasSubstr("no array \"nothing\" to steer by; point arrays: wave"));
+  options.arrays = {{"wave:1%", false, {}}};
+  EXPECT_THAT(message(), HasSubstr("no array \"wave:1%\" to steer by"));
+  options.arrays = {{"cell:heat", false, {}}};
+  EXPECT_THAT(message(), HasSubstr("no array \"cell:heat\" to steer by"));
   options.arrays = {{"wave", false, -0.5}};
   EXPECT_THAT(message(), HasSubstr("must be greater than 0"));
   input.mesh().point_arrays.back().name = "OriginalPointIds";
