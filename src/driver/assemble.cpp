@@ -29,9 +29,8 @@ struct RegionReport {
 template <class Real>
 class Assembler {
  public:
-  Assembler(const WorkMesh<Real>& layout, const Box& box, const std::vector<std::size_t>& regions,
-            bool numbered)
-      : loader_(layout, box), regions_(regions), numbered_(numbered), mesh_(layout) {}
+  explicit Assembler(const ChunkParts<Real>& parts)
+      : parts_(parts), loader_(parts.layout, parts.from.box), mesh_(parts.layout) {}
 
   // What a chunk contributes to the whole.
   struct Share {
@@ -43,7 +42,7 @@ class Assembler {
     std::uint64_t free_vertices = 0;
     std::uint64_t locked_vertices = 0;  // free, and not on the boundary
   };
-  Share assemble(std::uint32_t chunk, PieceStore& tets, PieceStore& points);
+  Share assemble(std::uint32_t chunk);
   WorkMesh<Real>& mesh() { return mesh_; }
   ChunkScatter<Real>& scatter() { return scatter_; }
 
@@ -51,9 +50,8 @@ class Assembler {
   void inspect(Share* share);
   void mark_regions(Share* share);
 
+  const ChunkParts<Real>& parts_;
   ChunkLoader<Real> loader_;
-  const std::vector<std::size_t>& regions_;
-  bool numbered_;
   Vector<VertexId> thirds_;
   WorkMesh<Real> mesh_;
   ChunkInspector inspector_;
@@ -61,10 +59,10 @@ class Assembler {
 };
 
 template <class Real>
-typename Assembler<Real>::Share Assembler<Real>::assemble(std::uint32_t chunk, PieceStore& tets,
-                                                          PieceStore& points) {
-  loader_.load(chunk, tets, points, &mesh_);
-
+typename Assembler<Real>::Share Assembler<Real>::assemble(std::uint32_t chunk) {
+  loader_.load(chunk, *parts_.from.tets, *parts_.from.points, &mesh_);
+  parts_.from.points->forget(chunk);
+  parts_.from.tets->forget(chunk);
   Share share;
   share.tets = mesh_.tets.size();
   inspect(&share);
@@ -91,7 +89,7 @@ void Assembler<Real>::inspect(Share* share) {
     on_interface[v] = sharing_of(mesh_.marks[v]);
   }
   thirds_.clear();
-  for (std::size_t t = 0; numbered_ && t < mesh_.tets.size(); ++t) {
+  for (std::size_t t = 0; parts_.numbered > 0 && t < mesh_.tets.size(); ++t) {
     thirds_.push_back(mesh_.tets[t][2]);
   }
   Points points = std::move(mesh_.positions);
@@ -118,14 +116,14 @@ void give_empty_quadrics(std::uint32_t width, WorkMesh<Real>* mesh) {
 // A tetrahedron's region is what all the region arrays together say.
 template <class Real>
 void Assembler<Real>::mark_regions(Share* share) {
-  if (regions_.empty()) return;
+  if (parts_.regions.empty()) return;
   Vector<std::uint64_t> region_of_vertex;
   region_of_vertex.assign(mesh_.vertex_count(), 0);
   Vector<std::uint8_t> seen;
   seen.assign(mesh_.vertex_count(), 0);
   Vector<std::uint64_t> region_of_tet;
   region_of_tet.assign(mesh_.tets.size(), 0);
-  for (const std::size_t c : regions_) {
+  for (const std::size_t c : parts_.regions) {
     const Column& column = mesh_.cell_columns[c];
     const Vector<std::uint64_t> keys = region_keys(column.type, column.rows);
     for (std::size_t t = 0; t < keys.size(); ++t)
@@ -186,20 +184,19 @@ void lock_between_regions(std::vector<Vector<RegionReport>> reports,
 }  // namespace
 
 template <class Real>
-Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunks,
-                               const std::vector<std::size_t>& regions, std::uint64_t numbered,
-                               PieceStore& tets, PieceStore& points, const ChunkWork<Real>& work,
-                               const RunContext& context, MemoryBudget* budget, Scratch* scratch) {
+Assembly<Real> assemble_chunks(const ChunkParts<Real>& parts, const ChunkWork<Real>& work,
+                               const ImportPlace& place) {
+  const std::uint32_t chunks = parts.from.chunks;
   Assembly<Real> out;
   out.mesh.chunks = chunks;
   const bool whole = chunks == 1;
   if (!whole && !work) {
-    out.mesh.pieces = scratch->begin("import");
+    out.mesh.pieces = place.scratch->begin("import");
     out.mesh.sizes.resize(chunks);
   }
   std::vector<std::unique_ptr<Assembler<Real>>> workers;
   for (int i = 0; i < thread_count(); ++i) {
-    workers.push_back(std::make_unique<Assembler<Real>>(layout, box, regions, numbered > 0));
+    workers.push_back(std::make_unique<Assembler<Real>>(parts));
   }
   using Share = typename Assembler<Real>::Share;
   InterfaceInspection between;
@@ -209,7 +206,7 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
     between.add(&share.findings);
     reports.push_back(std::move(share.interface));
     region_reports.push_back(std::move(share.regions));
-    if (!share.rewound.empty()) out.rewound.resize(numbered);
+    if (!share.rewound.empty()) out.rewound.resize(parts.numbered);
     for (const TetId t : share.rewound) out.rewound[t] = true;
     out.mesh.tets += share.tets;
     out.facts.points += share.free_vertices;
@@ -217,15 +214,13 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
   });
   std::atomic<std::size_t> done{0};
   run_tasks(chunks, thread_count(), [&](std::size_t c, std::size_t w) {
-    context.check();
+    place.context.check();
     const auto chunk = static_cast<std::uint32_t>(c);
-    const auto memory = budget->wait_for(chunk_memory(tets.bytes(chunk) + points.bytes(chunk)),
-                                         "a chunk to be put together");
-    context.check();  // that may have taken long
+    const auto memory =
+        place.budget->wait_for(chunk_memory(parts.bytes(chunk)), "a chunk to be put together");
+    place.context.check();  // that may have taken long
     Assembler<Real>& worker = *workers[w];
-    Share share = worker.assemble(chunk, tets, points);
-    points.forget(chunk);
-    tets.forget(chunk);
+    Share share = worker.assemble(chunk);
     const ChunkSize size{share.free_vertices, share.tets};
     join.put(c, std::move(share));
     if (whole) {
@@ -233,11 +228,12 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
     } else if (work) {
       work(chunk, w, &worker.mesh());
     } else {
-      give_empty_quadrics(layout.quadric_width, &worker.mesh());
+      give_empty_quadrics(parts.layout.quadric_width, &worker.mesh());
       worker.scatter().keep(worker.mesh(), chunk, out.mesh.pieces.get());
       out.mesh.sizes[chunk] = size;
     }
-    context.report("assembling", 0.12, work ? kAssembledWithWork : kAssembledShare, ++done, chunks);
+    place.context.report("assembling", 0.12, work ? kAssembledWithWork : kAssembledShare, ++done,
+                         chunks);
   });
   workers.clear();
   trim_memory();
@@ -255,29 +251,17 @@ Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std
 }
 
 template <class Real>
-WorkMesh<Real> assemble_excerpt(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunk,
-                                const std::vector<std::size_t>& regions, PieceStore& tets,
-                                PieceStore& points) {
-  Assembler<Real> assembler(layout, box, regions, false);
-  assembler.assemble(chunk, tets, points);
-  points.forget(chunk);
-  tets.forget(chunk);
+WorkMesh<Real> assemble_excerpt(const ChunkParts<Real>& parts) {
+  Assembler<Real> assembler(parts);
+  assembler.assemble(parts.from.all_chunks);
   return std::move(assembler.mesh());
 }
 
-template Assembly<float> assemble_chunks(const WorkMesh<float>&, const Box&, std::uint32_t,
-                                         const std::vector<std::size_t>&, std::uint64_t,
-                                         PieceStore&, PieceStore&, const ChunkWork<float>&,
-                                         const RunContext&, MemoryBudget*, Scratch*);
-template WorkMesh<float> assemble_excerpt(const WorkMesh<float>&, const Box&, std::uint32_t,
-                                          const std::vector<std::size_t>&, PieceStore&,
-                                          PieceStore&);
-template WorkMesh<double> assemble_excerpt(const WorkMesh<double>&, const Box&, std::uint32_t,
-                                           const std::vector<std::size_t>&, PieceStore&,
-                                           PieceStore&);
-template Assembly<double> assemble_chunks(const WorkMesh<double>&, const Box&, std::uint32_t,
-                                          const std::vector<std::size_t>&, std::uint64_t,
-                                          PieceStore&, PieceStore&, const ChunkWork<double>&,
-                                          const RunContext&, MemoryBudget*, Scratch*);
+template Assembly<float> assemble_chunks(const ChunkParts<float>&, const ChunkWork<float>&,
+                                         const ImportPlace&);
+template Assembly<double> assemble_chunks(const ChunkParts<double>&, const ChunkWork<double>&,
+                                          const ImportPlace&);
+template WorkMesh<float> assemble_excerpt(const ChunkParts<float>&);
+template WorkMesh<double> assemble_excerpt(const ChunkParts<double>&);
 
 }  // namespace tetfusion

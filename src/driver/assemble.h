@@ -5,11 +5,9 @@
 #include <functional>
 #include <vector>
 
-#include "base/memory_budget.h"
-#include "base/run_context.h"
 #include "driver/input_facts.h"
 #include "driver/macro_lod.h"
-#include "io/scratch.h"
+#include "driver/scatter.h"
 
 namespace tetfusion {
 
@@ -31,31 +29,38 @@ struct Assembly {
 template <class Real>
 using ChunkWork = std::function<void(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*)>;
 
-// `layout` is empty and says what a row holds. `tets` has, for each chunk, pieces of
+// What chunks are put together from; all of it outlives the work. `from.tets` has, for each chunk,
+// pieces of
 //
 //   count, tetrahedra by the points' ids in the input, cell columns
 //
-// and `points` those of
+// and `from.points` those of
 //
 //   count, ids, marks (kLocked, kOnInterface, kLast), positions, each steering component, point
 //   columns
 //
-// both as RowWriter makes them; what has been put together is forgotten. `regions` are cell
-// columns: a vertex where tetrahedra of different regions meet is locked. `numbered`: of so many
-// cells in all the last column has the numbers; 0: it has not.
-//
+// both as RowWriter makes them; what has been put together is forgotten there.
+template <class Real>
+struct ChunkParts {
+  const WorkMesh<Real>& layout;  // empty: what a row holds
+  const ScatteredMesh<Real>& from;
+  // Cell columns: a vertex where tetrahedra of different regions meet is locked.
+  const std::vector<std::size_t>& regions;
+  std::uint64_t numbered;  // of so many cells in all the last column has the numbers; 0: it has not
+
+  std::uint64_t bytes(std::uint32_t chunk) const {
+    return from.tets->bytes(chunk) + from.points->bytes(chunk);
+  }
+};
+
 // With `work` the chunks go there and not into pieces, and what only other chunks know of a chunk's
 // vertices on the interface is not marked in it yet.
 template <class Real>
-Assembly<Real> assemble_chunks(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunks,
-                               const std::vector<std::size_t>& regions, std::uint64_t numbered,
-                               PieceStore& tets, PieceStore& points, const ChunkWork<Real>& work,
-                               const RunContext& context, MemoryBudget* budget, Scratch* scratch);
+Assembly<Real> assemble_chunks(const ChunkParts<Real>& parts, const ChunkWork<Real>& work,
+                               const ImportPlace& place);
 
-// One chunk by itself, as `work` would get it, of those that assemble_chunks() takes.
+// The excerpt, as `work` would get a chunk. Its numbers, if there are any, are of no use.
 template <class Real>
-WorkMesh<Real> assemble_excerpt(const WorkMesh<Real>& layout, const Box& box, std::uint32_t chunk,
-                                const std::vector<std::size_t>& regions, PieceStore& tets,
-                                PieceStore& points);
+WorkMesh<Real> assemble_excerpt(const ChunkParts<Real>& parts);
 
 }  // namespace tetfusion

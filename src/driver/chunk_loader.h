@@ -21,8 +21,8 @@ class ChunkLoader {
   ChunkLoader(const WorkMesh<Real>& layout, const Box& box);
 
   // Replaces *mesh, but for quadrics and deviations: the chunk's tetrahedra, not rewound, and the
-  // points that they use, both in the order of the curve. `tets` and `points` are as
-  // assemble_chunks() takes them.
+  // points that they use, both in the order of the curve. `tets` and `points` are
+  // what ChunkParts says.
   void load(std::uint32_t chunk, PieceStore& tets, PieceStore& points, WorkMesh<Real>* mesh);
 
  private:

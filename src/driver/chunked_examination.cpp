@@ -93,11 +93,12 @@ Examination Examiner<Real>::run(std::uint64_t chunk_tets, Scratch* scratch) {
   ScatterSettings settings;
   settings.chunk_tets = chunk_tets;
   const CarriedArrays nothing{MeshDescription{}};
+  const Steering no_steering;
   PhaseClock clock;
   {
     ScatteredMesh<Real> scattered =
-        scatter_mesh<Real>(stream_, nothing, Steering(), settings, WorkMesh<Real>(), context_,
-                           &clock, budget_, scratch);
+        scatter_mesh<Real>({stream_, nothing, no_steering}, settings, WorkMesh<Real>(),
+                           {context_, &clock, budget_, scratch});
     context_.report_size(scattered.tet_count);
     out_.mesh.ghost_cells = scattered.ghost_cells;
     out_.mesh.merged_points = stream_.merged_points();

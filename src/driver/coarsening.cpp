@@ -88,8 +88,8 @@ void Coarsening<Real>::import() {
   RoundPlan plan;
   is_importing_ = true;
   state_.input =
-      import_mesh<Real>(*in.stream, in.carried, steering, settings, first_round(&plan),
-                        run_.context, &run_.clock, run_.place.budget(), run_.place.scratch());
+      import_mesh<Real>({*in.stream, in.carried, steering}, settings, first_round(&plan),
+                        {run_.context, &run_.clock, run_.place.budget(), run_.place.scratch()});
   is_importing_ = false;
   const ErrorLimits limits = error_limits(options_, state_.fields);
   if (limits.at_points && state_.input.facts.unused_points > 0) {

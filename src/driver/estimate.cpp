@@ -106,8 +106,8 @@ void Trial<Real>::import() {
       std::max(sample_tets_, block_count(in.stream->cells(), VertexChunks::kMaxChunks));
   settings.sample = &boundary_;
   settings.interest = &in.interest;
-  input_ = import_mesh<Real>(*in.stream, in.carried, steering_, settings, {}, run_.context, &clock_,
-                             run_.place.budget(), scratch_.get());
+  input_ = import_mesh<Real>({*in.stream, in.carried, steering_}, settings, {},
+                             {run_.context, &clock_, run_.place.budget(), scratch_.get()});
   clock_.end();
 }
 

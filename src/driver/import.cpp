@@ -17,41 +17,23 @@ std::vector<Column> columns_like(const AttributeSet& set) {
   return columns;
 }
 
-// The chunks, and with them the first round where it can be done. Chunks that were worked on, in
-// vain as it turns out, are not there any more: `scatter_again` makes `from` anew.
-template <class Real, class Scatter>
-Assembly<Real> assemble(const WorkMesh<Real>& layout, const ImportSettings& settings,
-                        const FirstRound<Real>& first_round, const RunContext& context,
-                        std::uint64_t cells, MemoryBudget* budget, Scratch* scratch,
-                        const Scatter& scatter_again, ScatteredMesh<Real>* from,
-                        bool* first_round_done) {
-  const auto chunks_to = [&](const ChunkWork<Real>& work) {
-    return assemble_chunks<Real>(layout, from->box, from->chunks, settings.regions,
-                                 settings.keeps_numbers ? cells : 0, *from->tets, *from->points,
-                                 work, context, budget, scratch);
-  };
-  if (from->all_chunks > 1 && first_round.begin) {
-    std::vector<std::uint64_t> shares{0};
-    for (std::uint32_t c = 0; c < from->all_chunks; ++c) {
-      shares.push_back(shares.back() + from->tets->bytes(c));
-    }
-    if (from->has_excerpt) {
-      const std::uint32_t chunk = from->all_chunks;
-      const auto memory =
-          budget->wait_for(chunk_memory(from->tets->bytes(chunk) + from->points->bytes(chunk)),
-                           "an excerpt of the mesh");
-      WorkMesh<Real> excerpt =
-          assemble_excerpt(layout, from->box, chunk, settings.regions, *from->tets, *from->points);
-      first_round.look(from->box, from->tet_count, &excerpt);
-    }
-    first_round.begin(from->box, from->tet_count, std::move(shares), from->samples);
-    Assembly<Real> assembly = chunks_to(first_round.work);
-    *first_round_done = assembly.mesh.locks.empty();
-    if (*first_round_done) return assembly;
-    *from = {};  // the names of its stores are free again
-    *from = scatter_again();
+// With the first round done with each chunk as it is put together.
+template <class Real>
+Assembly<Real> assemble_with(const FirstRound<Real>& first_round, const ChunkParts<Real>& parts,
+                             const ImportPlace& place) {
+  const ScatteredMesh<Real>& from = parts.from;
+  std::vector<std::uint64_t> shares{0};
+  for (std::uint32_t c = 0; c < from.all_chunks; ++c) {
+    shares.push_back(shares.back() + from.tets->bytes(c));
   }
-  return chunks_to({});
+  if (from.has_excerpt) {
+    const auto memory = place.budget->wait_for(chunk_memory(parts.bytes(from.all_chunks)),
+                                               "an excerpt of the mesh");
+    WorkMesh<Real> excerpt = assemble_excerpt(parts);
+    first_round.look(from.box, from.tet_count, &excerpt);
+  }
+  first_round.begin(from.box, from.tet_count, std::move(shares), from.samples);
+  return assemble_chunks(parts, first_round.work, place);
 }
 
 }  // namespace
@@ -66,24 +48,34 @@ WorkMesh<Real> layout_of(const CarriedArrays& carried, std::uint32_t steering_wi
 }
 
 template <class Real>
-ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& carried,
-                               const Steering& steering, const ImportSettings& settings,
-                               const FirstRound<Real>& first_round, const RunContext& context,
-                               PhaseClock* clock, MemoryBudget* budget, Scratch* scratch) {
-  WorkMesh<Real> layout = layout_of<Real>(carried, steering.width());
+ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& settings,
+                               const FirstRound<Real>& first_round, const ImportPlace& place) {
+  const MeshStream& stream = input.stream;
+  WorkMesh<Real> layout = layout_of<Real>(input.carried, input.steering.width());
   layout.quadric_width = settings.quadric_width;
   layout.has_deviations = settings.has_deviations;
   if (settings.keeps_numbers) layout.cell_columns.push_back(number_column());
   const auto scatter = [&] {
-    auto scattered =
-        scatter_mesh(stream, carried, steering, settings, layout, context, clock, budget, scratch);
-    clock->begin("assemble");
+    auto scattered = scatter_mesh(input, settings, layout, place);
+    place.clock->begin("assemble");
     return scattered;
   };
   ScatteredMesh<Real> from = scatter();
+  const ChunkParts<Real> parts{layout, from, settings.regions,
+                               settings.keeps_numbers ? stream.cells() : 0};
   ImportedMesh<Real> out;
-  Assembly<Real> assembly = assemble(layout, settings, first_round, context, stream.cells(), budget,
-                                     scratch, scatter, &from, &out.first_round_done);
+  Assembly<Real> assembly;
+  if (from.all_chunks > 1 && first_round.begin) {
+    assembly = assemble_with(first_round, parts, place);
+    out.first_round_done = assembly.mesh.locks.empty();
+    if (!out.first_round_done) {
+      // In vain, and what was worked on is not there any more.
+      assembly = {};
+      from = {};  // the names of its stores are free again
+      from = scatter();
+    }
+  }
+  if (!out.first_round_done) assembly = assemble_chunks(parts, {}, place);
   out.mesh = std::move(assembly.mesh);
   out.mesh.chunks = from.chunks;
   out.mesh.samples = std::move(from.samples);
@@ -108,11 +100,9 @@ ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& ca
 
 template WorkMesh<float> layout_of(const CarriedArrays&, std::uint32_t);
 template WorkMesh<double> layout_of(const CarriedArrays&, std::uint32_t);
-template ImportedMesh<float> import_mesh(const MeshStream&, const CarriedArrays&, const Steering&,
-                                         const ImportSettings&, const FirstRound<float>&,
-                                         const RunContext&, PhaseClock*, MemoryBudget*, Scratch*);
-template ImportedMesh<double> import_mesh(const MeshStream&, const CarriedArrays&, const Steering&,
-                                          const ImportSettings&, const FirstRound<double>&,
-                                          const RunContext&, PhaseClock*, MemoryBudget*, Scratch*);
+template ImportedMesh<float> import_mesh(const ImportInput&, const ImportSettings&,
+                                         const FirstRound<float>&, const ImportPlace&);
+template ImportedMesh<double> import_mesh(const ImportInput&, const ImportSettings&,
+                                          const FirstRound<double>&, const ImportPlace&);
 
 }  // namespace tetfusion

@@ -64,9 +64,7 @@ struct ImportedMesh {
 // chunks, that something is broken between them which vertices that were free belong to: `begin`
 // may have been called, and what it began must be dropped. Throws Error.
 template <class Real>
-ImportedMesh<Real> import_mesh(const MeshStream& stream, const CarriedArrays& carried,
-                               const Steering& steering, const ImportSettings& settings,
-                               const FirstRound<Real>& first_round, const RunContext& context,
-                               PhaseClock* clock, MemoryBudget* budget, Scratch* scratch);
+ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& settings,
+                               const FirstRound<Real>& first_round, const ImportPlace& place);
 
 }  // namespace tetfusion

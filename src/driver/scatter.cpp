@@ -93,37 +93,36 @@ void find_homes(const ScatteredMesh<Real>& survey, ScatterJob<Real>* job) {
 }  // namespace
 
 template <class Real>
-ScatteredMesh<Real> scatter_mesh(const MeshStream& stream, const CarriedArrays& carried,
-                                 const Steering& steering, const ScatterSettings& settings,
-                                 const WorkMesh<Real>& layout, const RunContext& context,
-                                 PhaseClock* clock, MemoryBudget* budget, Scratch* scratch) {
-  const std::uint32_t chunks = count_chunks(stream.cells(), settings.chunk_tets);
-  ScatterJob<Real> job{stream,   carried, steering,
-                       settings, layout,  context,
-                       budget,   chunks,  VertexChunks(stream.points()),
+ScatteredMesh<Real> scatter_mesh(const ImportInput& input, const ScatterSettings& settings,
+                                 const WorkMesh<Real>& layout, const ImportPlace& place) {
+  const std::uint32_t chunks = count_chunks(input.stream.cells(), settings.chunk_tets);
+  ScatterJob<Real> job{input,
+                       settings,
+                       layout,
+                       place.context,
+                       place.budget,
+                       chunks,
+                       VertexChunks(input.stream.points()),
                        {}};
   ScatteredMesh<Real> out;
   out.all_chunks = chunks;
   out.chunks = settings.sample != nullptr ? 1 : chunks;
   out.has_excerpt = settings.excerpt && chunks > 1;
-  clock->begin("locate");
+  place.clock->begin("locate");
   survey_points(job, &out);
   if (chunks > 1) find_homes(out, &job);
-  clock->begin("scatter cells");
-  out.tets = scratch->begin("tets");
+  place.clock->begin("scatter cells");
+  out.tets = place.scratch->begin("tets");
   scatter_cells(&job, out.tets.get(), &out);
-  clock->begin("scatter points");
-  out.points = scratch->begin("points");
+  place.clock->begin("scatter points");
+  out.points = place.scratch->begin("points");
   scatter_points(job, out.points.get(), &out);
   return out;
 }
 
-template ScatteredMesh<float> scatter_mesh(const MeshStream&, const CarriedArrays&, const Steering&,
-                                           const ScatterSettings&, const WorkMesh<float>&,
-                                           const RunContext&, PhaseClock*, MemoryBudget*, Scratch*);
-template ScatteredMesh<double> scatter_mesh(const MeshStream&, const CarriedArrays&,
-                                            const Steering&, const ScatterSettings&,
-                                            const WorkMesh<double>&, const RunContext&, PhaseClock*,
-                                            MemoryBudget*, Scratch*);
+template ScatteredMesh<float> scatter_mesh(const ImportInput&, const ScatterSettings&,
+                                           const WorkMesh<float>&, const ImportPlace&);
+template ScatteredMesh<double> scatter_mesh(const ImportInput&, const ScatterSettings&,
+                                            const WorkMesh<double>&, const ImportPlace&);
 
 }  // namespace tetfusion

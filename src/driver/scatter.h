@@ -25,6 +25,21 @@
 
 namespace tetfusion {
 
+// What is imported: the mesh, which of its arrays come along, and those that steer.
+struct ImportInput {
+  const MeshStream& stream;
+  const CarriedArrays& carried;
+  const Steering& steering;
+};
+
+// Where it goes, within which memory, and who hears of it.
+struct ImportPlace {
+  const RunContext& context;
+  PhaseClock* clock;
+  MemoryBudget* budget;
+  Scratch* scratch;
+};
+
 struct ScatterSettings {
   std::uint64_t chunk_tets = 0;
   // Cells and points a window: a few megabytes of each. The result does not depend on them.
@@ -64,7 +79,7 @@ template <class Real>
 struct ScatteredMesh {
   std::uint32_t all_chunks = 1;
   std::uint32_t chunks = 1;                  // made: all, or with a sample one
-  std::unique_ptr<PieceStore> tets, points;  // as assemble_chunks() takes them
+  std::unique_ptr<PieceStore> tets, points;  // what ChunkParts says
   // One more chunk there, number all_chunks: the tetrahedra round a small part of the points, which
   // other chunks have as well, and points of which others are missing as those on the interface.
   bool has_excerpt = false;
@@ -81,9 +96,7 @@ struct ScatteredMesh {
 
 // `layout` is an empty mesh that says what a row holds. Throws Error.
 template <class Real>
-ScatteredMesh<Real> scatter_mesh(const MeshStream& stream, const CarriedArrays& carried,
-                                 const Steering& steering, const ScatterSettings& settings,
-                                 const WorkMesh<Real>& layout, const RunContext& context,
-                                 PhaseClock* clock, MemoryBudget* budget, Scratch* scratch);
+ScatteredMesh<Real> scatter_mesh(const ImportInput& input, const ScatterSettings& settings,
+                                 const WorkMesh<Real>& layout, const ImportPlace& place);
 
 }  // namespace tetfusion

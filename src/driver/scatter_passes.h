@@ -27,10 +27,7 @@ class ExcerptPoints {
 };
 
 template <class Real>
-struct ScatterJob {
-  const MeshStream& stream;
-  const CarriedArrays& carried;
-  const Steering& steering;
+struct ScatterJob : ImportInput {
   const ScatterSettings& settings;
   const WorkMesh<Real>& layout;
   const RunContext& context;

@@ -47,8 +47,8 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
   import_settings.excerpt = choice.excerpt;
   first.look = [&](const Box&, std::uint64_t, WorkMesh<Real>* mesh) { excerpt = std::move(*mesh); };
   PhaseClock clock;
-  imported = import_mesh<Real>(*stream, carried, steering, import_settings, first, context, &clock,
-                               &budget, scratch.get());
+  imported = import_mesh<Real>({*stream, carried, steering}, import_settings, first,
+                               {context, &clock, &budget, scratch.get()});
   box_ = imported.box;
   if (imported.first_round_done) {
     const InterfaceTable marks = std::move(imported.mesh.interface);
