@@ -16,8 +16,8 @@ from vtkmodules.numpy_interface import dataset_adapter
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import (vtkBitArray, vtkDoubleArray, vtkFloatArray, vtkPoints, vtkSOADataArrayTemplate,
                                       vtkStringArray)
-from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkDataObject, vtkMultiBlockDataSet, vtkPolyData,
-                                           vtkUnstructuredGrid, VTK_HEXAHEDRON, VTK_TETRA, VTK_TRIANGLE)
+from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkDataObject, vtkImageData, vtkMultiBlockDataSet, vtkPolyData,
+                                           vtkTable, vtkUnstructuredGrid, VTK_HEXAHEDRON, VTK_TETRA, VTK_TRIANGLE)
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
 
@@ -368,6 +368,50 @@ class Filter(FilterTest):
             self.expect_same(out.GetBlock(block), vtktetfusion.simplify(blocks.GetBlock(block), 0.5))
         self.assertTrue(vtktetfusion.simplify(blocks, 0.5).IsA("vtkMultiBlockDataSet"))
 
+    def test_blocks_without_volume_come_back_as_they_are(self):
+        volume = box(4)
+        side_set = vtkUnstructuredGrid()
+        side_set.SetPoints(volume.GetPoints())
+        side_set.InsertNextCell(VTK_TRIANGLE, 3, [0, 1, 5])
+        add(side_set.GetCellData(), "pressure", np.array([7]), np.float64)
+        patch = vtkPolyData()
+        patch.SetPoints(volume.GetPoints())
+        triangles = vtkCellArray()
+        triangles.InsertNextCell(3, [1, 6, 5])
+        patch.SetPolys(triangles)
+        add(patch.GetPointData(), "wave", np.arange(volume.GetNumberOfPoints()), np.float32)
+        blocks = vtkMultiBlockDataSet()
+        for number, block in enumerate((volume, side_set, patch)):
+            blocks.SetBlock(number, block)
+        out = vtktetfusion.simplify(blocks, 0.5, original_ids=True)
+        self.expect_same(out.GetBlock(0), vtktetfusion.simplify(volume, 0.5, original_ids=True))
+        for number, corners in (1, [0, 1, 5]), (2, [1, 6, 5]):
+            block = out.GetBlock(number)
+            held = numbers(block)
+            self.assertEqual(held["connectivity"].tolist(), corners)
+            self.assertEqual(held["types"].tolist(), [VTK_TRIANGLE])
+            np.testing.assert_array_equal(held["points"], numbers(volume)["points"])
+            np.testing.assert_array_equal(held["point OriginalPointIds"], np.arange(volume.GetNumberOfPoints()))
+        self.assertEqual(numbers(out.GetBlock(1))["cell pressure"], [7])
+        np.testing.assert_array_equal(numbers(out.GetBlock(2))["point wave"], np.arange(volume.GetNumberOfPoints()))
+        for alone in (side_set,), (patch, side_set):
+            surfaces = vtkMultiBlockDataSet()
+            for number, block in enumerate(alone):
+                surfaces.SetBlock(number, block)
+            with self.assertRaisesRegex(TetFusionError, "no block of the input has tetrahedra") as caught:
+                vtktetfusion.simplify(surfaces, 0.5)
+            self.assertEqual(caught.exception.code, 3)
+
+    def test_other_blocks_are_refused(self):
+        image = vtkImageData()
+        image.SetDimensions(2, 2, 2)
+        for block, name in (image, "vtkImageData"), (vtkTable(), "vtkTable"):
+            blocks = vtkMultiBlockDataSet()
+            blocks.SetBlock(0, block)
+            with self.assertRaisesRegex(TetFusionError, f"a block is a {name}") as caught:
+                vtktetfusion.simplify(blocks, 0.5)
+            self.assertEqual(caught.exception.code, 3)
+
     def test_progress_and_errors_of_composite_inputs(self):
         blocks = vtkMultiBlockDataSet()
         for block in range(3):
@@ -379,15 +423,15 @@ class Filter(FilterTest):
         self.assertEqual(shares, sorted(shares))
         self.assertLess(shares[len(shares) // 3], 0.6)
         self.assertEqual(shares[-1], 1)
-        damaged = vtkUnstructuredGrid()
-        damaged.SetPoints(box(1).GetPoints())
-        damaged.InsertNextCell(VTK_TRIANGLE, 3, [0, 1, 2])
-        blocks.SetBlock(1, damaged)
+        hexahedra = vtkUnstructuredGrid()
+        hexahedra.SetPoints(box(1).GetPoints())
+        hexahedra.InsertNextCell(VTK_HEXAHEDRON, 8, [0, 1, 3, 2, 4, 5, 7, 6])
+        blocks.SetBlock(1, hexahedra)
         blocks.Modified()
         errors = Errors(run)
         run.Update()
         self.assertEqual(run.GetErrorCode(), USER_ERROR + 3)
-        self.assertIn("the mesh has no tetrahedra", errors.first())
+        self.assertIn("cell 0 is a hexahedron", errors.first())
         blocks.SetBlock(1, None)
         blocks.Modified()
         run.Update()

@@ -4,10 +4,12 @@
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
+#include <vtkIdList.h>
 #include <vtkInformation.h>
 #include <vtkLookupTable.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkPointSet.h>
 #include <vtkPoints.h>
 #include <vtkTypeInt32Array.h>
 #include <vtkTypeInt64Array.h>
@@ -135,6 +137,36 @@ void fill_grid(const GridView& view, vtkUnstructuredGrid* input, tetfusion::Owne
   fill_attributes(view.cell_arrays(), input->GetCellData(), &mesh.cell_arrays,
                   output->GetCellData());
   output->GetFieldData()->ShallowCopy(input->GetFieldData());
+}
+
+void fill_grid_as_it_is(vtkDataSet* input, bool original_ids, vtkUnstructuredGrid* output) {
+  const vtkIdType points = input->GetNumberOfPoints();
+  if (input->IsA("vtkUnstructuredGrid")) {
+    output->ShallowCopy(input);
+  } else {
+    vtkNew<vtkPoints> copies;
+    if (auto* const set = vtkPointSet::SafeDownCast(input); set != nullptr && points > 0) {
+      copies->ShallowCopy(set->GetPoints());
+    } else {
+      copies->SetDataTypeToDouble();
+      for (vtkIdType p = 0; p < points; ++p) copies->InsertNextPoint(input->GetPoint(p));
+    }
+    output->SetPoints(copies);
+    output->Allocate(input->GetNumberOfCells());
+    vtkNew<vtkIdList> corners;
+    for (vtkIdType c = 0; c < input->GetNumberOfCells(); ++c) {
+      input->GetCellPoints(c, corners);
+      output->InsertNextCell(input->GetCellType(c), corners);
+    }
+    output->GetPointData()->ShallowCopy(input->GetPointData());
+    output->GetCellData()->ShallowCopy(input->GetCellData());
+    output->GetFieldData()->ShallowCopy(input->GetFieldData());
+  }
+  if (!original_ids) return;
+  const auto ids = make_original_ids();
+  ids->SetNumberOfTuples(points);
+  for (vtkIdType p = 0; p < points; ++p) ids->SetTuple1(p, static_cast<double>(p));
+  output->GetPointData()->AddArray(ids);
 }
 
 void fill_empty_grid(vtkUnstructuredGrid* input, bool original_ids, vtkUnstructuredGrid* output) {

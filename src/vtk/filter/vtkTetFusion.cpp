@@ -3,8 +3,10 @@
 #include <vtkCommand.h>
 #include <vtkDataArray.h>
 #include <vtkErrorCode.h>
+#include <vtkGenericCell.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
@@ -35,6 +37,15 @@ bool has_own_cells(vtkUnstructuredGrid* grid) {
   if (ghosts == nullptr || ghosts->GetNumberOfTuples() != cells) return cells > 0;
   for (vtkIdType c = 0; c < cells; ++c) {
     if ((ghosts->GetValue(c) & kNotOurs) == 0) return true;
+  }
+  return false;
+}
+
+bool has_volume(vtkDataSet* block) {
+  vtkNew<vtkGenericCell> cell;
+  for (vtkIdType c = 0; c < block->GetNumberOfCells(); ++c) {
+    if (block->GetCellType(c) != cell->GetCellType()) cell->SetCellType(block->GetCellType(c));
+    if (cell->GetCellDimension() == 3) return true;
   }
   return false;
 }
@@ -103,6 +114,8 @@ struct vtkTetFusion::Internals {
   std::string stop_sentence, report, notices;
   // Of a composite input the executive begins and ends an update for each block, too.
   int open_updates = 0;
+  bool is_in_block() const { return open_updates > 1; }
+  int blocks_without_volume = 0, other_blocks = 0;  // in this update
 
   bool add_inputs_to_process(vtkTetFusion* filter, vtkUnstructuredGrid* input, const GridView& view,
                              tetfusion::Options* options) const;
@@ -250,26 +263,49 @@ const char* vtkTetFusion::GetNotices() { return this->Internal->notices.c_str();
 
 // What one block has failed with must outlast the next one.
 void vtkTetFusion::BeginUpdate() {
-  if (this->Internal->open_updates++ == 0) this->SetErrorCode(vtkErrorCode::NoError);
+  Internals& own = *this->Internal;
+  if (own.open_updates++ > 0) return;
+  this->SetErrorCode(vtkErrorCode::NoError);
+  own.blocks_without_volume = own.other_blocks = 0;
 }
 
-void vtkTetFusion::EndUpdate() { --this->Internal->open_updates; }
+void vtkTetFusion::EndUpdate() {
+  Internals& own = *this->Internal;
+  if (--own.open_updates > 0 || own.blocks_without_volume == 0 || own.other_blocks > 0) return;
+  this->SetErrorCode(vtkErrorCode::UserError +
+                     static_cast<unsigned long>(tetfusion::Code::kBadInput));
+  vtkErrorMacro("no block of the input has tetrahedra");
+}
 
 int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVector,
                               vtkInformationVector* outputVector) {
-  vtkUnstructuredGrid* input = vtkUnstructuredGrid::GetData(inputVector[0]);
+  vtkDataObject* const object = vtkDataObject::GetData(inputVector[0]);
   vtkUnstructuredGrid* output = vtkUnstructuredGrid::GetData(outputVector);
   Internals& own = *this->Internal;
   own.stop_sentence = own.report = own.notices = "";
-  if (!has_own_cells(input)) {
-    fill_empty_grid(input, this->OriginalIds, output);
-    return 1;
-  }
   const auto fail = [&](tetfusion::Code code, const std::string& message) {
     this->SetErrorCode(vtkErrorCode::UserError + static_cast<unsigned long>(code));
     if (code != tetfusion::Code::kInterrupted) vtkErrorMacro(<< message);
     return code == tetfusion::Code::kInterrupted ? 1 : 0;
   };
+  // Patches and side sets come as blocks beside the volume.
+  if (auto* const block = vtkDataSet::SafeDownCast(object); own.is_in_block() && block != nullptr &&
+                                                            block->GetNumberOfCells() > 0 &&
+                                                            !has_volume(block)) {
+    ++own.blocks_without_volume;
+    fill_grid_as_it_is(block, this->OriginalIds, output);
+    return 1;
+  }
+  ++own.other_blocks;
+  auto* const input = vtkUnstructuredGrid::SafeDownCast(object);
+  if (input == nullptr) {
+    return fail(tetfusion::Code::kBadInput, std::string("a block is a ") + object->GetClassName() +
+                                                ", and not a vtkUnstructuredGrid");
+  }
+  if (!has_own_cells(input)) {
+    fill_empty_grid(input, this->OriginalIds, output);
+    return 1;
+  }
   if (this->GetAbortExecute() != 0) return fail(tetfusion::Code::kInterrupted, "");
   const GridView view(input);
   for (const std::string& what : view.left_out()) {

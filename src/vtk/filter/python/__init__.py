@@ -39,7 +39,9 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
              min_quality=None, conserve=False, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
              boundary_tets_stay=False, arrays=None, regions=None, roi=(), weight=None, original_ids=False,
              tetrahedralize=False, linearize=False, threads=0, memory=0, scratch=None, chunk_tets=200000, progress=None):
-    """Return a grid with fewer tetrahedra than `grid`, which stays as it is; of a composite data set each block for itself.
+    """Return a grid with fewer tetrahedra than `grid`, which stays as it is.
+
+    Of a composite data set each block for itself; one without cells that have a volume (a patch, a side set) comes back as it is.
 
     reduction: the share of the tetrahedra that is to go, as in 0.9; of 0 the mesh stays as it is.
     tets: the same goal as the number that is to be left. Without a goal: as far as max_error allows.
