@@ -148,6 +148,25 @@ void refuse_piece(const std::string& path, const MeshDescription& mesh) {
   }
 }
 
+void refuse_same_file(std::string_view option, const std::string& path,
+                      const std::vector<std::string>& others) {
+  if (path.empty() || path == "-") return;
+  const auto plain = [](const std::string& p) {
+    return std::filesystem::absolute(p).lexically_normal();
+  };
+  for (const std::string& name : others) {
+    if (name.empty() || name == "-") continue;
+    for (const std::string& other : files_of_mesh(name)) {
+      std::error_code not_there;
+      if (!std::filesystem::equivalent(path, other, not_there) && plain(path) != plain(other)) {
+        continue;
+      }
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("{} {}: that is {}; give it a name of its own", option, path, other));
+    }
+  }
+}
+
 void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh) {
   if (files_of_mesh(path).size() == 1) refuse_piece(path, mesh);
 }

@@ -40,6 +40,11 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
 // All files that a mesh of that name consists of, as far as the name tells: of TetGen several.
 std::vector<std::string> files_of_mesh(const std::string& path);
 
+// Throws Error(kUsage) when the file of an option would overwrite one of the others, or what
+// belongs to them (files_of_mesh). Names that are empty or "-" are no files.
+void refuse_same_file(std::string_view option, const std::string& path,
+                      const std::vector<std::string>& others);
+
 // Throws Error(kUsage) where a file that is to be written is one of those that the mesh consists of
 // beside its own (MeshDescription::files). An empty name is none.
 void refuse_piece(const std::string& path, const MeshDescription& mesh);

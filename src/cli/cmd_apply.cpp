@@ -12,6 +12,7 @@
 #include "cli/findings.h"
 #include "driver/convert.h"
 #include "follow/apply_map.h"
+#include "io/mesh_sink.h"
 
 namespace tetfusion {
 

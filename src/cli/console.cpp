@@ -6,12 +6,12 @@
 
 #include <atomic>
 #include <csignal>
-#include <filesystem>
 #include <map>
 
 #include "base/error.h"
 #include "base/numbers.h"
 #include "base/resources.h"
+#include "io/mesh_sink.h"
 #include "io/output_file.h"
 
 namespace tetfusion {
@@ -174,25 +174,6 @@ void open_standard_streams() {
     if (::fcntl(fd, F_GETFD) >= 0) continue;
     // It gets this number, the lowest that is free.
     static_cast<void>(::open("/dev/null", fd == STDOUT_FILENO ? O_RDONLY : O_RDWR));
-  }
-}
-
-void refuse_same_file(std::string_view option, const std::string& path,
-                      const std::vector<std::string>& others) {
-  if (path.empty() || path == "-") return;
-  const auto plain = [](const std::string& p) {
-    return std::filesystem::absolute(p).lexically_normal();
-  };
-  for (const std::string& name : others) {
-    if (name.empty() || name == "-") continue;
-    for (const std::string& other : files_of_mesh(name)) {
-      std::error_code not_there;
-      if (!std::filesystem::equivalent(path, other, not_there) && plain(path) != plain(other)) {
-        continue;
-      }
-      throw Error(ErrorCode::kUsage,
-                  fmt::format("{} {}: that is {}; give it a name of its own", option, path, other));
-    }
   }
 }
 

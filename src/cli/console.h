@@ -93,11 +93,6 @@ void print_error(std::string_view message);
 // Writes text to a file whole or not at all; "-" is standard output.
 void write_text(const std::string& path, const std::string& text);
 
-// Throws Error(kUsage) when the file of an option would overwrite one of the others, or what
-// belongs to them (files_of_mesh). Names that are empty or "-" are no files.
-void refuse_same_file(std::string_view option, const std::string& path,
-                      const std::vector<std::string>& others);
-
 // Before hours of work: Error(kUsage) if a report would overwrite one of these, Error(kIo) if it
 // cannot be written. Empty: there is none.
 void check_report(const std::string& path, const std::vector<std::string>& others);

@@ -223,6 +223,12 @@ void Coarsening<Real>::end_stage(const MeshSummary& output) {
 }
 
 template <class Real>
+void Coarsening<Real>::pause() {
+  rounds_->release_memory();
+  trim_memory();
+}
+
+template <class Real>
 void Coarsening<Real>::end_rounds() {
   rounds_.reset();
   run_.place.scratch()->drop_spares();

@@ -36,7 +36,9 @@ class Coarsening {
   bool reach(const std::optional<std::uint64_t>& goal);
   // That mesh is written: the next round belongs to another stage.
   void end_stage(const MeshSummary& output);
-  // No round follows: what only rounds need goes.
+  // Something else needs the memory for a while: what rounds can make anew goes ...
+  void pause();
+  // ... and, as no round follows, all that only rounds need.
   void end_rounds();
 
   // What is to be written; the last stage's goal is that of the run.

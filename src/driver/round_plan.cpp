@@ -108,7 +108,9 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   limits.stretch_factor = at_lod(options_.stretch_factor, lod, fuse ? off : kDefaultStretchFactor);
   if (goal) {
     limits.quota = tets - std::min(tets, *goal);
-    const bool much = static_cast<double>(limits.quota) > kTrimShare * static_cast<double>(tets);
+    // In the first round chunks come in no order.
+    const bool much = static_cast<double>(limits.quota) > kTrimShare * static_cast<double>(tets) ||
+                      state.lods.empty();
     limits.spread = state.spread != 0 && much;
   }
   plan.settings.method = options_.method;

@@ -17,22 +17,20 @@ namespace {
 
 // A chunk is put away when a pass over it has fused less than this share of its tetrahedra.
 constexpr double kIdleShare = 0.04;
-// Shares of a quota that is not spread: large enough for any cavity.
-constexpr std::uint64_t kLump = 512;
+// Does a chunk's quota depend on what those before it have taken?
+bool in_turn(const PassLimits& limits, std::uint64_t tets) {
+  return !limits.spread && limits.quota < tets;
+}
 
-// What chunk `c` may take of the quota; `begin` and `end` are its share of all the bytes.
-std::uint64_t quota_of(const PassLimits& limits, std::uint64_t tets, std::size_t c,
-                       std::uint64_t begin, std::uint64_t end, std::uint64_t all) {
+// What a chunk may take of a quota that is spread; `begin` and `end` are its share of `all`.
+std::uint64_t quota_of(const PassLimits& limits, std::uint64_t tets, std::uint64_t begin,
+                       std::uint64_t end, std::uint64_t all) {
   if (limits.quota >= tets) return limits.quota;
-  if (limits.spread) {
-    const auto up_to = [&](std::uint64_t bytes) {
-      return static_cast<std::uint64_t>(static_cast<double>(limits.quota) *
-                                        (static_cast<double>(bytes) / static_cast<double>(all)));
-    };
-    return up_to(end) - up_to(begin);
-  }
-  const std::uint64_t before = c * kLump;
-  return before < limits.quota ? std::min(kLump, limits.quota - before) : 0;
+  const auto up_to = [&](std::uint64_t share) {
+    return static_cast<std::uint64_t>(static_cast<double>(limits.quota) *
+                                      (static_cast<double>(share) / static_cast<double>(all)));
+  };
+  return up_to(end) - up_to(begin);
 }
 
 void add(const PassStatistics& from, PassStatistics* to) {
@@ -98,6 +96,12 @@ void Rounds<Real>::watch(std::function<void(std::uint64_t)> watcher) {
       watcher_(round_.tets - all);
     });
   }
+}
+
+template <class Real>
+void Rounds<Real>::release_memory() {
+  for (auto& worker : workers_) worker = std::make_unique<Worker>(layout_);
+  if (watcher_) watch(std::move(watcher_));
 }
 
 template <class Real>
@@ -234,7 +238,8 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
   own.removed = mesh->removed;
   begin(own, limits, fields, mesh->tets, shares_of(settings, *mesh), mesh->samples);
   round_.facing = std::move(mesh->facing);
-  run_tasks(mesh->chunks, static_cast<int>(workers_.size()), [&](std::size_t c, std::size_t w) {
+  const int threads = in_turn(limits, round_.tets) ? 1 : static_cast<int>(workers_.size());
+  run_tasks(mesh->chunks, threads, [&](std::size_t c, std::size_t w) {
     context.check();
     const auto chunk = static_cast<std::uint32_t>(c);
     const auto memory =
@@ -257,6 +262,7 @@ void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits
   round_ = {};
   round_.settings = settings;
   round_.limits = limits;
+  round_.quota_left = limits.quota;
   round_.fields = fields;
   round_.tets = tets;
   gone_ = 0;
@@ -284,8 +290,10 @@ template <class Real>
 void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
   if (round_.limits.boundary_rule == BoundaryRule::kTets) mark_near_boundary(mesh);
   PassLimits own = round_.limits;
-  own.quota = quota_of(own, round_.tets, chunk, round_.shares[chunk], round_.shares[chunk + 1],
-                       round_.shares.back());
+  const bool is_in_turn = in_turn(own, round_.tets);
+  own.quota = is_in_turn ? round_.quota_left
+                         : quota_of(own, round_.tets, round_.shares[chunk],
+                                    round_.shares[chunk + 1], round_.shares.back());
   ChunkResult& result = round_.results[chunk];
   Worker& tools = *workers_[worker];
   FusionLog log;
@@ -293,6 +301,7 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
   const FuseStatistics statistics = run_passes(own, worker, mesh, wanted(&log));
   if (logs_ != nullptr) logs_->add(chunk, log);
   result.pass = statistics.pass;
+  if (is_in_turn) round_.quota_left -= result.pass.tets_before - result.pass.tets_after;
   result.costs = statistics.costs;
   result.deviation = statistics.deviation;
   tools.scatter.scatter(*mesh, round_.next_cut, chunk, round_.next.get(), &result.interface);

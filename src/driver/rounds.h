@@ -50,7 +50,7 @@ struct RoundSettings {
       1;  // what the last round has left of the mesh: the next cut expects the same again
 };
 
-// Keeps the threads' scratch memory from round to round.
+// Keeps the threads' scratch memory from round to round, unless it is told to release it.
 template <class Real>
 class Rounds {
  public:
@@ -58,16 +58,17 @@ class Rounds {
   Rounds(const WorkMesh<Real>& layout, int threads, MemoryBudget* budget, Scratch* scratch);
 
   // One round. The limits' quota is shared among the chunks by their sizes; without limits.spread
-  // the first ones get it. A function of the mesh, the limits and the settings alone. Throws
-  // Error(kInterrupted) between two chunks when the context says so, and what the watcher throws;
-  // the mesh is of no use then.
+  // they take it in turn, one after the other, each what is left of it. A function of the mesh, the
+  // limits and the settings alone. Throws Error(kInterrupted) between two chunks when the context
+  // says so, and what the watcher throws; the mesh is of no use then.
   RoundStatistics run(const RoundSettings& settings, PassLimits limits,
                       std::span<const SteeringField> fields, const RunContext& context,
                       MacroLod<Real>* mesh);
 
   // The same, with chunks that somebody else brings: begin() a round over a mesh of so many
   // tetrahedra, of which chunk c has about (shares[c + 1] - shares[c]) / shares.back(); work() on
-  // each chunk once, each worker below `threads` on one at a time; and end() it, with the marks
+  // each chunk once, each worker below `threads` on one at a time (and, without limits.spread, in
+  // their order, one at a time); and end() it, with the marks
   // that vertices on the interface have got in the meantime. The fields live until then. A round
   // that does not end leaves nothing but its generation, which is dropped.
   void begin(const RoundSettings& settings, const PassLimits& limits,
@@ -84,6 +85,9 @@ class Rounds {
   // second, on the thread that works on it; not with tetfuse. A chunk takes a second and more, too
   // long for whoever waits for an end.
   void watch(std::function<void(std::uint64_t tets)> watcher);
+
+  // Between two rounds.
+  void release_memory();
 
   // From here on every fusion is noted there, which outlives this.
   void keep_logs(FusionLogs* logs) { logs_ = logs; }
@@ -117,6 +121,7 @@ class Rounds {
   struct Round {
     RoundSettings settings;
     PassLimits limits;
+    std::uint64_t quota_left = 0;  // where chunks take it in turn
     std::span<const SteeringField> fields;
     std::uint64_t tets = 0;
     std::vector<std::uint64_t> shares;

@@ -17,6 +17,7 @@
 #include "driver/regions.h"
 #include "driver/run.h"
 #include "driver/run_setup.h"
+#include "driver/scratch_place.h"
 #include "driver/stage_output.h"
 #include "driver/stages.h"
 
@@ -32,12 +33,21 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
 }
 
-// What is wanted of them now may not have been when they were written.
+// They may be gone, and what is wanted of them now may not have been when they were written.
 void check_earlier_levels(const std::vector<Stage>& stages, std::size_t written, const Run& run) {
   for (std::size_t i = 0; i < written; ++i) {
     std::error_code unknown;
+    const auto is_there = [&](const std::string& path) {
+      return std::filesystem::exists(path, unknown);
+    };
+    if (run.sink == nullptr && !is_there(stages[i].path)) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("{} was written by the run that was interrupted, and is not there "
+                              "any more: remove {} and begin anew",
+                              stages[i].path, scratch_folder(run.request)));
+    }
     const std::string& map = stages[i].map;
-    if (!map.empty() && !std::filesystem::exists(map, unknown)) {
+    if (!map.empty() && !is_there(map)) {
       throw Error(ErrorCode::kUsage,
                   fmt::format("{} was written by a run that made no map of it, so there will be no "
                               "{}: leave out --map, or begin anew without --resume",

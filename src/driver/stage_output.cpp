@@ -84,7 +84,7 @@ Verification verify(const WrittenResult& result, const InputFacts& facts, const 
 template <class Real>
 StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<Real>* coarsening) {
   run->clock.begin("write");
-  if (is_last) coarsening->end_rounds();
+  is_last ? coarsening->end_rounds() : coarsening->pause();
   const SimplifyRequest& request = run->request;
   const RunState<Real>& state = coarsening->state();
   StageOutput done;

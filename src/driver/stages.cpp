@@ -195,16 +195,26 @@ void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& re
   }
   refuse_piece(request.progressive, mesh);
   refuse_piece(request.also_written, mesh);
-  for (const Stage& stage : plan_stages(request, kMaxTets)) {
+  // Each level is made of the original: it can only take that one's name when it is the last.
+  std::vector<std::string> others = mesh.files;
+  others.push_back(mesh.path);
+  const std::vector<Stage> stages = plan_stages(request, kMaxTets);
+  for (const Stage& stage : stages) {
     refuse_piece(stage.path, mesh);
-    refuse_piece(stage.map, mesh);
+    if (&stage != &stages.back()) refuse_same_file("-o", stage.path, others);
+  }
+  for (const Stage& stage : stages) others.push_back(stage.path);
+  for (const Stage& stage : stages) {
+    refuse_same_file("--map", stage.map, others);
+    others.push_back(stage.map);
   }
 }
 
 double share_done(std::uint64_t first, std::uint64_t tets, const std::optional<std::uint64_t>& goal,
                   std::size_t rounds) {
   constexpr double kRoundsShare = 0.55;
-  if (!goal) return kAssembledShare + kRoundsShare * (1 - std::pow(0.7, static_cast<double>(rounds)));
+  if (!goal)
+    return kAssembledShare + kRoundsShare * (1 - std::pow(0.7, static_cast<double>(rounds)));
   const double wanted = static_cast<double>(first) - static_cast<double>(*goal);
   const double done =
       wanted > 0 ? (static_cast<double>(first) - static_cast<double>(tets)) / wanted : 1;

@@ -68,6 +68,38 @@ class Options(FolderTest):
             said = self.refused("--lods", "30%,50%", "--report", self.folder / name, output="lod_{lod}.vtu")
             self.assertIn("give it a name of its own", said)
 
+    def test_levels_are_not_written_over_what_is_still_read(self):
+        path = self.generate(tets="3k")
+        for name in ("in_1.vtu", "in_1.pvtu"):
+            run("simplify", path, "-o", self.folder / name, "--reduction", "0%")
+        before = self.contents()
+        for name in ("in_1.vtu", "in_1.pvtu"):
+            for options in (["-o", f"in_{{lod}}{name[4:]}"], ["-o", "out_{lod}.vtu", "--map", f"in_{{lod}}{name[4:]}"],
+                            ["-o", "a_1{lod}.vtu", "--map", "a_{lod}1.vtu"]):
+                result = finish("simplify", name, "--lods", "20%,40%", *options, cwd=self.folder)
+                self.assertEqual(result.returncode, USAGE, result.stderr)
+                self.assertIn(b"give it a name of its own", result.stderr)
+                self.assertEqual(self.contents(), before)
+        run("simplify", "in_1.vtu", "-o", "in_{lod}.vtu", "--lods", "30%", cwd=self.folder)
+
+    def contents(self):
+        return {file: file.read_bytes() for file in self.folder.rglob("*") if file.is_file()}
+
+    def test_a_goal_is_said_to_be_reached_where_it_is(self):
+        path, out = self.generate("--jitter", "0.4", tets="3k"), self.folder / "out.vtu"
+        stops = set()
+        for chunk_tets in ("300", "500", "200k"):
+            for goal in ("20%", "33%", "50%"):
+                arguments = ["simplify", path, "-o", out, "--reduction", goal, "--chunk-tets", chunk_tets]
+                report = report_of(*arguments)
+                stops.add(report["stop_reason"])
+                wanted = int(goal[:-1]) / 100 * report["input"]["tets"]
+                gone = report["input"]["tets"] - report["output"]["tets"]
+                self.assertLessEqual(gone, wanted)
+                self.assertEqual(gone > wanted - 15, report["stop_reason"] == "goal", (chunk_tets, goal))
+                self.assertEqual(finish(*arguments, "--strict").returncode, 0 if report["stop_reason"] == "goal" else 6)
+        self.assertEqual(stops, {"goal", "saturated"})
+
     def test_shares_of_more_than_all(self):
         for option, value in (("--max-error", "5"), ("--max-rms", "101%"), ("--reduction", "90")):
             self.assertRegex(self.refused(option, value), "100%.*(5%|90%)")

@@ -118,6 +118,16 @@ class Distributed(ParaViewCase):
         self.distributed([self.mesh, "-o", out, "--reduction", "90%", "--boundary", "0.3%"], 3)
         self.report("compare", self.mesh, out, "--surface", "0.3%")
 
+    def test_ranks_without_cells(self):
+        tiny, out = self.folder / "tiny.vtu", self.folder / "tiny_out.pvtu"
+        command("generate", "five", "--tets", "5", "--quiet", "-o", self.folder / "raw_tiny.vtu")
+        command("convert", self.folder / "raw_tiny.vtu", tiny, "--encoding", "inline", "--quiet")
+        for goal in ["--max-error", "1%"], ["--max-error", "1%", "--array", "front"], ["--reduction", "50%"], []:
+            with self.subTest(goal=goal):
+                said = self.distributed([tiny, "-o", out, *goal], 7)
+                self.assertRegex(said, r"rank \d: 0 cells")
+                self.expect_sound(out, tiny)
+
     def test_the_mesh_stays_finer_where_errors_count_more(self):
         late, out, text = (self.folder / name for name in ("late.vtu", "weighted.pvtu", "weighted.vtu"))
         command("generate", "five", "--tets", "60k", "--jitter", "0.5", "--time", "8", "--quiet", "-o", self.folder / "raw_late.vtu")

@@ -1,4 +1,5 @@
 """The processes, and what they tell one another."""
+import json
 import os
 
 
@@ -26,6 +27,13 @@ class Ranks:
         out = numpy_to_vtk(np.zeros(own.size * self.count), deep=1)
         self.controller.AllGather(numpy_to_vtk(own, deep=1), out)
         return vtk_to_numpy(out).reshape(self.count, -1).copy()
+
+    def agree(self, words):
+        """The list of strings of the first rank that has any."""
+        text = json.dumps(words).encode() if words else b""
+        length = int(self.gather(len(text)).max())
+        said = (bytes(row.astype(int).tolist()).strip() for row in self.gather(list(text.ljust(length + 1))))
+        return next((json.loads(one) for one in said if one), [])
 
     def wait(self):
         if self.count > 1:

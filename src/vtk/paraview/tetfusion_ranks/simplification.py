@@ -1,4 +1,6 @@
 """One rank's part with ghosts round it, and TetFusion on that."""
+import math
+
 from vtkmodules.vtkFiltersParallelDIY2 import vtkGhostCellsGenerator
 import vtktetfusion
 
@@ -37,15 +39,15 @@ def extent(grid, name):
 def bounds_of_arrays(grid, options, error, ranks):
     """The bound of each steering array as a share of the range that it has on this rank."""
     bounds = {}
-    names = steering(grid, options) if cells_of(grid) else options.array
-    for name in names:
+    for name in ranks.agree(steering(grid, options) if cells_of(grid) else []):
         if name.startswith("cell:"):
             bounds[name] = error  # of the range on this rank, which is none the larger
             continue
-        own = extent(grid, name)
-        rows = ranks.gather(own)
-        whole = [f(rows[:, i]) for i, f in zip(range(len(own)), (min, max) * len(own))]
-        here = diagonal(own)
+        own = extent(grid, name) if cells_of(grid) else []
+        size = int(ranks.gather(len(own)).max())
+        rows = ranks.gather(own or (math.inf, -math.inf) * (size // 2))
+        whole = [f(rows[:, i]) for i, f in zip(range(size), (min, max) * size)]
+        here = diagonal(own) if own else 0
         bounds[name] = error * diagonal(whole) / here if here > 0 else None
     return bounds
 
