@@ -2,14 +2,11 @@
 """simplify --original-ids and --map, and apply. Usage: follow_test.py TETFUSION"""
 import itertools
 import re
-import signal
 import struct
-import subprocess
-import time
 
 import numpy as np
 
-from harness import BAD, INTERRUPTED, IO, MEMORY, USAGE, FolderTest, command, finish, main, report_of, run, sanitized
+from harness import BAD, IO, MEMORY, USAGE, FolderTest, finish, main, report_of, run, sanitized
 from independent_check import Vtu
 from sample_meshes import mesh_of_all_sorts, rebuilt
 from tiny_vtu import TinyVtu
@@ -280,12 +277,7 @@ class Maps(FolderTest):
         whole = out.read_bytes(), the_map.read_bytes()
         the_map.unlink()
         arguments = ["simplify", path, "-o", out, "--map", the_map, *options]
-        process = subprocess.Popen([command(), *map(str, arguments)], stderr=subprocess.PIPE)
-        while process.poll() is None and not list(self.folder.glob("out.vtu.tetfusion/round-*.state")):
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        self.assertIn(b"--resume", process.communicate()[1])
-        self.assertEqual(process.returncode, INTERRUPTED)
+        self.assertIn("--resume", self.stop_when("out.vtu.tetfusion/round-*.state", *arguments))
         self.assertEqual((out.read_bytes(), the_map.exists()), (whole[0], False))
         run(*arguments, "--resume", "--verify")
         self.assertEqual((out.read_bytes(), the_map.read_bytes()), whole)

@@ -3,9 +3,11 @@ the test program."""
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -82,6 +84,21 @@ class FolderTest(unittest.TestCase):
         message = process.stderr.read().decode()
         process.stderr.close()
         return process.wait(timeout=60), message
+
+    def stop_when(self, pattern, *arguments, by=signal.SIGINT, code=INTERRUPTED, limit=60):
+        """Starts the command, stops it as soon as the folder has a file of that name, and returns its message."""
+        process = subprocess.Popen([command(), *map(str, arguments)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+        self.addCleanup(process.kill)
+        end = time.monotonic() + limit
+        while process.poll() is None and not list(self.folder.glob(pattern)):
+            self.assertLess(time.monotonic(), end, f"no {pattern}")
+            time.sleep(0.001)
+        process.send_signal(by)
+        message = process.communicate(timeout=limit)[1].decode()
+        self.assertEqual(process.returncode, code, message)
+        if code == INTERRUPTED:
+            self.assertIn("interrupted", message)
+        return message
 
     def files(self):
         return sorted(p.name for p in self.folder.iterdir())

@@ -3,14 +3,12 @@
 import json
 import re
 import signal
-import subprocess
-import time
 
 import numpy as np
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
-from harness import INTERRUPTED, IO, USAGE, FolderTest, command, finish, main, report_of, run
+from harness import IO, USAGE, FolderTest, finish, main, report_of, run
 from sample_meshes import mesh_of_all_sorts
 from tiny_vtu import TinyVtu
 
@@ -133,18 +131,8 @@ class Pieces(FolderTest):
     def test_what_a_killed_run_leaves_goes_with_the_next(self):
         path, out = self.generate(tets="200k"), self.folder / "out.pvtu"
         run("simplify", path, "-o", out, "--pieces", "2")
-        arguments = [command(), "simplify", path, "-o", out, "--pieces", "60", "--encoding", "ascii", "--quiet"]
-        killed = False
-        for _ in range(5):
-            process = subprocess.Popen(arguments)
-            while process.poll() is None:
-                if (self.folder / "out_pieces-2" / "out_5.vtu").exists():
-                    process.kill()
-                    killed = True
-                time.sleep(0.001)
-            if killed:
-                break
-        self.assertTrue(killed)
+        self.stop_when("out_pieces-2/out_5.vtu", "simplify", path, "-o", out, "--pieces", "60", "--encoding", "ascii",
+                       by=signal.SIGKILL, code=-signal.SIGKILL)
         self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces", "out_pieces-2"])
         run("simplify", path, "-o", out, "--pieces", "3")
         self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces-2"])
@@ -166,20 +154,10 @@ class Pieces(FolderTest):
         path, out = self.generate(tets="200k"), self.folder / "out.pvtu"
         run("simplify", path, "-o", out, "--pieces", "2", "--encoding", "ascii")
         expected = (out.read_bytes(), (self.folder / "out_pieces" / "out_1.vtu").read_bytes())
-        stopped = 0
-        for delay in (0.1, 0.3, 0.5, 0.7, 0.9):
-            process = subprocess.Popen([command(), "simplify", path, "-o", out, "--pieces", "2", "--encoding", "ascii",
-                                        "--quiet"], stderr=subprocess.PIPE)
-            time.sleep(delay)
-            process.send_signal(signal.SIGINT)
-            process.communicate(timeout=60)
-            if process.returncode == 0:
-                break
-            self.assertIn(process.returncode, (-signal.SIGINT, INTERRUPTED))  # the first: before it listens
-            stopped += 1
+        for written in ("", "/out_5.vtu"):
+            self.stop_when("out_pieces-2" + written, "simplify", path, "-o", out, "--pieces", "60", "--encoding", "ascii")
             self.assertEqual(self.files(), ["generated.vtu", "out.pvtu", "out_pieces"])
             self.assertEqual((out.read_bytes(), (self.folder / "out_pieces" / "out_1.vtu").read_bytes()), expected)
-        self.assertGreater(stopped, 0)
 
     def test_global_ids_of_the_input_become_pedigree_ids(self):
         """Pieces are joined by numbers that are certainly different; a message and the markers say what has become of the others."""

@@ -4,15 +4,12 @@ import itertools
 import json
 import re
 import resource
-import signal
-import subprocess
-import time
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
 from follow_test import jittered, values, with_arrays
-from harness import BAD, INTERRUPTED, IO, USAGE, FolderTest, command, finish, main, report_of, run, sanitized
+from harness import BAD, IO, USAGE, FolderTest, finish, main, report_of, run, sanitized
 from independent_check import Vtu
 from roi_test import cells_inside
 from sample_meshes import mesh_of_all_sorts
@@ -454,13 +451,8 @@ class Each(SeriesTest):
         options = ["--series", "each", "--array", "front", "--reduction", "70%", "--chunk-tets", "10k", "--threads", "1",
                    "--memory", "73M", "--scratch", self.folder / "work", "--quiet"]
         run("simplify", *steps, "-o", self.folder / "whole_{step}.vtu", *options)
-        arguments = ["simplify", *map(str, steps), "-o", str(self.folder / "out_{step}.vtu"), *map(str, options)]
-        process = subprocess.Popen([command(), *arguments], stderr=subprocess.PIPE)
-        while process.poll() is None and not list(self.folder.glob("work-1/round-*.state")):
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        said = process.communicate()[1].decode()
-        self.assertEqual(process.returncode, INTERRUPTED, said)
+        arguments = ["simplify", *steps, "-o", self.folder / "out_{step}.vtu", *options]
+        said = self.stop_when("work-1/round-*.state", *arguments)
         self.assertIn("--resume", said)
         self.assertIn("1 of the 2 steps are written", said)
         run(*arguments, "--resume")
@@ -579,11 +571,8 @@ class Refused(SeriesTest):
                           more=("Float64", np.zeros((len(mesh.points), 60))))
         self.write(big, steps[2].name)
         self.outputs()[0].unlink()
-        result = subprocess.run([command(), "simplify", *map(str, steps), "-o", str(self.folder / "out_{step}.vtu"), *GOAL,
-                                 "--map", str(self.folder / "out.map")],
-                                capture_output=True, preexec_fn=lambda: (
-                                    signal.signal(signal.SIGXFSZ, signal.SIG_IGN),
-                                    resource.setrlimit(resource.RLIMIT_FSIZE, (3 * size, 3 * size))))
+        result = finish("simplify", *steps, "-o", self.folder / "out_{step}.vtu", *GOAL, "--map", self.folder / "out.map",
+                        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3 * size, 3 * size)))
         self.assertEqual(result.returncode, IO, result.stderr)
         self.assertIn(b"2 of the 3 steps are written", result.stderr)
         self.assertEqual(len(self.outputs()), 3)
@@ -593,14 +582,9 @@ class Refused(SeriesTest):
     def test_an_interruption_leaves_nothing(self):
         steps = [self.generate("--jitter", "0.5", "--time", str(t), tets="200k", name=f"s{t}.vtu") for t in range(4)]
         before = self.files()
-        process = subprocess.Popen([command(), "simplify", *map(str, steps), "-o", str(self.folder / "out_{step}.vtu"), "--array",
-                                    "front", "--memory", "200M", "--chunk-tets", "10k", *GOAL], stderr=subprocess.PIPE)
-        while process.poll() is None and not list(self.folder.glob("*.tetfusion/*")):
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        said = process.communicate()[1]
-        self.assertEqual(process.returncode, INTERRUPTED, said)
-        self.assertNotIn(b"--resume", said)
+        said = self.stop_when("*.tetfusion/*", "simplify", *steps, "-o", self.folder / "out_{step}.vtu", "--array", "front",
+                              "--memory", "200M", "--chunk-tets", "10k", *GOAL)
+        self.assertNotIn("--resume", said)
         self.assertEqual(self.files(), before)
 
 
