@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 """simplify --original-ids and --map, and apply. Usage: follow_test.py TETFUSION"""
 import itertools
-import re
 import struct
 
 import numpy as np
 
-from harness import BAD, IO, MEMORY, USAGE, FolderTest, finish, main, report_of, run, sanitized
+from harness import BAD, IO, MEMORY, USAGE, FolderTest, finish, least_memory, main, report_of, run, sanitized
 from independent_check import Vtu
 from sample_meshes import mesh_of_all_sorts, rebuilt
 from tiny_vtu import TinyVtu
@@ -269,14 +268,13 @@ class Maps(FolderTest):
 
     def test_after_an_interruption(self):
         path = self.generate("--jitter", "0.5", tets="300k")
-        options = ["--reduction", "80%", "--chunk-tets", "10k", "--threads", "1", "--original-ids", "--quiet"]
         out, the_map = self.folder / "out.vtu", self.folder / "out.map"
-        refused = finish("simplify", path, "-o", out, "--map", the_map, *options, "--memory", "10M").stderr.decode()
-        options += ["--memory", re.search(r"give --memory (\d+M)", refused)[1]]  # the least, so that the mesh is on disk
-        run("simplify", path, "-o", out, "--map", the_map, *options)
+        arguments = ["simplify", path, "-o", out, "--map", the_map, "--reduction", "80%", "--chunk-tets", "10k", "--threads", "1",
+                     "--original-ids", "--quiet"]
+        arguments += ["--memory", least_memory(*arguments)]
+        run(*arguments)
         whole = out.read_bytes(), the_map.read_bytes()
         the_map.unlink()
-        arguments = ["simplify", path, "-o", out, "--map", the_map, *options]
         self.assertIn("--resume", self.stop_when("out.vtu.tetfusion/round-*.state", *arguments))
         self.assertEqual((out.read_bytes(), the_map.exists()), (whole[0], False))
         run(*arguments, "--resume", "--verify")

@@ -3,6 +3,7 @@ the test program."""
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -50,6 +51,19 @@ def finish(*arguments, **keywords):
 
 def report_of(command, *arguments, code=0, **keywords):
     return json.loads(run(command, *arguments, "--report", "-", code=code, **keywords))
+
+
+def least_memory(*arguments):
+    """The --memory that the command asks for, as in 73M: with it the mesh is on disk."""
+    refused = finish(*arguments, "--memory", "1M")
+    asked = re.search(rb"give --memory (\d+M) or more", refused.stderr)
+    if (refused.returncode, refused.stdout) != (MEMORY, b"") or not asked:
+        raise AssertionError(f"{arguments}: {refused}")
+    return asked[1].decode()
+
+
+def size_of(memory):
+    return int(memory[:-1]) << 20
 
 
 class FolderTest(unittest.TestCase):

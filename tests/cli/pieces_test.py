@@ -1,14 +1,12 @@
 #!/usr/bin/env python3
 """Results in several files, as VTK's own reader sees them. Usage: pieces_test.py TETFUSION"""
-import json
-import re
 import signal
 
 import numpy as np
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
-from harness import IO, USAGE, FolderTest, finish, main, report_of, run
+from harness import IO, USAGE, FolderTest, finish, least_memory, main, report_of, run
 from sample_meshes import mesh_of_all_sorts
 from tiny_vtu import TinyVtu
 
@@ -92,8 +90,7 @@ class Pieces(FolderTest):
         run("simplify", path, "-o", self.folder / "a.pvtu", *options)
         for threads, name in ("1", "b"), ("2", "c"):
             arguments = ["simplify", path, "-o", self.folder / f"{name}.pvtu", *options, "--threads", threads]
-            least = re.search(rb"give --memory (\d+M)", finish(*arguments, "--memory", "1M").stderr).group(1).decode()
-            report = json.loads(run(*arguments, "--memory", least, "--report", "-"))
+            report = report_of(*arguments, "--memory", least_memory(*arguments))
             self.assertGreater(report["scratch_bytes"], 0)
             for i in range(4):
                 self.assertEqual(self.bytes_of(name, i), self.bytes_of("a", i))
@@ -119,14 +116,14 @@ class Pieces(FolderTest):
         options = ("--reduction", "60%", "--chunk-tets", "20k")
         arguments = ["simplify", many, *options, "-o"]
         run(*arguments, self.folder / "a.vtu", "--threads", "1")
-        least = re.search(rb"give --memory (\d+M)", finish(*arguments, self.folder / "b.vtu", "--memory", "1M").stderr)
-        report = json.loads(run(*arguments, self.folder / "b.vtu", "--memory", least.group(1).decode(), "--report", "-"))
+        arguments.append(self.folder / "b.vtu")
+        report = report_of(*arguments, "--memory", least_memory(*arguments))
         self.assertGreater(report["scratch_bytes"], 0)
         self.assertEqual((self.folder / "a.vtu").read_bytes(), (self.folder / "b.vtu").read_bytes())
         self.assertAlmostEqual(report["reduction"], 0.6, places=3)
         self.assertTrue(report_of("check", self.folder / "b.vtu")["valid"])
         (self.folder / "in_pieces" / "in_3.vtu").unlink()
-        self.assertIn("in_3.vtu", finish(*arguments, self.folder / "c.vtu").stderr.decode())
+        self.assertIn("in_3.vtu", finish(*arguments).stderr.decode())
 
     def test_what_a_killed_run_leaves_goes_with_the_next(self):
         path, out = self.generate(tets="200k"), self.folder / "out.pvtu"

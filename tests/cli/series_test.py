@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 
 from follow_test import jittered, values, with_arrays
-from harness import BAD, IO, USAGE, FolderTest, finish, main, report_of, run, sanitized
+from harness import BAD, IO, USAGE, FolderTest, finish, least_memory, main, report_of, run, sanitized, size_of
 from independent_check import Vtu
 from roi_test import cells_inside
 from sample_meshes import mesh_of_all_sorts
@@ -33,9 +33,7 @@ class SeriesTest(FolderTest):
         return report_of("simplify", *steps, "-o", self.folder / out, *options, "--quiet", code=code)
 
     def least_memory(self, steps, *options):
-        """With which the mesh is on disk."""
-        refused = finish("simplify", *steps, "-o", self.folder / "out_{step}.vtu", *options, "--memory", "10M").stderr.decode()
-        return re.search(r"give --memory (\d+M)", refused)[1]
+        return least_memory("simplify", *steps, "-o", self.folder / "out_{step}.vtu", *options)
 
     def outputs(self, pattern="out_*.vtu"):
         return sorted(self.folder.glob(pattern))
@@ -312,7 +310,7 @@ class Shared(SeriesTest):
         if not sanitized():
             peaks = [r["peak_rss_bytes"] for r in reports]
             self.assertLess(peaks[1], peaks[0] + (6 << 20))
-            self.assertLess(max(peaks), int(memory[:-1]) << 20)
+            self.assertLess(max(peaks), size_of(memory))
 
     def test_a_map_takes_other_results_along(self):
         steps = self.steps(2)

@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """simplify --verify, from outside. Usage: verify_test.py TETFUSION"""
-import re
-
-from harness import MEMORY, USAGE, FolderTest, finish, main, report_of, run, sanitized
+from harness import MEMORY, USAGE, FolderTest, finish, least_memory, main, report_of, run, sanitized, size_of
 
 
 class Verify(FolderTest):
@@ -67,15 +65,13 @@ class Verify(FolderTest):
         path = self.generate("--jitter", "0.3", tets="1M", kind="five")
         options = ["simplify", path, "-o", self.folder / "out.vtu", "--tets", "800k", "--regions", "none", "--verify", "--threads", "1",
                    "--chunk-tets", "50k", "--quiet"]
-        refused = finish(*options, "--memory", "10M")
-        self.assertEqual(refused.returncode, MEMORY)
-        least = int(re.search(r"give --memory (\d+)M", refused.stderr.decode())[1])
+        least = least_memory(*options)
         # All sides of the result's triangles at once would take 98 MiB alone.
-        self.assertLess(least, 240)
-        report = report_of(*options, "--memory", f"{least}M")
+        self.assertLess(size_of(least), 240 << 20)
+        report = report_of(*options, "--memory", least)
         self.assertIn("boundary", self.names(report))
         if not sanitized():
-            self.assertLess(report["peak_rss_bytes"], least << 20)
+            self.assertLess(report["peak_rss_bytes"], size_of(least))
 
     def test_it_says_so(self):
         path = self.generate()
