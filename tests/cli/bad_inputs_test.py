@@ -2,18 +2,11 @@
 """What the command does with bad input: each case gives its exit code and a message that names the file or option, says
 what was expected, and leaves nothing behind. Usage: bad_inputs_test.py TETFUSION"""
 import json
-import os
-import pathlib
 import subprocess
-import sys
-import tempfile
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from harness import BAD, IO, USAGE, FolderTest, command, finish, main, run
 from tiny_vtu import TinyVtu
 
-COMMAND = None
-USAGE, BAD, IO = 2, 3, 4
 CASES = []  # (name, bytes of the input or a function that makes it, arguments, exit code, words in the message)
 
 
@@ -214,79 +207,62 @@ option_case("mesh and report to standard output", ["-o", "-", "--report", "-"], 
 option_case("not available: --no-such-option", ["--no-such-option"], USAGE, "--no-such-option")
 
 
-class BadInputs(unittest.TestCase):
+class BadInputs(FolderTest):
     def run_case(self, data, arguments, code, words):
-        with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            mesh, out = folder / "mesh.vtu", folder / "out"
-            out.mkdir()
-            full = folder / "full.vtu"
-            full.symlink_to("/dev/full")
-            (folder / "folder.vtu").mkdir()
-            if data == "directory":
-                mesh.mkdir()
-            elif data is not None:
-                mesh.write_bytes(data)
-            fill = lambda text: text.replace("{out}", str(out)).replace("{full}", str(full)).replace("{mesh}", str(mesh)).replace(
-                "{folder}", str(folder / "folder.vtu"))
-            arguments = [fill(a) for a in arguments]
-            if "-o" not in arguments:
-                arguments += ["-o", str(out / "small.vtu")]
-            result = subprocess.run([COMMAND, "simplify", str(mesh), *arguments], capture_output=True, timeout=60)
-            message = result.stderr.decode()
-            self.assertEqual(result.returncode, code, message)
-            self.assertIn("tetfusion: error: ", message)
-            self.assertEqual(result.stdout, b"")
-            if code in (BAD, IO) and "-o" not in arguments[:-2] and data != TinyVtu().bytes():
-                self.assertIn("mesh.vtu", message)
-            for word in words:
-                self.assertRegex(message, word.replace("{lod}", r"\{lod\}"))
-            self.assertGreater(len(message.split()), 5, message)
-            self.assertEqual(list(out.iterdir()), [], "something was left behind")
-            self.assertLessEqual(set(os.listdir(folder)), {"full.vtu", "folder.vtu", "mesh.vtu", "out"})
-            if isinstance(data, bytes) and data:
-                self.assertEqual(mesh.read_bytes(), data, "the input was changed")
+        mesh, out = self.folder / "mesh.vtu", self.folder / "out"
+        full, folder = self.folder / "full.vtu", self.folder / "folder.vtu"
+        out.mkdir(), folder.mkdir(), full.symlink_to("/dev/full")
+        if data == "directory":
+            mesh.mkdir()
+        elif data is not None:
+            mesh.write_bytes(data)
+        for word, path in (("{out}", out), ("{full}", full), ("{mesh}", mesh), ("{folder}", folder)):
+            arguments = [a.replace(word, str(path)) for a in arguments]
+        if "-o" not in arguments:
+            arguments += ["-o", str(out / "small.vtu")]
+        result = finish("simplify", mesh, *arguments)
+        message = result.stderr.decode()
+        self.assertEqual(result.returncode, code, message)
+        self.assertIn("tetfusion: error: ", message)
+        self.assertEqual(result.stdout, b"")
+        if code in (BAD, IO) and "-o" not in arguments[:-2] and data != TinyVtu().bytes():
+            self.assertIn("mesh.vtu", message)
+        for word in words:
+            self.assertRegex(message, word.replace("{lod}", r"\{lod\}"))
+        self.assertGreater(len(message.split()), 5, message)
+        self.assertEqual(list(out.iterdir()), [], "something was left behind")
+        self.assertLessEqual(set(self.files()), {"full.vtu", "folder.vtu", "mesh.vtu", "out"})
+        if isinstance(data, bytes) and data:
+            self.assertEqual(mesh.read_bytes(), data, "the input was changed")
 
     def test_the_unchanged_mesh_is_good(self):
         for encoding, compressor in (("raw", None), ("raw", "vtkZLibDataCompressor"), ("inline", None), ("ascii", None)):
-            with tempfile.TemporaryDirectory() as folder:
-                mesh = pathlib.Path(folder) / "mesh.vtu"
-                mesh.write_bytes(TinyVtu(encoding=encoding, compressor=compressor).bytes())
-                out = pathlib.Path(folder) / "small.vtu"
-                subprocess.run([COMMAND, "simplify", mesh, "-o", out, "--quiet", "--reduction", "10%"], check=True)
-                self.assertTrue(out.exists())
+            out = self.folder / f"{encoding}_{compressor}.vtu"
+            run("simplify", self.write(TinyVtu(encoding=encoding, compressor=compressor)), "-o", out, "--quiet", "--reduction", "10%")
+            self.assertTrue(out.exists())
 
     def test_a_broken_standard_error_ends_no_job(self):
-        with tempfile.TemporaryDirectory() as folder:
-            mesh = pathlib.Path(folder) / "mesh.vtu"
-            mesh.write_bytes(TinyVtu().bytes())
-            outputs = set()
-            for number, redirection in enumerate(("2>/dev/null", "2>&-", "2>/dev/full", "2>&- >&- <&-")):
-                out = pathlib.Path(folder) / f"small{number}.vtu"
-                subprocess.run(f'"{COMMAND}" simplify "{mesh}" -o "{out}" -v --progress always {redirection}', shell=True,
-                               check=True)
-                outputs.add(out.read_bytes())
-            self.assertEqual(len(outputs), 1)
+        mesh = self.write(TinyVtu())
+        outputs = set()
+        for number, redirection in enumerate(("2>/dev/null", "2>&-", "2>/dev/full", "2>&- >&- <&-")):
+            out = self.folder / f"small{number}.vtu"
+            subprocess.run(f'"{command()}" simplify "{mesh}" -o "{out}" -v --progress always {redirection}', shell=True, check=True)
+            outputs.add(out.read_bytes())
+        self.assertEqual(len(outputs), 1)
 
     def test_a_closed_standard_output_gets_nothing(self):
-        with tempfile.TemporaryDirectory() as folder:
-            mesh = pathlib.Path(folder) / "mesh.vtu"
-            mesh.write_bytes(TinyVtu().bytes())
-            for line in ("simplify {} -o - --reduction 10%", "convert {} -", "info {}", "check {} --report -"):
-                result = subprocess.run(f'"{COMMAND}" {line.format(mesh)} >&-', shell=True, capture_output=True)
-                self.assertEqual(result.returncode, IO, line)
-                self.assertIn(b"standard output", result.stderr)
+        mesh = self.write(TinyVtu())
+        for line in ("simplify {} -o - --reduction 10%", "convert {} -", "info {}", "check {} --report -"):
+            result = subprocess.run(f'"{command()}" {line.format(mesh)} >&-', shell=True, capture_output=True)
+            self.assertEqual(result.returncode, IO, line)
+            self.assertIn(b"standard output", result.stderr)
 
     def test_a_name_that_is_not_utf8(self):
-        with tempfile.TemporaryDirectory() as folder:
-            mesh = os.path.join(os.fsencode(folder), b"caf\xe9.vtu")
-            with open(mesh, "wb") as file:
-                file.write(TinyVtu().bytes())
-            for command in ("simplify", "check", "info"):
-                output = ["-o", os.path.join(folder, "out.vtu")] if command == "simplify" else []
-                result = subprocess.run([COMMAND, command, mesh, *output, "--quiet", "--report", "-"], capture_output=True)
-                self.assertEqual((result.returncode, result.stderr), (0, b""), command)
-                self.assertIn("caf", json.loads(result.stdout).__repr__())
+        mesh = self.write(TinyVtu(), "caf\udce9.vtu")  # the byte 0xe9
+        for name, *output in (("simplify", "-o", self.folder / "out.vtu"), ("check",), ("info",)):
+            result = finish(name, mesh, *output, "--quiet", "--report", "-")
+            self.assertEqual((result.returncode, result.stderr), (0, b""), name)
+            self.assertIn("caf", repr(json.loads(result.stdout)))
 
     def test_wrong_usage_says_whose_help_says_more(self):
         for arguments, message in ((["simplfy", "a.vtu"], b"there is no command \"simplfy\"; see 'tetfusion --help'"),
@@ -295,14 +271,14 @@ class BadInputs(unittest.TestCase):
                                     b"--tets is given more than once: give it once; see 'tetfusion simplify --help'"),
                                    (["simplify", "--no-such-option"], b"see 'tetfusion simplify --help'"),
                                    ([], b"see 'tetfusion --help'")):
-            result = subprocess.run([COMMAND, *arguments], capture_output=True, timeout=60)
+            result = finish(*arguments)
             self.assertEqual(result.returncode, USAGE, arguments)
             self.assertIn(message, result.stderr)
 
     def test_wrong_usage_of_the_command(self):
         for arguments in ([], ["frobnicate"], ["simplify"], ["simplify", "a.vtu"], ["check"], ["info"],
                           ["convert", "a.vtu"], ["generate", "six", "-o", "a.vtu"]):
-            result = subprocess.run([COMMAND, *arguments], capture_output=True, timeout=60)
+            result = finish(*arguments)
             self.assertEqual(result.returncode, USAGE, arguments)
             self.assertIn(b"tetfusion: error: ", result.stderr)
             self.assertIn(b"--help", result.stderr)
@@ -318,5 +294,4 @@ for case_number, bad_case in enumerate(CASES):
     add_case(case_number, bad_case)
 
 if __name__ == "__main__":
-    COMMAND = sys.argv.pop(1)
-    unittest.main()
+    main()

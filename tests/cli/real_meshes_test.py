@@ -3,58 +3,47 @@
 the project, and by `tetfusion check`. Usage: real_meshes_test.py TETFUSION DATA_FOLDER
 Without the data folder the tests are skipped."""
 import hashlib
-import json
 import pathlib
 import subprocess
 import sys
-import tempfile
-import unittest
 
-COMMAND = DATA = None
+from harness import FolderTest, finish, main, report_of, run
+
+DATA = None
 CHECKER = pathlib.Path(__file__).parent.parent / "support" / "independent_check.py"
 # name, least reduction in percent with the rules vertices and tets, stretch 5, tolerance off
 MESHES = {"spx": (25, 5), "bluntfin": (40, 30), "quake_sf10": (20, 5), "disk_out_ref": (25, 10), "can": (1, 0),
           "polyfem_cubes": (5, 0), "pylith_crustal": (10, 0)}
 
 
-def run(*arguments, code=0):
-    result = subprocess.run([COMMAND, *map(str, arguments)], capture_output=True, timeout=300)
-    if result.returncode != code:
-        raise AssertionError(f"{arguments}: exit code {result.returncode}\n{result.stderr.decode()}")
-    return result.stdout
-
-
 def digest(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-class RealMeshes(unittest.TestCase):
+class RealMeshes(FolderTest):
     def setUp(self):
         if not DATA.is_dir():
             self.skipTest(f"{DATA} is not there")
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
+        super().setUp()
 
     def check_result(self, mesh, out):
         judged = subprocess.run([sys.executable, CHECKER, mesh, out], capture_output=True)
         self.assertEqual(judged.returncode, 0, judged.stdout.decode() + judged.stderr.decode())
 
     def simplify(self, mesh, *options):
-        out, report = self.folder / f"{mesh.stem}_small.vtu", self.folder / "report.json"
-        run("simplify", mesh, "-o", out, "--method", "tetfuse", "--quiet", "--report", report, *options)
-        return out, json.loads(report.read_text())
+        out = self.folder / f"{mesh.stem}_small.vtu"
+        return out, report_of("simplify", mesh, "-o", out, "--method", "tetfuse", "--quiet", *options)
 
     def test_every_mesh_under_both_rules(self):
         for name, least in MESHES.items():
             mesh = DATA / f"{name}.vtu"
-            before = json.loads(run("check", mesh, "--quiet", "--report", "-", code=1 if name == "can" else 0))
+            before = report_of("check", mesh, "--quiet", code=1 if name == "can" else 0)
             for rule, reduction in zip(("vertices", "tets"), least):
                 with self.subTest(mesh=name, rule=rule):
                     out, report = self.simplify(mesh, "--boundary-rule", rule, "--scalar-tolerance", "off")
                     self.assertGreaterEqual(100 * report["reduction"], reduction)
                     self.check_result(mesh, out)
-                    after = json.loads(run("check", out, "--quiet", "--report", "-", code=1 if name == "can" else 0))
+                    after = report_of("check", out, "--quiet", code=1 if name == "can" else 0)
                     self.assertEqual(after["boundary_triangles"], before["boundary_triangles"])
                     self.assertLessEqual(abs(after["volume"] / before["volume"] - 1), 1e-12)
                     for count in ("inverted", "degenerate", "duplicate_tets", "nonconforming_faces", "nonmanifold_edges"):
@@ -63,9 +52,9 @@ class RealMeshes(unittest.TestCase):
                     self.assertEqual(report["output"]["boundary_triangles"], after["boundary_triangles"])
 
     def test_known_facts(self):
-        can = json.loads(run("check", DATA / "can.vtu", "--quiet", "--report", "-", code=1))
+        can = report_of("check", DATA / "can.vtu", "--quiet", code=1)
         self.assertEqual((can["inverted"], can["foldover_faces"]), (77, 161))
-        fin = json.loads(run("check", DATA / "bluntfin.vtu", "--quiet", "--report", "-"))
+        fin = report_of("check", DATA / "bluntfin.vtu", "--quiet")
         self.assertEqual((fin["degenerate"], fin["tets"], fin["points"]), (77, 187395, 40960))
         run("check", DATA / "bluntfin.vtu", "--quiet", "--strict", code=1)
 
@@ -83,19 +72,18 @@ class RealMeshes(unittest.TestCase):
         outside = 0
         for name, array, error, distance in (("spx", "scalars", "1%", "0.5%"), ("disk_out_ref", "Temp", "5%", "2%"),
                                              ("bluntfin", "Density", "1%", "0.5%")):
-            mesh, out, report = DATA / f"{name}.vtu", self.folder / "out.vtu", self.folder / "compare.json"
+            mesh, out = DATA / f"{name}.vtu", self.folder / "out.vtu"
             with self.subTest(mesh=name):
                 run("simplify", mesh, "-o", out, "--array", array, "--max-error", error, "--boundary", distance, "--quiet")
-                run("compare", mesh, out, "--array", array, "--max-error", error, "--quiet", "--report", report)
-                outside += json.loads(report.read_text())["outside_points"]
+                outside += report_of("compare", mesh, out, "--array", array, "--max-error", error, "--quiet")["outside_points"]
         self.assertGreater(outside, 500)
 
     def test_thin_walls_are_simplified_too(self):
         for name, reduction, distance, most in (("spx", "80%", "1%", 2600), ("can", "90%", "0.5%", 9500)):
-            mesh, out, report = DATA / f"{name}.vtu", self.folder / "out.vtu", self.folder / "report.json"
+            mesh, out = DATA / f"{name}.vtu", self.folder / "out.vtu"
             with self.subTest(mesh=name):
-                run("simplify", mesh, "-o", out, "--reduction", reduction, "--boundary", distance, "--verify", "--quiet", "--report", report)
-                self.assertLessEqual(json.loads(report.read_text())["output"]["tets"], most)
+                report = report_of("simplify", mesh, "-o", out, "--reduction", reduction, "--boundary", distance, "--verify", "--quiet")
+                self.assertLessEqual(report["output"]["tets"], most)
                 run("compare", mesh, out, "--surface", distance, "--quiet")
 
     def test_a_goal_out_of_reach(self):
@@ -103,17 +91,16 @@ class RealMeshes(unittest.TestCase):
         run("simplify", mesh, "-o", out, "--reduction", "95%", "--quiet")
         self.assertTrue(out.exists())
         out.unlink()
-        run("simplify", mesh, "-o", out, "--reduction", "95%", "--quiet", "--strict", code=6)
+        self.assertEqual(finish("simplify", mesh, "-o", out, "--reduction", "95%", "--quiet", "--strict").returncode, 6)
         self.assertTrue(out.exists())
 
     def test_levels(self):
-        pattern, report = self.folder / "lod_{lod}.vtu", self.folder / "report.json"
-        run("simplify", DATA / "bluntfin.vtu", "-o", pattern, "--lods", "10%,20%,30%", "--quiet", "--report", report)
-        outputs = json.loads(report.read_text())["outputs"]
+        outputs = report_of("simplify", DATA / "bluntfin.vtu", "-o", self.folder / "lod_{lod}.vtu", "--lods", "10%,20%,30%",
+                            "--quiet")["outputs"]
         self.assertEqual([pathlib.Path(o).name for o in outputs], ["lod_1.vtu", "lod_2.vtu", "lod_3.vtu"])
         for level, output in enumerate(outputs, 1):
             self.check_result(DATA / "bluntfin.vtu", pathlib.Path(output))
-            tets = json.loads(run("check", output, "--quiet", "--report", "-"))["tets"]
+            tets = report_of("check", output, "--quiet")["tets"]
             goal = 187395 * (1 - 0.1 * level)
             self.assertTrue(goal - 1 <= tets < goal + 60, (level, tets))
 
@@ -139,7 +126,7 @@ class RealMeshes(unittest.TestCase):
 
     def test_pipes(self):
         mesh = (DATA / "spx.vtu").read_bytes()
-        piped = subprocess.run([COMMAND, "simplify", "-", "-o", "-", "--method", "tetfuse", "--quiet"], input=mesh, capture_output=True, check=True)
+        piped = finish("simplify", "-", "-o", "-", "--method", "tetfuse", "--quiet", input=mesh)
         out, _ = self.simplify(DATA / "spx.vtu")
         self.assertEqual(hashlib.sha256(piped.stdout).hexdigest(), digest(out))
         self.assertEqual(piped.stderr, b"")
@@ -199,7 +186,7 @@ class RealMeshes(unittest.TestCase):
 
         for name, array in (("spx", "scalars"), ("disk_out_ref", "V")):
             out, _ = self.simplify(DATA / f"{name}.vtu", "--scalar-tolerance", "5%")
-            report = json.loads(run("compare", DATA / f"{name}.vtu", out, "--report", "-"))
+            report = report_of("compare", DATA / f"{name}.vtu", out)
             self.assertEqual((report["surface"]["identical"], report["outside_points"]), (True, 0))
             found = next(a for a in report["arrays"] if a["name"] == array)
             original = raw_vtu.read(DATA / f"{name}.vtu")
@@ -214,10 +201,10 @@ class RealMeshes(unittest.TestCase):
         for name in MESHES:
             with self.subTest(mesh=name):
                 mesh = DATA / f"{name}.vtu"
-                same = json.loads(run("compare", mesh, mesh, "--report", "-", "--max-error", "0", "--surface", "0"))
+                same = report_of("compare", mesh, mesh, "--max-error", "0", "--surface", "0")
                 self.assertEqual((same["outside_points"], same["volume_change"]), (0, 0))
                 out, _ = self.simplify(mesh)
-                report = json.loads(run("compare", mesh, out, "--report", "-", "--surface", "0"))
+                report = report_of("compare", mesh, out, "--surface", "0")
                 self.assertTrue(report["surface"]["identical"])
                 self.assertEqual((report["outside_points"], report["missing_arrays"], report["retyped_arrays"]), (0, [], []))
                 self.assertLess(abs(report["volume_change"]), 1e-12)
@@ -227,6 +214,5 @@ class RealMeshes(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    COMMAND = sys.argv.pop(1)
-    DATA = pathlib.Path(sys.argv.pop(1))
-    unittest.main()
+    DATA = pathlib.Path(sys.argv.pop(2))
+    main()
