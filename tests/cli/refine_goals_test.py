@@ -4,21 +4,11 @@ import numpy as np
 
 from harness import USAGE, FolderTest, finish, main, report_of, run
 from independent_check import Vtu
+from roi_test import BOX, SPHERE, in_box, in_sphere
 from tiny_vtu import TinyVtu
 
-BOX = "box=0.1,0.4,0.2,0.6,0,0.5"
-SPHERE = "sphere=0.5,0.5,0.5,0.15"
 
-
-def in_box(mesh):
-    return ((mesh.points >= [0.1, 0.2, 0]) & (mesh.points <= [0.4, 0.6, 0.5])).all(axis=1)
-
-
-def in_sphere(mesh):
-    return ((mesh.points - [0.5, 0.5, 0.5]) ** 2).sum(axis=1) <= 0.15 ** 2
-
-
-def is_above(mesh):
+def is_below(mesh):
     return mesh.arrays["point"]["front"][-1].ravel() < 0.9
 
 
@@ -99,7 +89,7 @@ class Goals(FolderTest):
         for options in (["--reduction", "90%"], ["--reduction", "90%", "--boundary", "1%"], ["--method", "tetfuse"]):
             back = self.simplify(path, *options, "--chunk-tets", "9k")
             base = Vtu(self.folder / "out.vtu")
-            for inside, text in ((in_box, BOX), (in_sphere, SPHERE), (is_above, "front<0.9")):
+            for inside, text in ((in_box, BOX), (in_sphere, SPHERE), (is_below, "front<0.9")):
                 report, level = self.refine(back, "--roi", text)
                 expected = inside(original)
                 self.assertEqual(report["region"]["points"], expected.sum())

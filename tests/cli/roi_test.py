@@ -6,6 +6,8 @@ from harness import BAD, USAGE, FolderTest, finish, main, report_of, run
 from independent_check import Vtu
 from tiny_vtu import TinyVtu
 
+BOX, SPHERE = "box=0.1,0.4,0.2,0.6,0,0.5", "sphere=0.5,0.5,0.5,0.25"
+
 
 def cells_inside(mesh, inside):
     """The corners of tetrahedra all of whose points are inside, in an order of their own."""
@@ -37,7 +39,7 @@ class RegionOfInterest(FolderTest):
         original = Vtu(path)
         options = ("--reduction", "80%", "--chunk-tets", "9k", "--threads", "2")
         without, _ = self.simplify(path, *options)
-        for inside, text in ((in_box, "box=0.1,0.4,0.2,0.6,0,0.5"), (in_sphere, "sphere=0.5,0.5,0.5,0.25"), (is_above, "front>0.8")):
+        for inside, text in ((in_box, BOX), (in_sphere, SPHERE), (is_above, "front>0.8")):
             mesh, _ = self.simplify(path, *options, "--roi", text)
             expected = cells_inside(original, inside)
             self.assertGreater(len(expected), 1000, text)
@@ -47,7 +49,7 @@ class RegionOfInterest(FolderTest):
     def test_several(self):
         path = self.generate("--jitter", "0.5", "--double", tets="40k")
         original = Vtu(path)
-        mesh, _ = self.simplify(path, "--method", "tetfuse", "--roi", "box=0.1,0.4,0.2,0.6,0,0.5", "--roi", "sphere=0.5,0.5,0.5,0.25")
+        mesh, _ = self.simplify(path, "--method", "tetfuse", "--roi", BOX, "--roi", SPHERE)
         for inside in (in_box, in_sphere):
             self.assertLessEqual(set(cells_inside(original, inside)), set(cells_inside(mesh, inside)))
 
