@@ -142,6 +142,13 @@ class Report(FolderTest):
             self.assertEqual((level["tets"], level["points"]), (len(mesh.tets), len(mesh.points)))
         self.assertEqual(report["levels"][-1], report["output"])
 
+    def test_a_number_of_levels_is_spaced_geometrically(self):
+        path = self.generate()
+        report = report_of("simplify", path, "-o", self.folder / "lod_{lod}.vtu", "--lods", "3", "--reduction", "48.8%")
+        self.assertEqual(self.files(), ["generated.vtu", "lod_1.vtu", "lod_2.vtu", "lod_3.vtu"])
+        left = [level["tets"] / report["input"]["tets"] for level in report["levels"]]
+        np.testing.assert_allclose(left, [0.8, 0.8**2, 0.8**3], atol=0.001)
+
     def test_verbose_says_time_and_memory(self):
         path, out = self.generate(), self.folder / "out.vtu"
         for arguments in (["simplify", path, "-o", out], ["info", path], ["check", path], ["convert", path, out],
