@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Interruption, and disks too small. Usage: trouble_test.py TETFUSION"""
+import itertools
 import resource
 import signal
 import subprocess
@@ -13,16 +14,17 @@ class Trouble(FolderTest):
     TETS = "1M"
 
     def test_ctrl_c(self):
+        """SIGTERM and SIGHUP are the same; each has its turn."""
         mesh, out = self.generate("--shuffle", tets=self.TETS), self.folder / "out.vtu"
         jobs = [(["simplify", mesh, "-o", out, "--encoding", "ascii", "--reduction", "10%"], phase)
                 for phase in ("reading", "assembling", "fusing", "writing")]
         jobs += [(["convert", mesh, out, "--encoding", "ascii"], phase) for phase in ("reading", "writing")]
         jobs += [(["check", mesh], "reading"), (["info", mesh], "reading"),
                  (["generate", "five", "--tets", "20M", "-o", out], "writing")]
-        for arguments, phase in jobs:
-            with self.subTest(command=arguments[0], phase=phase):
+        for (arguments, phase), by in zip(jobs, itertools.cycle((signal.SIGINT, signal.SIGTERM, signal.SIGHUP))):
+            with self.subTest(command=arguments[0], phase=phase, by=by):
                 process = self.start(*arguments, until=phase)
-                process.send_signal(signal.SIGINT)
+                process.send_signal(by)
                 code, message = self.end(process)
                 self.assertEqual(code, INTERRUPTED, message)
                 self.assertIn("interrupted", message)
