@@ -22,24 +22,18 @@ namespace tetfusion {
 
 namespace {
 
-// As the file has it; no time: it has none.
-struct Entry {
-  std::string path;
-  std::optional<double> time;
-};
-
 [[noreturn]] void fail(const MappedFile& file, const std::string& what) {
   throw Error(ErrorCode::kBadInput, file.path() + ": " + what);
 }
 
-std::vector<Entry> read_pvd(const MappedFile& file) {
+std::vector<ListedStep> read_pvd(const MappedFile& file) {
   const pugi::xml_document document = parse_list(file);
   const auto list = document.child("VTKFile").child("Collection");
   if (!list) fail(file, "there is no <Collection>: this is no .pvd file");
-  std::vector<Entry> entries;
+  std::vector<ListedStep> entries;
   for (const pugi::xml_node node : list.children("DataSet")) {
     const std::string number = fmt::format("DataSet {}", entries.size());
-    Entry entry{listed_path(file.path(), number, node.attribute("file").value()), {}};
+    ListedStep entry{{}, listed_path(file.path(), number, node.attribute("file").value())};
     if (const pugi::xml_attribute time = node.attribute("timestep")) {
       entry.time = parse_number(time.value());
       if (!entry.time) {
@@ -51,20 +45,20 @@ std::vector<Entry> read_pvd(const MappedFile& file) {
   return entries;
 }
 
-std::vector<Entry> read_json(const MappedFile& file) {
+std::vector<ListedStep> read_json(const MappedFile& file) {
   const auto* const text = reinterpret_cast<const char*>(file.bytes().data());
   const auto json = nlohmann::json::parse(text, text + file.size(), nullptr, false);
   file.check();
   if (!json.is_object() || !json.contains("files") || !json["files"].is_array()) {
     fail(file, "there is no list \"files\": this is no list of a series");
   }
-  std::vector<Entry> entries;
+  std::vector<ListedStep> entries;
   for (const auto& item : json["files"]) {
     const std::string number = fmt::format("file {}", entries.size());
     if (!item.is_object() || !item.contains("name") || !item["name"].is_string()) {
       fail(file, number + " has no name");
     }
-    Entry entry{listed_path(file.path(), number, item["name"].get<std::string>()), {}};
+    ListedStep entry{{}, listed_path(file.path(), number, item["name"].get<std::string>())};
     if (item.contains("time")) {
       if (!item["time"].is_number()) fail(file, number + ": the time is no number");
       entry.time = item["time"].get<double>();
@@ -84,18 +78,13 @@ bool is_list_name(const std::string& path) {
 
 std::vector<ListedStep> read_series_list(const std::string& path) {
   const MappedFile file = MappedFile::open(path);
-  const std::vector<Entry> entries = is_pvd_name(path) ? read_pvd(file) : read_json(file);
-  if (entries.empty()) fail(file, "it names no file");
-  const auto without =
-      std::find_if(entries.begin(), entries.end(), [](const Entry& e) { return !e.time; });
-  const bool any_time = std::any_of(entries.begin(), entries.end(),
-                                    [](const Entry& e) { return e.time.has_value(); });
-  if (any_time && without != entries.end()) {
+  std::vector<ListedStep> steps = is_pvd_name(path) ? read_pvd(file) : read_json(file);
+  if (steps.empty()) fail(file, "it names no file");
+  const auto has_time = [](const ListedStep& step) { return step.time.has_value(); };
+  if (std::none_of(steps.begin(), steps.end(), has_time)) return steps;
+  const auto without = std::find_if_not(steps.begin(), steps.end(), has_time);
+  if (without != steps.end()) {
     fail(file, fmt::format("{} has no time, but others have", without->path));
-  }
-  std::vector<ListedStep> steps;
-  for (const Entry& e : entries) {
-    steps.push_back({e.time.value_or(static_cast<double>(steps.size())), e.path});
   }
   std::stable_sort(steps.begin(), steps.end(),
                    [](const ListedStep& a, const ListedStep& b) { return a.time < b.time; });
@@ -106,7 +95,7 @@ std::vector<ListedStep> read_series_list(const std::string& path) {
     fail(file,
          fmt::format("there are several files for the time {}: a step must be one file, a .pvtu if "
                      "it has several parts",
-                     twin->time));
+                     *twin->time));
   }
   return steps;
 }
@@ -114,11 +103,12 @@ std::vector<ListedStep> read_series_list(const std::string& path) {
 void write_pvd(const std::string& path, const std::vector<ListedStep>& steps) {
   const auto folder = std::filesystem::absolute(path).lexically_normal().parent_path();
   std::string text = vtk_file_tag("Collection", "") + "<Collection>\n";
-  for (const ListedStep& step : steps) {
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const ListedStep& step = steps[i];
     const auto file =
         std::filesystem::absolute(step.path).lexically_normal().lexically_relative(folder);
-    text += fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", step.time,
-                        xml_escape(file.string()));
+    text += fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n",
+                        step.time.value_or(static_cast<double>(i)), xml_escape(file.string()));
   }
   text += "</Collection>\n</VTKFile>\n";
   OutputFile file(path);

@@ -28,9 +28,10 @@ BoundSearch::BoundSearch(bool has_goal, std::size_t steps) : steps_(steps), shar
   sums_.sums = has_goal ? kFewSums : kManySums;
 }
 
-BoundSearch::Next BoundSearch::after(int tries, double used, bool goal_was_reached,
+BoundSearch::Next BoundSearch::after(int tries, const Worst& worst, bool goal_was_reached,
                                      const RunContext& context) {
-  if (used > 1) return tighten(tries, used, context);
+  const double used = worst.used;
+  if (used > 1) return tighten(tries, worst, context);
   const bool was_too_little = used > 0 && used < kNear;
   if (!was_too_little || was_too_much_ || goal_was_reached || loosened_ == kMoreTries) {
     return Next::kDone;
@@ -44,18 +45,16 @@ BoundSearch::Next BoundSearch::after(int tries, double used, bool goal_was_reach
   return Next::kAgain;
 }
 
-BoundSearch::Next BoundSearch::tighten(int tries, double used, const RunContext& context) {
+BoundSearch::Next BoundSearch::tighten(int tries, const Worst& worst, const RunContext& context) {
   if (tries >= kMostTries) {
     throw Error(ErrorCode::kBroken,
-                fmt::format("the bound on the error could not be kept at all steps: in one it "
-                            "is exceeded by {:.3g} %; nothing was written. Give a larger "
-                            "--max-error, or --series each",
-                            100 * (used - 1)));
+                fmt::format("the bound on the error could not be kept at all steps: {}; nothing "
+                            "was written. Give a larger --max-error, or --series each",
+                            worst.what));
   }
   const bool few = sums_.sums < std::min(kManySums, steps_);
-  context.say(
-      fmt::format("a step is off by {:.3g} times the bound: once more, with {} sums of steps", used,
-                  few ? "more" : "a tighter one for the"));
+  context.say(fmt::format("{}: once more, with {} sums of steps", worst.what,
+                          few ? "more" : "a tighter bound for the"));
   // Where steps cancel in their sums a tighter bound does not help for ever.
   const bool others = few || was_too_much_;
   if (others) sums_ = {kManySums, few ? 0 : static_cast<std::uint64_t>(tries)};

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "base/run_context.h"
 #include "series/combined_fields.h"
@@ -23,13 +24,18 @@ class BoundSearch {
     kAgain,      // with another share
     kOtherSums,  // with other sums, too
   };
-  // After the simplification number `tries`, counted from 1 with those that had no bound, in which
-  // the worst step has used so much of its bound: 1 is all of it, 0 that nothing is bounded. Says
-  // why there is to be another one. Throws Error(kBroken) where there have been too many.
-  Next after(int tries, double used, bool goal_was_reached, const RunContext& context);
+  // How much of its bound the worst step has used: 1 is all of it, 0 that nothing is bounded; and
+  // what that is, as a sentence.
+  struct Worst {
+    double used = 0;
+    std::string what = {};
+  };
+  // After the simplification number `tries`, counted from 1 with those that had no bound. Says why
+  // there is to be another one. Throws Error(kBroken) where there have been too many.
+  Next after(int tries, const Worst& worst, bool goal_was_reached, const RunContext& context);
 
  private:
-  Next tighten(int tries, double used, const RunContext& context);
+  Next tighten(int tries, const Worst& worst, const RunContext& context);
 
   const std::size_t steps_;
   CombinedFields::Settings sums_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
 #include "compare/measure.h"
@@ -112,8 +113,8 @@ void CombinedFields::add(std::size_t step, const MeshDescription& mesh, const Me
     const std::size_t field = a * sums_ + sum_of(step);
     const Source source = find(arrays_[a], infos_[field].components, mesh);
     const double range = measure(source, stream, context);
-    if (!(range > 0)) continue;
-    const double factor = sign_of(step, way_) / range;
+    // A field without a range may still have points without a value, which are to have none.
+    const double factor = range > 0 ? sign_of(step, way_) / range : 0;
     Vector<double> sums;
     for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
       const Vector<double> rows = read_rows(stream, source.index, source.info, first, count);
@@ -140,6 +141,29 @@ void CombinedFields::finish(const RunContext& context) {
     });
     ranges_[f] = all.diagonal();
   }
+  for (std::size_t f = 0; f < infos_.size(); ++f) {
+    const auto it = std::find_if(ranges_.begin(), ranges_.end(), [](double r) { return r > 0; });
+    if (ranges_[f] > 0 || it == ranges_.end()) continue;
+    take_gaps(f, static_cast<std::size_t>(it - ranges_.begin()), context);
+  }
+}
+
+// A field without a range steers nothing, but where it has no value there is to be none.
+void CombinedFields::take_gaps(std::size_t from, std::size_t to, const RunContext& context) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const std::size_t width = infos_[from].components, to_width = infos_[to].components;
+  Vector<double> rows, to_rows;
+  for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
+    rows.resize(count * width);
+    to_rows.resize(count * to_width);
+    file_->read(offset(from, first), std::as_writable_bytes(std::span(rows)));
+    file_->read(offset(to, first), std::as_writable_bytes(std::span(to_rows)));
+    for (std::uint64_t i = 0; i < count; ++i) {
+      if (all_finite(rows.data() + i * width, width)) continue;
+      std::fill_n(to_rows.data() + i * to_width, to_width, kNone);
+    }
+    file_->write(offset(to, first), std::as_bytes(std::span(to_rows)));
+  });
 }
 
 void CombinedFields::read(std::size_t field, std::uint64_t first, std::span<std::byte> out) const {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 #include <span>
-#include <stdexcept>
 #include <utility>
 
 #include "base/mix.h"
@@ -47,70 +46,68 @@ void for_each_window(const ArrayInfo& info, std::size_t index, std::uint64_t cel
 
 }  // namespace
 
-CombinedRegions::CombinedRegions(const std::string& folder, const MeshDescription& first,
-                                 std::uint64_t cells, const std::vector<std::size_t>& arrays) {
-  for (const std::size_t i : arrays) {
-    labels_.push_back({first.cell_data.arrays[i].name, {folder, cells}, 0, false});
+// What is one in the first step is one in each.
+bool CombinedRegions::is_region(const ArrayInfo& array) {
+  if (!can_be_region(array)) return false;
+  if (names_) return std::find(names_->begin(), names_->end(), array.name) != names_->end();
+  if (looks_like_region(array)) return true;
+  const std::lock_guard lock(mutex_);
+  const auto it = labels_.find(array.name);
+  return it != labels_.end() && it->second.print;
+}
+
+void CombinedRegions::add(std::uint64_t step, const MeshDescription& mesh, const MeshStream& stream,
+                          const RunContext& context) {
+  for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
+    const ArrayInfo& array = mesh.cell_data.arrays[i];
+    if (is_region(array)) {
+      add(step, array, i, stream, context);
+    }
   }
 }
 
 // A step with the values of the first one tells nothing new. Of any other one each value is added,
 // mixed with the step's number: the sums are the same in whatever order steps come.
-void CombinedRegions::add(std::uint64_t step, const MeshDescription& mesh, const MeshStream& stream,
-                          const RunContext& context) {
-  for (Labels& labels : labels_) {
-    const std::size_t index = mesh.cell_data.find(labels.name);
-    if (index == AttributeSet::npos || !can_be_region(mesh.cell_data.arrays[index])) continue;
-    const ArrayInfo& info = mesh.cell_data.arrays[index];
-    const std::uint64_t cells = labels.of_cells.size();
-    std::uint64_t print = 0;
-    for_each_window(info, index, cells, stream, context, [&](std::uint64_t, const auto& values) {
-      print = checksum(std::as_bytes(std::span(values)), print);
+void CombinedRegions::add(std::uint64_t step, const ArrayInfo& info, std::size_t index,
+                          const MeshStream& stream, const RunContext& context) {
+  std::uint64_t print = 0;
+  for_each_window(info, index, cells_, stream, context, [&](std::uint64_t, const auto& values) {
+    print = checksum(std::as_bytes(std::span(values)), print);
+  });
+  const std::lock_guard lock(mutex_);
+  auto it = labels_.find(info.name);
+  if (it == labels_.end()) it = labels_.emplace(info.name, Labels{{folder_, cells_}}).first;
+  Labels& labels = it->second;
+  if (step == 0) labels.print = print;
+  if (step != 0 && print == labels.print) return;
+  labels.changes |= step != 0;
+  const auto add = [&](std::uint64_t first, const auto& values) {
+    for_each_block(values.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        labels.of_cells[first + i] += mix(values[i] ^ mix(step));
+      }
     });
-    if (step == 0) labels.print = print;
-    if (step != 0 && print == labels.print) continue;
-    const std::lock_guard lock(mutex_);
-    labels.changes |= step != 0;
-    const auto add = [&](std::uint64_t first, const auto& values) {
-      for_each_block(values.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          labels.of_cells[first + i] += mix(values[i] ^ mix(step));
-        }
-      });
-      labels.of_cells.let_go();
-    };
-    for_each_window(info, index, cells, stream, context, add);
-  }
+    labels.of_cells.let_go();
+  };
+  for_each_window(info, index, cells_, stream, context, add);
 }
 
 std::vector<std::string> CombinedRegions::changing() const {
   std::vector<std::string> names;
-  for (const Labels& labels : labels_) {
-    if (labels.changes) names.push_back(labels.name);
+  for (const auto& [name, labels] : labels_) {
+    if (labels.changes) names.push_back(name);
   }
   return names;
 }
 
 bool CombinedRegions::changes(const std::string& array) const {
-  return std::any_of(labels_.begin(), labels_.end(),
-                     [&](const Labels& labels) { return labels.name == array && labels.changes; });
-}
-
-bool CombinedRegions::has(const std::string& array) const {
-  return std::any_of(labels_.begin(), labels_.end(),
-                     [&](const Labels& labels) { return labels.name == array; });
-}
-
-const CombinedRegions::Labels& CombinedRegions::find(const std::string& array) const {
-  const auto it = std::find_if(labels_.begin(), labels_.end(),
-                               [&](const Labels& labels) { return labels.name == array; });
-  if (it == labels_.end()) throw std::logic_error("no labels of " + array);
-  return *it;
+  const auto it = labels_.find(array);
+  return it != labels_.end() && it->second.changes;
 }
 
 void CombinedRegions::read(const std::string& array, std::uint64_t first,
                            std::span<std::byte> out) const {
-  const Labels& labels = find(array);
+  const Labels& labels = labels_.at(array);
   std::memcpy(out.data(), labels.of_cells.data() + first, out.size());
   labels.of_cells.let_go();
 }

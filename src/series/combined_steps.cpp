@@ -30,6 +30,7 @@ CombinedSteps::CombinedSteps(const BehaviourOptions& behaviour, const StepFiles&
            context.report("reading steps", 0, 0.2, seen++, files.count());
            look_at(i, mesh, stream);
          });
+  require_regions();
   say_which_regions_change();
 }
 
@@ -42,8 +43,8 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   at_once_ = stream->streams_from_disk() && thread_count() > 1 ? 2 : 1;
   is_to_compare_ = stream->streams_from_disk() && !files_.are_one_mesh();
   arrays_ = choose_steering(mesh, options_.arrays);
+  regions_.emplace(folder_, stream->cells(), options_.regions);
   // Names that are none are refused here, where the mesh has its own arrays.
-  regions_.emplace(folder_, mesh, stream->cells(), choose_regions(mesh, options_.regions));
   static_cast<void>(weight_column(options_.weight, mesh, CarriedArrays(mesh)));
   if (options_.arrays.empty() && !arrays_.empty()) {
     say_what_steers({arrays_[0].name}, mesh, context_);
@@ -72,6 +73,13 @@ void CombinedSteps::look_at(std::size_t i, const MeshDescription& mesh, const Me
   }
   interest_->add(mesh, stream, context_);
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
+}
+
+void CombinedSteps::require_regions() const {
+  if (!options_.regions) return;
+  for (const std::string& name : *options_.regions) {
+    if (!regions_->has(name)) choose_regions(files_.open(0)->description(), {{name}});
+  }
 }
 
 void CombinedSteps::say_which_regions_change() const {
@@ -152,12 +160,14 @@ std::unique_ptr<MeshSource> CombinedSteps::mesh() const {
     if (is_float(info.type) && !is_weight && !regions_->has(info.name)) continue;
     if (!regions_->changes(info.name)) {
       arrays.cells.push_back(own_array(mesh, Association::kCell, i));
-      continue;
     }
+  }
+  for (const std::string& name : regions_->changing()) {
     arrays.cells.push_back(
-        {{info.name, ValueType::kInt64, 1, {}, info.tuples},
-         [this, name = info.name](const MeshStream&, std::uint64_t first,
-                                  std::span<std::byte> out) { regions_->read(name, first, out); }});
+        {{name, ValueType::kInt64, 1, {}, mesh.cells},
+         [this, name](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {
+           regions_->read(name, first, out);
+         }});
   }
   arrays.cells.push_back({cell_numbers_info(mesh),
                           [](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {

@@ -56,6 +56,7 @@ class CombinedSteps {
  private:
   void look_at_first(const CombinedFields::Settings& sums);
   void look_at(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
+  void require_regions() const;
   void say_which_regions_change() const;
   void begin_sums(const MeshDescription& first, const CombinedFields::Settings& sums);
   template <class Look>

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
 #include "base/resources.h"
@@ -61,10 +63,22 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
   return report;
 }
 
-void write_list(const SeriesPlan& plan) {
+// With the steps' times, where they tell them apart; else counted.
+void write_list(const SeriesPlan& plan, const RunContext& context) {
   std::vector<ListedStep> steps;
+  std::set<double> times;
+  bool any = false;
   for (const Step& step : plan.steps) {
-    steps.push_back({step.time.value_or(static_cast<double>(steps.size())), step.output});
+    any = any || step.time.has_value();
+    if (step.time && std::isfinite(*step.time)) times.insert(*step.time);
+    steps.push_back({step.time, step.output});
+  }
+  if (times.size() < steps.size()) {
+    if (any) {
+      context.say(fmt::format("{}: the steps are numbered, as {} do not tell all of them apart",
+                              plan.list, kTimeValue));
+    }
+    for (ListedStep& step : steps) step.time.reset();
   }
   write_pvd(plan.list, steps);
 }
@@ -79,7 +93,7 @@ SeriesReport simplify_series(const SeriesRequest& request, const RunContext& con
   check_options(first);
   SeriesReport report = request.shared ? simplify_shared(request, &plan, context)
                                        : simplify_each(request, &plan, context);
-  if (!plan.list.empty()) write_list(plan);
+  if (!plan.list.empty()) write_list(plan, context);
   report.list = plan.list;
   report.total_seconds = wall_seconds() - start;
   context.report("done", 1);

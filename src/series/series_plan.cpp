@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -32,12 +33,53 @@ bool goes_on(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
+struct Part {
+  std::size_t begin, end;
+};
+
+// The numbers in a name. Where a letter stands before it, a number has no sign and no exponent, nor
+// digits behind a point unless it is 0: part2.0010 is number 10 of part 2.
+std::vector<Part> numbers_in(const std::string& name) {
+  std::vector<Part> numbers;
+  const auto digits_from = [&](std::size_t at) {
+    while (at < name.size() && is_digit(name[at])) ++at;
+    return at;
+  };
+  const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
+  for (std::size_t at = 0; at < name.size();) {
+    if (!is_digit(name[at])) {
+      ++at;
+      continue;
+    }
+    Part number{at, digits_from(at)};
+    const bool is_zero = number.end == at + 1 && name[at] == '0';
+    const bool is_alone =
+        at == 0 || (!is_word(name[at - 1]) &&
+                    (name[at - 1] != '.' || numbers.empty() || numbers.back().end + 1 != at));
+    if (is_alone || is_zero) {
+      const std::size_t after_point = digits_from(number.end + 1);
+      if (number.end < name.size() && name[number.end] == '.' && after_point > number.end + 1) {
+        number.end = after_point;
+      }
+    }
+    if (is_alone) {
+      std::size_t exponent = number.end + 1;
+      if (exponent < name.size() && (name[exponent] == '-' || name[exponent] == '+')) ++exponent;
+      const bool has_e = number.end < name.size() && std::tolower(name[number.end]) == 'e';
+      if (has_e && digits_from(exponent) > exponent) number.end = digits_from(exponent);
+      const bool has_sign = at > 0 && name[at - 1] == '-';
+      if (has_sign && (at == 1 || !is_word(name[at - 2]))) --number.begin;
+    }
+    numbers.push_back(number);
+    at = number.end;
+  }
+  return numbers;
+}
+
 std::string last_number(const std::string& name) {
-  std::size_t end = name.size();
-  while (end > 0 && !is_digit(name[end - 1])) --end;
-  std::size_t begin = end;
-  while (begin > 0 && is_digit(name[begin - 1])) --begin;
-  return name.substr(begin, end - begin);
+  const std::vector<Part> numbers = numbers_in(name);
+  if (numbers.empty()) return "";
+  return name.substr(numbers.back().begin, numbers.back().end - numbers.back().begin);
 }
 
 // What stands between the beginnings and the ends that all names have in common, and what is left
@@ -51,9 +93,14 @@ std::vector<std::string> differences(const std::vector<std::string>& names) {
         std::mismatch(names[0].rbegin(), names[0].rend(), name.rbegin(), name.rend());
     end = std::min(end, static_cast<std::size_t>(starts.first - names[0].rbegin()));
   }
+  for (const std::string& name : names) {
+    for (const Part& number : numbers_in(name)) {
+      const std::size_t from_end = name.size() - number.end;
+      if (number.begin < begin && begin <= number.end) begin = number.begin;
+      if (from_end < end && end <= name.size() - number.begin) end = from_end;
+    }
+  }
   const std::string& any = names[0];
-  while (begin > 0 && is_digit(any[begin - 1])) --begin;
-  while (end > 0 && is_digit(any[any.size() - end])) --end;
   // Whole letters, too: those that differ may begin or end with the same bytes.
   const auto cut = [&](std::size_t from_begin) {
     return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
@@ -87,7 +134,13 @@ std::vector<std::string> names_that_differ(const std::vector<std::string>& paths
 }
 
 bool is_number(const std::string& label) {
-  return !label.empty() && label.size() < 19 && std::all_of(label.begin(), label.end(), is_digit);
+  return label.size() < 19 && parse_number(label).has_value();
+}
+
+// Of a label that is a number, to be compared: whole numbers to the last digit.
+std::pair<double, std::uint64_t> value_of(const std::string& label) {
+  const bool is_whole = std::all_of(label.begin(), label.end(), is_digit);
+  return {*parse_number(label), is_whole ? std::stoull(label) : 0};
 }
 
 std::string with_label(std::string pattern, const std::string& label) {
@@ -140,7 +193,7 @@ void sort_by_number(std::vector<Step>* steps) {
     return;
   }
   std::stable_sort(steps->begin(), steps->end(), [](const Step& a, const Step& b) {
-    return std::stoull(a.label) < std::stoull(b.label);
+    return value_of(a.label) < value_of(b.label);
   });
 }
 
@@ -177,6 +230,11 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
         if (const auto label = label_in(array.name, pattern))
           found.emplace_back(*label, array.name);
       }
+      // Of p_0, p_1 and p_mean the last is no step.
+      const auto is_step = [](const auto& one) { return is_number(one.first); };
+      if (std::any_of(found.begin(), found.end(), is_step)) {
+        std::erase_if(found, [&](const auto& one) { return !is_step(one); });
+      }
       return found;
     };
     auto found = find();
@@ -208,7 +266,8 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
 
 std::vector<Step> find_steps(const std::vector<std::string>& inputs) {
   std::vector<Step> steps;
-  if (inputs.size() == 1 && is_list_name(inputs[0])) {
+  const bool is_list = inputs.size() == 1 && is_list_name(inputs[0]);
+  if (is_list) {
     for (const ListedStep& step : read_series_list(inputs[0]))
       steps.push_back({step.path, "", step.time, "", {}});
   } else {
@@ -218,7 +277,7 @@ std::vector<Step> find_steps(const std::vector<std::string>& inputs) {
   for (const Step& step : steps) paths.push_back(step.input);
   const std::vector<std::string> labels = label_steps(paths);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i].label = labels[i];
-  if (!steps[0].time) sort_by_number(&steps);
+  if (!is_list) sort_by_number(&steps);
   return steps;
 }
 

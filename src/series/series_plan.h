@@ -28,7 +28,8 @@ struct SeriesPlan {
   bool in_one_mesh() const { return !steps[0].arrays.empty(); }
 };
 
-// The labels of files: what differs between their names, whole numbers at least; of a single one
+// The labels of files: what differs between their names, numbers not cut (with sign, digits behind
+// the point and exponent, where these are told from what else may stand there); of a single one
 // the last number in its name. Where that does not tell them apart, or there is none, they are
 // counted from 0.
 std::vector<std::string> label_steps(const std::vector<std::string>& paths);

@@ -54,7 +54,9 @@ class SharedSeries {
   bool tries_without_bounds() const;
   bool has_goal() const { return job_.behaviour.reduction || job_.behaviour.tets; }
   double bound_of(const SteeringChoice& array) const;
-  double fit_steps();
+  BoundSearch::Worst fit_steps();
+  BoundSearch::Worst note_errors(std::size_t step, const std::vector<ArrayFit>& fits,
+                                 const std::vector<MovedArray>& moved);
   void write();
 
   const SimplifyRequest& job_;  // what is asked for each step
@@ -116,10 +118,10 @@ void SharedSeries::simplify_within_bounds() {
   if (simplify_without_bounds()) return;
   for (;;) {
     simplify_once(search_.share());
-    const double used = fit_steps();
+    const BoundSearch::Worst worst = fit_steps();
     const SimplifyReport& run = report_.runs[0];
     const bool reached = run.has_goal && run.stop_reason == StopReason::kGoal;
-    const BoundSearch::Next next = search_.after(report_.tries, used, reached, context_);
+    const BoundSearch::Next next = search_.after(report_.tries, worst, reached, context_);
     if (next == BoundSearch::Next::kDone) return;
     if (next == BoundSearch::Next::kOtherSums) steps_->add_up_again(search_.sums(), at_once_);
   }
@@ -131,7 +133,7 @@ bool SharedSeries::simplify_without_bounds() {
   if (!tries_without_bounds()) return false;
   try {
     simplify_once(std::nullopt);
-    if (fit_steps() <= 1) return true;
+    if (fit_steps().used <= 1) return true;
   } catch (const OutOfReach&) {  // nothing was written
   }
   context_.say("the goal alone would break the bound on the error: once more, with bounds");
@@ -201,35 +203,51 @@ double SharedSeries::bound_of(const SteeringChoice& array) const {
   return array.tolerance.value_or(limits.max_error);
 }
 
-// Fits the values of the arrays that steer to each step, puts them aside, and returns the largest
-// error, as a share of its bound; 0 where there is none.
-double SharedSeries::fit_steps() {
+// Fits the values of the arrays that steer to each step, and puts them aside.
+BoundSearch::Worst SharedSeries::fit_steps() {
   if (!have_room_for_two(*map_, files_.open(0)->description(), job_.performance.memory)) {
     at_once_ = 1;
   }
-  if (steps_->arrays().empty()) return 0;
+  if (steps_->arrays().empty()) return {};
   std::vector<ArrayFit> fits;
   for (const SteeringChoice& a : steps_->arrays()) fits.push_back({a.name, bound_of(a)});
   fitted_.emplace(folder_.path(), *map_, fits, files_.open(0)->description(), files_.count());
   const RunContext context = part_of_run(context_, 0.6, 0.7);
   RunContext quiet = context;
   quiet.progress = {};
-  std::vector<double> used(files_.count(), 0);
+  std::vector<BoundSearch::Worst> worst(files_.count());
   std::atomic<std::size_t> done{0};
   run_tasks_with_loops(files_.count(), at_once_, [&](std::size_t i) {
-    report_.steps[i].arrays.clear();
-    const std::vector<MovedArray> moved = fitted_->add(i, files_.open(i).get(), quiet);
-    for (std::size_t a = 0; a < moved.size(); ++a) {
-      const std::string& name =
-          files_.are_one_mesh() ? files_[i].arrays.at(fits[a].name) : fits[a].name;
-      report_.steps[i].arrays.push_back({name, moved[a].rms, moved[a].max, moved[a].max_at});
-      if (fits[a].bound == kInfinity || !is_float(moved[a].array.info.type)) continue;
-      used[i] = std::max(used[i], std::max(moved[a].max - moved[a].rounding, 0.0) / fits[a].bound);
-      if (moved[a].undefined > 0) used[i] = std::max(used[i], kLostValue);
-    }
+    worst[i] = note_errors(i, fits, fitted_->add(i, files_.open(i).get(), quiet));
     context.report("fitting", 0, 1, ++done, files_.count());
   });
-  return *std::max_element(used.begin(), used.end());
+  return *std::max_element(
+      worst.begin(), worst.end(),
+      [](const BoundSearch::Worst& a, const BoundSearch::Worst& b) { return a.used < b.used; });
+}
+
+BoundSearch::Worst SharedSeries::note_errors(std::size_t step, const std::vector<ArrayFit>& fits,
+                                             const std::vector<MovedArray>& moved) {
+  StepReport& report = report_.steps[step];
+  report.arrays.clear();
+  BoundSearch::Worst worst;
+  for (std::size_t a = 0; a < moved.size(); ++a) {
+    const MovedArray& m = moved[a];
+    const double bound = fits[a].bound;
+    const std::string& name =
+        files_.are_one_mesh() ? files_[step].arrays.at(fits[a].name) : fits[a].name;
+    report.arrays.push_back({name, m.rms, m.max, m.max_at});
+    if (bound == kInfinity || !is_float(m.array.info.type)) continue;
+    if (const double used = std::max(m.max - m.rounding, 0.0) / bound; used > worst.used) {
+      worst = {used, fmt::format("in step {} {} is off by {:.3g} times the bound at point {}",
+                                 report.label, name, used, m.max_at)};
+    }
+    if (m.undefined > 0 && worst.used < kLostValue) {
+      worst = {kLostValue, fmt::format("in step {} {} has no value any more at {} points",
+                                       report.label, name, m.undefined)};
+    }
+  }
+  return worst;
 }
 
 void SharedSeries::write() {

@@ -300,6 +300,65 @@ class Shared(SeriesTest):
         self.assertTrue((values(Vtu(self.folder / "out_0.vtu"), "f") == 0).all())
         np.testing.assert_allclose(values(Vtu(self.folder / "out_3.vtu"), "f"), 4, rtol=1e-14)
 
+    def test_points_without_a_value_in_a_step_without_change(self):
+        mesh = jittered(8)
+        x = np.array(mesh.points)[:, 0]
+        gaps = np.where(np.arange(len(x)) % 50 == 7, np.nan, 5.0)
+        steps = [self.write(with_arrays(mesh, f=("Float64", f)), f"s{i}.vtu") for i, f in enumerate((gaps, np.sin(x), np.cos(x)))]
+        report = self.simplify(steps, "--max-error", "5%")
+        self.assertGreater(report["reduction"], 0.1)
+        self.assertEqual(np.isnan(values(Vtu(self.outputs()[0]), "f")).sum(), np.isnan(gaps).sum())
+
+    def test_steps_come_in_the_order_of_decimal_numbers(self):
+        mesh = jittered(4)
+        x = np.array(mesh.points)[:, 0]
+        for label in "10.0", "0.5", "2.0", "-1":
+            self.write(with_arrays(mesh, f=("Float64", float(label) * x)), f"t_{label}.vtu")
+        report = self.simplify(sorted(self.folder.glob("t_*.vtu")), "--reduction", "20%", out="o.pvd")
+        self.assertEqual([s["step"] for s in report["steps"]], ["-1", "0.5", "2.0", "10.0"])
+        self.assertEqual(re.findall(r'timestep="(.*?)".*file="(.*?)"', (self.folder / "o.pvd").read_text()),
+                         [(str(i), f"o_{label}.vtu") for i, label in enumerate(("-1", "0.5", "2.0", "10.0"))])
+
+    def test_times_of_the_files_are_written_where_they_tell_all_steps_apart(self):
+        mesh = jittered(4)
+        x = np.array(mesh.points)[:, 0]
+        listed = '<VTKFile type="Collection"><Collection>' + "".join(f'<DataSet file="s{i}.vtu"/>' for i in range(3)) + "</Collection></VTKFile>"
+        (self.folder / "in.pvd").write_text(listed)
+        for times, written in (((10, 9, 8), "10 9 8"), ((0, 0, 1), "0 1 2"), ((1, np.nan, 3), "0 1 2"), ((7, None, None), "0 1 2")):
+            for i, time in enumerate(times):
+                field = '<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">' \
+                    f"{time}</DataArray></FieldData>" if time is not None else ""
+                step = with_arrays(mesh, f=("Float64", np.sin(x + i))).bytes()
+                (self.folder / f"s{i}.vtu").write_bytes(step.replace(b"<UnstructuredGrid>", b"<UnstructuredGrid>" + field.encode()))
+            for inputs in [self.folder / "in.pvd"], [self.folder / f"s{i}.vtu" for i in range(3)]:
+                for options in [], ["--series", "each"]:
+                    self.simplify(inputs, "--reduction", "20%", *options, out="o.pvd")
+                    times_of = re.findall(r'timestep="(.*?)"', (self.folder / "o.pvd").read_text())
+                    self.assertEqual(" ".join(times_of), written)
+
+    def test_regions_that_only_a_later_step_has(self):
+        mesh = jittered(8)
+        x = np.array(mesh.points)[:, 0]
+        side = (x[np.array(mesh.tets)].mean(axis=1) > 4).astype(np.int32)
+        steps = []
+        for i in range(4):
+            step = with_arrays(jittered(8), f=("Float64", np.sin(x + i)))
+            if i in (1, 2):
+                step.arrays.append(["CellData", "material", "Int32", 1, side.tolist()])
+            steps.append(self.write(step, f"s{i}.vtu"))
+        for options in [], ["--regions", "material"]:
+            bytes_of = []
+            for threads in "1", "2":
+                self.simplify(steps, "--max-error", "20%", "--threads", threads, *options)
+                bytes_of.append([p.read_bytes() for p in self.outputs()])
+            self.assertEqual(bytes_of[0], bytes_of[1])
+            material = next(a for a in report_of("compare", steps[1], self.outputs()[1])["arrays"] if a["name"] == "material")
+            for region in material["regions"]:
+                self.assertAlmostEqual(region["simplified"] / region["original"], 1, delta=1e-9)
+        result = finish("simplify", *steps, "-o", self.folder / "x_{step}.vtu", "--max-error", "20%", "--regions", "nothing")
+        self.assertEqual(result.returncode, USAGE)
+        self.assertIn(b"--regions nothing: there is no cell array", result.stderr)
+
     def test_same_bytes_for_any_threads_and_memory(self):
         steps = [self.generate("--jitter", "0.5", "--time", str(t), tets="60k", name=f"s{t}.vtu") for t in range(3)]
         options = ["--max-error", "3%", "--array", "front", "--chunk-tets", "8k"]

@@ -1,5 +1,6 @@
 #include "series/bound_search.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -16,15 +17,15 @@ TEST(BoundSearch, IsDoneWhereAStepComesNearToItsBound) {
   BoundSearch search(false, 30);
   EXPECT_EQ(search.sums().sums, 8U);
   EXPECT_DOUBLE_EQ(search.share(), 0.95);
-  EXPECT_EQ(search.after(1, 0.7, false, {}), Next::kDone);
-  EXPECT_EQ(search.after(1, 1, false, {}), Next::kDone);
-  EXPECT_EQ(search.after(1, 0, false, {}), Next::kDone);  // nothing is bounded
+  EXPECT_EQ(search.after(1, {0.7, "it is off"}, false, {}), Next::kDone);
+  EXPECT_EQ(search.after(1, {1, "it is off"}, false, {}), Next::kDone);
+  EXPECT_EQ(search.after(1, {0, "it is off"}, false, {}), Next::kDone);  // nothing is bounded
 }
 
 TEST(BoundSearch, FewSumsThatBreakTheBoundBecomeMany) {
   BoundSearch search(true, 30);
   EXPECT_EQ(search.sums().sums, 6U);
-  EXPECT_EQ(search.after(1, 1.1, false, {}), Next::kOtherSums);
+  EXPECT_EQ(search.after(1, {1.1, "it is off"}, false, {}), Next::kOtherSums);
   EXPECT_EQ(search.sums().sums, 8U);
   EXPECT_EQ(search.sums().way, 0U);
   EXPECT_DOUBLE_EQ(search.share(), 0.95);
@@ -32,29 +33,29 @@ TEST(BoundSearch, FewSumsThatBreakTheBoundBecomeMany) {
 
 TEST(BoundSearch, TightensAndFromTheSecondTimeAddsUpInAnotherWay) {
   BoundSearch search(false, 30);
-  EXPECT_EQ(search.after(1, 1.1, false, {}), Next::kAgain);
+  EXPECT_EQ(search.after(1, {1.1, "it is off"}, false, {}), Next::kAgain);
   EXPECT_DOUBLE_EQ(search.share(), 0.95 * 0.8);
-  EXPECT_EQ(search.after(2, 1.1, false, {}), Next::kOtherSums);
+  EXPECT_EQ(search.after(2, {1.1, "it is off"}, false, {}), Next::kOtherSums);
   EXPECT_DOUBLE_EQ(search.share(), 0.95 * 0.8 * 0.8);
   EXPECT_EQ(search.sums().way, 2U);
   // What was too much once is not loosened again.
-  EXPECT_EQ(search.after(3, 0.1, false, {}), Next::kDone);
+  EXPECT_EQ(search.after(3, {0.1, "it is off"}, false, {}), Next::kDone);
 }
 
 // Sums of single steps are the steps themselves.
 TEST(BoundSearch, HasNoMoreSumsThanSteps) {
   BoundSearch search(true, 3);
-  EXPECT_EQ(search.after(1, 1.1, false, {}), Next::kAgain);
+  EXPECT_EQ(search.after(1, {1.1, "it is off"}, false, {}), Next::kAgain);
 }
 
 TEST(BoundSearch, LoosensTwiceUnlessTheGoalIsReached) {
   BoundSearch search(false, 30);
-  EXPECT_EQ(search.after(1, 0.5, true, {}), Next::kDone);
-  EXPECT_EQ(search.after(1, 0.5, false, {}), Next::kAgain);
+  EXPECT_EQ(search.after(1, {0.5, "it is off"}, true, {}), Next::kDone);
+  EXPECT_EQ(search.after(1, {0.5, "it is off"}, false, {}), Next::kAgain);
   EXPECT_DOUBLE_EQ(search.share(), 0.95 * (0.85 / 0.5));
-  EXPECT_EQ(search.after(2, 0.001, false, {}), Next::kAgain);
+  EXPECT_EQ(search.after(2, {0.001, "it is off"}, false, {}), Next::kAgain);
   EXPECT_DOUBLE_EQ(search.share(), 0.95 * (0.85 / 0.5) * 8);  // at most
-  EXPECT_EQ(search.after(3, 0.5, false, {}), Next::kDone);
+  EXPECT_EQ(search.after(3, {0.5, "it is off"}, false, {}), Next::kDone);
 }
 
 TEST(BoundSearch, GivesUpAfterTwelve) {
@@ -62,12 +63,16 @@ TEST(BoundSearch, GivesUpAfterTwelve) {
   std::vector<std::string> said;
   RunContext context;
   context.notice = [&](std::string_view text) { said.emplace_back(text); };
-  for (int tries = 1; tries < 12; ++tries) search.after(tries, 1.5, false, context);
+  for (int tries = 1; tries < 12; ++tries) search.after(tries, {1.5, "it is off"}, false, context);
   EXPECT_EQ(said.size(), 11U);
-  EXPECT_EQ(said[0],
-            "a step is off by 1.5 times the bound: once more, with a tighter one for the sums of "
-            "steps");
-  EXPECT_THROW(search.after(12, 1.5, false, context), Error);
+  EXPECT_EQ(said[0], "it is off: once more, with a tighter bound for the sums of steps");
+  try {
+    search.after(12, {1.5, "it is off"}, false, context);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kBroken);
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("at all steps: it is off; nothing was written"));
+  }
 }
 
 }  // namespace
