@@ -194,7 +194,11 @@ Answer check(const CheckArguments& a) {
     console.detail_resources();
     return result;
   } catch (const InvalidMesh& e) {
-    return answer_invalid(e.what());
+    Answer found = answer_invalid(e.what());
+    if (!a.fixed.empty()) {
+      found.text += fmt::format("Nobody can mend that: {} was not written\n", a.fixed);
+    }
+    return found;
   }
 }
 

@@ -35,9 +35,9 @@ struct CompareArguments {
 std::optional<double> take_bound(std::string_view option, const std::string& text) {
   if (text.empty()) return std::nullopt;
   const auto share = parse_share(text);
-  if (share && *share >= 0) return share;
+  if (share && *share >= 0 && *share <= 1) return share;
   throw Error(ErrorCode::kUsage,
-              fmt::format("{} {}: give a share of 0 or more, as in 1% or 0.01", option, text));
+              fmt::format("{} {}: give a share from 0 to 100%, as in 1% or 0.01", option, text));
 }
 
 Bounds take_bounds(const CompareArguments& a) {
@@ -234,6 +234,7 @@ Json bounds_json(const std::vector<BoundResult>& bounds) {
   Json json = Json::array();
   for (const BoundResult& b : bounds) {
     Json entry{{"bound", b.bound}, {"limit", b.limit}, {"value", b.value}, {"broken", b.broken}};
+    if (b.broken) entry["sentence"] = b.sentence;
     if (!b.array.empty()) entry["array"] = b.array;
     json.push_back(entry);
   }

@@ -128,21 +128,25 @@ void add_refine_command(CLI::App& app) {
   command
       ->add_option("--tets", a->tets,
                    "Refine as far as so many tetrahedra allow, as in 100000, 100k or 2M")
+      ->check(not_empty)
       ->group("Goal");
   command
       ->add_option("--reduction", a->reduction,
                    "Leave this share of the original's tetrahedra out, as in 50%")
+      ->check(not_empty)
       ->group("Goal");
   command
       ->add_option("--max-error", a->max_error,
                    "The coarsest level on which no array that steered is further from the original "
                    "at any of its points, as a share of its range, as in 1%. The run that wrote "
                    "the file must have measured that, for a --max-error of its own")
+      ->check(not_empty)
       ->group("Goal");
   command
       ->add_option("--max-rms", a->max_rms,
                    "The coarsest level of which no fusion was estimated to leave a larger root of "
                    "the mean square, as a share of the range; not of --method tetfuse")
+      ->check(not_empty)
       ->group("Goal");
   command
       ->add_option(

@@ -18,8 +18,11 @@ namespace tetfusion {
 
 namespace {
 
-void refuse_unreached_goal(const SimplifyReport& report) {
-  if (report.has_goal && report.stop_reason != StopReason::kGoal) throw ExitStatus{6};
+// For --strict. The summary says it, too.
+void refuse_unreached_goal(const SimplifyReport& report, bool was_summarized) {
+  if (!report.has_goal || report.stop_reason == StopReason::kGoal) return;
+  if (!was_summarized) print_error(report.stop_sentence());
+  throw ExitStatus{6};
 }
 
 void run_series(SimplifyArguments* a) {
@@ -37,7 +40,7 @@ void run_series(SimplifyArguments* a) {
   }
   if (!a->report.empty()) write_text(a->report, to_json(report));
   if (!a->strict) return;
-  for (const SimplifyReport& one : report.runs) refuse_unreached_goal(one);
+  for (const SimplifyReport& one : report.runs) refuse_unreached_goal(one, !a->console.quiet);
 }
 
 void run_simplify(SimplifyArguments* a) {
@@ -74,7 +77,7 @@ void run_simplify(SimplifyArguments* a) {
     summarize(report, &console);
   }
   if (!a->report.empty()) write_text(a->report, to_json(report));
-  if (a->strict) refuse_unreached_goal(report);
+  if (a->strict) refuse_unreached_goal(report, !a->console.quiet);
 }
 
 }  // namespace

@@ -164,7 +164,11 @@ void write_text(const std::string& path, const std::string& text) {
 void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = on_interrupt;  // no SA_RESTART: a read that waits for a pipe ends too
-  for (const int s : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(s, &action, nullptr);
+  for (const int s : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    const bool is_ignored = ::sigaction(s, nullptr, &before) == 0 && before.sa_handler == SIG_IGN;
+    if (!is_ignored) ::sigaction(s, &action, nullptr);  // nohup has it ignored
+  }
   // A closed pipe and a file grown too large are write errors with a message.
   for (const int s : {SIGPIPE, SIGXFSZ}) std::signal(s, SIG_IGN);
 }

@@ -378,6 +378,7 @@ void add_performance_options(CLI::App& command, SimplifyArguments* a) {
           "Tetrahedra in each of the chunks that threads work on; the only performance option that "
           "changes the result. Default: " +
               std::to_string(BehaviourOptions().chunk_tets))
+      ->check(not_empty)
       ->group(kPerformanceGroup);
   command
       .add_flag("--resume", performance.resume,

@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "base/error.h"
+#include "driver/steering.h"
 #include "mesh/array_names.h"
 
 namespace tetfusion {
@@ -100,11 +101,19 @@ void check_steering(const Options& options, const MeshDescription& mesh) {
     const AttributeSet& set = array.of_cells ? mesh.cell_data : mesh.point_data;
     const bool is_hidden =
         array.of_cells && mesh.point_data.find("cell:" + array.name) != AttributeSet::npos;
-    if (set.find(array.name) != AttributeSet::npos && !is_hidden) continue;
+    const std::string text = to_text(array);
+    const bool is_anothers = array.tolerance && find_array(mesh, text);
+    if (set.find(array.name) != AttributeSet::npos && !is_hidden && !is_anothers) continue;
     throw Error(
         ErrorCode::kUsage,
-        fmt::format("{}: no array \"{}\" to steer by; point arrays: {}; cell arrays: {}", mesh.path,
-                    array.name, names_of(mesh.point_data), names_of(mesh.cell_data)));
+        fmt::format("{}: {}; point arrays: {}; cell arrays (name them cell:NAME): {}", mesh.path,
+                    is_anothers
+                        ? fmt::format("the bound of {} cannot be told from the array \"{}\": "
+                                      "rename one of them",
+                                      array.name, text)
+                        : fmt::format("no array \"{}{}\" to steer by",
+                                      array.of_cells ? "cell:" : "", array.name),
+                    names_of(mesh.point_data), names_of(mesh.cell_data)));
   }
 }
 

@@ -44,6 +44,7 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
                            const RunContext& context) {
   SeriesReport report;
   report.shared = false;
+  double cpu_before = 0;
   for (std::size_t i = 0; i < plan->steps.size(); ++i) {
     Step& step = plan->steps[i];
     SimplifyRequest job = request.job;
@@ -54,6 +55,7 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
     try {
       if (!step.time && !plan->list.empty()) step.time = time_in(step.input);
       report.runs.push_back(simplify(job, part_of(context, i, plan->steps.size())));
+      report.runs.back().cpu_seconds -= std::exchange(cpu_before, report.runs.back().cpu_seconds);
     } catch (const Error& error) {
       throw Error(error.code(), fmt::format("{}; {} of the {} steps are written", error.what(), i,
                                             plan->steps.size()));
@@ -124,6 +126,11 @@ std::string to_json(const SeriesReport& report) {
   }
   json["steps"] = std::move(steps);
   json["seconds"]["total"] = report.total_seconds;
+  if (!report.shared) {
+    json["cpu_seconds"] = cpu_seconds();
+    json["peak_rss_bytes"] = peak_rss_bytes();
+    json["threads"] = thread_count();
+  }
   // A file's name need not be UTF-8, JSON must.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -16,6 +16,7 @@
 #include "base/numbers.h"
 #include "driver/export.h"
 #include "driver/stages.h"
+#include "io/encode.h"
 #include "io/mesh_source.h"
 #include "io/output_file.h"
 #include "io/pieces_output.h"
@@ -346,6 +347,10 @@ SeriesPlan plan_series(const SeriesRequest& request) {
     if (holds_step(pattern)) {
       refuse(
           fmt::format("{}: a .pvd file is one for all steps: leave {} out", pattern, kStepField));
+    }
+    if (xml_escape(pattern).find('?') != std::string::npos &&
+        pattern.find('?') == std::string::npos) {
+      refuse(fmt::format("{}: a .pvd file holds names in UTF-8: give another one", pattern));
     }
     pattern =
         std::filesystem::path(pattern).replace_extension().string() + "_" + kStepField + ".vtu";

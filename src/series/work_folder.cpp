@@ -30,6 +30,11 @@ WorkFolder::WorkFolder(std::string path) : path_(std::move(path)) {
     return system.openat(AT_FDCWD, path_.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC,
                          0);
   }));
+  if (!folder_ && (errno == ENOTDIR || errno == ELOOP)) {
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("{}: a file or a link has this name; give another one (--scratch)", path_));
+  }
   if (!folder_) fail("opening");
   const auto refuse = [&](const std::string& what) {
     folder_.close();  // nothing in it is ours to remove

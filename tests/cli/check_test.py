@@ -158,6 +158,8 @@ class Check(FolderTest):
 
     def test_a_mesh_that_cannot_be_mended_is_not_written(self):
         path = self.write(set_value("connectivity", 7, 125))
+        said = run("check", path, "--fix", self.folder / "mended.vtu", code=INVALID).decode()
+        self.assertIn("mended.vtu was not written", said)
         run("check", path, "--fix", self.folder / "out.vtu", code=INVALID)
         run("check", path, "--fix", self.folder / "out.nothing", code=USAGE)
         run("check", path, "--fix", "-", code=USAGE)

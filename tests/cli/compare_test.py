@@ -141,8 +141,12 @@ class Compare(FolderTest):
                 self.assertEqual(result.returncode, INVALID)
                 self.assertIn(f"{bound} is broken", result.stderr.decode())
         report = report_of("compare", original, simplified, "--max-error", "1%", "--max-rms", "1%", code=INVALID)
-        self.assertEqual([(b["bound"], b["array"], b["broken"]) for b in report["bounds"]],
-                         [("max_rms", "temperature", False), ("max_error", "temperature", True)])
+        self.assertEqual([(b["bound"], b["array"], b["broken"], "sentence" in b) for b in report["bounds"]],
+                         [("max_rms", "temperature", False, False), ("max_error", "temperature", True, True)])
+        for option in ("--max-error", "--max-rms", "--surface"):
+            result = finish("compare", original, simplified, option, "5")
+            self.assertEqual(result.returncode, USAGE)
+            self.assertIn(f"{option} 5: give a share from 0 to 100%", result.stderr.decode())
 
     def test_a_surface_that_moved(self):
         mesh = TinyVtu()
@@ -176,7 +180,7 @@ class Compare(FolderTest):
         other.array("temperature")[4] = [0] * 124 + [1]
         report = report_of("compare", *self.pair(mesh, other))
         self.assertIsNone(report["arrays"][0]["max"])
-        run("compare", *self.pair(mesh, other), "--max-error", "100", code=INVALID)
+        run("compare", *self.pair(mesh, other), "--max-error", "100%", code=INVALID)
 
     def test_the_same_for_any_number_of_threads(self):
         original = self.generate("--jitter", "0.2", kind="kuhn", tets="300k", name="big.vtu")

@@ -93,6 +93,8 @@ class Refine(FolderTest):
         run("refine", back, "-o", new, "--tets", "100", "--reduction", "10%", code=USAGE)
         run("refine", back, "-o", new, "--tets", "0", code=USAGE)
         run("refine", back, "-o", new, "--reduction", "100%", code=USAGE)
+        for option in ("--reduction", "--tets", "--max-error", "--max-rms"):  # as a script's empty variable
+            run("refine", back, "-o", new, option, "", code=USAGE)
         run("refine", back, "-o", back, code=USAGE)
         run("refine", path, "-o", new, code=BAD)
         run("refine", self.folder / "none.tfp", "-o", new, code=IO)

@@ -522,6 +522,9 @@ class Each(SeriesTest):
         steps = self.steps(3)
         report = self.simplify(steps, "--max-error", "3%", "--series", "each", "--verify")
         self.assertEqual(report["series"], "each")
+        self.assertLess(sum(s["run"]["cpu_seconds"] for s in report["steps"]), report["cpu_seconds"] + 1e-3)
+        self.assertGreater(report["peak_rss_bytes"], 1 << 20)
+        self.assertGreater(report["threads"], 0)
         for step, entry, path in zip(steps, report["steps"], self.outputs(), strict=True):
             alone = self.folder / "alone.vtu"
             run("simplify", step, "-o", alone, "--max-error", "3%", "--quiet")
@@ -553,7 +556,14 @@ class Refused(SeriesTest):
         said = finish("simplify", *steps, "-o", self.folder / out, "--reduction", "20%", *options)
         self.assertEqual(said.returncode, code, said.stderr)
         self.assertEqual(self.files(), before)
-        return said.stderr.decode()
+        return said.stderr.decode(errors="replace")
+
+    def test_names_that_a_list_cannot_hold_and_a_scratch_that_is_none(self):
+        steps = self.steps(2)
+        self.assertIn("names in UTF-8", self.refuse(steps, out="o\udce9.pvd"))
+        (self.folder / "link").symlink_to(self.folder)
+        for name in "link", steps[0].name:
+            self.assertIn("a file or a link has this name", self.refuse(steps, "--scratch", self.folder / name))
 
     def test_options_that_are_for_one_mesh(self):
         steps = self.steps(2)

@@ -27,7 +27,7 @@ class Options(FolderTest):
             message = self.refused(f"--memory={size}")
             self.assertIn(f"--memory {size}:", message)
             self.assertIn("as in 2G, 512M or 1.5G", message)
-        for option in ("--memory", "--scratch", "--report"):
+        for option in ("--memory", "--scratch", "--report", "--chunk-tets"):
             self.assertIn("empty", self.refused(option, ""))
 
     def test_a_name_that_is_none_of_the_choices_is_named_with_them(self):
@@ -97,7 +97,9 @@ class Options(FolderTest):
                 gone = report["input"]["tets"] - report["output"]["tets"]
                 self.assertLessEqual(gone, wanted)
                 self.assertEqual(gone > wanted - 15, report["stop_reason"] == "goal", (chunk_tets, goal))
-                self.assertEqual(finish(*arguments, "--strict").returncode, 0 if report["stop_reason"] == "goal" else 6)
+                strict = finish(*arguments, "--strict", "--quiet")
+                self.assertEqual(strict.returncode, 0 if report["stop_reason"] == "goal" else 6)
+                self.assertEqual("The goal was not reached" in strict.stderr.decode(), report["stop_reason"] != "goal")
         self.assertEqual(stops, {"goal", "saturated"})
 
     def test_shares_of_more_than_all(self):

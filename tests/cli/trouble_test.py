@@ -23,12 +23,22 @@ class Trouble(FolderTest):
                  (["generate", "five", "--tets", "20M", "-o", out], "writing")]
         for (arguments, phase), by in zip(jobs, itertools.cycle((signal.SIGINT, signal.SIGTERM, signal.SIGHUP))):
             with self.subTest(command=arguments[0], phase=phase, by=by):
-                process = self.start(*arguments, until=phase)
+                process = self.start(*arguments, until=phase, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
                 process.send_signal(by)
                 code, message = self.end(process)
                 self.assertEqual(code, INTERRUPTED, message)
                 self.assertIn("interrupted", message)
                 self.assertEqual(self.files(), ["generated.vtu"], "something was left behind")
+
+    def test_a_hangup_that_is_ignored_ends_nothing(self):
+        """As under nohup."""
+        mesh, out = self.generate(tets="200k"), self.folder / "out.vtu"
+        process = self.start("simplify", mesh, "-o", out, "--reduction", "10%", until="reading",
+                             preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        process.send_signal(signal.SIGHUP)
+        code, message = self.end(process)
+        self.assertEqual(code, 0, message)
+        self.assertTrue(out.exists())
 
     def test_a_second_ctrl_c_ends_at_once(self):
         mesh, out = self.generate("--shuffle", tets=self.TETS), self.folder / "out.vtu"

@@ -140,6 +140,12 @@ TEST_F(LibraryErrors, BadOptionsAreNamedInItsOwnWords) {
   EXPECT_THAT(message(), HasSubstr("no array \"wave:1%\" to steer by"));
   options.arrays = {{"cell:heat", false, {}}};
   EXPECT_THAT(message(), HasSubstr("no array \"cell:heat\" to steer by"));
+  input.mesh().point_arrays.push_back(input.mesh().point_arrays.front());
+  input.mesh().point_arrays.front().name = "wave";
+  input.mesh().point_arrays.back().name = "wave:0.5";
+  options.arrays = {{"wave", false, 0.5}};
+  EXPECT_THAT(message(), HasSubstr("cannot be told from the array \"wave:0.5\""));
+  input.mesh().point_arrays.pop_back();
   options.arrays = {{"wave", false, -0.5}};
   EXPECT_THAT(message(), HasSubstr("must be greater than 0"));
   input.mesh().point_arrays.back().name = "OriginalPointIds";
