@@ -40,11 +40,14 @@ class VtkSource : public MeshSource {
   }
 
   std::uint64_t memory_to_read() override {
-    // VTK's grid stays: ids of 8 bytes for corners and ends, a byte for the type, the arrays.
+    // VTK's grid stays: ids of 8 bytes for corners and ends, a byte for the type, the arrays. So
+    // does what is known of its points: whether a cell uses them, and what they are copies of.
     constexpr std::uint64_t kCellBytes = 4 * 8 + 8 + 1;
+    constexpr std::uint64_t kPointBytes = 1 + sizeof(VertexId);
     const MeshDescription& d = description();
     return MeshSource::memory_to_read() + d.cells * kCellBytes +
-           d.points * 3 * size_of(d.point_type) + bytes_of(d.point_data) + bytes_of(d.cell_data);
+           d.points * (3 * size_of(d.point_type) + kPointBytes) + bytes_of(d.point_data) +
+           bytes_of(d.cell_data);
   }
 
   DataArray read_array(Association association, std::size_t index) override {

@@ -6,6 +6,7 @@
 #include <vtkPointData.h>
 #include <vtkStringArray.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -165,6 +166,24 @@ void fill_missing(ValueType type, std::byte* to, std::uint64_t values) {
   });
 }
 
+// The first copy that has a value gives it to the point that stays, and this to the others.
+void fill_from_copies(const PieceList& list, const std::vector<vtkAbstractArray*>& parts,
+                      const Vector<VertexId>& copy_of, DataArray* out) {
+  Vector<std::uint8_t> known(copy_of.size(), std::uint8_t{0});
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const Piece& piece = list.pieces[k];
+    if (parts[k] != nullptr) std::fill_n(known.data() + piece.first_point, piece.points(), 1);
+  }
+  const std::size_t tuple = out->info.components * size_of(out->info.type);
+  const auto give = [&](std::size_t from, std::size_t to) {
+    if (known[from] == 0 || known[to] != 0) return;
+    std::memcpy(out->bytes.data() + to * tuple, out->bytes.data() + from * tuple, tuple);
+    known[to] = 1;
+  };
+  for (std::size_t v = 0; v < copy_of.size(); ++v) give(v, copy_of[v]);
+  for (std::size_t v = 0; v < copy_of.size(); ++v) give(copy_of[v], v);
+}
+
 }  // namespace
 
 ArrayTable collect_arrays(const std::string& path, const PieceList& list, Association association) {
@@ -219,8 +238,13 @@ ArrayTable collect_field_data(const std::vector<vtkSmartPointer<vtkFieldData>>& 
   return table;
 }
 
+bool some_piece_lacks(const ArrayTable& table, std::size_t index) {
+  const auto& parts = table.parts.at(index);
+  return std::find(parts.begin(), parts.end(), nullptr) != parts.end();
+}
+
 DataArray read_values(const PieceList& list, const ArrayTable& table, Association association,
-                      std::size_t index) {
+                      std::size_t index, const Vector<VertexId>& copy_of) {
   DataArray out;
   out.info = table.set.arrays.at(index);
   const auto& parts = table.parts[index];
@@ -242,6 +266,9 @@ DataArray read_values(const PieceList& list, const ArrayTable& table, Associatio
       fill_missing(out.info.type, to, values);
     }
     to += values * size_of(out.info.type);
+  }
+  if (!copy_of.empty() && some_piece_lacks(table, index)) {
+    fill_from_copies(list, parts, copy_of, &out);
   }
   return out;
 }

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "base/vector.h"
 #include "mesh/data_array.h"
+#include "mesh/geometry.h"
 #include "vtk/vtk_pieces.h"
 
 namespace tetfusion {
@@ -30,9 +32,12 @@ ArrayTable collect_arrays(const std::string& path, const PieceList& list, Associ
 // Field data: of arrays with one name the first one.
 ArrayTable collect_field_data(const std::vector<vtkSmartPointer<vtkFieldData>>& fields);
 
-// The values of array `index`. Where a piece lacks the array, floating-point values are NaN,
-// integers 0.
+bool some_piece_lacks(const ArrayTable& table, std::size_t index);
+
+// The values of array `index`. Where a piece lacks the array, a point has the value of its first
+// copy in a piece that has it; other floating-point values are NaN, integers 0. `copy_of` is
+// PointUse's, or empty where nothing is to be taken from copies.
 DataArray read_values(const PieceList& list, const ArrayTable& table, Association association,
-                      std::size_t index);
+                      std::size_t index, const Vector<VertexId>& copy_of = {});
 
 }  // namespace tetfusion

@@ -31,16 +31,25 @@ class CellConverter {
   CellConverter(const std::string& path, const PieceList& list, const OpenOptions& options)
       : path_(path), list_(list), options_(options) {}
 
-  Geometry convert() {
-    Vector<std::uint8_t> used(list_.points, std::uint8_t{0});
+  PointUse find_point_use() {
+    PointUse use;
+    use.used.assign(list_.points, std::uint8_t{0});
     for_each_cell([&](std::uint8_t, std::uint64_t) {
-      for (const VertexId v : corners_) used[v] = 1;
+      for (const VertexId v : corners_) use.used[v] = 1;
     });
+    const auto begins = point_begins(list_);
+    if (begins.size() <= 2) return use;
+    const auto ids = global_point_ids(list_);
+    const Points points = ids.empty() ? all_points(list_) : Points();
+    use.copy_of = match_points({&points, begins, ids}, use.used);
+    return use;
+  }
+
+  Geometry convert(const PointUse& use) {
     out_.points = all_points(list_);
     // Numbers first, cells afterwards: the ids that decide on diagonals are those that stay.
-    const Vector<VertexId> number = compact_points(used, find_copies(used), &out_);
+    const Vector<VertexId> number = compact_points(use.used, use.copy_of, &out_);
     check_finite();
-    out_.ghost_cells = 0;
     for_each_cell([&](std::uint8_t type, std::uint64_t cell) {
       if (!number.empty()) {
         for (VertexId& v : corners_) v = number[v];
@@ -150,14 +159,6 @@ class CellConverter {
     }
   }
 
-  // For each used point the one that it is a copy of; empty if only one piece brings points.
-  Vector<VertexId> find_copies(const Vector<std::uint8_t>& used) const {
-    const auto begins = point_begins(list_);
-    if (begins.size() <= 2) return {};
-    const auto ids = global_point_ids(list_);
-    return match_points({&out_.points, begins, ids}, used);
-  }
-
   // An identity is not worth its memory.
   static void drop_identity(Vector<std::uint64_t>* source) {
     for (std::size_t i = 0; i < source->size(); ++i) {
@@ -196,8 +197,14 @@ class CellConverter {
 
 }  // namespace
 
-Geometry convert_cells(const std::string& path, const PieceList& list, const OpenOptions& options) {
-  return CellConverter(path, list, options).convert();
+PointUse find_point_use(const std::string& path, const PieceList& list,
+                        const OpenOptions& options) {
+  return CellConverter(path, list, options).find_point_use();
+}
+
+Geometry convert_cells(const std::string& path, const PieceList& list, const OpenOptions& options,
+                       const PointUse& use) {
+  return CellConverter(path, list, options).convert(use);
 }
 
 }  // namespace tetfusion

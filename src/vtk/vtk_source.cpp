@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 
 #include "base/error.h"
@@ -61,14 +62,21 @@ class VtkMesh : public PluginMesh {
   const MeshDescription& description() const noexcept override { return description_; }
 
   PluginStatus read_geometry(Geometry* out) noexcept override {
-    return guarded(description_.path,
-                   [&] { *out = convert_cells(description_.path, pieces_, options_); });
+    return guarded(description_.path, [&] {
+      *out = convert_cells(description_.path, pieces_, options_, point_use());
+    });
   }
 
   PluginStatus read_array(Association association, std::size_t index,
                           DataArray* out) noexcept override {
-    return guarded(description_.path,
-                   [&] { *out = read_values(pieces_, table(association), association, index); });
+    return guarded(description_.path, [&] {
+      const ArrayTable& t = table(association);
+      if (association == Association::kPoint && some_piece_lacks(t, index)) {
+        *out = read_values(pieces_, t, association, index, point_use().copy_of);
+      } else {
+        *out = read_values(pieces_, t, association, index);
+      }
+    });
   }
 
  private:
@@ -90,6 +98,11 @@ class VtkMesh : public PluginMesh {
     description_.field_data = fields_.set;
   }
 
+  const PointUse& point_use() {
+    if (!use_) use_ = find_point_use(description_.path, pieces_, options_);
+    return *use_;
+  }
+
   const ArrayTable& table(Association association) const {
     switch (association) {
       case Association::kPoint:
@@ -106,6 +119,7 @@ class VtkMesh : public PluginMesh {
   LoadedFile file_;
   PieceList pieces_;
   ArrayTable points_, cells_, fields_;
+  std::optional<PointUse> use_;  // once it was asked for
   MeshDescription description_;
 };
 

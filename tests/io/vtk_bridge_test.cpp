@@ -364,6 +364,62 @@ TEST_F(VtkBridge, BlocksWithoutAnArrayGetNotANumber) {
   EXPECT_THAT(tag.as<std::int32_t>(), ElementsAre(0, 4));
 }
 
+std::string point_values(const std::string& type, const std::string& name,
+                         const std::string& values) {
+  return R"(<DataArray type=")" + type + R"(" Name=")" + name + R"(" format="ascii">)" + values +
+         "</DataArray>";
+}
+
+constexpr char kFirstPoints[] = "0 0 0 1 0 0 0 1 0 0 0 1";
+constexpr char kSecondPoints[] = "1 0 0 0 1 0 0 0 1 1 1 1";  // the first three are seen above
+
+std::string two_blocks(const std::string& first, const std::string& second) {
+  return R"(<VTKFile type="vtkMultiBlockDataSet" version="1.0">
+<vtkMultiBlockDataSet><DataSet index="0" file=")" +
+         first + R"("/><DataSet index="1" file=")" + second + R"("/>
+</vtkMultiBlockDataSet></VTKFile>)";
+}
+
+// What points have in the mesh, those of one block after those of the other.
+template <class T>
+std::vector<T> values_at_points(MeshSource* mesh, const std::string& name) {
+  const AttributeSet& set = mesh->description().point_data;
+  const DataArray array = mesh->read_array(Association::kPoint, set.find(name));
+  std::vector<T> values;
+  for (const std::uint64_t row : mesh->read_geometry().point_source) {
+    values.push_back(array.as<T>()[row]);
+  }
+  return values;
+}
+
+TEST_F(VtkBridge, SeamsTakeValuesFromTheFirstBlockThatHasThem) {
+  write("plain.vtu", piece_of_two(kFirstPoints, ""));
+  write("rich.vtu",
+        piece_of_two(kSecondPoints, "<PointData>" + point_values("Float64", "heat", "1 2 3 4") +
+                                        point_values("Int32", "tag", "5 6 7 8") + "</PointData>"));
+  for (const bool plain_first : {true, false}) {
+    SCOPED_TRACE(plain_first);
+    const std::string path = write("both.vtm", plain_first ? two_blocks("plain.vtu", "rich.vtu")
+                                                           : two_blocks("rich.vtu", "plain.vtu"));
+    const auto mesh = open_with_vtk(path);
+    const auto heat = values_at_points<double>(mesh.get(), "heat");
+    const auto tag = values_at_points<std::int32_t>(mesh.get(), "tag");
+    const ::testing::Matcher<double> nothing = ::testing::IsNan();
+    if (plain_first) {
+      EXPECT_THAT(heat, ElementsAre(nothing, 1, 2, 3, 4));
+      EXPECT_THAT(tag, ElementsAre(0, 5, 6, 7, 8));
+    } else {
+      EXPECT_THAT(heat, ElementsAre(1, 2, 3, 4, nothing));
+      EXPECT_THAT(tag, ElementsAre(5, 6, 7, 8, 0));
+    }
+    // Nor has the copy that is merged anything else.
+    const DataArray rows =
+        mesh->read_array(Association::kPoint, mesh->description().point_data.find("heat"));
+    const auto all = rows.as<double>();
+    EXPECT_EQ(std::count_if(all.begin(), all.end(), [](double x) { return x != x; }), 1);
+  }
+}
+
 TEST_F(VtkBridge, QuadraticTetrahedraNeedTheOption) {
   const std::string text = R"(# vtk DataFile Version 3.0
 quadratic
