@@ -44,6 +44,7 @@ class MeshStream {
   // What reading left out, as in Geometry. Known from the start.
   virtual std::uint64_t ghost_cells() const = 0;
   virtual std::uint64_t merged_points() const = 0;
+  virtual std::uint64_t differing_points() const { return 0; }
   virtual std::uint64_t dropped_points() const = 0;  // unused points that have no number here
 
   // Three coordinates a point, of the description's point_type, into `out`, in native byte order.

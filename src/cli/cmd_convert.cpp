@@ -35,9 +35,7 @@ void run_convert(ConvertArguments* a) {
     context.report("writing", 0.5 + 0.5 * share);
   };
   a->write.tell = [&](std::string_view what) { context.say(what); };
-  InputFacts facts;
-  facts.ghost_cells = convert_mesh(source.get(), a->output, a->write);
-  say_what_is_odd(facts, a->open.linearize, context);
+  say_what_is_odd(convert_mesh(source.get(), a->output, a->write), a->open.linearize, context);
   console.detail_resources();
 }
 

@@ -42,6 +42,13 @@ std::vector<Finding> list_findings(const InspectionSummary& mesh) {
        "points",
        {},
        {}},
+      {"differing_points",
+       "of these with other values in some array",
+       kNote,
+       mesh.differing_points,
+       "points",
+       {},
+       {}},
       {"ghost_cells", "ghost cells left out", kNote, mesh.ghost_cells, "cells", {}, {}},
   };
 }

@@ -102,6 +102,7 @@ Examination Examiner<Real>::run(std::uint64_t chunk_tets, Scratch* scratch) {
     context_.report_size(scattered.tet_count);
     out_.mesh.ghost_cells = scattered.ghost_cells;
     out_.mesh.merged_points = stream_.merged_points();
+    out_.mesh.differing_points = stream_.differing_points();
     flags_.assign(points_, kUnusedVertex);
     judge_chunks(scattered);
     count_points(scattered.lower);

@@ -17,6 +17,14 @@ namespace {
 
 constexpr std::uint64_t kCopiedWindow = std::uint64_t{1} << 19;
 
+InputFacts facts_of(const MeshStream& stream) {
+  InputFacts facts;
+  facts.merged_points = stream.merged_points();
+  facts.differing_points = stream.differing_points();
+  facts.ghost_cells = stream.ghost_cells();
+  return facts;
+}
+
 class Converter {
  public:
   explicit Converter(MeshSource* source)
@@ -33,7 +41,7 @@ class Converter {
     writer.finish();
     file.commit();
   }
-  std::uint64_t ghost_cells() const { return stream_->ghost_cells(); }
+  InputFacts facts() const { return facts_of(*stream_); }
 
  private:
   // Calls f(first, count) for the windows of [0, all).
@@ -146,19 +154,20 @@ class Converter {
 
 }  // namespace
 
-std::uint64_t convert_mesh(MeshSource* source, const std::string& path,
-                           const WriteOptions& options) {
+InputFacts convert_mesh(MeshSource* source, const std::string& path, const WriteOptions& options) {
   check_mesh_output(path, options.encoding);
   if (output_format(path) == MeshFormat::kVtu) {
     Converter converter(source);
     converter.run(path, options);
-    return converter.ghost_cells();
+    return converter.facts();
   }
   write_mesh(source, path, options);
-  const auto& arrays = source->description().cell_data.arrays;
+  const MeshDescription& mesh = source->description();
+  const auto& arrays = mesh.cell_data.arrays;
   const bool may_have_ghosts = std::any_of(
       arrays.begin(), arrays.end(), [](const ArrayInfo& info) { return is_ghost_mark(info.name); });
-  return may_have_ghosts ? open_stream(source)->ghost_cells() : 0;
+  if (may_have_ghosts || mesh.pieces > 1) return facts_of(*open_stream(source));
+  return {};
 }
 
 }  // namespace tetfusion

@@ -87,6 +87,7 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
   facts.points += from.lower.loose_ids.size();
   facts.unused_points = stream.points() - facts.points + stream.dropped_points();
   facts.merged_points = stream.merged_points();
+  facts.differing_points = stream.differing_points();
   facts.ghost_cells = from.ghost_cells;
   facts.coincident_points = from.coincident_points;
   if (settings.lock_coincident) {

@@ -18,6 +18,7 @@ struct InputFacts {
   std::uint64_t nonmanifold_edges = 0;
   std::uint64_t unused_points = 0;
   std::uint64_t merged_points = 0;
+  std::uint64_t differing_points = 0;  // of these: values of the first piece were taken
   std::uint64_t ghost_cells = 0;
   std::uint64_t coincident_points = 0;  // locked, where surfaces move
   std::uint64_t carried_triangles = 0;  // of the file, where surfaces move: they hold these

@@ -70,6 +70,8 @@ void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext&
             "their values (bounds hold at the corners)"
           : "points are used by no cell: dropped");
   say(facts.merged_points, "points at the seams of pieces were merged");
+  say(facts.differing_points,
+      "of these had other values in some array: those of the first piece that has it were taken");
   say(facts.ghost_cells, "ghost or hidden cells (vtkGhostType) were dropped");
   say(facts.coincident_points,
       "points lie where others do (cracks, contacts, or points that were not merged): the boundary "

@@ -158,6 +158,7 @@ std::string to_json(const SimplifyReport& r) {
         {"nonconforming_faces", r.oddities.nonconforming_faces},
         {"unused_points", r.oddities.unused_points},
         {"merged_points", r.oddities.merged_points},
+        {"differing_points", r.oddities.differing_points},
         {"ghost_cells", r.oddities.ghost_cells},
         {"locked_vertices", r.oddities.locked_vertices}}},
       {"lods", lods},

@@ -40,6 +40,7 @@ struct Oddities {
   std::uint64_t nonconforming_faces = 0;
   std::uint64_t unused_points = 0;
   std::uint64_t merged_points = 0;
+  std::uint64_t differing_points = 0;
   std::uint64_t ghost_cells = 0;
   std::uint64_t locked_vertices = 0;  // for another reason than the boundary
 };

@@ -29,7 +29,8 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
   report->input = {run.request.input, facts.points, facts.tets, facts.boundary_faces, facts.volume};
   report->oddities = {facts.rewound,        facts.degenerate,          facts.inverted,
                       facts.duplicate_tets, facts.nonconforming_faces, facts.unused_points,
-                      facts.merged_points,  facts.ghost_cells,         facts.locked_vertices};
+                      facts.merged_points,  facts.differing_points,    facts.ghost_cells,
+                      facts.locked_vertices};
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
 }
 

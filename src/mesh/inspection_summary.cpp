@@ -35,6 +35,7 @@ InspectionSummary summarize(const Geometry& geometry, const Inspection& inspecti
   s.count_lower(geometry.lower);
   s.unused_points = geometry.unused_points;
   s.merged_points = geometry.merged_points;
+  s.differing_points = geometry.differing_points;
   s.ghost_cells = geometry.ghost_cells;
   s.coincident_points = inspection.coincident_points;
   s.components = inspection.components;

@@ -136,6 +136,7 @@ class RepairedStream : public MeshStream {
   std::uint64_t cells() const override { return original_->cells(); }
   std::uint64_t ghost_cells() const override { return original_->ghost_cells(); }
   std::uint64_t merged_points() const override { return original_->merged_points(); }
+  std::uint64_t differing_points() const override { return original_->differing_points(); }
   std::uint64_t dropped_points() const override { return 0; }
   bool streams_from_disk() const override { return original_->streams_from_disk(); }
   std::uint64_t bytes() const override { return original_->bytes(); }
@@ -238,6 +239,7 @@ class RepairedSource : public MeshSource {
     const auto from = stream();
     Geometry mesh;
     mesh.merged_points = from->merged_points();
+    mesh.differing_points = from->differing_points();
     mesh.ghost_cells = from->ghost_cells();
     if (description_.point_type == ValueType::kFloat32) {
       mesh.points = Vector<Vec3<float>>(from->points());

@@ -15,6 +15,7 @@ class DressedStream final : public MeshStream {
   std::uint64_t cells() const override { return mesh_->cells(); }
   std::uint64_t ghost_cells() const override { return mesh_->ghost_cells(); }
   std::uint64_t merged_points() const override { return mesh_->merged_points(); }
+  std::uint64_t differing_points() const override { return mesh_->differing_points(); }
   std::uint64_t dropped_points() const override { return mesh_->dropped_points(); }
   void read_points(std::uint64_t first, std::uint64_t count,
                    std::span<std::byte> out) const override {

@@ -7,9 +7,11 @@
 #include <vtkStringArray.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <type_traits>
 
 #include "base/error.h"
 
@@ -184,6 +186,14 @@ void fill_from_copies(const PieceList& list, const std::vector<vtkAbstractArray*
   for (std::size_t v = 0; v < copy_of.size(); ++v) give(copy_of[v], v);
 }
 
+template <class T>
+bool is_same(T a, T b) {
+  if constexpr (std::is_floating_point_v<T>) {
+    if (std::isnan(a) && std::isnan(b)) return true;
+  }
+  return a == b;
+}
+
 }  // namespace
 
 ArrayTable collect_arrays(const std::string& path, const PieceList& list, Association association) {
@@ -271,6 +281,27 @@ DataArray read_values(const PieceList& list, const ArrayTable& table, Associatio
     fill_from_copies(list, parts, copy_of, &out);
   }
   return out;
+}
+
+std::uint64_t count_differing(const PieceList& list, const ArrayTable& points,
+                              const Vector<VertexId>& copy_of) {
+  if (copy_of.empty()) return 0;
+  Vector<std::uint8_t> differs(copy_of.size(), std::uint8_t{0});
+  for (std::size_t i = 0; i < points.parts.size(); ++i) {
+    const DataArray array = read_values(list, points, Association::kPoint, i, copy_of);
+    const std::size_t width = array.info.components;
+    visit_type(array.info.type, [&](auto zero) {
+      const auto values = array.as<decltype(zero)>();
+      for (std::size_t v = 0; v < copy_of.size(); ++v) {
+        if (copy_of[v] == v) continue;
+        const auto own = values.begin() + static_cast<std::ptrdiff_t>(v * width);
+        const auto taken = values.begin() + static_cast<std::ptrdiff_t>(copy_of[v] * width);
+        const auto end = own + static_cast<std::ptrdiff_t>(width);
+        if (!std::equal(own, end, taken, is_same<decltype(zero)>)) differs[v] = 1;
+      }
+    });
+  }
+  return static_cast<std::uint64_t>(std::count(differs.begin(), differs.end(), 1));
 }
 
 }  // namespace tetfusion

@@ -40,4 +40,9 @@ bool some_piece_lacks(const ArrayTable& table, std::size_t index);
 DataArray read_values(const PieceList& list, const ArrayTable& table, Association association,
                       std::size_t index, const Vector<VertexId>& copy_of = {});
 
+// How many copies have, in some array of the points, another value than the point has that they
+// are merged into.
+std::uint64_t count_differing(const PieceList& list, const ArrayTable& points,
+                              const Vector<VertexId>& copy_of);
+
 }  // namespace tetfusion

@@ -64,6 +64,7 @@ class VtkMesh : public PluginMesh {
   PluginStatus read_geometry(Geometry* out) noexcept override {
     return guarded(description_.path, [&] {
       *out = convert_cells(description_.path, pieces_, options_, point_use());
+      out->differing_points = count_differing(pieces_, points_, point_use().copy_of);
     });
   }
 

@@ -129,6 +129,22 @@ class OtherFormats(FolderTest):
             run("simplify", path, "-o", out, "--tetrahedralize", "--reduction", "50%", "--quiet")
             self.assertEqual(report_of("check", out, "--strict")["volume"], 2.0)
 
+    def test_tells_of_seams_where_values_jump(self):
+        block = TinyVtu()
+        block.array("temperature")[4] = [p[1] for p in block.points]
+        self.write(block, "a.vtu")
+        block.array("Points")[4] = [c for x, y, z in block.points for c in (x + 4, y, z)]
+        block.array("temperature")[4] = [0.0] * len(block.points)
+        self.write(block, "b.vtu")
+        path = self.write(b"""<VTKFile type="vtkMultiBlockDataSet" version="1.0"><vtkMultiBlockDataSet>
+<DataSet index="0" file="a.vtu"/><DataSet index="1" file="b.vtu"/></vtkMultiBlockDataSet></VTKFile>""", "a.vtm")
+        for name in ("out.vtu", "out.msh"):
+            told = finish("convert", path, self.folder / name).stderr
+            self.assertIn(b"25 points at the seams of pieces were merged", told)
+            self.assertIn(b"20 of these had other values in some array", told)
+        report = report_of("info", path)
+        self.assertEqual((report["merged_points"], report["differing_points"]), (25, 20))
+
     def test_broken_indices_are_an_invalid_mesh(self):
         path = self.write(HEXAHEDRA.replace(b"8 1 2 5 4 7 8 11 10", b"8 1 2 5 4 7 8 11 12"), "a.vtk")
         report = report_of("check", path, "--tetrahedralize", code=INVALID)

@@ -417,7 +417,31 @@ TEST_F(VtkBridge, SeamsTakeValuesFromTheFirstBlockThatHasThem) {
         mesh->read_array(Association::kPoint, mesh->description().point_data.find("heat"));
     const auto all = rows.as<double>();
     EXPECT_EQ(std::count_if(all.begin(), all.end(), [](double x) { return x != x; }), 1);
+    EXPECT_EQ(mesh->read_geometry().differing_points, 0u);
   }
+}
+
+// The value is the second block's: the first one lacks the array.
+TEST_F(VtkBridge, CountsPointsWithOtherValuesInAnotherBlock) {
+  const auto values = [](const std::string& heat, const std::string& two) {
+    return "<PointData>" + point_values("Float64", "heat", heat) +
+           R"(<DataArray type="Int32" Name="two" NumberOfComponents="2" format="ascii">)" + two +
+           "</DataArray></PointData>";
+  };
+  write("a.vtu", piece_of_two(kFirstPoints, ""));
+  write("b.vtu", piece_of_two(kSecondPoints, values("1 2 nan 4", "1 1 2 2 3 3 4 4")));
+  write("c.vtu",
+        piece_of_two("1 0 0 0 1 0 0 0 1 -1 -1 -1", values("1 9 nan 4", "1 1 0 2 3 8 4 4")));
+  const std::string path = write("three.vtm", R"(<VTKFile type="vtkMultiBlockDataSet" version="1.0">
+<vtkMultiBlockDataSet><DataSet index="0" file="a.vtu"/><DataSet index="1" file="b.vtu"/>
+<DataSet index="2" file="c.vtu"/></vtkMultiBlockDataSet></VTKFile>)");
+  const auto mesh = open_with_vtk(path);
+  const Geometry g = mesh->read_geometry();
+  EXPECT_EQ(g.merged_points, 6u);
+  EXPECT_EQ(g.differing_points, 2u);
+  const ::testing::Matcher<double> nothing = ::testing::IsNan();
+  EXPECT_THAT(values_at_points<double>(mesh.get(), "heat"),
+              ElementsAre(nothing, 1, 2, nothing, 4, 4));
 }
 
 TEST_F(VtkBridge, QuadraticTetrahedraNeedTheOption) {
