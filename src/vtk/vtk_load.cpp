@@ -13,6 +13,8 @@
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLGenericDataObjectReader.h>
 #include <vtkXMLPUnstructuredGridReader.h>
+#include <vtkXMLPartitionedDataSetCollectionReader.h>
+#include <vtkXMLPartitionedDataSetReader.h>
 #ifdef TETFUSION_HAS_EXODUS
 #include <vtkExodusIIReader.h>
 #include <vtk_exodusII.h>
@@ -146,7 +148,22 @@ void load_parallel_grid(const std::string& path, const TrapScope& trap, LoadedFi
   }
 }
 
+// False where the file is of another type.
+template <class Reader>
+bool load_if_readable(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+  vtkNew<Reader> reader;
+  if (reader->CanReadFile(path.c_str()) == 0) return false;
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  trap.check(path);
+  collect(reader->GetOutputDataObject(0), path, out);
+  return true;
+}
+
 void load_xml(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+  // VTK 9.1's generic reader knows neither.
+  if (load_if_readable<vtkXMLPartitionedDataSetReader>(path, trap, out)) return;
+  if (load_if_readable<vtkXMLPartitionedDataSetCollectionReader>(path, trap, out)) return;
   vtkNew<vtkXMLGenericDataObjectReader> reader;
   bool parallel = false;
   const int type = reader->ReadOutputType(path.c_str(), parallel);

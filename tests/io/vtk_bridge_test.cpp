@@ -444,6 +444,34 @@ TEST_F(VtkBridge, CountsPointsWithOtherValuesInAnotherBlock) {
               ElementsAre(nothing, 1, 2, nothing, 4, 4));
 }
 
+TEST_F(VtkBridge, ReadsPartitionedDataSets) {
+  write("a.vtu", piece_of_two(kFirstPoints, ""));
+  write("b.vtu", piece_of_two(kSecondPoints, ""));
+  const std::string parts = R"(<DataSet index="0" file="a.vtu"/><DataSet index="1" file="b.vtu"/>)";
+  const std::string partitioned = "vtkPartitionedDataSet";
+  const auto file = [](const std::string& type, const std::string& contents) {
+    return R"(<VTKFile type=")" + type + R"(" version="1.0"><)" + type + ">" + contents + "</" +
+           type + "></VTKFile>";
+  };
+  const std::vector<std::string> paths{
+      write("p.vtpd", file(partitioned, parts)),
+      write("p.vtpc", file(partitioned + "Collection",
+                           R"(<Partitions index="0">)" + parts + "</Partitions>")),
+      write("q.vtpc", file(partitioned + "Collection",
+                           R"(<Partitions index="0"><DataSet index="0" file="a.vtu"/></Partitions>
+<Partitions index="1"><DataSet index="0" file="b.vtu"/></Partitions>)"))};
+  for (const std::string& path : paths) {
+    SCOPED_TRACE(path);
+    const auto mesh = open_with_vtk(path);
+    EXPECT_EQ(mesh->description().pieces, 2u);
+    const Geometry g = mesh->read_geometry();
+    EXPECT_THAT(g.tets, ElementsAre(Tet{0, 1, 2, 3}, Tet{1, 2, 3, 4}));
+    EXPECT_EQ(g.merged_points, 3u);
+  }
+  EXPECT_THAT(error_of(write("p.vtpd", file(partitioned, R"(<DataSet index="0" file="no.vtu"/>)"))),
+              HasSubstr("VTK"));
+}
+
 TEST_F(VtkBridge, QuadraticTetrahedraNeedTheOption) {
   const std::string text = R"(# vtk DataFile Version 3.0
 quadratic
