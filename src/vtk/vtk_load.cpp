@@ -2,14 +2,19 @@
 
 #include <fcntl.h>
 #include <unistd.h>
+#include <vtkCellData.h>
+#include <vtkCellTypes.h>
 #include <vtkCompositeDataIterator.h>
 #include <vtkCompositeDataSet.h>
+#include <vtkDataObjectTreeIterator.h>
 #include <vtkGenericDataObjectReader.h>
+#include <vtkIntArray.h>
 #include <vtkLogger.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
+#include <vtkPartitionedDataSetCollection.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLGenericDataObjectReader.h>
 #include <vtkXMLPUnstructuredGridReader.h>
@@ -21,11 +26,14 @@
 #endif
 
 #include <cstdio>
+#include <set>
 #include <string_view>
 
 #include "base/error.h"
+#include "io/cell_kinds.h"
 #include "io/mapped_file.h"
 #include "io/vtk_bridge.h"
+#include "mesh/split_cells.h"
 #include "vtk/vtk_trial.h"
 
 namespace tetfusion {
@@ -96,14 +104,25 @@ class TrapScope {
   vtkNew<MessageTrap> trap_;
 };
 
+bool holds_blocks(vtkDataObject* data) {
+  return vtkMultiBlockDataSet::SafeDownCast(data) != nullptr ||
+         vtkPartitionedDataSetCollection::SafeDownCast(data) != nullptr;
+}
+
 void collect(vtkDataObject* data, const std::string& path, LoadedFile* out) {
   if (data == nullptr) throw Error(ErrorCode::kBadInput, path + ": VTK read nothing from it");
   if (auto* composite = vtkCompositeDataSet::SafeDownCast(data)) {
     out->field_data.emplace_back(composite->GetFieldData());
     auto at = vtk::TakeSmartPointer(composite->NewIterator());
-    at->SkipEmptyNodesOn();
+    at->SkipEmptyNodesOff();  // an empty block is counted
+    if (auto* children = vtkDataObjectTreeIterator::SafeDownCast(at)) {
+      children->TraverseSubTreeOff();
+      children->VisitOnlyLeavesOff();
+    }
     for (at->InitTraversal(); !at->IsDoneWithTraversal(); at->GoToNextItem()) {
-      collect(at->GetCurrentDataObject(), path, out);
+      vtkDataObject* child = at->GetCurrentDataObject();
+      if (child != nullptr) collect(child, path, out);
+      if (holds_blocks(data) && !holds_blocks(child)) ++out->blocks;
     }
     return;
   }
@@ -114,6 +133,36 @@ void collect(vtkDataObject* data, const std::string& path, LoadedFile* out) {
   }
   out->field_data.emplace_back(set->GetFieldData());
   out->pieces.emplace_back(set);
+  out->block_of.push_back(out->blocks);
+}
+
+bool has_volume(vtkDataSet* data) {
+  vtkNew<vtkCellTypes> types;
+  data->GetCellTypes(types);
+  for (vtkIdType i = 0; i < types->GetNumberOfTypes(); ++i) {
+    const std::uint8_t type = types->GetCellType(i);
+    if (is_splittable(linear_type(type)) || type == kVtkLagrangeTetra) return true;
+  }
+  return false;
+}
+
+// Says of each cell which block it is of, where several blocks have volume cells: these are most
+// often materials. The name is one whose interfaces are kept.
+void mark_blocks(LoadedFile* file) {
+  constexpr char kName[] = "block";
+  std::set<int> with_volume;
+  for (std::size_t k = 0; k < file->pieces.size(); ++k) {
+    if (file->pieces[k]->GetCellData()->HasArray(kName) != 0) return;
+    if (has_volume(file->pieces[k])) with_volume.insert(file->block_of[k]);
+  }
+  if (with_volume.size() < 2) return;
+  for (std::size_t k = 0; k < file->pieces.size(); ++k) {
+    vtkNew<vtkIntArray> blocks;
+    blocks->SetName(kName);
+    blocks->SetNumberOfTuples(file->pieces[k]->GetNumberOfCells());
+    blocks->FillValue(file->block_of[k]);
+    file->pieces[k]->GetCellData()->AddArray(blocks);
+  }
 }
 
 void load_legacy(const std::string& path, const TrapScope& trap, LoadedFile* out) {
@@ -240,6 +289,7 @@ LoadedFile load(const std::string& path, ForeignFormat format) {
       break;
     case ForeignFormat::kXmlVtk:
       load_xml(path, trap, &out);
+      mark_blocks(&out);
       break;
     case ForeignFormat::kNetCdf:
     case ForeignFormat::kHdf5:

@@ -13,6 +13,10 @@ namespace tetfusion {
 struct LoadedFile {
   std::string format;  // for MeshDescription
   std::vector<vtkSmartPointer<vtkDataSet>> pieces;
+  // For each piece the block that it is or belongs to, as the file counts them from 0 on. Parts of
+  // one partitioned data set are one block.
+  std::vector<int> block_of;
+  int blocks = 0;
   bool shared_points = false;  // every piece has the same points, those of the file
   std::vector<vtkSmartPointer<vtkFieldData>> field_data;  // of the file as a whole
 };

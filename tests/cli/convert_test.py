@@ -144,6 +144,8 @@ class OtherFormats(FolderTest):
             self.assertIn(b"20 of these had other values in some array", told)
         report = report_of("info", path)
         self.assertEqual((report["merged_points"], report["differing_points"]), (25, 20))
+        told = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "50%")
+        self.assertIn(b"interfaces of cell array block are kept", told.stderr)
 
     def test_broken_indices_are_an_invalid_mesh(self):
         path = self.write(HEXAHEDRA.replace(b"8 1 2 5 4 7 8 11 10", b"8 1 2 5 4 7 8 11 12"), "a.vtk")

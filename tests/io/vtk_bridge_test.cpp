@@ -472,6 +472,49 @@ TEST_F(VtkBridge, ReadsPartitionedDataSets) {
               HasSubstr("VTK"));
 }
 
+std::vector<std::int32_t> block_of_each_cell(const std::string& path) {
+  const auto mesh = open_with_vtk(path);
+  const std::size_t at = mesh->description().cell_data.find("block");
+  if (at == AttributeSet::npos) return {};
+  const auto values = mesh->read_array(Association::kCell, at);
+  const auto all = values.as<std::int32_t>();
+  return {all.begin(), all.end()};
+}
+
+TEST_F(VtkBridge, CellsSayWhichOfSeveralBlocksTheyAreOf) {
+  const std::string named = "<CellData>" + point_values("Int32", "block", "7") + "</CellData>";
+  write("a.vtu", piece_of_two(kFirstPoints, ""));
+  write("b.vtu", piece_of_two(kSecondPoints, ""));
+  write("named.vtu", piece_of_two(kSecondPoints, named));
+  std::string side = piece_of_two(kSecondPoints, "");
+  const auto change = [&](const std::string& from, const std::string& to) {
+    side.replace(side.find(from), from.size(), to);
+  };
+  change("0 1 2 3<", "0 1 2<");
+  change(">4<", ">3<");
+  change(">10<", ">5<");
+  write("side.vtu", side);
+  const auto blocks = [](const std::string& contents) {
+    return R"(<VTKFile type="vtkMultiBlockDataSet" version="1.0"><vtkMultiBlockDataSet>)" +
+           contents + "</vtkMultiBlockDataSet></VTKFile>";
+  };
+  const auto set = [](int index, const std::string& name) {
+    return "<DataSet index=\"" + std::to_string(index) + "\" file=\"" + name + "\"/>";
+  };
+  EXPECT_THAT(
+      block_of_each_cell(write("m.vtm", blocks(set(0, "side.vtu") + R"(<Block index="1">)" +
+                                               set(0, "a.vtu") + set(1, "b.vtu") + "</Block>"))),
+      ElementsAre(0, 1, 2));
+  // A block of triangles is none of them, nor are the pieces of one block.
+  EXPECT_THAT(block_of_each_cell(write("s.vtm", blocks(set(0, "side.vtu") + set(1, "b.vtu")))),
+              IsEmpty());
+  const std::string pieces =
+      R"(<Piece index="0">)" + set(0, "a.vtu") + set(1, "b.vtu") + "</Piece>";
+  EXPECT_THAT(block_of_each_cell(write("p.vtm", blocks(pieces))), IsEmpty());
+  EXPECT_THAT(block_of_each_cell(write("n.vtm", blocks(set(0, "a.vtu") + set(1, "named.vtu")))),
+              ElementsAre(0, 7));
+}
+
 TEST_F(VtkBridge, QuadraticTetrahedraNeedTheOption) {
   const std::string text = R"(# vtk DataFile Version 3.0
 quadratic
