@@ -180,7 +180,7 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
     least_bound = std::min(least_bound, bound);
     std::string text = sums.fields()[f].name;
     if (bound < kInfinity) {
-      if (share) text += fmt::format(":{}", std::min(*share * bound, 1.0));
+      if (share) text += fmt::format(":{}", *share * bound);
     } else if (array.tolerance) {
       text += fmt::format(":{}", *array.tolerance);
     }

@@ -181,7 +181,6 @@ option_case("reduction that is no number", ["--reduction", "much"], USAGE, "much
 option_case("negative reduction", ["--reduction=-10%"], USAGE, "--reduction")
 option_case("no tetrahedra left", ["--tets", "0"], USAGE, "--tets")
 option_case("tets that are no number", ["--tets", "1x"], USAGE, "1x")
-option_case("bound of an array of more than all", ["--array", "temperature:5"], USAGE, "not above 100%")
 option_case("tolerance of nothing", ["--method", "tetfuse", "--scalar-tolerance", "0"], USAGE, "--scalar-tolerance")
 option_case("stretch below one", ["--method", "tetfuse", "--stretch-factor", "0.5"], USAGE, "--stretch-factor")
 option_case("aspect below one", ["--method", "tetfuse", "--aspect-ratio", "0.5"], USAGE, "--aspect-ratio")
