@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <thread>
 #ifdef _OPENMP
@@ -33,7 +34,7 @@ double cpu_seconds() {
 }
 
 namespace {
-int chosen_threads = 0;  // 0: one a processor
+std::atomic<int> chosen_threads{0};  // 0: one a processor
 }
 
 void set_thread_count(int threads) {
@@ -44,7 +45,7 @@ void set_thread_count(int threads) {
 }
 
 int thread_count() {
-  if (chosen_threads > 0) return chosen_threads;
+  if (const int chosen = chosen_threads; chosen > 0) return chosen;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 

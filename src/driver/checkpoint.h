@@ -12,6 +12,10 @@
 
 namespace tetfusion {
 
+// Raised whenever a state of before would be read as something else, or be gone on with to another
+// result: a run goes on with its own kind only.
+inline constexpr int kStateFormat = 2;
+
 template <class Real>
 struct RunState : RoundsState {
   ImportedMesh<Real> input;  // `mesh` is the current macroLoD, its pieces apart

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "base/version.h"
+#include "driver/checkpoint.h"
 #include "io/checksum.h"
 
 namespace tetfusion {
@@ -62,7 +63,7 @@ std::uint64_t hash_of(const std::vector<std::string>& files) {
 
 std::string fingerprint(const SimplifyRequest& request, const MeshDescription& mesh) {
   const BehaviourOptions& b = request.behaviour;
-  std::string text = fmt::format("program: tetfusion {}\n", version());
+  std::string text = fmt::format("program: tetfusion {}, state {}\n", version(), kStateFormat);
   text +=
       fmt::format("method: {}\nminimum quality: {}\nmaximum rms: {}\n", static_cast<int>(b.method),
                   b.min_quality, b.max_rms ? fmt::format("{}", *b.max_rms) : "none");

@@ -20,8 +20,9 @@ struct Stage {
   std::string map;  // of the file that says where points went; empty: none is wanted
 };
 
-// Throws Error(kUsage) where one of the files that the input consists of would be written over while
-// it is needed (a piece takes the mesh with it whose piece it is), or a map one of the other files.
+// Throws Error(kUsage) where one of the files that the input consists of would be written over
+// while it is needed (a piece takes the mesh with it whose piece it is), or a map one of the other
+// files.
 void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& request);
 
 // The stages for a mesh of so many tetrahedra, ascending by reduction; at least one.
