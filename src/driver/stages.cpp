@@ -201,6 +201,7 @@ void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& re
   const std::vector<Stage> stages = plan_stages(request, kMaxTets);
   for (const Stage& stage : stages) {
     refuse_piece(stage.path, mesh);
+    refuse_piece(stage.map, mesh);
     if (&stage != &stages.back()) refuse_same_file("-o", stage.path, others);
   }
   for (const Stage& stage : stages) others.push_back(stage.path);
