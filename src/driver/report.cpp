@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <vector>
 
 #include "base/numbers.h"
 #include "base/version.h"
@@ -54,7 +55,7 @@ std::string_view reason_in_words(Reject reason) {
     case Reject::kBoundary:
       return "a vertex of theirs lies on the boundary, which stays";
     case Reject::kLocked:
-      return "a vertex of theirs is locked";
+      return "a vertex of theirs stays";
     case Reject::kScalar:
       return "the field would change by more than the scalar tolerance";
     case Reject::kFlip:
@@ -90,7 +91,27 @@ double SimplifyReport::reduction() const {
   return 1 - static_cast<double>(output.tets) / static_cast<double>(input.tets);
 }
 
+std::string SimplifyReport::reason_of_locks() const {
+  std::vector<std::string> reasons;
+  if (!regions.empty()) {
+    reasons.push_back(fmt::format("between regions of {}", fmt::join(regions, ", ")));
+  }
+  if (has_interest) reasons.emplace_back("in the region of interest");
+  const Oddities& o = oddities;
+  if (o.degenerate + o.inverted + o.duplicate_tets + o.nonconforming_faces > 0) {
+    reasons.emplace_back("at a cell that is odd");
+  }
+  if (reasons.empty()) {
+    return "is held by a cell of lower dimension, or has a value that is no number";
+  }
+  return fmt::format("lies {}, and stays", fmt::join(reasons, " or "));
+}
+
 std::string SimplifyReport::stop_sentence() const {
+  const auto in_words = [&](Reject reason) {
+    return reason == Reject::kLocked ? "a vertex of theirs " + reason_of_locks()
+                                     : std::string(reason_in_words(reason));
+  };
   if (stop_reason == StopReason::kGoal) return "The goal was reached.";
   const std::string start = has_goal ? "The goal was not reached: " : "";
   const auto say = [&](std::string text) {
@@ -109,12 +130,12 @@ std::string SimplifyReport::stop_sentence() const {
     if (all == 0) return say("every vertex that is left lies on the boundary, which stays.");
     return say(fmt::format("of {} vertices that are left inside, {} may not be fused because {}.",
                            format_count(all), format_count(*most),
-                           reason_in_words(static_cast<Reject>(most - reasons.begin()))));
+                           in_words(static_cast<Reject>(most - reasons.begin()))));
   }
   const auto most = std::max_element(last.rejected.begin(), last.rejected.end());
   const auto reason = static_cast<Reject>(most - last.rejected.begin());
   const std::string because = fmt::format("for {} of {} this is because {}.", format_count(*most),
-                                          format_count(last.tets_after), reason_in_words(reason));
+                                          format_count(last.tets_after), in_words(reason));
   if (last.fused == 0) return say("no tetrahedron may be fused any more; " + because);
   return say(
       fmt::format("next to none may be fused any more (the last macroLoD has {} tetrahedra "

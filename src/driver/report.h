@@ -57,6 +57,7 @@ struct SimplifyReport {
   std::vector<MeshSummary> outputs;  // all that were written, `output` the last of them
   std::vector<std::string> steering;
   std::vector<std::string> regions;
+  bool has_interest = false;  // a region of interest was asked for
   Oddities oddities;
   StopReason stop_reason = StopReason::kSaturated;
   bool has_goal = false;
@@ -71,6 +72,8 @@ struct SimplifyReport {
   int threads = 1;
 
   double reduction() const;  // share of the tetrahedra that went
+  // Why vertices are locked, as far as is known.
+  std::string reason_of_locks() const;
   // Which limit ended the run, in plain words.
   std::string stop_sentence() const;
 };

@@ -32,6 +32,7 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
                       facts.merged_points,  facts.differing_points,    facts.ghost_cells,
                       facts.locked_vertices};
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
+  report->has_interest = !run.request.behaviour.interest.empty();
 }
 
 // They may be gone, and what is wanted of them now may not have been when they were written.

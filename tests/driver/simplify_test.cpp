@@ -337,6 +337,21 @@ TEST_F(Simplify, TheGoalIsMetFromAbove) {
   }
 }
 
+TEST_F(Simplify, SaysWhyVerticesStay) {
+  MeshFile file = box(8);
+  request.behaviour.method = Method::kFuse;
+  request.behaviour.reduction = 0.9;
+  request.behaviour.interest = {"box=-1e9,1e9,-1e9,1e9,-1e9,1e9"};
+  EXPECT_THAT(run(file).stop_sentence(),
+              HasSubstr("because a vertex of theirs lies in the region of interest, and stays."));
+  file.cell_arrays.push_back(
+      make_array<std::int32_t>("material", file.cells(), 1, [](auto i, auto) { return i; }));
+  EXPECT_THAT(run(file).stop_sentence(),
+              HasSubstr("lies between regions of material or in the region of interest, and"));
+  request.behaviour.interest = {};
+  EXPECT_THAT(run(file).stop_sentence(), HasSubstr("lies between regions of material, and stays."));
+}
+
 // The second level takes from all over the mesh, too, though the first one ended with single
 // fusions here and there.
 TEST_F(Simplify, EveryLevelIsSpread) {
