@@ -66,7 +66,7 @@ std::vector<Part> numbers_in(const std::string& name) {
     if (is_alone) {
       std::size_t exponent = number.end + 1;
       if (exponent < name.size() && (name[exponent] == '-' || name[exponent] == '+')) ++exponent;
-      const bool has_e = number.end < name.size() && std::tolower(name[number.end]) == 'e';
+      const bool has_e = number.end < name.size() && (name[number.end] | 0x20) == 'e';
       if (has_e && digits_from(exponent) > exponent) number.end = digits_from(exponent);
       const bool has_sign = at > 0 && name[at - 1] == '-';
       if (has_sign && (at == 1 || !is_word(name[at - 2]))) --number.begin;
