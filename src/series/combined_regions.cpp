@@ -60,9 +60,7 @@ void CombinedRegions::add(std::uint64_t step, const MeshDescription& mesh, const
                           const RunContext& context) {
   for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
     const ArrayInfo& array = mesh.cell_data.arrays[i];
-    if (is_region(array)) {
-      add(step, array, i, stream, context);
-    }
+    if (is_region(array)) add(step, array, i, stream, context);
   }
 }
 

@@ -77,7 +77,7 @@ void write_list(const SeriesPlan& plan, const RunContext& context) {
   }
   if (times.size() < steps.size()) {
     if (any) {
-      context.say(fmt::format("{}: the steps are numbered, as {} do not tell all of them apart",
+      context.say(fmt::format("{}: the steps are numbered, as {} does not tell all of them apart",
                               plan.list, kTimeValue));
     }
     for (ListedStep& step : steps) step.time.reset();
