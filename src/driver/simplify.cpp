@@ -65,6 +65,9 @@ void check_earlier_levels(const std::vector<Stage>& stages, std::size_t written,
 // From the input, or what an earlier run has left of it, to the last of the outputs.
 template <class Real>
 void coarsen(std::optional<Checkpoint> left, Run* run, SimplifyReport* report) {
+  if (!left && run->request.performance.resume) {
+    run->context.say("there is nothing to go on with (--resume): the run begins anew");
+  }
   Coarsening<Real> coarsening(run);
   left ? coarsening.resume(std::move(*left)) : coarsening.import();
   const RunState<Real>& state = coarsening.state();

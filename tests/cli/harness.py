@@ -103,16 +103,20 @@ class FolderTest(unittest.TestCase):
         """Starts the command, stops it as soon as the folder has a file of that name, and returns its message."""
         process = subprocess.Popen([command(), *map(str, arguments)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
         self.addCleanup(process.kill)
-        end = time.monotonic() + limit
-        while process.poll() is None and not list(self.folder.glob(pattern)):
-            self.assertLess(time.monotonic(), end, f"no {pattern}")
-            time.sleep(0.001)
+        self.wait_for(pattern, process, limit)
         process.send_signal(by)
         message = process.communicate(timeout=limit)[1].decode()
         self.assertEqual(process.returncode, code, message)
         if code == INTERRUPTED:
             self.assertIn("interrupted", message)
         return message
+
+    def wait_for(self, pattern, process, limit=60):
+        """Until the folder has a file of that name, or the process has ended."""
+        end = time.monotonic() + limit
+        while process.poll() is None and not list(self.folder.glob(pattern)):
+            self.assertLess(time.monotonic(), end, f"no {pattern}")
+            time.sleep(0.001)
 
     def files(self):
         return sorted(p.name for p in self.folder.iterdir())
