@@ -20,6 +20,7 @@
 #include "driver/scratch_place.h"
 #include "driver/stage_output.h"
 #include "driver/stages.h"
+#include "io/scratch_folder.h"
 
 namespace tetfusion {
 
@@ -62,12 +63,24 @@ void check_earlier_levels(const std::vector<Stage>& stages, std::size_t written,
   }
 }
 
+// Of the folder of an earlier run, that this one does not go on from it.
+void say_what_is_left(const Run& run) {
+  const std::string folder = scratch_folder(run.request);
+  std::error_code unknown;
+  if (run.request.performance.resume) {
+    run.context.say("there is nothing to go on with (--resume): the run begins anew");
+  } else if (!run.place.on_disk() &&
+             std::filesystem::exists(folder + "/" + kManifestName, unknown)) {
+    run.context.say(
+        fmt::format("{} holds the work of another run, for which this one has no use: "
+                    "go on from there with --resume, or remove it",
+                    folder));
+  }
+}
+
 // From the input, or what an earlier run has left of it, to the last of the outputs.
 template <class Real>
 void coarsen(std::optional<Checkpoint> left, Run* run, SimplifyReport* report) {
-  if (!left && run->request.performance.resume) {
-    run->context.say("there is nothing to go on with (--resume): the run begins anew");
-  }
   Coarsening<Real> coarsening(run);
   left ? coarsening.resume(std::move(*left)) : coarsening.import();
   const RunState<Real>& state = coarsening.state();
@@ -113,6 +126,7 @@ SimplifyReport simplify_mesh(const SimplifyRequest& request, std::unique_ptr<Mes
   try {
     const MeshDescription& mesh = run.input.description();
     auto left = run.place.open(mesh, sink != nullptr);
+    if (!left) say_what_is_left(run);
     mesh.point_type == ValueType::kFloat32 ? coarsen<float>(std::move(left), &run, &report)
                                            : coarsen<double>(std::move(left), &run, &report);
   } catch (const Error& error) {

@@ -541,6 +541,18 @@ TEST_F(StoppedRun, GoesOnAfterAKill) {
   unsetenv(kFolder);
 }
 
+TEST_F(StoppedRun, IsTalkedOfByOneThatHasNoUseForIt) {
+  request.performance.on_disk = true;
+  ASSERT_TRUE(run_until(3, "fusing"));
+  request.performance.on_disk = false;
+  std::vector<std::string> notices;
+  RunContext context;
+  context.notice = [&](std::string_view s) { notices.emplace_back(s); };
+  simplify(request, context);
+  EXPECT_THAT(notices, ::testing::Contains(HasSubstr(scratch() + " holds the work")));
+  EXPECT_TRUE(std::filesystem::exists(scratch()));
+}
+
 // A resumed run tells the whole story, not only its own part.
 TEST_F(StoppedRun, ReportsAllRounds) {
   const SimplifyReport whole = simplify(request);

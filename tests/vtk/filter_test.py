@@ -10,6 +10,7 @@ import threading
 import time
 import types
 import unittest
+import warnings
 
 import numpy as np
 from vtkmodules.numpy_interface import dataset_adapter
@@ -24,9 +25,10 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructured
 COMMAND, PACKAGES, DATA = (pathlib.Path(sys.argv.pop(1)).resolve() for _ in range(3))
 sys.path[:0] = [str(PACKAGES)]
 import vtktetfusion  # noqa: E402
-from vtktetfusion import TetFusionError, vtkTetFusion  # noqa: E402
+from vtktetfusion import TetFusionError, TetFusionWarning, vtkTetFusion  # noqa: E402
 
 USER_ERROR = 40000
+warnings.simplefilter("ignore", TetFusionWarning)  # goals beyond what tiny meshes have
 
 
 def command(*arguments):
@@ -293,7 +295,7 @@ class Filter(FilterTest):
         errors = Errors(run)
         run.Update()
         self.assertEqual(run.GetErrorCode(), USER_ERROR + 2)
-        self.assertIn("an array to process is not in the input", errors.first())
+        self.assertIn("the input has no numbers by the name 'nothing' for input array to process 0", errors.first())
 
     def test_ghost_cells_are_left_out_and_their_points_stay(self):
         n = 8
@@ -471,10 +473,18 @@ class Filter(FilterTest):
         run.Update()
         self.assertEqual(run.GetErrorCode(), 0)
         self.assertGreater(run.GetOutput().GetNumberOfCells(), 0)
-        run.SetStrict(True)
-        run.SetTargetReduction(0.99)
-        run.Update()
-        self.assertEqual(run.GetErrorCode(), USER_ERROR + 6)
+
+    def test_a_goal_out_of_reach(self):
+        """A warning, with Strict an error; the grid is there in any case."""
+        run = self.run_on(box(3), TargetReduction=0.99)
+        errors = Errors(run)
+        for strict in (False, True):
+            run.SetStrict(strict)
+            run.Update()
+            self.assertEqual(run.GetErrorCode(), USER_ERROR + 6 if strict else 0)
+            self.assertIn("The goal was not reached: ", errors.first())
+            self.assertGreater(run.GetOutput().GetNumberOfCells(), 0)
+            errors.messages.clear()
 
     def test_settings_are_printed_and_kept(self):
         run = self.run_on(box(2), TargetReduction=0.25, MaximumError=0.01, BoundaryMode=vtkTetFusion.PLANAR)
@@ -601,12 +611,26 @@ class Function(FilterTest):
                                 ({"aspect_ratio": 0}, "aspect_ratio must be at least 1"),
                                 ({"max_volume": 0}, "max_volume must be greater than 0"),
                                 ({"memory": -1}, "memory must be at least 0"),
+                                ({"threads": -1}, "threads must be at least 0"),
                                 ({"min_quality": 0.3, "method": "tetfuse"}, "min_quality belongs to method fuse")):
             with self.subTest(arguments=arguments), self.assertRaises(TetFusionError) as caught:
                 vtktetfusion.simplify(grid, **arguments)
             self.assertEqual(caught.exception.code, 2)
             self.assertIn(part, str(caught.exception))
             self.assertNotIn("vtkTetFusion", str(caught.exception))
+
+    def test_what_is_worth_knowing_is_said(self):
+        blocks = vtkMultiBlockDataSet()
+        for i in range(2):
+            blocks.SetBlock(i, box(3 + i))
+        with self.assertLogs("vtktetfusion", "INFO") as said, self.assertWarns(TetFusionWarning) as warned:
+            vtktetfusion.simplify(blocks, 0.99)
+        self.assertEqual(sum("array wave steers" in line for line in said.output), 2, said.output)
+        self.assertEqual(warned.filename, __file__)
+        self.assertEqual(["The goal was not reached: " in str(w.message) for w in warned.warnings], [True, True])
+        with self.assertRaises(TetFusionError) as caught:
+            vtktetfusion.simplify(box(3), 0.99, strict=True)
+        self.assertEqual(caught.exception.code, 6)
 
     def test_a_reduction_of_nothing_leaves_the_mesh_as_it_is(self):
         grid = box(6)

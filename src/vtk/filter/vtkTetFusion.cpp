@@ -117,29 +117,35 @@ struct vtkTetFusion::Internals {
   bool is_in_block() const { return open_updates > 1; }
   int blocks_without_volume = 0, other_blocks = 0;  // in this update
 
-  bool add_inputs_to_process(vtkTetFusion* filter, vtkUnstructuredGrid* input, const GridView& view,
-                             tetfusion::Options* options) const;
+  std::string add_inputs_to_process(vtkTetFusion* filter, vtkUnstructuredGrid* input,
+                                    const GridView& view, tetfusion::Options* options) const;
   tetfusion::Options options(vtkTetFusion* filter) const;
   void remove_steering(int association) {
     std::erase_if(steering, [&](const Steering& s) { return s.association == association; });
   }
 };
 
-// Those of SetInputArrayToProcess(). False: an array is missing.
-bool vtkTetFusion::Internals::add_inputs_to_process(vtkTetFusion* filter,
-                                                    vtkUnstructuredGrid* input,
-                                                    const GridView& view,
-                                                    tetfusion::Options* options) const {
+// Those of SetInputArrayToProcess(). Returns what is wrong with them, if anything.
+std::string vtkTetFusion::Internals::add_inputs_to_process(vtkTetFusion* filter,
+                                                           vtkUnstructuredGrid* input,
+                                                           const GridView& view,
+                                                           tetfusion::Options* options) const {
   vtkInformationVector* wanted = filter->GetInformation()->Get(INPUT_ARRAYS_TO_PROCESS());
   const int count = wanted != nullptr ? wanted->GetNumberOfInformationObjects() : 0;
   for (int i = 0; i < count; ++i) {
     int association = 0;
     vtkDataArray* array = filter->GetInputArrayToProcess(i, input, association);
     const std::string name = array != nullptr ? view.name_of(array) : "";
-    if (name.empty()) return false;
+    if (name.empty()) {
+      vtkInformation* const which = wanted->GetInformationObject(i);
+      const char* const given = which->Get(vtkDataObject::FIELD_NAME());
+      return "the input has no numbers" +
+             (given != nullptr ? " by the name '" + std::string(given) + "'" : std::string()) +
+             " for input array to process " + std::to_string(i);
+    }
     options->arrays.push_back({name, association == vtkDataObject::FIELD_ASSOCIATION_CELLS, {}});
   }
-  return true;
+  return "";
 }
 
 tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const {
@@ -267,6 +273,7 @@ void vtkTetFusion::BeginUpdate() {
   if (own.open_updates++ > 0) return;
   this->SetErrorCode(vtkErrorCode::NoError);
   own.blocks_without_volume = own.other_blocks = 0;
+  own.notices.clear();
 }
 
 void vtkTetFusion::EndUpdate() {
@@ -282,7 +289,7 @@ int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVecto
   vtkDataObject* const object = vtkDataObject::GetData(inputVector[0]);
   vtkUnstructuredGrid* output = vtkUnstructuredGrid::GetData(outputVector);
   Internals& own = *this->Internal;
-  own.stop_sentence = own.report = own.notices = "";
+  own.stop_sentence = own.report = "";
   const auto fail = [&](tetfusion::Code code, const std::string& message) {
     this->SetErrorCode(vtkErrorCode::UserError + static_cast<unsigned long>(code));
     if (code != tetfusion::Code::kInterrupted) vtkErrorMacro(<< message);
@@ -312,9 +319,8 @@ int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVecto
     vtkWarningMacro(<< what << " holds no numbers and is left out");
   }
   tetfusion::Options options = own.options(this);
-  if (!own.add_inputs_to_process(this, input, view, &options)) {
-    return fail(tetfusion::Code::kUsage, "an array to process is not in the input");
-  }
+  const std::string missing = own.add_inputs_to_process(this, input, view, &options);
+  if (!missing.empty()) return fail(tetfusion::Code::kUsage, missing);
   Heartbeat heartbeat(this);
   tetfusion::Observer observer;
   observer.progress = [&](double share, std::string_view phase) { heartbeat.report(share, phase); };
@@ -324,7 +330,11 @@ int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVecto
   own.stop_sentence = result.report.stop_sentence;
   own.report = result.report.json;
   if (result.mesh.tets > 0) fill_grid(view, input, std::move(result.mesh), output);
-  return result.status.ok() ? 1 : fail(result.status.code, result.status.message);
+  if (!result.status.ok()) return fail(result.status.code, result.status.message);
+  if ((options.reduction || options.tets) && !result.report.goal_reached) {
+    vtkWarningMacro(<< result.report.stop_sentence);
+  }
+  return 1;
 }
 
 void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {

@@ -75,8 +75,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
-   * Is a goal that cannot be reached an error? The output has the best mesh in any case. Default:
-   * no.
+   * Is a goal that cannot be reached an error, and not only a warning? The output has the best mesh
+   * in any case. Default: no.
    */
   vtkSetMacro(Strict, bool);
   vtkGetMacro(Strict, bool);
@@ -305,8 +305,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   ///@{
   /**
    * Of the last run (of a composite input: of its last block): which limit ended it, as a sentence;
-   * everything as JSON, as the command's --report; what was locked or left out, a line each. Empty
-   * where there was none.
+   * everything as JSON, as the command's --report. Of all blocks: what was locked or left out, a
+   * line each. Empty where there was none.
    */
   const char* GetStopSentence();
   const char* GetReport();

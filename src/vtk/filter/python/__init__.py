@@ -6,15 +6,19 @@
 simplify() takes and returns a vtkUnstructuredGrid, or what stands for one in vtkmodules.numpy_interface or in PyVista.
 vtkTetFusion is the filter itself, for a pipeline; help(vtktetfusion.vtkTetFusion) explains every option.
 """
+import logging
 import math
 import sys
 import threading
+import warnings
 
 from vtkmodules import vtkCommonDataModel, vtkCommonExecutionModel  # what the wrapped module builds on
 
 from .vtkTetFusionFilter import vtkTetFusion
 
-__all__ = ["TetFusionError", "simplify", "vtkTetFusion"]
+__all__ = ["TetFusionError", "TetFusionWarning", "simplify", "vtkTetFusion"]
+
+_log = logging.getLogger("vtktetfusion")
 
 # One run at a time, as in the library; but who waits here lets other threads of Python go on.
 _turn = threading.Lock()
@@ -35,6 +39,10 @@ class TetFusionError(RuntimeError):
         self.code = code
 
 
+class TetFusionWarning(UserWarning):
+    """A goal was not reached, or an array is left out that holds no numbers."""
+
+
 def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=False, method="fuse", boundary="exact",
              min_quality=None, conserve=False, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
              boundary_tets_stay=False, arrays=None, regions=None, roi=(), weight=None, original_ids=False,
@@ -47,7 +55,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     tets: the same goal as the number that is to be left. Without a goal: as far as max_error allows.
     max_error: at no point is a steering field off by more than this share of its range; default 0.01 where nothing else limits.
     max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range.
-    strict: a goal that cannot be reached is an error.
+    strict: a goal that cannot be reached is an error, and not only a TetFusionWarning.
     method: "fuse", or "tetfuse", the operation of the paper.
     boundary: "exact", "planar", or how far it may move, as a share of the diagonal of the bounding box.
     min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
@@ -65,6 +73,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it.
     progress: called with the share that is done, from 0 to 1; False as its answer ends the run. It cannot call simplify().
     One call runs at a time: those of other threads wait for it.
+
+    What the command would say meanwhile goes to the logger "vtktetfusion", as info.
 
     Raises TetFusionError.
     """
@@ -85,9 +95,10 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     run.SetOriginalIds(original_ids)
     run.SetTetrahedralize(tetrahedralize)
     run.SetLinearize(linearize)
+    for name, value in (("threads", threads), ("memory", memory)):
+        if value < 0:
+            _refuse(f"{name} must be at least 0")
     run.SetNumberOfThreads(threads)
-    if memory < 0:
-        _refuse("memory must be at least 0")
     run.SetMemoryLimit(memory)
     run.SetChunkTets(chunk_tets)
     run.SetMethod(_choice("method", method, {"fuse": run.FUSE, "tetfuse": run.TETFUSE}))
@@ -153,14 +164,18 @@ def _set_regions(run, regions):
 
 
 def _execute(run, progress):
-    messages = []
+    errors, concerns = [], []
 
-    def on_error(caller, event, text="unknown error"):
-        messages.append(text)
-    on_error.CallDataType = "string0"
-    # The executive complains, too; with an observer neither prints.
-    for speaker in (run, run.GetExecutive()):
-        speaker.AddObserver("ErrorEvent", on_error)
+    def listen(event, messages):
+        def on_event(caller, name, text="unknown error"):
+            messages.append(_plain(text))
+        on_event.CallDataType = "string0"
+        # The executive complains, too; with an observer neither prints.
+        for speaker in (run, run.GetExecutive()):
+            speaker.AddObserver(event, on_event)
+
+    listen("ErrorEvent", errors)
+    listen("WarningEvent", concerns)
     raised = []
 
     def on_progress(caller, event):
@@ -183,17 +198,20 @@ def _execute(run, progress):
             _runs_here.any = False
     if raised:
         raise raised[0]
+    for line in run.GetNotices().splitlines():
+        _log.info(line)
+    for concern in concerns:
+        warnings.warn(concern, TetFusionWarning, stacklevel=3)
     code = run.GetErrorCode()
-    if code == 0 and not messages:
+    if code == 0 and not errors:
         return
     code = code - _USER_ERROR if code >= _USER_ERROR else 3
-    raise TetFusionError(code, "the run was ended" if code == 130 else _plain(messages))
+    raise TetFusionError(code, "the run was ended" if code == 130 else (errors or ["it was not simplified"])[0])
 
 
-def _plain(messages):
+def _plain(message):
     """VTK puts the source file, the line and the object before what was said."""
-    first = messages[0] if messages else "it was not simplified"
-    return first.partition("): ")[2].strip() or first.strip()
+    return message.partition("): ")[2].strip() or message.strip()
 
 
 def _like(grid, output):
