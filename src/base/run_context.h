@@ -34,6 +34,14 @@ struct RunContext {
               std::size_t all) const {
     report(phase, from + (to - from) * static_cast<double>(done) / static_cast<double>(all));
   }
+  // For a part of the run that goes from share `from` to `to`: what it reports is 0..1 again.
+  RunContext part(double from, double to) const {
+    RunContext context = *this;
+    context.progress = [whole = progress, from, to](std::string_view phase, double share) {
+      if (whole) whole(phase, from + (to - from) * share);
+    };
+    return context;
+  }
   void report_size(std::uint64_t tets) const {
     if (size) size(tets);
   }

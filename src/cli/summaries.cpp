@@ -23,8 +23,8 @@ void add_estimate(const RunPlan& plan, std::string* text) {
   fmt::format_to(to, "boundary   about {:.3g} % of the points\n", 100 * e.boundary_share);
   fmt::format_to(to, "reachable  about {:.3g} % less tetrahedra{}\n", 100 * e.reduction,
                  e.goal && !e.reaches_goal() ? "; the goal is out of reach" : "");
-  fmt::format_to(to, "time       about {:.2g} s with {} threads, without waiting for disks\n",
-                 e.seconds, plan.threads);
+  fmt::format_to(to, "time       about {:.2g} s with {} thread{}, without waiting for disks\n",
+                 e.seconds, plan.threads, plan.threads == 1 ? "" : "s");
   fmt::format_to(
       to, "basis      {}, simplified on one thread in {:.2g} s; the input was read once\n",
       e.is_whole() ? "the whole mesh" : format_count(e.sample_tets) + " tetrahedra from its middle",

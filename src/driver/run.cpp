@@ -83,7 +83,9 @@ Steering read_steering(Run* run) {
                             "--reduction or --tets",
                             run->request.input));
   }
-  context.say("no array steers: geometry alone decides");
+  context.say(b.max_error || b.max_rms
+                  ? "no array steers: geometry alone decides, and no error is limited"
+                  : "no array steers: geometry alone decides");
   return steering;
 }
 

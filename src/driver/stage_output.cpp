@@ -57,7 +57,7 @@ struct WrittenResult {
 };
 
 void write_map(const WrittenResult& result, const Vector<std::int64_t>& original_ids,
-               const InputFacts& facts, Run* run, OutputFile* file) {
+               const InputFacts& facts, Run* run, const RunContext& context, OutputFile* file) {
   const PhaseWithin phase("map", run);
   trim_memory();
   MemoryBudget* budget = run->place.budget();
@@ -67,16 +67,16 @@ void write_map(const WrittenResult& result, const Vector<std::int64_t>& original
   needs.fixed += kMapPointBytes * result.mesh.points;
   const std::uint64_t sides = needs.sides_within(budget->free());
   const auto reserved = budget->reserve(needs.fixed + sides, "the map of the points");
-  make_map(run->input.source.get(), result.file.path, original_ids, sides, file, run->context);
+  make_map(run->input.source.get(), result.file.path, original_ids, sides, file, context);
 }
 
 Verification verify(const WrittenResult& result, const InputFacts& facts, const LowerCells& lower,
-                    Run* run) {
+                    Run* run, const RunContext& context) {
   const PhaseWithin phase("verify", run);
   const RunInput& in = run->input;
   const RunChoices choices{in.description(), in.steering, in.regions};
   const Promise promise = promise_of(run->request.behaviour, choices, facts, lower, result.mesh);
-  return verify_output(result.file, promise, in.source.get(), run->context, run->place.budget());
+  return verify_output(result.file, promise, in.source.get(), context, run->place.budget());
 }
 
 }  // namespace
@@ -96,10 +96,12 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
   out.sink = run->sink;
   out.original_ids = request.behaviour.original_ids;
   out.has_numbers = run->keeps_logs();
-  const double share = coarsening->share_done();
+  const double begin = coarsening->share_done();
+  const double end = is_last ? 1 : begin;
+  const double half = looks_at_result(request) ? (begin + end) / 2 : end;
   out.progress = [&](double part) {
     run->context.check();
-    run->context.report("writing", share + (is_last ? 1 - share : 0) * part);
+    run->context.report("writing", begin + (half - begin) * part);
   };
   const auto fitted = fit_values(state, run);
   std::optional<OutputFile> way_back, map;
@@ -116,8 +118,12 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
     out.inspect = [&](const std::string& path, const MeshSummary& written) {
       const InputFacts& facts = state.input.facts;
       const WrittenResult result{{stage.path, path}, written};
-      if (map) write_map(result, ids, facts, run, &*map);
-      if (request.verify) done.verified = verify(result, facts, state.input.lower.cells, run);
+      const double mapped = map && request.verify ? (half + end) / 2 : map ? end : half;
+      if (map) write_map(result, ids, facts, run, run->context.part(half, mapped), &*map);
+      if (request.verify) {
+        done.verified =
+            verify(result, facts, state.input.lower.cells, run, run->context.part(mapped, end));
+      }
       if (map) map->finish();
     };
   }

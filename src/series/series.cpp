@@ -30,12 +30,10 @@ std::optional<double> time_in(const std::string& path) {
 }
 
 RunContext part_of(const RunContext& context, std::size_t i, std::size_t all) {
-  RunContext part = context;
-  if (context.progress) {
-    part.progress = [&context, i, all](std::string_view phase, double share) {
-      context.progress(phase, (static_cast<double>(i) + share) / static_cast<double>(all));
-    };
-  }
+  const auto share = [&](std::size_t done) {
+    return static_cast<double>(done) / static_cast<double>(all);
+  };
+  RunContext part = context.part(share(i), share(i + 1));
   if (i > 0) part.size = {};
   return part;
 }

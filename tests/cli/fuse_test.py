@@ -66,6 +66,15 @@ class Fuse(FolderTest):
         self.assertEqual(int(np.isinf(after).sum()), len(values[::37]))
         self.assertLess(float(np.abs(after - x)[np.isfinite(after)].max()), 1e-4)
 
+    def test_bounds_without_a_field_are_told_of(self):
+        tiny = TinyVtu()
+        tiny.remove("temperature")
+        mesh = self.write(tiny)
+        for limits, said in (([], b"geometry alone decides\n"), (["--max-error", "1%"], b"decides, and no error is limited\n")):
+            result = finish("simplify", mesh, "-o", self.folder / "out.vtu", "--reduction", "50%", *limits)
+            self.assertEqual(result.returncode, 0)
+            self.assertIn(said, result.stderr)
+
     def test_a_boundary_that_moves(self):
         path = self.generate("--jitter", "0.5", tets="60k")
         _, exact = self.fuse(path, "--reduction", "90%")

@@ -42,7 +42,7 @@ class Generate(FolderTest):
 
     def test_bad_options(self):
         for options in (["--tets", "0"], ["--tets", "many"], ["--jitter", "1"], ["--jitter", "nan"], ["--grading", "0"],
-                        ["--seed", "-1"], ["--tets", "2e30"]):
+                        ["--seed", "-1"], ["--seed", "18446744073709551616"], ["--seed", "1k"], ["--tets", "2e30"]):
             run("generate", "five", "-o", self.folder / "a.vtu", *options, code=USAGE)
         run("generate", "six", "-o", self.folder / "a.vtu", code=USAGE)
         run("generate", "five", code=USAGE)

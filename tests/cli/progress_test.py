@@ -48,6 +48,14 @@ class Lines(FolderTest):
             self.assertEqual(percentages[-1], 100)
             self.assertEqual(len({p // 10 for p in percentages} & {0, 10}), 2, "from the beginning to the end")
 
+    def test_looking_at_the_result_has_its_part(self):
+        path = self.generate(tets="100k")
+        lines = self.lines("simplify", path, "-o", self.folder / "a.vtu", "--verify", "--map", self.folder / "a.map")
+        percentages = [percent for percent, _ in lines]
+        self.assertEqual(percentages, sorted(percentages))
+        for phase in "mapping", "verifying":
+            self.assertLess(min(percent for percent, its in lines if its == phase), 100, phase)
+
     def test_levels_share_one_scale(self):
         path = self.generate(tets="300k")
         lines = self.lines("simplify", path, "-o", self.folder / "{lod}.vtu", "--lods", "10%,20%,30%,40%", "--quiet")
