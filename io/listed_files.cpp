@@ -24,7 +24,12 @@ std::string listed_path(const std::string& list, std::string_view what, const st
     throw Error(ErrorCode::kBadInput, fmt::format("{}: {} {}", list, what, why));
   };
   if (name.empty()) fail("names no file");
-  if (below.is_absolute() || *below.begin() == "..") {
+  if (below.is_absolute()) {
+    fail("is " + tetfusion::quoted(name) +
+         ", an absolute path: the file must lie below the folder of this one, and be named from "
+         "there on");
+  }
+  if (*below.begin() == "..") {
     fail("is " + tetfusion::quoted(name) +
          ", which is not below the folder of this file: put it there, and name it so");
   }
