@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,6 +31,27 @@ bool is_called(const std::string& path, std::initializer_list<std::string_view> 
   return std::find(suffixes.begin(), suffixes.end(), suffix_of(path)) != suffixes.end();
 }
 
+// Throws for what is known by its first bytes, and no mesh.
+void refuse_other_files(const std::string& path, std::string_view text) {
+  struct Kind {
+    std::string_view begin, what;
+  };
+  constexpr Kind kKinds[] = {
+      {"\x1f\x8b", "is packed by gzip: unpack it first"},
+      {"BZh", "is packed by bzip2: unpack it first"},
+      {"\xfd\x37zXZ", "is packed by xz: unpack it first"},
+      {"\x28\xb5\x2f\xfd", "is packed by zstd: unpack it first"},
+      {"PK\x03\x04", "is packed by zip: unpack it first"},
+      {"TFPROGRS", "is a progressive mesh: 'tetfusion refine' makes meshes of it"},
+      {"TFPTSMAP", "says where points went, and holds no mesh: it is for 'tetfusion apply'"},
+  };
+  for (const auto& [begin, what] : kKinds) {
+    if (!text.starts_with(begin)) continue;
+    throw Error(ErrorCode::kBadInput,
+                fmt::format("{} {}", path == "-" ? "standard input" : path, what));
+  }
+}
+
 }  // namespace
 
 // The content decides. A file that is only called .vtu or .mesh goes to the native reader too: it
@@ -39,6 +61,7 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   MappedFile file = standard_input ? MappedFile::spool(STDIN_FILENO, path, options.spool_folder)
                                    : MappedFile::open(path, options.spool_folder);
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
+  refuse_other_files(path, text);
   const std::string_view type = vtk_file_type(text);
   if (type == "UnstructuredGrid" || (type.empty() && is_called(path, {".vtu"}))) {
     return open_vtu(std::move(file), options);

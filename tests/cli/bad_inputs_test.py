@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What the command does with bad input: each case gives its exit code and a message that names the file or option, says
 what was expected, and leaves nothing behind. Usage: bad_inputs_test.py TETFUSION"""
+import gzip
 import json
 import subprocess
 
@@ -81,6 +82,7 @@ def no_points(mesh):
 
 
 # Files that are not there, or no meshes.
+file_case("packed", gzip.compress(TinyVtu().bytes()), BAD, "gzip", "unpack it first")
 file_case("missing file", None, IO, "[Nn]o such file")
 file_case("directory", "directory", IO, "folder")
 file_case("empty file", b"", BAD, "empty")
@@ -256,6 +258,15 @@ class BadInputs(FolderTest):
             result = subprocess.run(f'"{command()}" {line.format(mesh)} >&-', shell=True, capture_output=True)
             self.assertEqual(result.returncode, IO, line)
             self.assertIn(b"standard output", result.stderr)
+
+    def test_files_of_other_commands_are_known(self):
+        mesh = self.write(TinyVtu())
+        run("simplify", mesh, "-o", self.folder / "out.vtu", "--progressive", self.folder / "run.tfp", "--reduction", "10%")
+        run("simplify", mesh, "-o", self.folder / "out.vtu", "--map", self.folder / "out.map", "--reduction", "10%")
+        for name, said in (("run.tfp", b"'tetfusion refine' makes meshes of it"), ("out.map", b"it is for 'tetfusion apply'")):
+            result = finish("info", self.folder / name)
+            self.assertEqual(result.returncode, BAD)
+            self.assertIn(said, result.stderr)
 
     def test_a_name_that_is_not_utf8(self):
         mesh = self.write(TinyVtu(), "caf\udce9.vtu")  # the byte 0xe9
