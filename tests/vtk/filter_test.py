@@ -3,6 +3,7 @@
 [unittest's arguments], where PACKAGES holds the Python package vtktetfusion. Without the data folder the tests of real meshes are
 skipped."""
 import pathlib
+import pickle
 import subprocess
 import sys
 import tempfile
@@ -631,6 +632,11 @@ class Function(FilterTest):
         with self.assertRaises(TetFusionError) as caught:
             vtktetfusion.simplify(box(3), 0.99, strict=True)
         self.assertEqual(caught.exception.code, 6)
+
+    def test_errors_pass_between_processes(self):
+        error = pickle.loads(pickle.dumps(TetFusionError(3, "why")))
+        self.assertIsInstance(error, TetFusionError)
+        self.assertEqual((error.code, str(error)), (3, "why"))
 
     def test_a_reduction_of_nothing_leaves_the_mesh_as_it_is(self):
         grid = box(6)

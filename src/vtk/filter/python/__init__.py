@@ -38,6 +38,9 @@ class TetFusionError(RuntimeError):
         super().__init__(message)
         self.code = code
 
+    def __reduce__(self):
+        return type(self), (self.code, str(self))
+
 
 class TetFusionWarning(UserWarning):
     """A goal was not reached, or an array is left out that holds no numbers."""
