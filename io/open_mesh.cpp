@@ -54,8 +54,8 @@ void refuse_other_files(const std::string& path, std::string_view text) {
 
 }  // namespace
 
-// The content decides. A file that is only called .vtu or .mesh goes to the native reader too: it
-// says best what is wrong with it.
+// The content decides. Where it says nothing, a file that is only called .vtu or .mesh goes to the
+// native reader: it says best what is wrong with it.
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
   const bool standard_input = path == "-";
   MappedFile file = standard_input ? MappedFile::spool(STDIN_FILENO, path, options.spool_folder)
@@ -63,16 +63,13 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
   refuse_other_files(path, text);
   const std::string_view type = vtk_file_type(text);
-  if (type == "UnstructuredGrid" || (type.empty() && is_called(path, {".vtu"}))) {
-    return open_vtu(std::move(file), options);
-  }
+  if (type == "UnstructuredGrid") return open_vtu(std::move(file), options);
   if (is_legacy_grid(text)) return open_legacy_vtk(std::move(file), options);
-  if (looks_like_medit(text) || is_called(path, {".mesh", ".meshb"})) {
-    return open_medit(std::move(file), options);
-  }
-  if (looks_like_gmsh(text) || is_called(path, {".msh"})) {
-    return open_gmsh(std::move(file), options);
-  }
+  if (looks_like_medit(text)) return open_medit(std::move(file), options);
+  if (looks_like_gmsh(text)) return open_gmsh(std::move(file), options);
+  if (type.empty() && is_called(path, {".vtu"})) return open_vtu(std::move(file), options);
+  if (is_called(path, {".mesh", ".meshb"})) return open_medit(std::move(file), options);
+  if (is_called(path, {".msh"})) return open_gmsh(std::move(file), options);
   if (!standard_input && is_called(path, {".node", ".ele"})) {
     return open_tetgen(std::move(file), options);
   }

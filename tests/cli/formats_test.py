@@ -82,6 +82,19 @@ class Formats(FolderTest):
             np.testing.assert_array_equal(found.points, expected.points)
             np.testing.assert_array_equal(found.tets, expected.tets)
 
+    def test_the_content_says_what_is_read(self):
+        original = self.mesh()
+        for suffix in (".mesh", ".meshb", ".msh", ".vtk", ".vtu"):
+            copy = self.folder / ("copy" + suffix)
+            run("convert", original, copy)
+            expected = report_of("info", copy)
+            for other in (*SUFFIXES, ".vtu", ".dat"):
+                renamed = self.folder / ("renamed" + other)
+                shutil.copy(copy, renamed)
+                with self.subTest(content=suffix, name=other):
+                    found = report_of("info", renamed)
+                    self.assertEqual((found["format"], found["tets"]), (expected["format"], expected["tets"]))
+
     def test_simplify_and_generate_write_every_format(self):
         original, expected = self.mesh(), self.folder / "expected.vtu"
         run("simplify", original, "-o", expected, "--reduction", "60%")
