@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <string_view>
+#include <utility>
 
 #include "base/numbers.h"
 #include "mesh/region_names.h"
@@ -24,6 +25,31 @@ std::string in_a_shell(const std::string& name) {
   return quoted + "'";
 }
 
+// Of floating-point numbers, as --array takes their names.
+std::vector<std::string> fields_beside(const std::vector<std::string>& steering,
+                                       const MeshDescription& mesh) {
+  std::vector<std::string> fields;
+  const auto add = [&](const AttributeSet& set, std::string_view prefix) {
+    for (const ArrayInfo& array : set.arrays) {
+      if (!is_float(array.type) || array.steers_only || is_region_of_floats(array)) continue;
+      std::string name = fmt::format("{}{}", prefix, array.name);
+      const bool steers = std::find(steering.begin(), steering.end(), name) != steering.end();
+      if (!steers) fields.push_back(std::move(name));
+    }
+  };
+  add(mesh.point_data, "");
+  add(mesh.cell_data, "cell:");
+  return fields;
+}
+
+std::string first_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 5;
+  const std::size_t named = std::min(names.size(), kMost);
+  return fmt::format(
+      "{}{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(named), ", "),
+      named < names.size() ? fmt::format(" and {} more", names.size() - named) : "");
+}
+
 }  // namespace
 
 std::string boundary_name(const BehaviourOptions& b) {
@@ -36,19 +62,17 @@ void say_what_steers(const std::vector<std::string>& arrays, const MeshDescripti
   for (const std::string& name : arrays) {
     context.say(fmt::format("array {} steers (--array chooses others)", name));
   }
-  std::vector<std::string> others;
-  for (const ArrayInfo& array : mesh.point_data.arrays) {
-    const bool steers = std::find(arrays.begin(), arrays.end(), array.name) != arrays.end();
-    if (!steers && is_float(array.type) && !array.steers_only) others.push_back(array.name);
-  }
+  const std::vector<std::string> others = fields_beside(arrays, mesh);
   if (others.empty()) return;
-  constexpr std::size_t kMost = 5;
-  const std::size_t named = std::min(others.size(), kMost);
-  context.say(fmt::format(
-      "arrays that follow it, whose errors nothing limits: {}{} (--array NAME, several times, "
-      "makes them steer, too; 'tetfusion compare' measures them)",
-      fmt::join(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(named), ", "),
-      named < others.size() ? fmt::format(" and {} more", others.size() - named) : ""));
+  context.say(
+      fmt::format("arrays that follow it, whose errors nothing limits: {} (--array NAME, several "
+                  "times, makes them steer, too; 'tetfusion compare' measures them)",
+                  first_of(others)));
+}
+
+std::string what_could_steer(const MeshDescription& mesh) {
+  const std::vector<std::string> fields = fields_beside({}, mesh);
+  return fields.empty() ? "" : fmt::format(" (--array NAME makes one: {})", first_of(fields));
 }
 
 void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context) {
@@ -91,20 +115,26 @@ void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::s
     taken += fmt::format("--regions {} ", in_a_shell(arrays[i].name));
   }
   if (by_name) return;
+  std::vector<std::string> others;
   for (const ArrayInfo& array : arrays) {
-    const std::string option = fmt::format("{}--regions {}", taken, in_a_shell(array.name));
     if (is_region_of_floats(array)) {
       context.say(fmt::format(
           "cell array {} has floating-point numbers, and may be a field: its interfaces are not "
-          "kept (if its values say regions, {} keeps them)",
-          array.name, option));
+          "kept (if its values say regions, {}--regions {} keeps them)",
+          array.name, taken, in_a_shell(array.name)));
     }
-    if (may_be_region(array)) {
-      context.say(
-          fmt::format("cell array {} may be regions, too: its interfaces are not kept ({} keeps "
-                      "them)",
-                      array.name, option));
-    }
+    if (may_be_region(array)) others.push_back(array.name);
+  }
+  if (others.size() == 1) {
+    context.say(
+        fmt::format("cell array {} may be regions, too: its interfaces are not kept ({}--regions "
+                    "{} keeps them)",
+                    others[0], taken, in_a_shell(others[0])));
+  } else if (!others.empty()) {
+    context.say(fmt::format(
+        "cell arrays {} may be regions, too: their interfaces are not kept ({}--regions NAME keeps "
+        "those of one)",
+        fmt::join(others, ", "), taken));
   }
 }
 

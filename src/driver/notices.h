@@ -18,6 +18,9 @@ std::string boundary_name(const BehaviourOptions& behaviour);
 void say_what_steers(const std::vector<std::string>& arrays, const MeshDescription& mesh,
                      const RunContext& context);
 
+// Where none steers: behind a sentence that says so, the arrays that could; empty if there is none.
+std::string what_could_steer(const MeshDescription& mesh);
+
 // What was turned, dropped, or left as it is; `linearized`: cells have lost their mid-edge nodes.
 void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context);
 

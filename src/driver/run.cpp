@@ -80,12 +80,11 @@ Steering read_steering(Run* run) {
   if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {
     throw Error(ErrorCode::kUsage,
                 fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
-                            "--reduction or --tets",
-                            run->request.input));
+                            "--reduction or --tets{}",
+                            run->request.input, what_could_steer(mesh)));
   }
-  context.say(b.max_error || b.max_rms
-                  ? "no array steers: geometry alone decides, and no error is limited"
-                  : "no array steers: geometry alone decides");
+  context.say(fmt::format("no array steers{}: geometry alone decides{}", what_could_steer(mesh),
+                          b.max_error || b.max_rms ? ", and no error is limited" : ""));
   return steering;
 }
 

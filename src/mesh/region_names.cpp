@@ -38,13 +38,30 @@ bool has_word(const std::vector<std::string>& words, const std::array<std::strin
   });
 }
 
+// A rank says who computed a cell, not what it is made of.
+bool has_rank(const std::vector<std::string>& words) {
+  constexpr std::array<std::string_view, 7> kRanks{"rank", "proc",     "process", "processor",
+                                                   "mpi",  "parallel", "ghost"};
+  return has_word(words, kRanks);
+}
+
+// It says which one a cell is.
+bool is_number_of_cell(const std::vector<std::string>& words) {
+  constexpr std::array<std::string_view, 10> kNumbers{"partition", "global", "original", "orig",
+                                                      "pedigree",  "index",  "indice",   "number",
+                                                      "num",       "count"};
+  constexpr std::array<std::string_view, 9> kCells{"cell", "element", "elem", "tet", "tetra",
+                                                   "id",   "nr",      "no",   ""};
+  const auto is_of_cell = [&](const std::string& word) {
+    return has_word(std::vector{word}, kCells);
+  };
+  return has_word(words, kNumbers) || std::all_of(words.begin(), words.end(), is_of_cell);
+}
+
 bool is_named_like_material(std::string_view name) {
   constexpr std::array<std::string_view, 7> kParts{"material", "region", "physical", "tissue",
                                                    "block",    "zone",   "label"};
   constexpr std::array<std::string_view, 3> kWords{"part", "partid", "partno"};
-  // A rank says who computed a cell, not what it is made of.
-  constexpr std::array<std::string_view, 6> kRanks{"rank",      "proc", "process",
-                                                   "processor", "mpi",  "parallel"};
   const std::vector<std::string> words = words_of(name);
   std::string lower(name);
   std::transform(lower.begin(), lower.end(), lower.begin(),
@@ -52,7 +69,7 @@ bool is_named_like_material(std::string_view name) {
   const bool named = std::any_of(kParts.begin(), kParts.end(), [&](std::string_view part) {
     return lower.find(part) != std::string::npos;
   });
-  return (named || has_word(words, kWords)) && !has_word(words, kRanks) &&
+  return (named || has_word(words, kWords)) && !has_rank(words) &&
          lower.find("partition") == std::string::npos;
 }
 
@@ -80,14 +97,9 @@ bool is_region_of_floats(const ArrayInfo& array) {
 }
 
 bool may_be_region(const ArrayInfo& array) {
-  constexpr std::array<std::string_view, 30> kWords{
-      "mat",       "matid",  "domain",      "subdomain",    "tag",         "phase",
-      "body",      "bodies", "group",       "entity",       "entities",    "component",
-      "attribute", "elset",  "geometrical", "elementary",   "object",      "composite",
-      "property",  "pid",    "layer",       "lithology",    "facies",      "formation",
-      "rock",      "organ",  "segment",     "segmentation", "compartment", "fluid"};
-  return is_integer_label(array) && !looks_like_region(array) &&
-         has_word(words_of(array.name), kWords);
+  const std::vector<std::string> words = words_of(array.name);
+  return is_integer_label(array) && !looks_like_region(array) && !has_rank(words) &&
+         !is_number_of_cell(words);
 }
 
 }  // namespace tetfusion

@@ -15,17 +15,16 @@ bool can_be_region(const ArrayInfo& array);
 bool is_integer_label(const ArrayInfo& array);
 
 // One of those, named like materials (material, region, physical, tissue, block, zone, part,
-// label), or the references of Medit (medit:ref) and TetGen (tetgen:ref); a partition's rank is
-// none.
+// label), or the references of Medit (medit:ref) and TetGen (tetgen:ref); a partition's rank and
+// what marks ghosts are none.
 bool looks_like_region(const ArrayInfo& array);
 
 // Named like one of those, but of floating-point numbers: labels that a program has written so, or
 // a field.
 bool is_region_of_floats(const ArrayInfo& array);
 
-// Not one of those, but an integer array of one component with a name that may well mean regions:
-// one of its words, as in mat_id or CellEntityIds, is mat, domain, tag, phase, body, group, entity,
-// component, attribute, elset, geometrical, object, composite, layer, organ or the like.
+// Not one of those, but an integer array of one component whose name does not say that it holds
+// numbers of cells or ranks: cell_tags, CellEntityIds, marker, but not id, global_ids, RankId.
 bool may_be_region(const ArrayInfo& array);
 
 }  // namespace tetfusion

@@ -74,6 +74,11 @@ class Fuse(FolderTest):
             result = finish("simplify", mesh, "-o", self.folder / "out.vtu", "--reduction", "50%", *limits)
             self.assertEqual(result.returncode, 0)
             self.assertIn(said, result.stderr)
+        tiny.array("id")[1:3] = "heat", "Float32"
+        said = finish("simplify", self.write(tiny), "-o", self.folder / "out.vtu", "--reduction", "50%").stderr
+        self.assertIn(b"no array steers (--array NAME makes one: cell:heat): geometry alone decides\n", said)
+        said = finish("simplify", self.write(tiny), "-o", self.folder / "out.vtu").stderr
+        self.assertIn(b"give --reduction or --tets (--array NAME makes one: cell:heat)\n", said)
 
     def test_a_boundary_that_moves(self):
         path = self.generate("--jitter", "0.5", tets="60k")

@@ -16,21 +16,22 @@ TEST(RegionNames, AreThoseOfMaterials) {
     EXPECT_FALSE(may_be_region(integers(name))) << name;  // it is taken, so not told of
   }
   for (const char* name : {"partition", "particle", "department", "party", "rank_block",
-                           "process_region", "parallel_part"}) {
+                           "process_region", "parallel_part", "avtGhostZones"}) {
     EXPECT_FALSE(looks_like_region(integers(name))) << name;
   }
   EXPECT_FALSE(looks_like_region({"material", ValueType::kFloat32, 1, {}, 0}));
   EXPECT_FALSE(looks_like_region({"material", ValueType::kInt32, 2, {}, 0}));
 }
 
-TEST(RegionNames, MayMeanRegionsByAWord) {
-  for (const char* name : {"mat", "MAT_ID", "CellEntityIds", "gmsh:geometrical", "domains", "tag1",
-                           "cell_tags", "bodyId", "ElementGroups"}) {
+TEST(RegionNames, MayMeanRegionsWhereTheyDoNotSayWhatTheyAre) {
+  for (const char* name :
+       {"mat", "MAT_ID", "CellEntityIds", "gmsh:geometrical", "domains", "tag1", "cell_tags",
+        "bodyId", "ElementGroups", "marker", "cell_scalars", "f_1", "unit"}) {
     EXPECT_TRUE(may_be_region(integers(name))) << name;
     EXPECT_FALSE(looks_like_region(integers(name))) << name;
   }
-  for (const char* name :
-       {"matrix", "formatted", "vtkGhostType", "rank", "partition", "index", "stage", ""}) {
+  for (const char* name : {"vtkGhostType", "rank", "RankId", "partition", "index", "id", "cell_ids",
+                           "ElementId", "GlobalElementIds", "number", "avtGhostZones", ""}) {
     EXPECT_FALSE(may_be_region(integers(name))) << name;
   }
   EXPECT_FALSE(may_be_region({"mat", ValueType::kFloat64, 1, {}, 0}));
