@@ -68,6 +68,12 @@ int kept_vertices(std::uint8_t type, const OpenOptions& options) {
   return read ? vtk_cell_size(type) : -1;
 }
 
+void unmark_global_ids(const OpenOptions& options, AttributeSet* cell_data) {
+  if (!options.tetrahedralize) return;
+  const auto ids = cell_data->active.extract("GlobalIds");
+  if (ids) cell_data->active.try_emplace("PedigreeIds", ids.mapped());
+}
+
 std::string refusal(std::uint8_t type) {
   std::string advice =
       ", which cannot be read: only tetrahedra, and vertices, lines and triangles beside them";

@@ -39,6 +39,11 @@ std::uint8_t settled_type(std::uint8_t type, std::uint64_t vertices);
 // cell, the corners of a curved one. -1 when the cell cannot be read.
 int kept_vertices(std::uint8_t type, const OpenOptions& options);
 
+// The parts of a cell that is split have its values, so that numbers of cells are there several
+// times: where cells may be split an array marked GlobalIds is marked PedigreeIds instead, unless
+// another one is.
+void unmark_global_ids(const OpenOptions& options, AttributeSet* cell_data);
+
 // Ends the sentence "cell 7 " for a cell that cannot be read: "is a hexahedron (VTK cell type 12):
 // use --tetrahedralize to split such cells".
 std::string refusal(std::uint8_t type);

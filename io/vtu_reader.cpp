@@ -98,6 +98,7 @@ class VtuSource final : public MeshSource {
     }
     d.point_data = head.point_data;
     d.cell_data = head.cell_data;
+    unmark_global_ids(options_, &d.cell_data);
     d.unread = head.unread;
     for (std::size_t i = 0; i < head.field_data.size(); ++i) {
       d.field_data.arrays.push_back(head.field_data[i].info);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "io/cell_kinds.h"
 #include "io/vtk_plugin.h"
 #include "vtk/vtk_arrays.h"
 #include "vtk/vtk_cells.h"
@@ -96,6 +97,7 @@ class VtkMesh : public PluginMesh {
     description_.file_bytes = std::filesystem::file_size(path, ignored);
     description_.point_data = points_.set;
     description_.cell_data = cells_.set;
+    unmark_global_ids(options_, &description_.cell_data);
     description_.field_data = fields_.set;
   }
 

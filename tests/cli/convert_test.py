@@ -83,7 +83,9 @@ class Convert(FolderTest):
         mesh.array("offsets")[4] = [8, 12, 16]
         mesh.array("types")[4] = [12, 9, 8]
         mesh.counts["NumberOfCells"] = "3"
-        path, out = self.write(mesh), self.folder / "out.vtu"
+        mesh.arrays.insert(1, ["CellData", "ids", "Int64", 1, [1, 2, 3]])
+        path, out = self.folder / "mesh.vtu", self.folder / "out.vtu"
+        path.write_bytes(mesh.bytes().replace(b"<CellData>", b'<CellData GlobalIds="ids">'))
         result = finish("convert", path, out)
         self.assertEqual(result.returncode, BAD)
         self.assertIn(b"--tetrahedralize", result.stderr)
@@ -91,6 +93,8 @@ class Convert(FolderTest):
         run("convert", path, out, "--tetrahedralize")
         report = report_of("check", out, "--strict")
         self.assertEqual((report["volume"], report["lower_cells"], report["boundary_triangles"]), (1.0, 4, 12))
+        ids = next(a for a in report_of("info", out)["arrays"] if a["name"] == "ids")
+        self.assertEqual(ids["active"], ["PedigreeIds"])  # the parts of a cell have one number
         faces = {frozenset(np.delete(t, k).tolist()) for t in Vtu(out).tets for k in range(4)}
         for kind, ids in Vtu(out).others:
             self.assertEqual(kind, 5)

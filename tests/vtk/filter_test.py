@@ -29,7 +29,6 @@ import vtktetfusion  # noqa: E402
 from vtktetfusion import TetFusionError, TetFusionWarning, vtkTetFusion  # noqa: E402
 
 USER_ERROR = 40000
-warnings.simplefilter("ignore", TetFusionWarning)  # goals beyond what tiny meshes have
 
 
 def command(*arguments):
@@ -405,6 +404,16 @@ class Filter(FilterTest):
                 vtktetfusion.simplify(surfaces, 0.5)
             self.assertEqual(caught.exception.code, 3)
 
+    def test_blocks_that_may_move_apart_are_warned_of(self):
+        blocks = vtkMultiBlockDataSet()
+        for i in range(3):
+            blocks.SetBlock(i, box(3))
+        for boundary, expected in (("exact", 0), ("planar", 1)):
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                vtktetfusion.simplify(blocks, 0.1, boundary=boundary)
+            self.assertEqual(sum("where blocks touch" in str(one.message) for one in said), expected)
+
     def test_other_blocks_are_refused(self):
         image = vtkImageData()
         image.SetDimensions(2, 2, 2)
@@ -460,8 +469,13 @@ class Filter(FilterTest):
         hexes = vtkUnstructuredGrid()
         hexes.SetPoints(grid.GetPoints())
         hexes.InsertNextCell(VTK_HEXAHEDRON, 8, [0, 1, 5, 4, 16, 17, 21, 20])
+        ids = numpy_to_vtk(np.array([7]))
+        ids.SetName("ids")
+        hexes.GetCellData().SetGlobalIds(ids)
         out = vtktetfusion.simplify(hexes, 0.5, tetrahedralize=True)
         self.assertGreaterEqual(out.GetNumberOfCells(), 5)
+        self.assertIsNone(out.GetCellData().GetGlobalIds())  # its parts have the one number
+        self.assertEqual(set(vtk_to_numpy(out.GetCellData().GetPedigreeIds())), {7})
 
     def test_errors(self):
         grid = box(3)
@@ -659,4 +673,4 @@ class Function(FilterTest):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(warnings="ignore")  # most goals are beyond what tiny meshes have

@@ -1,5 +1,6 @@
 #include <vtkTetFusion.h>
 
+#include <vtkCellData.h>
 #include <vtkCommand.h>
 #include <vtkDataArray.h>
 #include <vtkErrorCode.h>
@@ -48,6 +49,15 @@ bool has_volume(vtkDataSet* block) {
     if (cell->GetCellDimension() == 3) return true;
   }
   return false;
+}
+
+// As the command does: the parts of a cell that is split have its number.
+void unmark_global_ids(vtkDataSetAttributes* cells) {
+  vtkDataArray* const ids = cells->GetGlobalIds();
+  if (ids == nullptr) return;
+  cells->SetActiveAttribute(-1, vtkDataSetAttributes::GLOBALIDS);
+  if (cells->GetPedigreeIds() != nullptr) return;
+  cells->SetActiveAttribute(ids->GetName(), vtkDataSetAttributes::PEDIGREEIDS);
 }
 
 // Zero stands for what was not given.
@@ -303,7 +313,11 @@ int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVecto
     fill_grid_as_it_is(block, this->OriginalIds, output);
     return 1;
   }
-  ++own.other_blocks;
+  if (++own.other_blocks == 2 && own.is_in_block() && this->BoundaryMode != EXACT) {
+    vtkWarningMacro(
+        "each block is simplified for itself: where blocks touch, a boundary that moves "
+        "moves apart (BoundaryMode EXACT keeps it)");
+  }
   auto* const input = vtkUnstructuredGrid::SafeDownCast(object);
   if (input == nullptr) {
     return fail(tetfusion::Code::kBadInput, std::string("a block is a ") + object->GetClassName() +
@@ -330,6 +344,7 @@ int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVecto
   own.stop_sentence = result.report.stop_sentence;
   own.report = result.report.json;
   if (result.mesh.tets > 0) fill_grid(view, input, std::move(result.mesh), output);
+  if (this->Tetrahedralize) unmark_global_ids(output->GetCellData());
   if (!result.status.ok()) return fail(result.status.code, result.status.message);
   if ((options.reduction || options.tets) && !result.report.goal_reached) {
     vtkWarningMacro(<< result.report.stop_sentence);

@@ -14,9 +14,9 @@
  * any point of the input.
  *
  * Cells of lower dimension are kept, with their points. Ghost cells are not part of the output, and
- * their points stay where they are. Of a composite input each block is simplified for itself; a
- * block without cells that have a volume (a patch, a side set) comes back as it is, as an
- * unstructured grid.
+ * their points stay where they are. Of a composite input each block is simplified for itself, so
+ * that blocks which touch fit afterwards only with a boundary that stays; a block without cells
+ * that have a volume (a patch, a side set) comes back as it is, as an unstructured grid.
  *
  * While it runs, progress events come at least ten times a second, on the thread that called
  * Update(), and the progress never falls; an observer may call SetAbortExecute(1). The output is

@@ -43,7 +43,7 @@ class TetFusionError(RuntimeError):
 
 
 class TetFusionWarning(UserWarning):
-    """A goal was not reached, or an array is left out that holds no numbers."""
+    """A goal was not reached, an array that holds no numbers is left out, or blocks may not fit any more."""
 
 
 def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=False, method="fuse", boundary="exact",
@@ -52,7 +52,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
              tetrahedralize=False, linearize=False, threads=0, memory=0, scratch=None, chunk_tets=200000, progress=None):
     """Return a grid with fewer tetrahedra than `grid`, which stays as it is.
 
-    Of a composite data set each block for itself; one without cells that have a volume (a patch, a side set) comes back as it is.
+    Of a composite data set each block for itself (blocks that touch fit afterwards with an exact boundary); one without cells that have a volume (a patch, a side set) comes back as it is.
 
     reduction: the share of the tetrahedra that is to go, as in 0.9; of 0 the mesh stays as it is.
     tets: the same goal as the number that is to be left. Without a goal: as far as max_error allows.
