@@ -1,0 +1,227 @@
+// Files of several blocks or pieces, which become one mesh.
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "support/vtk_file_test.h"
+
+namespace tetfusion {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+using VtkBlocks = testing::VtkFileTest;
+
+std::string piece_of_two(const std::string& points, const std::string& arrays) {
+  return R"(<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian">
+<UnstructuredGrid><Piece NumberOfPoints="4" NumberOfCells="1">)" +
+         arrays + R"(<Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">)" +
+         points +
+         R"(</DataArray></Points><Cells>
+<DataArray type="Int64" Name="connectivity" format="ascii">0 1 2 3</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">4</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">10</DataArray>
+</Cells></Piece></UnstructuredGrid></VTKFile>)";
+}
+
+constexpr char kFirstPoints[] = "0 0 0 1 0 0 0 1 0 0 0 1";
+constexpr char kSecondPoints[] = "1 0 0 0 1 0 0 0 1 1 1 1";  // the first three are seen above
+
+std::string array_text(const std::string& type, const std::string& name,
+                       const std::string& values) {
+  return R"(<DataArray type=")" + type + R"(" Name=")" + name + R"(" format="ascii">)" + values +
+         "</DataArray>";
+}
+
+std::string two_blocks(const std::string& first, const std::string& second) {
+  return R"(<VTKFile type="vtkMultiBlockDataSet" version="1.0">
+<vtkMultiBlockDataSet><DataSet index="0" file=")" +
+         first + R"("/><DataSet index="1" file=")" + second + R"("/>
+</vtkMultiBlockDataSet></VTKFile>)";
+}
+
+// What points have in the mesh, those of one block after those of the other.
+template <class T>
+std::vector<T> values_at_points(MeshSource* mesh, const std::string& name) {
+  const AttributeSet& set = mesh->description().point_data;
+  const DataArray array = mesh->read_array(Association::kPoint, set.find(name));
+  std::vector<T> values;
+  for (const std::uint64_t row : mesh->read_geometry().point_source) {
+    values.push_back(array.as<T>()[row]);
+  }
+  return values;
+}
+
+TEST_F(VtkBlocks, MergesThePointsOfPieces) {
+  write("a.vtu", piece_of_two(kFirstPoints, ""));
+  write("b.vtu", piece_of_two("1 0 0 0 1 0 -0.0 0 1 1 1 1", ""));
+  const std::string path = write("both.pvtu", R"(<VTKFile type="PUnstructuredGrid" version="1.0">
+<PUnstructuredGrid GhostLevel="0"><PPoints><PDataArray type="Float32" NumberOfComponents="3"/></PPoints>
+<Piece Source="a.vtu"/><Piece Source="b.vtu"/></PUnstructuredGrid></VTKFile>)");
+  const auto mesh = open_with_vtk(path);
+  EXPECT_EQ(mesh->description().pieces, 2u);
+  const Geometry g = mesh->read_geometry();
+  EXPECT_THAT(g.tets, ElementsAre(Tet{0, 1, 2, 3}, Tet{1, 2, 3, 4}));
+  EXPECT_EQ(g.merged_points, 3u);
+  EXPECT_THAT(g.point_source, ElementsAre(0, 1, 2, 3, 7));
+}
+
+// Doubles would make one of ids that follow one another beyond 2^53.
+TEST_F(VtkBlocks, GlobalIdsKeepAllTheirDigits) {
+  const auto ids = [](int first) {
+    std::string text;
+    for (int i = 0; i < 4; ++i) text += std::to_string((std::int64_t{1} << 60) + first + i) + " ";
+    return "<PointData>" + array_text("Int64", "GlobalNodeIds", text) + "</PointData>";
+  };
+  write("a.vtu", piece_of_two(kFirstPoints, ids(0)));
+  write("b.vtu", piece_of_two(kSecondPoints, ids(1)));
+  const std::string path = write("both.vtm", two_blocks("a.vtu", "b.vtu"));
+  const Geometry g = open_with_vtk(path)->read_geometry();
+  EXPECT_EQ(g.merged_points, 3u);
+  EXPECT_THAT(g.tets, ElementsAre(Tet{0, 1, 2, 3}, Tet{1, 2, 3, 4}));
+}
+
+TEST_F(VtkBlocks, BlocksWithoutAnArrayGetNotANumber) {
+  write("a.vtu", piece_of_two(kFirstPoints, ""));
+  write("b.vtu", piece_of_two(kSecondPoints, "<CellData>" + array_text("Float64", "heat", "3") +
+                                                 array_text("Int32", "tag", "4") + "</CellData>"));
+  const std::string path = write("both.vtm", two_blocks("a.vtu", "b.vtu"));
+  const auto mesh = open_with_vtk(path);
+  EXPECT_EQ(mesh->read_geometry().tets.size(), 2u);
+  const AttributeSet& set = mesh->description().cell_data;
+  const DataArray heat = mesh->read_array(Association::kCell, set.find("heat"));
+  ASSERT_EQ(heat.info.tuples, 2u);
+  EXPECT_NE(heat.as<double>()[0], heat.as<double>()[0]);
+  EXPECT_EQ(heat.as<double>()[1], 3.0);
+  const DataArray tag = mesh->read_array(Association::kCell, set.find("tag"));
+  EXPECT_THAT(tag.as<std::int32_t>(), ElementsAre(0, 4));
+}
+
+TEST_F(VtkBlocks, SeamsTakeValuesFromTheFirstBlockThatHasThem) {
+  write("plain.vtu", piece_of_two(kFirstPoints, ""));
+  write("rich.vtu",
+        piece_of_two(kSecondPoints, "<PointData>" + array_text("Float64", "heat", "1 2 3 4") +
+                                        array_text("Int32", "tag", "5 6 7 8") + "</PointData>"));
+  for (const bool plain_first : {true, false}) {
+    SCOPED_TRACE(plain_first);
+    const std::string path = write("both.vtm", plain_first ? two_blocks("plain.vtu", "rich.vtu")
+                                                           : two_blocks("rich.vtu", "plain.vtu"));
+    const auto mesh = open_with_vtk(path);
+    const auto heat = values_at_points<double>(mesh.get(), "heat");
+    const auto tag = values_at_points<std::int32_t>(mesh.get(), "tag");
+    const ::testing::Matcher<double> nothing = ::testing::IsNan();
+    if (plain_first) {
+      EXPECT_THAT(heat, ElementsAre(nothing, 1, 2, 3, 4));
+      EXPECT_THAT(tag, ElementsAre(0, 5, 6, 7, 8));
+    } else {
+      EXPECT_THAT(heat, ElementsAre(1, 2, 3, 4, nothing));
+      EXPECT_THAT(tag, ElementsAre(5, 6, 7, 8, 0));
+    }
+    // Nor has the copy that is merged anything else.
+    const DataArray rows =
+        mesh->read_array(Association::kPoint, mesh->description().point_data.find("heat"));
+    const auto all = rows.as<double>();
+    EXPECT_EQ(std::count_if(all.begin(), all.end(), [](double x) { return x != x; }), 1);
+    EXPECT_EQ(mesh->read_geometry().differing_points, 0u);
+  }
+}
+
+// The value is the second block's: the first one lacks the array.
+TEST_F(VtkBlocks, CountsPointsWithOtherValuesInAnotherBlock) {
+  const auto values = [](const std::string& heat, const std::string& two) {
+    return "<PointData>" + array_text("Float64", "heat", heat) +
+           R"(<DataArray type="Int32" Name="two" NumberOfComponents="2" format="ascii">)" + two +
+           "</DataArray></PointData>";
+  };
+  write("a.vtu", piece_of_two(kFirstPoints, ""));
+  write("b.vtu", piece_of_two(kSecondPoints, values("1 2 nan 4", "1 1 2 2 3 3 4 4")));
+  write("c.vtu",
+        piece_of_two("1 0 0 0 1 0 0 0 1 -1 -1 -1", values("1 9 nan 4", "1 1 0 2 3 8 4 4")));
+  const std::string path = write("three.vtm", R"(<VTKFile type="vtkMultiBlockDataSet" version="1.0">
+<vtkMultiBlockDataSet><DataSet index="0" file="a.vtu"/><DataSet index="1" file="b.vtu"/>
+<DataSet index="2" file="c.vtu"/></vtkMultiBlockDataSet></VTKFile>)");
+  const auto mesh = open_with_vtk(path);
+  const Geometry g = mesh->read_geometry();
+  EXPECT_EQ(g.merged_points, 6u);
+  EXPECT_EQ(g.differing_points, 2u);
+  const ::testing::Matcher<double> nothing = ::testing::IsNan();
+  EXPECT_THAT(values_at_points<double>(mesh.get(), "heat"),
+              ElementsAre(nothing, 1, 2, nothing, 4, 4));
+}
+
+TEST_F(VtkBlocks, ReadsPartitionedDataSets) {
+  write("a.vtu", piece_of_two(kFirstPoints, ""));
+  write("b.vtu", piece_of_two(kSecondPoints, ""));
+  const std::string parts = R"(<DataSet index="0" file="a.vtu"/><DataSet index="1" file="b.vtu"/>)";
+  const std::string partitioned = "vtkPartitionedDataSet";
+  const auto file = [](const std::string& type, const std::string& contents) {
+    return R"(<VTKFile type=")" + type + R"(" version="1.0"><)" + type + ">" + contents + "</" +
+           type + "></VTKFile>";
+  };
+  const std::vector<std::string> paths{
+      write("p.vtpd", file(partitioned, parts)),
+      write("p.vtpc", file(partitioned + "Collection",
+                           R"(<Partitions index="0">)" + parts + "</Partitions>")),
+      write("q.vtpc", file(partitioned + "Collection",
+                           R"(<Partitions index="0"><DataSet index="0" file="a.vtu"/></Partitions>
+<Partitions index="1"><DataSet index="0" file="b.vtu"/></Partitions>)"))};
+  for (const std::string& path : paths) {
+    SCOPED_TRACE(path);
+    const auto mesh = open_with_vtk(path);
+    EXPECT_EQ(mesh->description().pieces, 2u);
+    const Geometry g = mesh->read_geometry();
+    EXPECT_THAT(g.tets, ElementsAre(Tet{0, 1, 2, 3}, Tet{1, 2, 3, 4}));
+    EXPECT_EQ(g.merged_points, 3u);
+  }
+  EXPECT_THAT(error_of(write("p.vtpd", file(partitioned, R"(<DataSet index="0" file="no.vtu"/>)"))),
+              HasSubstr("VTK"));
+}
+
+std::vector<std::int32_t> block_of_each_cell(const std::string& path) {
+  const auto mesh = open_with_vtk(path);
+  const std::size_t at = mesh->description().cell_data.find("block");
+  if (at == AttributeSet::npos) return {};
+  const auto values = mesh->read_array(Association::kCell, at);
+  const auto all = values.as<std::int32_t>();
+  return {all.begin(), all.end()};
+}
+
+TEST_F(VtkBlocks, CellsSayWhichOfSeveralBlocksTheyAreOf) {
+  const std::string named = "<CellData>" + array_text("Int32", "block", "7") + "</CellData>";
+  write("a.vtu", piece_of_two(kFirstPoints, ""));
+  write("b.vtu", piece_of_two(kSecondPoints, ""));
+  write("named.vtu", piece_of_two(kSecondPoints, named));
+  std::string side = piece_of_two(kSecondPoints, "");
+  const auto change = [&](const std::string& from, const std::string& to) {
+    side.replace(side.find(from), from.size(), to);
+  };
+  change("0 1 2 3<", "0 1 2<");
+  change(">4<", ">3<");
+  change(">10<", ">5<");
+  write("side.vtu", side);
+  const auto blocks = [](const std::string& contents) {
+    return R"(<VTKFile type="vtkMultiBlockDataSet" version="1.0"><vtkMultiBlockDataSet>)" +
+           contents + "</vtkMultiBlockDataSet></VTKFile>";
+  };
+  const auto set = [](int index, const std::string& name) {
+    return "<DataSet index=\"" + std::to_string(index) + "\" file=\"" + name + "\"/>";
+  };
+  EXPECT_THAT(
+      block_of_each_cell(write("m.vtm", blocks(set(0, "side.vtu") + R"(<Block index="1">)" +
+                                               set(0, "a.vtu") + set(1, "b.vtu") + "</Block>"))),
+      ElementsAre(0, 1, 2));
+  // A block of triangles is none of them, nor are the pieces of one block.
+  EXPECT_THAT(block_of_each_cell(write("s.vtm", blocks(set(0, "side.vtu") + set(1, "b.vtu")))),
+              IsEmpty());
+  const std::string pieces =
+      R"(<Piece index="0">)" + set(0, "a.vtu") + set(1, "b.vtu") + "</Piece>";
+  EXPECT_THAT(block_of_each_cell(write("p.vtm", blocks(pieces))), IsEmpty());
+  EXPECT_THAT(block_of_each_cell(write("n.vtm", blocks(set(0, "a.vtu") + set(1, "named.vtu")))),
+              ElementsAre(0, 7));
+}
+
+}  // namespace
+}  // namespace tetfusion
