@@ -52,9 +52,18 @@ bool SheetFusion<Real>::choose(VertexId v, VertexId partner, bool fixed, Along a
   }
   if (along == Along::kLine && !find_sides()) return false;
   if (!sheets_->may_contract(v, fan_v_, partner)) return false;
+  find_places(fan_v_, &pair_.ring);
+  pair_.partner_ring.clear();
+  if (!fixed) find_places(fan_partner_, &pair_.partner_ring);
   deviation_before_ = largest(mesh_->deviations);
   moved_before_ = largest(moved_);
   return true;
+}
+
+template <class Real>
+void SheetFusion<Real>::find_places(const SheetFan& fan, std::vector<Point3>* ring) const {
+  ring->clear();
+  for (const VertexId u : fan.ring) ring->push_back(at(u));
 }
 
 // The line goes on from both ends of an edge of it.
@@ -67,11 +76,11 @@ bool SheetFusion<Real>::find_sides() {
                                               fan.sharp.begin());
     return end == 1 || end + 1 == fan.size() ? 0 : end;
   };
-  end_v_ = find_end(fan_v_);
-  if (end_v_ == 0) return false;
+  pair_.end = find_end(fan_v_);
+  if (pair_.end == 0) return false;
   if (fixed_) return true;
-  end_partner_ = find_end(fan_partner_);
-  return end_partner_ != 0 && fan_v_.ring[end_v_] != fan_partner_.ring[end_partner_];
+  pair_.partner_end = find_end(fan_partner_);
+  return pair_.partner_end != 0 && fan_v_.ring[pair_.end] != fan_partner_.ring[pair_.partner_end];
 }
 
 // Of the vertices of the old patch.
@@ -97,21 +106,21 @@ Vec3<Real> SheetFusion<Real>::on_edge(double t) const {
 template <class Real>
 Vec3<Real> SheetFusion<Real>::flattened(const Vec3<Real>& position) const {
   if (along_ == Along::kLine) {
-    const Point3 edge = at(partner_);
+    const Point3& edge = pair_.partner();
     return on_edge(dot(about_v(position), edge) / dot(edge, edge));
   }
   Point3 normal{};
-  for (std::size_t i = 0; i < fan_v_.size(); ++i) {
-    const Point3 area = cross(at(fan_v_.ring[i]), at(fan_v_.at(i + 1)));
+  const std::size_t n = pair_.ring.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Point3 area = cross(pair_.ring[i], pair_.ring[(i + 1) % n]);
     for (std::size_t k = 0; k < 3; ++k) normal[k] += area[k];
   }
   const double length = std::sqrt(dot(normal, normal));
   if (!(length > 0)) return position;
   for (double& c : normal) c /= length;
   double width = 0, height = 0;
-  for (const SheetFan* fan : {&fan_v_, &fan_partner_}) {
-    for (const VertexId u : fan->ring) {
-      const Point3 p = at(u);
+  for (const auto* ring : {&pair_.ring, &pair_.partner_ring}) {
+    for (const Point3& p : *ring) {
       width = std::max(width, dot(p, p));
       height = std::max(height, std::abs(dot(p, normal)));
     }
@@ -140,7 +149,7 @@ bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
 
 template <class Real>
 bool SheetFusion<Real>::measure_disc(double* distance) {
-  collect_disc();
+  collect_disc(pair_, position_, &change_);
   old_ = change_.triangles;
   outline_moves_ = false;
   const auto disc = measure(change_);
@@ -152,26 +161,19 @@ bool SheetFusion<Real>::measure_disc(double* distance) {
 // its points do. Then each side is a patch of its own.
 template <class Real>
 bool SheetFusion<Real>::measure_line(double* distance) {
-  const auto length = [](const Point3& d) { return std::sqrt(dot(d, d)); };
-  near_v_ = nearest_on_segment({}, at(fan_v_.ring[end_v_]), position_);
-  double line = length(near_v_);
-  if (!fixed_) {
-    const Point3 partner = at(partner_);
-    near_partner_ = nearest_on_segment(partner, position_, at(fan_partner_.ring[end_partner_]));
-    line = std::max({line, length(minus(near_partner_, partner)),
-                     length(minus(position_, nearest_on_segment(position_, {}, partner)))});
-  }
+  const MovedLine line = move_line(pair_, position_);
+  const double moved = distance_of(pair_, line);
   double sides = 0;
-  outline_moves_ = line > kStill;
-  for (const bool left : {true, false}) {
-    collect_side(left);
-    collect_old_side(left);
-    const auto side = measure(change_);
-    if (!side || may_meet_another(*side, side->rise + line)) return false;
-    if (!is_alone(side->distance + line)) return false;
-    sides = std::max(sides, side->distance);
+  outline_moves_ = moved > kStill;
+  for (const LineSide side : {LineSide::kLeft, LineSide::kRight}) {
+    collect_side(pair_, line, side, &change_);
+    collect_old_side(pair_, side, &old_);
+    const auto patch = measure(change_);
+    if (!patch || may_meet_another(*patch, patch->rise + moved)) return false;
+    if (!is_alone(patch->distance + moved)) return false;
+    sides = std::max(sides, patch->distance);
   }
-  *distance = line + sides;
+  *distance = moved + sides;
   return true;
 }
 
@@ -303,101 +305,6 @@ template <class Real>
 Point3 SheetFusion<Real>::in_mesh(const Point3& p) const {
   const Vec3<Real>& o = mesh_->positions[v_];
   return {p[0] / limits_.unit + o.x, p[1] / limits_.unit + o.y, p[2] / limits_.unit + o.z};
-}
-
-// All triangles round v, or round both.
-template <class Real>
-void SheetFusion<Real>::collect_disc() {
-  change_.clear();
-  change_.apex = position_;
-  const std::size_t n = fan_v_.size();
-  const Point3 partner = at(partner_);
-  for (std::size_t i = 0; i < n; ++i) {
-    change_.triangles.push_back({Point3{}, at(fan_v_.ring[i]), at(fan_v_.at(i + 1))});
-    change_.edges.push_back({Point3{}, at(fan_v_.ring[i])});
-  }
-  change_.points.push_back({});
-  for (std::size_t i = 1; i < n; ++i) change_.chain.push_back(at(fan_v_.ring[i]));
-  change_.closed = !fixed_;
-  if (fixed_) return;
-  const std::size_t m = fan_partner_.size();
-  // The partner's ring begins with v, then comes what v's ring ends with.
-  for (std::size_t i = 1; i + 1 < m; ++i) {
-    change_.triangles.push_back({partner, at(fan_partner_.ring[i]), at(fan_partner_.ring[i + 1])});
-  }
-  for (std::size_t i = 1; i < m; ++i) {
-    change_.edges.push_back({partner, at(fan_partner_.ring[i])});
-    if (i > 1 && i + 1 < m) change_.chain.push_back(at(fan_partner_.ring[i]));
-  }
-  change_.points.push_back(partner);
-}
-
-// The triangles on one side of the line, whose points on it have gone to its new place; where the
-// new vertex comes to lie on the edge of the two, the triangle there is cut in two.
-template <class Real>
-void SheetFusion<Real>::collect_side(bool left) {
-  change_.clear();
-  change_.closed = false;
-  change_.apex = position_;
-  const auto add_round = [&](const Point3& centre, const SheetFan& fan, std::size_t first,
-                             std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      change_.triangles.push_back({centre, at(fan.at(i)), at(fan.at(i + 1))});
-    }
-    for (std::size_t i = first; i <= last; ++i) {
-      const Point3 p = at(fan.at(i));
-      const bool is_shared = !change_.chain.empty() && change_.chain.back() == p;
-      if (!is_shared) change_.chain.push_back(p);
-      change_.edges.push_back({centre, p});
-    }
-  };
-  const std::size_t n = fan_v_.size();
-  const auto cut = [&](const Point3& c) {
-    if (fixed_) {
-      change_.triangles.push_back(left ? std::array{near_v_, position_, c}
-                                       : std::array{near_v_, c, position_});
-      return;
-    }
-    const auto add = [&](const Point3& from, const Point3& to) {
-      const Point3 d = minus(to, from);
-      if (dot(d, d) == 0) return;  // the new vertex is one of the two
-      change_.triangles.push_back({from, to, c});
-    };
-    if (left) {
-      add(near_v_, position_);
-      add(position_, near_partner_);
-    } else {
-      add(near_partner_, position_);
-      add(position_, near_v_);
-    }
-    change_.edges.push_back({position_, c});
-  };
-  if (left) {
-    if (!fixed_) add_round(near_partner_, fan_partner_, end_partner_, fan_partner_.size() - 1);
-    cut(at(fan_v_.ring[1]));
-    add_round(near_v_, fan_v_, 1, end_v_);
-  } else {
-    cut(at(fan_v_.ring[n - 1]));
-    add_round(near_v_, fan_v_, end_v_, n - 1);
-    if (!fixed_) add_round(near_partner_, fan_partner_, 1, end_partner_);
-  }
-}
-
-// The line leaves v's fan by ring[end_v_] and the partner's by ring[end_partner_], and runs from
-// the one to the other.
-template <class Real>
-void SheetFusion<Real>::collect_old_side(bool left) {
-  old_.clear();
-  const auto add = [&](const Point3& centre, const SheetFan& fan, std::size_t first,
-                       std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      old_.push_back({centre, at(fan.ring[i]), at(fan.at(i + 1))});
-    }
-  };
-  add({}, fan_v_, left ? 0 : end_v_, left ? end_v_ : fan_v_.size());
-  if (fixed_) return;
-  add(at(partner_), fan_partner_, left ? end_partner_ : 0,
-      left ? fan_partner_.size() : end_partner_);
 }
 
 template class SheetFusion<float>;

@@ -7,6 +7,7 @@
 #include "kernel/boundary_triangles.h"
 #include "kernel/edge_costs.h"
 #include "kernel/patch_distance.h"
+#include "kernel/sheet_patch.h"
 #include "kernel/sheets.h"
 #include "mesh/work_mesh.h"
 
@@ -52,10 +53,8 @@ class SheetFusion {
   Point3 about_v(const Vec3<Real>& p) const;
   Point3 in_mesh(const Point3& p) const;
   Point3 at(VertexId u) const { return about_v(mesh_->positions[u]); }
+  void find_places(const SheetFan& fan, std::vector<Point3>* ring) const;
   bool find_sides();
-  void collect_disc();
-  void collect_side(bool left);
-  void collect_old_side(bool left);
   bool measure_disc(double* distance);
   bool measure_line(double* distance);
   bool may_meet_another(const PatchDistance& patch, double rise) const;
@@ -82,8 +81,8 @@ class SheetFusion {
   VertexId v_ = kNoVertex, partner_ = kNoVertex;
   bool fixed_ = false;
   Along along_{};
-  SheetFan fan_v_, fan_partner_;             // each begins with the other one
-  std::size_t end_v_ = 0, end_partner_ = 0;  // in the fans: the line's next vertices
+  SheetFan fan_v_, fan_partner_;  // each begins with the other one
+  SheetPair pair_;                // where they lie
   float deviation_before_ = 0;
   float deviation_ = 0;
 
@@ -92,7 +91,6 @@ class SheetFusion {
   float moved_before_ = 0, moved_here_ = 0;
 
   Point3 position_{};
-  Point3 near_v_{}, near_partner_{};  // on the new line
   PatchChange change_;
   // What goes, as it is: for a line, the triangles on the side in hand. With a line the outline may
   // move, too.
