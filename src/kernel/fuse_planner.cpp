@@ -64,21 +64,19 @@ auto FusePlanner<Real>::plan(VertexId v, VertexId partner, std::uint64_t most_de
 template <class Real>
 auto FusePlanner<Real>::find_place() -> Verdict {
   const auto& [v, partner, fixed, position, affected, deleted] = joining_;
-  if (fixed) return ask(mesh_->positions[partner]);
-  const MergedQuadric& merged = edge_costs_->merge(v, partner);
-  Verdict refused = ask(edge_costs_->place(v, merged.best));
+  Verdict refused = ask(fixed ? mesh_->positions[partner]
+                              : edge_costs_->place(v, edge_costs_->merge(v, partner).best));
   if (!refused) return std::nullopt;
-  const float weight = merged.sum[kQuadricW];
-  const float most =
-      std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight),
-               vertices_->threshold_for(v, partner) * weight);
-  const TetId by = refused->by;
-  if (const auto pushed = push(refused->reason, most)) {
-    refused = ask(*pushed);
+  const TetId obstacle = is_by_shape(refused->reason) ? cavity_.refused_by() : kNoTet;
+  if (!fixed) {
+    const float most = most_elsewhere();
+    if (const auto pushed = push(refused->reason, most)) refused = ask(*pushed);
     if (!refused) return std::nullopt;
-    refused->by = by;
+    // What is on the edge may be allowed another time, even if nothing has changed at the best.
+    if (refused->dear == 0 && sliding_pays()) return slide(*refused, most);
   }
-  return refused->dear == 0 && sliding_pays() ? slide(*refused, most) : refused;
+  refused->until_changed = obstacle;
+  return refused;
 }
 
 // The best one, else on the edge. (To be pushed off a tetrahedron would lead off the sheet.)
@@ -87,23 +85,30 @@ auto FusePlanner<Real>::find_place_on_sheet() -> Verdict {
   const auto& [v, partner, fixed, position, affected, deleted] = joining_;
   const Along along = vertices_->along(v);
   if (!sheet_fusion_.choose(v, partner, fixed, along)) return FuseRefusal{Reject::kSurface};
-  const auto ask_there = [&](const Vec3<Real>& there) {
-    Verdict refused = ask(there);
-    if (refused) refused->by = kNoTet;  // it is asked again in any case
-    return refused;
-  };
-  if (fixed) return ask_there(mesh_->positions[partner]);
+  if (fixed) return ask(mesh_->positions[partner]);
   const MergedQuadric& merged = edge_costs_->merge_on_sheet(v, partner, along);
-  Verdict refused = ask_there(sheet_fusion_.flattened(edge_costs_->place(v, merged.best)));
-  if (!refused) return std::nullopt;
-  const float most = std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F),
-                              vertices_->threshold_for(v, partner));
+  Verdict refused = ask(sheet_fusion_.flattened(edge_costs_->place(v, merged.best)));
+  const float most = most_elsewhere();
   for (const float t : kElsewhere) {
-    if (!(value_at(merged.reduced, along_edge(merged, t)) <= most)) continue;
-    refused = ask_there(sheet_fusion_.on_edge(t));
     if (!refused) return std::nullopt;
+    if (!(value_at(merged.reduced, along_edge(merged, t)) <= most)) continue;
+    refused = ask(sheet_fusion_.on_edge(t));
   }
   return refused;
+}
+
+// Of a pair of whom both move: what they cost is the value of their merged quadric over this.
+template <class Real>
+float FusePlanner<Real>::weight() const {
+  return vertices_->is_on_sheet(joining_.v) ? 1 : edge_costs_->merged().sum[kQuadricW];
+}
+
+// That value, where it is the largest that is still allowed at another position than the best.
+template <class Real>
+float FusePlanner<Real>::most_elsewhere() const {
+  const MergedQuadric& merged = edge_costs_->merged();
+  return std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight()),
+                  vertices_->threshold_for(joining_.v, joining_.partner) * weight());
 }
 
 // Off the tetrahedron that speaks against the position, by the way that costs least.
@@ -128,10 +133,9 @@ bool FusePlanner<Real>::sliding_pays() {
 }
 
 // Along the edge, away from what speaks against a position; at its ends one of the two stays where
-// it is, as suits layers and lattices. These places, too, may be allowed another time.
+// it is, as suits layers and lattices. Else the refusal, which costs as much as the last of them.
 template <class Real>
 auto FusePlanner<Real>::slide(FuseRefusal refusal, float most) -> Verdict {
-  refusal.by = kNoTet;
   const MergedQuadric& merged = edge_costs_->merged();
   for (const float t : kElsewhere) {
     const Offset u = along_edge(merged, t);
@@ -152,7 +156,7 @@ template <class Real>
 auto FusePlanner<Real>::ask(const Vec3<Real>& position) -> Verdict {
   joining_.position = position;
   const auto reason = cavity_.collect(joining_.v, joining_.partner, joining_.fixed, position);
-  if (reason) return FuseRefusal{*reason, is_by_shape(*reason) ? cavity_.refused_by() : kNoTet};
+  if (reason) return FuseRefusal{*reason};
   joining_.affected = cavity_.affected();
   joining_.deleted = cavity_.deleted();
   return judge();
@@ -165,7 +169,7 @@ auto FusePlanner<Real>::judge() -> Verdict {
   const bool on_sheet = vertices_->is_on_sheet(v);
   if (on_sheet && !sheet_fusion_.allows(position)) return FuseRefusal{Reject::kSurface};
   if (const auto dear = values_.find_loss(joining_, cavity_, vertices_->cost_factor(v, partner))) {
-    return FuseRefusal{Reject::kError, kNoTet, *dear};
+    return FuseRefusal{Reject::kError, *dear};
   }
   if (values_.may_refuse()) {
     if (const auto reason = values_.judge(joining_, cavity_)) return FuseRefusal{*reason};
@@ -189,8 +193,7 @@ double FusePlanner<Real>::error(float cost) const {
   if (!fixed) {
     const MergedQuadric& merged = edge_costs_->merged();
     const Offset u = edge_costs_->offset(mesh_->positions[v], position);
-    const float weight = vertices_->is_on_sheet(v) ? 1 : merged.sum[kQuadricW];
-    const float here = value_at(merged.reduced, u) / weight * vertices_->cost_factor(v, partner);
+    const float here = value_at(merged.reduced, u) / weight() * vertices_->cost_factor(v, partner);
     cost = std::max(cost, here);
   }
   return values_.error(cost);

@@ -19,10 +19,12 @@
 
 namespace tetfusion {
 
+// Why two may not become one: one reason for all places that were tried.
 struct FuseRefusal {
   Reject reason{};
-  TetId by = kNoTet;  // FuseCandidate::refused_by
-  float dear = 0;     // if it would cost more than the round may: how much
+  float dear = 0;  // if it would cost more than the round may: how much
+  // As long as this is as it is, it is of no use to ask again; kNoTet: it may be of use.
+  TetId until_changed = kNoTet;
 };
 
 // Keeps its memory from mesh to mesh. Not thread-safe.
@@ -61,6 +63,8 @@ class FusePlanner {
   Verdict find_place_on_sheet();
   Verdict ask(const Vec3<Real>& position);
   Verdict judge();
+  float weight() const;
+  float most_elsewhere() const;
   std::optional<Vec3<Real>> push(Reject reason, float most) const;
   Verdict slide(FuseRefusal refusal, float most);
   bool sliding_pays();

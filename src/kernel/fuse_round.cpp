@@ -276,7 +276,7 @@ bool FuseRound<Real>::try_next(VertexId v, const FuseCandidate& candidate) {
     candidates_.raise_cost(v, refused->dear);
     return false;
   }
-  candidates_.use_up(v, refused->by);
+  candidates_.use_up(v, refused->until_changed);
   note_failure(v, refused->reason);
   return false;
 }
