@@ -241,6 +241,12 @@ void Exporter<Real>::for_each_piece(std::uint32_t section, F put) {
   }
 }
 
+template <class Real>
+MeshSummary export_as_it_is(const ExportJob<Real>& job) {
+  if (job.settings.sink != nullptr) return export_to_memory(job);
+  return is_pieces_name(job.settings.path) ? export_pieces(job) : Exporter<Real>(job).run();
+}
+
 // Points that only cells of lower dimension use have stayed.
 template <class Real>
 void add_original_ids(WorkMesh<Real>* rows, LowerPart<Real>* lower, CarriedArrays* arrays) {
@@ -289,33 +295,17 @@ void clear_leftovers(const std::string& path) noexcept {
 }
 
 template <class Real>
-MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
-                        const LowerPart<Real>& lower, const CarriedArrays& carried,
-                        FittedValues<Real>* fitted, MeshSource* source,
-                        const ExportSettings& settings, const RunContext& context,
-                        MemoryBudget* budget, Scratch* scratch) {
-  const auto run = [&](const WorkMesh<Real>& rows, const LowerPart<Real>& lower_cells,
-                       const CarriedArrays& arrays) {
-    const ExportJob<Real> job{mesh,   rows,     lower_cells, arrays, fitted,
-                              source, settings, context,     budget, scratch};
-    if (settings.sink != nullptr) return export_to_memory(job);
-    return is_pieces_name(settings.path) ? export_pieces(job) : Exporter<Real>(job).run();
-  };
-  if (!settings.original_ids) return run(layout, lower, carried);
-  WorkMesh<Real> rows = layout;
-  LowerPart<Real> lower_cells = lower;
-  CarriedArrays arrays = carried;
-  add_original_ids(&rows, &lower_cells, &arrays);
-  return run(rows, lower_cells, arrays);
+MeshSummary export_mesh(const ExportJob<Real>& job) {
+  if (!job.settings.original_ids) return export_as_it_is(job);
+  WorkMesh<Real> layout = job.layout;
+  LowerPart<Real> lower = job.lower;
+  CarriedArrays carried = job.carried;
+  add_original_ids(&layout, &lower, &carried);
+  return export_as_it_is<Real>({job.mesh, layout, lower, carried, job.fitted, job.source,
+                                job.settings, job.context, job.budget, job.scratch});
 }
 
-template MeshSummary export_mesh(const MacroLod<float>&, const WorkMesh<float>&,
-                                 const LowerPart<float>&, const CarriedArrays&,
-                                 FittedValues<float>*, MeshSource*, const ExportSettings&,
-                                 const RunContext&, MemoryBudget*, Scratch*);
-template MeshSummary export_mesh(const MacroLod<double>&, const WorkMesh<double>&,
-                                 const LowerPart<double>&, const CarriedArrays&,
-                                 FittedValues<double>*, MeshSource*, const ExportSettings&,
-                                 const RunContext&, MemoryBudget*, Scratch*);
+template MeshSummary export_mesh(const ExportJob<float>&);
+template MeshSummary export_mesh(const ExportJob<double>&);
 
 }  // namespace tetfusion

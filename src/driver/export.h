@@ -39,6 +39,26 @@ struct ExportSettings {
   std::function<void(const std::string& path, const MeshSummary& written)> inspect = {};
 };
 
+// What is to be written: the mesh with the carried arrays and the input's field data. All of it
+// outlives the job.
+template <class Real>
+struct ExportJob {
+  const MacroLod<Real>& mesh;
+  const WorkMesh<Real>& layout;  // empty: what a row holds
+  const LowerPart<Real>& lower;
+  const CarriedArrays& carried;
+  FittedValues<Real>* fitted = nullptr;  // values of new points; null: they keep what they have
+  MeshSource* source = nullptr;          // the input
+  const ExportSettings& settings;
+  const RunContext& context;
+  MemoryBudget* budget = nullptr;
+  Scratch* scratch = nullptr;
+
+  void report(double done) const {
+    if (settings.progress) settings.progress(done);
+  }
+};
+
 // The array kOriginalIds.
 ArrayInfo original_ids_info();
 // Throws Error(kUsage) where the mesh has one already.
@@ -51,15 +71,9 @@ void tell_left_out(const std::string& path, const MeshDescription& mesh, const R
 // Removes what a run to that name left that was killed: see remove_dead_pieces(). Does not fail.
 void clear_leftovers(const std::string& path) noexcept;
 
-// Writes the mesh with the carried arrays and the input's field data; where `fitted` is not null
-// with fitted values. Points are numbered chunk by
-// chunk, a point between chunks with the lowest of them, those that only cells of lower dimension
-// use last. The mesh stays as it is. Returns what was written.
+// Points are numbered chunk by chunk, a point between chunks with the lowest of them, those that
+// only cells of lower dimension use last. The mesh stays as it is. Returns what was written.
 template <class Real>
-MeshSummary export_mesh(const MacroLod<Real>& mesh, const WorkMesh<Real>& layout,
-                        const LowerPart<Real>& lower, const CarriedArrays& carried,
-                        FittedValues<Real>* fitted, MeshSource* source,
-                        const ExportSettings& settings, const RunContext& context,
-                        MemoryBudget* budget, Scratch* scratch);
+MeshSummary export_mesh(const ExportJob<Real>& job);
 
 }  // namespace tetfusion

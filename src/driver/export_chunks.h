@@ -13,25 +13,6 @@
 
 namespace tetfusion {
 
-// The parameters of export_mesh().
-template <class Real>
-struct ExportJob {
-  const MacroLod<Real>& mesh;
-  const WorkMesh<Real>& layout;
-  const LowerPart<Real>& lower;
-  const CarriedArrays& carried;
-  FittedValues<Real>* fitted;  // may be null
-  MeshSource* source;
-  const ExportSettings& settings;
-  const RunContext& context;
-  MemoryBudget* budget;
-  Scratch* scratch;
-
-  void report(double done) const {
-    if (settings.progress) settings.progress(done);
-  }
-};
-
 // A chunk's own points are those that no lower chunk has: first those between chunks, by their ids,
 // then the free ones, as they come. So every number is known before any chunk is read. Points that
 // only cells of lower dimension use come last.

@@ -151,49 +151,43 @@ void refuse_ghosts(const std::string& input, const InputFacts& facts) {
 }
 
 template <class Real>
-void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carried,
-                       const NotedErrors& errors, MeshSource* source, const RunContext& context,
-                       MemoryBudget* budget, Scratch* scratch, FusionLogs* logs,
-                       ImportedMesh<Real>* mesh, OutputFile* file) {
-  const auto stream = open_stream(source);
-  auto rows = layout;
+void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file) {
+  const auto stream = open_stream(job.source);
+  auto rows = job.layout;
   rows.cell_columns.push_back(number_column());
   std::vector<bool> known(stream->points());
   MemoryBudget::Reservation memory;
-  ProgressiveWriter writer(file, describe(carried, errors.kind, source));
+  ProgressiveWriter writer(file, describe(job.carried, job.errors.kind, job.source));
+  LowerPart<Real>& lower = job.mesh->lower;
   {
-    ProgressiveBase<Real> base(rows, stream->points(), stream->cells(), scratch);
-    base.add(mesh->mesh, budget);
-    base.add(loose_points(mesh->lower));
+    ProgressiveBase<Real> base(rows, stream->points(), stream->cells(), job.scratch);
+    base.add(job.mesh->mesh, job.budget);
+    base.add(loose_points(lower));
     base.end();
     trim_memory();
-    context.check();
-    memory = budget->reserve(writing_bytes(source->description(), thread_count()),
-                             "writing the progressive file");
+    job.context.check();
+    memory = job.budget->reserve(writing_bytes(job.source->description(), thread_count()),
+                                 "writing the progressive file");
     base.put_points(&writer, &known);
     base.put_tets(&writer);
   }
-  writer.put_lower(lower_rows(mesh->lower));
-  logs->take_backwards([&](FusionRecord record, std::uint32_t round, std::uint32_t chunk) {
-    if (errors.scale != 1) {
-      record.error = static_cast<float>(record.error * errors.scale * kRoundedUp);
+  writer.put_lower(lower_rows(lower));
+  job.logs->take_backwards([&](FusionRecord record, std::uint32_t round, std::uint32_t chunk) {
+    if (job.errors.scale != 1) {
+      record.error = static_cast<float>(record.error * job.errors.scale * kRoundedUp);
     }
     for (const VertexId v : record.points) known[v] = true;
     writer.put(record, round, chunk);
   });
-  context.check();
-  put_spare<Real>(*stream, carried, rows, known, &writer);
-  put_rewound(mesh->rewound, &writer);
+  job.context.check();
+  put_spare<Real>(*stream, job.carried, rows, known, &writer);
+  put_rewound(job.mesh->rewound, &writer);
   writer.finish();
   file->finish();
-  mesh->lower.columns.pop_back();
+  lower.columns.pop_back();
 }
 
-template void write_progressive(const WorkMesh<float>&, const CarriedArrays&, const NotedErrors&,
-                                MeshSource*, const RunContext&, MemoryBudget*, Scratch*,
-                                FusionLogs*, ImportedMesh<float>*, OutputFile*);
-template void write_progressive(const WorkMesh<double>&, const CarriedArrays&, const NotedErrors&,
-                                MeshSource*, const RunContext&, MemoryBudget*, Scratch*,
-                                FusionLogs*, ImportedMesh<double>*, OutputFile*);
+template void write_progressive(const ProgressiveJob<float>&, OutputFile*);
+template void write_progressive(const ProgressiveJob<double>&, OutputFile*);
 
 }  // namespace tetfusion

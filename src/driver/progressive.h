@@ -28,13 +28,25 @@ void include_logs(const SimplifyRequest& request, const MeshDescription& mesh, i
 // They are gone when a mesh has been read. Throws Error(kUsage) where there are any.
 void refuse_ghosts(const std::string& input, const InputFacts& facts);
 
-// Writes the file but for its commit(). `mesh` was imported with ImportSettings::keeps_numbers; its
-// cells of lower dimension lose their numbers here, and the logs are gone. In memory is no more
-// than include_logs() says, wherever the mesh and the logs are; the bytes are the same.
+// What the file is made of; all of it outlives the job.
 template <class Real>
-void write_progressive(const WorkMesh<Real>& layout, const CarriedArrays& carried,
-                       const NotedErrors& errors, MeshSource* source, const RunContext& context,
-                       MemoryBudget* budget, Scratch* scratch, FusionLogs* logs,
-                       ImportedMesh<Real>* mesh, OutputFile* file);
+struct ProgressiveJob {
+  const WorkMesh<Real>& layout;  // empty: what a row holds, but for cells' numbers
+  const CarriedArrays& carried;
+  NotedErrors errors;
+  MeshSource* source = nullptr;  // the input
+  // The result, which was imported with ImportSettings::keeps_numbers. Its cells of lower dimension
+  // lose their numbers.
+  ImportedMesh<Real>* mesh = nullptr;
+  FusionLogs* logs = nullptr;  // they are gone afterwards
+  const RunContext& context;
+  MemoryBudget* budget = nullptr;
+  Scratch* scratch = nullptr;
+};
+
+// Writes the file but for its commit(). In memory is no more than include_logs() says, wherever the
+// mesh and the logs are; the bytes are the same.
+template <class Real>
+void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file);
 
 }  // namespace tetfusion

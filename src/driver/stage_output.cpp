@@ -45,9 +45,16 @@ void write_way_back(Run* run, Coarsening<Real>* coarsening, OutputFile* file) {
   const bool all_used = state.input.facts.unused_points == 0;
   const NotedErrors errors = noted_errors(
       run->request.behaviour, all_used ? nullptr : &state.input.steering_box, state.fields);
-  write_progressive(coarsening->layout(), run->input.carried, errors, run->input.source.get(),
-                    run->context, run->place.budget(), run->place.scratch(), coarsening->logs(),
-                    coarsening->mesh(), file);
+  write_progressive<Real>({.layout = coarsening->layout(),
+                           .carried = run->input.carried,
+                           .errors = errors,
+                           .source = run->input.source.get(),
+                           .mesh = coarsening->mesh(),
+                           .logs = coarsening->logs(),
+                           .context = run->context,
+                           .budget = run->place.budget(),
+                           .scratch = run->place.scratch()},
+                          file);
 }
 
 // What a result is looked at with, before it has its name.
@@ -127,9 +134,16 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
       if (map) map->finish();
     };
   }
-  done.mesh = export_mesh(state.input.mesh, coarsening->layout(), state.input.lower,
-                          run->input.carried, fitted.get(), run->input.source.get(), out,
-                          run->context, run->place.budget(), run->place.scratch());
+  done.mesh = export_mesh<Real>({.mesh = state.input.mesh,
+                                 .layout = coarsening->layout(),
+                                 .lower = state.input.lower,
+                                 .carried = run->input.carried,
+                                 .fitted = fitted.get(),
+                                 .source = run->input.source.get(),
+                                 .settings = out,
+                                 .context = run->context,
+                                 .budget = run->place.budget(),
+                                 .scratch = run->place.scratch()});
   if (fitted) run->clock.move("write", "fit", fitted->seconds() / thread_count());
   if (map) map->commit();
   if (way_back) way_back->commit();

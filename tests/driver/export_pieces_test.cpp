@@ -59,15 +59,6 @@ struct Whole {
 
 class ExportPieces : public ::testing::Test {
  protected:
-  template <class Real>
-  MeshSummary export_to(const std::string& path, Import<Real>* import,
-                        ExportSettings settings = {}) {
-    settings.path = path;
-    return export_mesh<Real>(import->imported.mesh, import->layout, import->imported.lower,
-                             import->carried, nullptr, import->source.get(), settings, {},
-                             &import->budget, import->scratch.get());
-  }
-
   std::size_t files_of_pieces() const {
     return static_cast<std::size_t>(
         std::distance(fs::directory_iterator(folder.path() / "out_pieces"), {}));
@@ -144,12 +135,12 @@ class ExportPieces : public ::testing::Test {
                      const std::string& ids_name = "GlobalNodeIds") {
     SCOPED_TRACE(std::to_string(chunk_tets) + " a chunk, pieces: " + std::to_string(pieces));
     Import<Real> import(in, {.chunk_tets = chunk_tets});
-    const MeshSummary expected = export_to(one, &import);
+    const MeshSummary expected = import.export_to(one);
     ExportSettings settings;
     settings.pieces = pieces;
     settings.threads = 2;
     settings.encoding = Encoding::kInline;
-    const MeshSummary summary = export_to(out, &import, settings);
+    const MeshSummary summary = import.export_to(out, settings);
     EXPECT_EQ(summary.points, expected.points);
     EXPECT_EQ(summary.tets, expected.tets);
     EXPECT_EQ(summary.boundary_triangles, expected.boundary_triangles);
@@ -223,7 +214,7 @@ TEST_F(ExportPieces, TheBytesDoNotDependOnThreadsAndScratch) {
     for (const bool on_disk : {false, true}) {
       Import<double> import(in, {.chunk_tets = 150, .on_disk = on_disk});
       for (const int threads : {1, 3}) {
-        export_to(out, &import, {"", encoding, threads, {}, 3});
+        import.export_to(out, {"", encoding, threads, {}, 3});
         std::string all = bytes_of(out);
         for (std::size_t p = 0; p < files_of_pieces(); ++p) all += bytes_of(piece(p));
         outputs.insert(std::move(all));
@@ -241,7 +232,7 @@ TEST_F(ExportPieces, LeaveNothingWhereTheyFail) {
   Import<double> import(in, {.chunk_tets = 150});
   ExportSettings settings;
   settings.pieces = 3;
-  export_to(out, &import, settings);
+  import.export_to(out, settings);
   const std::string expected = bytes_of(out), first = bytes_of(piece(0));
   double last = 0;
   for (const double when : {0.0, 0.3, 0.6, 0.99, 2.0}) {
@@ -251,12 +242,12 @@ TEST_F(ExportPieces, LeaveNothingWhereTheyFail) {
       if (done >= when) throw std::runtime_error("stop");
     };
     if (when > 1) break;
-    EXPECT_THROW(export_to(folder.file("none.pvtu"), &import, settings), std::runtime_error);
-    EXPECT_THROW(export_to(out, &import, settings), std::runtime_error);
+    EXPECT_THROW(import.export_to(folder.file("none.pvtu"), settings), std::runtime_error);
+    EXPECT_THROW(import.export_to(out, settings), std::runtime_error);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 3);
     EXPECT_TRUE(bytes_of(out) == expected && bytes_of(piece(0)) == first);
   }
-  export_to(out, &import, settings);  // the mesh is still there
+  import.export_to(out, settings);  // the mesh is still there
   EXPECT_EQ(last, 1);
   EXPECT_FALSE(fs::exists(folder.path() / "out_pieces"));
   EXPECT_TRUE(bytes_of(folder.file("out_pieces-2/out_0.vtu")) == first);

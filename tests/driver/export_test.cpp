@@ -28,22 +28,13 @@ testing::WrittenMesh sorted(testing::WrittenMesh mesh) {
 
 class ExportMesh : public ::testing::Test {
  protected:
-  template <class Real>
-  MeshSummary export_to(const std::string& path, Import<Real>* import,
-                        ExportSettings settings = {}) {
-    settings.path = path;
-    return export_mesh<Real>(import->imported.mesh, import->layout, import->imported.lower,
-                             import->carried, nullptr, import->source.get(), settings, {},
-                             &import->budget, import->scratch.get());
-  }
-
   // Imports in chunks, exports, and compares with the file that it came from.
   template <class Real = double>
   void expect_the_input_again(const MeshFile& file, std::uint64_t chunk_tets) {
     SCOPED_TRACE(chunk_tets);
     file.write(in);
     Import<Real> import(in, {.chunk_tets = chunk_tets});
-    const MeshSummary summary = export_to(out, &import);
+    const MeshSummary summary = import.export_to(out);
     const auto expected = open_mesh(in), source = open_mesh(out);
     EXPECT_TRUE(sorted(testing::write_out_whole(source.get())) ==
                 sorted(testing::write_out_whole(expected.get())));
@@ -101,7 +92,7 @@ TEST_F(ExportMesh, LeavesGhostMarksOut) {
       "vtkGhostType", file.cells(), 1, [](auto i, auto) { return i < 100 ? 1 : 0; }));
   file.write(in);
   Import<double> import(in, {.chunk_tets = 90});
-  EXPECT_EQ(export_to(out, &import).tets, 980u);
+  EXPECT_EQ(import.export_to(out).tets, 980u);
   EXPECT_EQ(open_mesh(out)->description().cell_data.find("vtkGhostType"), AttributeSet::npos);
 }
 
@@ -113,7 +104,7 @@ TEST_F(ExportMesh, TheBytesDoNotDependOnThreadsAndScratch) {
     for (const bool on_disk : {false, true}) {
       Import<double> import(in, {.chunk_tets = 150, .on_disk = on_disk});
       for (const int threads : {1, 3}) {
-        export_to(out, &import, {"", encoding, threads, {}});
+        import.export_to(out, {"", encoding, threads, {}});
         outputs.insert(bytes_of(out));
       }
       import.scratch->remove();
@@ -125,19 +116,19 @@ TEST_F(ExportMesh, TheBytesDoNotDependOnThreadsAndScratch) {
 TEST_F(ExportMesh, LeavesNothingWhereItFails) {
   rich_box(6).write(in);
   Import<double> import(in, {.chunk_tets = 150});
-  export_to(out, &import);
+  import.export_to(out);
   const std::string expected = bytes_of(out);
   ExportSettings failing;
   for (const double when : {0.0, 0.3, 0.9}) {
     failing.progress = [&](double done) {
       if (done >= when) throw std::runtime_error("stop");
     };
-    EXPECT_THROW(export_to(folder.file("none.vtu"), &import, failing), std::runtime_error);
-    EXPECT_THROW(export_to(out, &import, failing), std::runtime_error);
+    EXPECT_THROW(import.export_to(folder.file("none.vtu"), failing), std::runtime_error);
+    EXPECT_THROW(import.export_to(out, failing), std::runtime_error);
   }
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
   EXPECT_TRUE(bytes_of(out) == expected);
-  export_to(out, &import);  // the mesh is still there
+  import.export_to(out);  // the mesh is still there
   EXPECT_TRUE(bytes_of(out) == expected);
 }
 

@@ -57,6 +57,20 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
 }
 
 template <class Real>
+MeshSummary Import<Real>::export_to(const std::string& path, ExportSettings settings) {
+  settings.path = path;
+  return export_mesh<Real>({.mesh = imported.mesh,
+                            .layout = layout,
+                            .lower = imported.lower,
+                            .carried = carried,
+                            .source = source.get(),
+                            .settings = settings,
+                            .context = {},
+                            .budget = &budget,
+                            .scratch = scratch.get()});
+}
+
+template <class Real>
 RoundSettings Import<Real>::settings() const {
   RoundSettings settings;
   settings.box = box_;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "driver/export.h"
 #include "driver/import.h"
 #include "driver/rounds.h"
 #include "io/mesh_source.h"
@@ -29,6 +30,8 @@ class Import {
 
   std::vector<WorkMesh<Real>> chunks() const;  // one, where the mesh is whole
   WorkMesh<Real> joined() const;
+
+  MeshSummary export_to(const std::string& path, ExportSettings settings = {});
 
   // Runs the round that `first_round` would have run.
   RoundStatistics run_first_round();
