@@ -245,22 +245,14 @@ void ChunkInspector::Scratch::add_pair(const Triangle& t, TetId a, TetId b) {
   if (has_volume(a) && has_volume(b)) pairs_.push_back({a, b});
 }
 
-// Duplicates have the same vertices: if one is free, they are all here. A cell is met here with the
-// face that lacks its largest vertex; so are its copies, and they have the same.
+// Duplicates have the same vertices: if one is free, they are all here.
 void ChunkInspector::Scratch::find_duplicates(std::span<const FaceSide> sides) {
-  // Sorted, because hostile files have faces with very many cells.
-  std::vector<std::pair<VertexId, TetId>> apexes;
-  for (const FaceSide& side : sides) {
-    if (side.apex >= side.largest()) apexes.emplace_back(side.apex, side.tet);
-  }
-  std::sort(apexes.begin(), apexes.end());
-  for (std::size_t i = 1; i < apexes.size(); ++i) {
-    if (apexes[i].first != apexes[i - 1].first) continue;
-    const Tet& t = (*tets_)[apexes[i].second];
-    if (std::none_of(t.begin(), t.end(), [&](VertexId v) { return is_free(v); })) continue;
+  for_each_copy(sides, [&](TetId t) {
+    const Tet& tet = (*tets_)[t];
+    if (std::none_of(tet.begin(), tet.end(), [&](VertexId v) { return is_free(v); })) return;
     ++out_.duplicate_tets;
-    mark_cell(apexes[i].second, kBrokenVertex);
-  }
+    mark_cell(t, kBrokenVertex);
+  });
 }
 
 void ChunkInspector::Scratch::judge_free_face(VertexId v, std::span<const FaceSide> sides) {

@@ -2,10 +2,13 @@
 // its smallest vertex.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "base/vector.h"
 #include "mesh/geometry.h"
@@ -32,6 +35,22 @@ struct FaceSide {
   VertexId middle() const { return static_cast<VertexId>(key >> 32); }
   VertexId largest() const { return static_cast<VertexId>(key); }
 };
+
+// Calls use(tet) for each cell of a face that has the vertices of another one, but for the first of
+// them. A cell is met here with the face that lacks its largest vertex alone; so are its copies,
+// and they have the same.
+template <class Use>
+void for_each_copy(std::span<const FaceSide> sides, Use use) {
+  // Sorted, because hostile files have faces with very many cells.
+  std::vector<std::pair<VertexId, TetId>> apexes;
+  for (const FaceSide& side : sides) {
+    if (side.apex >= side.largest()) apexes.emplace_back(side.apex, side.tet);
+  }
+  std::sort(apexes.begin(), apexes.end());
+  for (std::size_t i = 1; i < apexes.size(); ++i) {
+    if (apexes[i].first == apexes[i - 1].first) use(apexes[i].second);
+  }
+}
 
 // Finds the faces of the vertices of a range. Cells that name a vertex twice have no faces and do
 // not count. Keeps its memory from range to range: 29 bytes a cell, 16 a vertex of the range and 1

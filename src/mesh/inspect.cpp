@@ -221,21 +221,12 @@ bool Inspector::folds(const FaceSide& a, const FaceSide& b) const {
   return a.odd == b.odd && a.apex != b.apex && has_volume(a.tet) && has_volume(b.tet);
 }
 
-// A cell is met here with the face that lacks its largest vertex; so are its copies, and they have
-// the same.
 void Inspector::find_duplicates(std::span<const FaceSide> sides, FaceFindings* found) {
-  // Sorted, because hostile files have faces with very many cells.
-  std::vector<std::pair<VertexId, TetId>> apexes;
-  for (const FaceSide& side : sides) {
-    if (side.apex >= side.largest()) apexes.emplace_back(side.apex, side.tet);
-  }
-  std::sort(apexes.begin(), apexes.end());
-  for (std::size_t i = 1; i < apexes.size(); ++i) {
-    if (apexes[i].first != apexes[i - 1].first) continue;
+  for_each_copy(sides, [&](TetId t) {
     ++found->duplicates;
-    found->duplicate_samples.add(apexes[i].second);
-    mark_cell(apexes[i].second, kBrokenVertex);
-  }
+    found->duplicate_samples.add(t);
+    mark_cell(t, kBrokenVertex);
+  });
 }
 
 void Inspector::judge_face(VertexId v, std::span<const FaceSide> sides, FaceFindings* found) {
