@@ -58,8 +58,7 @@ void parse_lods(const SimplifyArguments& a, BehaviourOptions* behaviour) {
   if (!behaviour->reduction) {
     refuse(
         "--lods N spaces its levels from the input to a goal: give --reduction as well, or the "
-        "levels "
-        "themselves, as in --lods 50%,80%");
+        "levels themselves, as in --lods 50%,80%");
   }
   if (*count > 1000) refuse("--lods: at most 1000 levels");
   // Geometrically: each level has the same share of the tetrahedra of the one before.
@@ -248,8 +247,10 @@ void add_goal_options(CLI::App& command, SimplifyArguments* a) {
       ->group(kGroup);
 }
 
-void add_criteria_options(CLI::App& command, SimplifyArguments* a) {
-  constexpr const char* kGroup = "Criteria";
+constexpr const char* kCriteriaGroup = "Criteria";
+
+// What is fused with what, and what becomes of surfaces.
+void add_method_options(CLI::App& command, SimplifyArguments* a) {
   static const std::map<std::string, Method> kMethods{{"tetfuse", Method::kTetFuse},
                                                       {"fuse", Method::kFuse}};
   static const std::map<std::string, BoundaryRule> kRules{{"tets", BoundaryRule::kTets},
@@ -260,13 +261,13 @@ void add_criteria_options(CLI::App& command, SimplifyArguments* a) {
              "four vertices of a tetrahedron become one; without a goal until nothing, or next "
              "to nothing, fuses")
       ->default_str("fuse")
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   add_choice(command, "--boundary-rule", &a->request.behaviour.boundary_rule, kRules,
-             "With --method tetfuse, what stays for the boundary's sake: vertices (no "
-             "boundary vertex is fused) or tets (the "
-             "paper's text: nor is a tetrahedron with a vertex on the boundary touched)")
+             "With --method tetfuse, what stays for the boundary's sake: vertices (no boundary "
+             "vertex is fused) or tets (the paper's text: nor is a tetrahedron with a vertex on "
+             "the boundary touched)")
       ->default_str("vertices")
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   command
       .add_option(
           "--boundary", a->boundary,
@@ -274,70 +275,75 @@ void add_criteria_options(CLI::App& command, SimplifyArguments* a) {
           "triangle stays. With --method fuse also planar: the surface stays where it is, but flat "
           "parts and straight edges get new triangles; or a share of the bounding box's diagonal, "
           "as in 0.1%: nowhere is the new surface further from the old one, nor the old one from "
-          "the "
-          "new one")
+          "the new one")
       ->check(not_empty)
       ->capture_default_str()
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
+}
+
+// What no fusion may do.
+void add_limit_options(CLI::App& command, SimplifyArguments* a) {
   command
       .add_option("--scalar-tolerance", a->scalar_tolerance,
                   "In a single fusion the values of the fused may differ from the new one by this "
                   "share of the field's range (0.025 or 2.5%), or off; a list has one value a "
                   "macroLoD, the last one repeated. Default: 0.025 with --method tetfuse, else off")
       ->check(not_empty)
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   command
       .add_option(
           "--stretch-factor", a->stretch_factor,
           "A tetrahedron's height may grow by this factor in a macroLoD, at least 1, or "
           "off; a list has one value a macroLoD. Default: 5 with --method tetfuse, else off")
       ->check(not_empty)
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   command
       .add_option("--aspect-ratio", a->aspect_ratio,
                   "Longest over shortest edge of a tetrahedron may not exceed this, at least 1, "
                   "unless it was worse; or off")
       ->capture_default_str()
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   command
       .add_option(
           "--max-volume", a->max_volume,
           "No tetrahedron grows beyond this volume, in the mesh's own unit, nor one that is "
           "larger at all; or off")
       ->capture_default_str()
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   command
       .add_flag(
           "--conserve", a->request.behaviour.conserve,
           "With --method fuse: the integral of every floating-point array over the mesh stays, "
           "to 1e-12 of that of its absolute value (1e-6 in single precision), but for --regions, "
           "whose values cells keep. With a boundary that is exact or planar")
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   command
       .add_option("--min-quality", a->min_quality,
                   "With --method fuse: no new tetrahedron has a lower mean ratio (1 is regular, 0 "
                   "flat), unless there was a worse one in its place; 0 switches that off")
       ->check(not_empty)
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
+}
+
+// What arrays have to say, and places.
+void add_field_options(CLI::App& command, SimplifyArguments* a) {
   command
       .add_option(
           "--array", a->request.behaviour.arrays,
           "An array that steers: NAME, NAME:0.5% (in place of --max-error or --scalar-tolerance), "
-          "cell:NAME; may be "
-          "given again. \"pressure_{step}\" stands for the point arrays of one mesh that are the "
-          "steps of a series. Default: the active scalars, else the first floating-point point "
-          "array. All arrays are carried along")
+          "cell:NAME; may be given again. \"pressure_{step}\" stands for the point arrays of one "
+          "mesh that are the steps of a series. Default: the active scalars, else the first "
+          "floating-point point array. All arrays are carried along")
       ->allow_extra_args(false)
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   command
       .add_option("--regions", a->regions,
                   "A cell array of one component whose interfaces stay, or none; may be given "
                   "again. Floating-point numbers tell regions apart where they differ. Default: "
-                  "those of integers "
-                  "named like material, region, physical, tissue, block, zone, part, label, and "
-                  "the references medit:ref and tetgen:ref")
+                  "those of integers named like material, region, physical, tissue, block, zone, "
+                  "part, label, and the references medit:ref and tetgen:ref")
       ->allow_extra_args(false)
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   command
       .add_option("--roi", a->request.behaviour.interest,
                   "A region of interest, where the mesh stays as it is: box=X0,X1,Y0,Y1,Z0,Z1, "
@@ -346,14 +352,14 @@ void add_criteria_options(CLI::App& command, SimplifyArguments* a) {
                   "steps). May be given again. A tetrahedron stays if all of its points are in one "
                   "of them")
       ->allow_extra_args(false)
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
   command
       .add_option("--weight", a->request.behaviour.weight,
                   "With --method fuse: a point array, or cell:NAME, of numbers >= 0 that says how "
                   "much errors count: where it is 2 one is as bad as one twice as large where it "
                   "is 1, so that the mesh stays finer there; --max-rms is divided by it")
       ->check(not_empty)
-      ->group(kGroup);
+      ->group(kCriteriaGroup);
 }
 
 void add_performance_options(CLI::App& command, SimplifyArguments* a) {
@@ -399,7 +405,9 @@ void add_performance_options(CLI::App& command, SimplifyArguments* a) {
 void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
   add_file_options(command, a);
   add_goal_options(command, a);
-  add_criteria_options(command, a);
+  add_method_options(command, a);
+  add_limit_options(command, a);
+  add_field_options(command, a);
   BehaviourOptions& behaviour = a->request.behaviour;
   add_cell_options(command, &behaviour.tetrahedralize, &behaviour.linearize);
   add_encoding_option(command, &a->request.encoding);
