@@ -11,6 +11,8 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <set>
+#include <string>
 #include <type_traits>
 
 #include "base/error.h"
@@ -186,6 +188,14 @@ void fill_from_copies(const PieceList& list, const std::vector<vtkAbstractArray*
   for (std::size_t v = 0; v < copy_of.size(); ++v) give(copy_of[v], v);
 }
 
+bool have_same_values(vtkAbstractArray* a, vtkAbstractArray* b) {
+  if (a->GetNumberOfValues() != b->GetNumberOfValues()) return false;
+  for (vtkIdType i = 0; i < a->GetNumberOfValues(); ++i) {
+    if (a->GetVariantValue(i) != b->GetVariantValue(i)) return false;
+  }
+  return true;
+}
+
 template <class T>
 bool is_same(T a, T b) {
   if constexpr (std::is_floating_point_v<T>) {
@@ -230,12 +240,17 @@ ArrayTable collect_arrays(const std::string& path, const PieceList& list, Associ
 
 ArrayTable collect_field_data(const std::vector<vtkSmartPointer<vtkFieldData>>& fields) {
   ArrayTable table;
+  std::set<std::string> differing;
   for (const auto& field : fields) {
     if (field == nullptr) continue;
     for (int i = 0; i < field->GetNumberOfArrays(); ++i) {
       vtkAbstractArray* array = field->GetAbstractArray(i);
       const std::string name = name_of(array, i);
-      if (is_ghost_array(name) || table.set.find(name) != AttributeSet::npos) continue;
+      if (is_ghost_array(name)) continue;
+      if (const std::size_t at = table.set.find(name); at != AttributeSet::npos) {
+        if (!have_same_values(table.parts[at][0], array)) differing.insert(name);
+        continue;
+      }
       const auto type = value_type(array);
       if (!type || array->GetNumberOfComponents() < 1) {
         table.left_out.push_back(leaves_out("field", name, array));
@@ -244,6 +259,9 @@ ArrayTable collect_field_data(const std::vector<vtkSmartPointer<vtkFieldData>>& 
       table.set.arrays.push_back(describe(array, name, *type));
       table.parts.push_back({array});
     }
+  }
+  for (const std::string& name : differing) {
+    table.left_out.push_back("other values of field array '" + name + "' in later blocks");
   }
   return table;
 }

@@ -3,11 +3,12 @@
 #include <fcntl.h>
 #include <unistd.h>
 #include <vtkCellData.h>
-#include <vtkCellTypes.h>
 #include <vtkCompositeDataIterator.h>
 #include <vtkCompositeDataSet.h>
 #include <vtkDataObjectTreeIterator.h>
+#include <vtkDoubleArray.h>
 #include <vtkGenericDataObjectReader.h>
+#include <vtkInformation.h>
 #include <vtkIntArray.h>
 #include <vtkLogger.h>
 #include <vtkMultiBlockDataSet.h>
@@ -15,6 +16,8 @@
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
 #include <vtkPartitionedDataSetCollection.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+#include <vtkStringArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLGenericDataObjectReader.h>
 #include <vtkXMLPUnstructuredGridReader.h>
@@ -25,15 +28,16 @@
 #include <vtk_exodusII.h>
 #endif
 
+#include <algorithm>
 #include <cstdio>
 #include <set>
+#include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "base/error.h"
-#include "io/cell_kinds.h"
 #include "io/mapped_file.h"
 #include "io/vtk_bridge.h"
-#include "mesh/split_cells.h"
 #include "vtk/vtk_trial.h"
 
 namespace tetfusion {
@@ -109,6 +113,12 @@ bool holds_blocks(vtkDataObject* data) {
          vtkPartitionedDataSetCollection::SafeDownCast(data) != nullptr;
 }
 
+std::string name_of_current(vtkCompositeDataIterator* at) {
+  if (at->HasCurrentMetaData() == 0) return "";
+  const char* const name = at->GetCurrentMetaData()->Get(vtkCompositeDataSet::NAME());
+  return name != nullptr ? name : "";
+}
+
 void collect(vtkDataObject* data, const std::string& path, LoadedFile* out) {
   if (data == nullptr) throw Error(ErrorCode::kBadInput, path + ": VTK read nothing from it");
   if (auto* composite = vtkCompositeDataSet::SafeDownCast(data)) {
@@ -121,8 +131,10 @@ void collect(vtkDataObject* data, const std::string& path, LoadedFile* out) {
     }
     for (at->InitTraversal(); !at->IsDoneWithTraversal(); at->GoToNextItem()) {
       vtkDataObject* child = at->GetCurrentDataObject();
+      const bool is_block = holds_blocks(data) && !holds_blocks(child);
+      if (is_block) out->block_names.push_back(name_of_current(at));
       if (child != nullptr) collect(child, path, out);
-      if (holds_blocks(data) && !holds_blocks(child)) ++out->blocks;
+      if (is_block) ++out->blocks;
     }
     return;
   }
@@ -136,26 +148,23 @@ void collect(vtkDataObject* data, const std::string& path, LoadedFile* out) {
   out->block_of.push_back(out->blocks);
 }
 
-bool has_volume(vtkDataSet* data) {
-  vtkNew<vtkCellTypes> types;
-  data->GetCellTypes(types);
-  for (vtkIdType i = 0; i < types->GetNumberOfTypes(); ++i) {
-    const std::uint8_t type = types->GetCellType(i);
-    if (is_splittable(linear_type(type)) || type == kVtkLagrangeTetra) return true;
-  }
-  return false;
+vtkSmartPointer<vtkFieldData> field_data_of(vtkAbstractArray* array) {
+  auto data = vtkSmartPointer<vtkFieldData>::New();
+  data->AddArray(array);
+  return data;
 }
 
-// Says of each cell which block it is of, where several blocks have volume cells: these are most
-// often materials. The name is one whose interfaces are kept.
+// Says of each cell which block it is of, where several blocks have cells: these are most often
+// materials, and the patches of a boundary. The name is one whose interfaces are kept. The blocks'
+// names go beside it.
 void mark_blocks(LoadedFile* file) {
   constexpr char kName[] = "block";
-  std::set<int> with_volume;
+  std::set<int> with_cells;
   for (std::size_t k = 0; k < file->pieces.size(); ++k) {
     if (file->pieces[k]->GetCellData()->HasArray(kName) != 0) return;
-    if (has_volume(file->pieces[k])) with_volume.insert(file->block_of[k]);
+    if (file->pieces[k]->GetNumberOfCells() > 0) with_cells.insert(file->block_of[k]);
   }
-  if (with_volume.size() < 2) return;
+  if (with_cells.size() < 2) return;
   for (std::size_t k = 0; k < file->pieces.size(); ++k) {
     vtkNew<vtkIntArray> blocks;
     blocks->SetName(kName);
@@ -163,6 +172,12 @@ void mark_blocks(LoadedFile* file) {
     blocks->FillValue(file->block_of[k]);
     file->pieces[k]->GetCellData()->AddArray(blocks);
   }
+  const auto is_named = [](const std::string& name) { return !name.empty(); };
+  if (std::none_of(file->block_names.begin(), file->block_names.end(), is_named)) return;
+  vtkNew<vtkStringArray> names;
+  names->SetName("block_names");
+  for (const std::string& name : file->block_names) names->InsertNextValue(name);
+  file->field_data.push_back(field_data_of(names));
 }
 
 void load_legacy(const std::string& path, const TrapScope& trap, LoadedFile* out) {
@@ -247,6 +262,37 @@ bool is_exodus(const std::string& path) {
 
 constexpr double kCacheMebibytes = 1 << 20;  // a limit that is never met
 
+// Sets of nodes, edges, faces, elements and sides, which are not read.
+void tell_of_sets(vtkExodusIIReader* reader, LoadedFile* out) {
+  constexpr std::pair<int, const char*> kSets[] = {{vtkExodusIIReader::NODE_SET, "node"},
+                                                   {vtkExodusIIReader::EDGE_SET, "edge"},
+                                                   {vtkExodusIIReader::FACE_SET, "face"},
+                                                   {vtkExodusIIReader::SIDE_SET, "side"},
+                                                   {vtkExodusIIReader::ELEM_SET, "element"}};
+  for (const auto& [kind, what] : kSets) {
+    for (int i = 0; i < reader->GetNumberOfObjects(kind); ++i) {
+      out->left_out.push_back(std::string(what) + " set '" + reader->GetObjectName(kind, i) + "'");
+    }
+  }
+}
+
+// The reader gives the first one.
+void tell_of_steps(vtkExodusIIReader* reader, LoadedFile* out) {
+  vtkInformation* const info = reader->GetOutputInformation(0);
+  auto* const key = vtkStreamingDemandDrivenPipeline::TIME_STEPS();
+  const int steps = info->Has(key) != 0 ? info->Length(key) : 0;
+  if (steps == 0) return;
+  vtkNew<vtkDoubleArray> time;
+  time->SetName("TimeValue");
+  time->InsertNextValue(info->Get(key, 0));
+  out->field_data.push_back(field_data_of(time));
+  if (steps == 1) return;
+  std::ostringstream text;
+  text << "the time steps from " << info->Get(key, 1) << " to " << info->Get(key, steps - 1)
+       << " (the first of " << steps << ", at " << info->Get(key, 0) << ", is read)";
+  out->left_out.push_back(text.str());
+}
+
 void load_exodus(const std::string& path, const TrapScope& trap, LoadedFile* out) {
   if (!is_exodus(path)) {
     throw Error(ErrorCode::kBadInput, path + ": is not an Exodus II file, or is damaged");
@@ -273,6 +319,8 @@ void load_exodus(const std::string& path, const TrapScope& trap, LoadedFile* out
   trap.check(path);
   collect(reader->GetOutput(), path, out);
   out->shared_points = true;
+  tell_of_sets(reader, out);
+  tell_of_steps(reader, out);
 }
 #else
 void load_exodus(const std::string& path, const TrapScope&, LoadedFile*) {

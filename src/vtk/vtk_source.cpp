@@ -85,6 +85,7 @@ class VtkMesh : public PluginMesh {
   void describe(const std::string& path) {
     description_.path = path;
     description_.format = file_.format;
+    description_.left_out = file_.left_out;
     for (const ArrayTable* t : {&points_, &cells_, &fields_}) {
       description_.left_out.insert(description_.left_out.end(), t->left_out.begin(),
                                    t->left_out.end());

@@ -213,14 +213,47 @@ TEST_F(VtkBlocks, CellsSayWhichOfSeveralBlocksTheyAreOf) {
       block_of_each_cell(write("m.vtm", blocks(set(0, "side.vtu") + R"(<Block index="1">)" +
                                                set(0, "a.vtu") + set(1, "b.vtu") + "</Block>"))),
       ElementsAre(0, 1, 2));
-  // A block of triangles is none of them, nor are the pieces of one block.
+  // A patch of triangles is a block, too; the pieces of a block are none.
   EXPECT_THAT(block_of_each_cell(write("s.vtm", blocks(set(0, "side.vtu") + set(1, "b.vtu")))),
-              IsEmpty());
+              ElementsAre(0, 1));
   const std::string pieces =
       R"(<Piece index="0">)" + set(0, "a.vtu") + set(1, "b.vtu") + "</Piece>";
   EXPECT_THAT(block_of_each_cell(write("p.vtm", blocks(pieces))), IsEmpty());
   EXPECT_THAT(block_of_each_cell(write("n.vtm", blocks(set(0, "a.vtu") + set(1, "named.vtu")))),
               ElementsAre(0, 7));
+}
+
+TEST_F(VtkBlocks, NamesOfBlocksBecomeFieldData) {
+  write("a.vtu", piece_of_two(kFirstPoints, ""));
+  write("b.vtu", piece_of_two(kSecondPoints, ""));
+  std::string blocks = two_blocks("a.vtu", "b.vtu");
+  const auto names = [&] {
+    const auto mesh = open_with_vtk(write("n.vtm", blocks));
+    const std::size_t at = mesh->description().field_data.find("block_names");
+    if (at == AttributeSet::npos) return std::string();
+    const auto bytes = mesh->read_array(Association::kField, at).bytes;
+    std::string all(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    std::replace(all.begin(), all.end(), '\0', '|');
+    return all;
+  };
+  EXPECT_EQ(names(), "");
+  blocks.insert(blocks.find("file="), "name=\"rock mass\" ");
+  EXPECT_EQ(names(), "rock mass||");
+}
+
+TEST_F(VtkBlocks, OtherFieldDataOfLaterBlocksAreTold) {
+  const auto with_step = [](std::string piece, const std::string& step) {
+    std::string data = "<FieldData>" + array_text("Int32", "step", step) + "</FieldData>";
+    data.insert(data.find(" format"), " NumberOfTuples=\"1\"");
+    return piece.insert(piece.find("<Piece"), data);
+  };
+  const std::string path = write("m.vtm", two_blocks("a.vtu", "b.vtu"));
+  write("a.vtu", with_step(piece_of_two(kFirstPoints, ""), "7"));
+  write("b.vtu", with_step(piece_of_two(kSecondPoints, ""), "7"));
+  EXPECT_THAT(open_with_vtk(path)->description().left_out, IsEmpty());
+  write("b.vtu", with_step(piece_of_two(kSecondPoints, ""), "8"));
+  EXPECT_THAT(open_with_vtk(path)->description().left_out,
+              ElementsAre("other values of field array 'step' in later blocks"));
 }
 
 }  // namespace
