@@ -9,6 +9,7 @@
 #include "io/mesh_source.h"
 #include "mesh/inspect.h"
 #include "partition/curve_cut.h"
+#include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/surfaces.h"
 #include "support/temp_dir.h"
@@ -63,12 +64,7 @@ class BoundaryRun : public ::testing::Test {
   }
 
   TempDir folder = TempDir::in_memory();
-  SimplifyRequest request = [this] {
-    SimplifyRequest r;
-    r.input = folder.file("in.vtu");
-    r.output = folder.file("out.vtu");
-    return r;
-  }();
+  SimplifyRequest request = testing::request_in(folder);
 };
 
 TEST_F(BoundaryRun, PlanarReachesWhatExactDoesNot) {

@@ -15,12 +15,14 @@
 #include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/rounds_engine.h"
+#include "support/surfaces.h"
 #include "support/temp_dir.h"
 #include "support/work_meshes.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::boundary_of;
 using testing::bytes_of;
 using ::testing::ElementsAre;
 using testing::five_split_cube;
@@ -51,21 +53,6 @@ class Fuse : public ::testing::Test {
   TempDir folder = TempDir::in_memory();
   SimplifyRequest request = testing::request_in(folder);
 };
-
-// The same triangles, wherever their points are in the file.
-using Triangles = std::multiset<std::set<std::array<double, 3>>>;
-Triangles boundary_of(Geometry g) {
-  Triangles out;
-  for (const auto& triangle : inspect(g).boundary_triangles) {
-    std::set<std::array<double, 3>> corners;
-    for (const VertexId v : triangle) {
-      const P p = testing::point(g, v);
-      corners.insert({p.x, p.y, p.z});
-    }
-    out.insert(corners);
-  }
-  return out;
-}
 
 TEST_F(Fuse, TheGoalIsMetFromAbove) {
   const MeshFile file = box_with_wave(20);

@@ -21,6 +21,7 @@
 #include "mesh/inspect.h"
 #include "mesh/predicates.h"
 #include "support/damaged_meshes.h"
+#include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 
@@ -56,9 +57,7 @@ class Simplify : public ::testing::Test {
   }
   TempDir folder = TempDir::in_memory();
   SimplifyRequest request = [this] {
-    SimplifyRequest r;
-    r.input = folder.file("in.vtu");
-    r.output = folder.file("out.vtu");
+    SimplifyRequest r = testing::request_in(folder);
     r.behaviour.method = Method::kTetFuse;
     r.behaviour.scalar_tolerance = {std::numeric_limits<double>::infinity()};
     return r;

@@ -7,8 +7,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -21,18 +19,15 @@
 #include "base/resources.h"
 #include "io/mesh_source.h"
 #include "mesh/predicates.h"
+#include "support/mesh_file.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::bytes_of;
 using ::testing::HasSubstr;
 using testing::TempDir;
-
-std::string read_all(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 Geometry generate(const GenerateOptions& options) {
   const TempDir dir;
@@ -200,7 +195,7 @@ TEST_P(Kinds, GivesTheSameBytesForAnyNumberOfThreads) {
   for (const int threads : {1, 2, 1}) {
     set_thread_count(threads);
     generate_mesh(options, dir.file("a.vtu"));
-    files.push_back(read_all(dir.file("a.vtu")));
+    files.push_back(bytes_of(dir.file("a.vtu")));
   }
   set_thread_count(0);
   EXPECT_TRUE(files[0] == files[1]);

@@ -14,20 +14,17 @@
 #include "io/mapped_file.h"
 #include "io/output_file.h"
 #include "support/faulty_file_system.h"
+#include "support/mesh_file.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::bytes_of;
 using testing::FaultyFileSystem;
 using ::testing::HasSubstr;
 using testing::TempDir;
 namespace fs = std::filesystem;
-
-std::string content(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::size_t files_in(const fs::path& folder) {
   return static_cast<std::size_t>(
@@ -78,7 +75,7 @@ class OutputFaults : public ::testing::TestWithParam<bool> {
       calls = system.calls();
     }
     failed_ = !message.empty();
-    const std::string found = content(target_);
+    const std::string found = bytes_of(target_);
     EXPECT_TRUE(found == (failed_ ? "old" : text_)) << message << ": " << found.size() << " bytes";
     return calls;
   }

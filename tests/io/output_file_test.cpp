@@ -21,20 +21,17 @@
 
 #include "base/error.h"
 #include "support/faulty_file_system.h"
+#include "support/mesh_file.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::bytes_of;
 using testing::FaultyFileSystem;
 using ::testing::HasSubstr;
 using testing::TempDir;
 namespace fs = std::filesystem;
-
-std::string read_all(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 void write_all(const std::string& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
@@ -74,7 +71,7 @@ TEST(OutputFile, AppearsAtCommit) {
   EXPECT_FALSE(fs::exists(dir.file("a")));
   EXPECT_EQ(file.size(), 11u);
   file.commit();
-  EXPECT_EQ(read_all(dir.file("a")), "hello world");
+  EXPECT_EQ(bytes_of(dir.file("a")), "hello world");
   EXPECT_EQ(count_files(dir.path()), 1u);
 }
 
@@ -85,7 +82,7 @@ TEST(OutputFile, LeavesTheOldFileWithoutCommit) {
     OutputFile file(dir.file("a"));
     append(&file, long_text());
   }
-  EXPECT_EQ(read_all(dir.file("a")), "old");
+  EXPECT_EQ(bytes_of(dir.file("a")), "old");
   EXPECT_EQ(count_files(dir.path()), 1u);
 }
 
@@ -94,16 +91,16 @@ TEST(OutputFile, CanBeReadBeforeItHasItsName) {
   write_all(dir.file("out"), "old");
   OutputFile file(dir.file("out"));
   append(&file, "new");
-  EXPECT_EQ(read_all(file.path_to_read()), "new");
+  EXPECT_EQ(bytes_of(file.path_to_read()), "new");
   append(&file, "er");
-  EXPECT_EQ(read_all(file.path_to_read()), "newer");
-  EXPECT_EQ(read_all(dir.file("out")), "old");
+  EXPECT_EQ(bytes_of(file.path_to_read()), "newer");
+  EXPECT_EQ(bytes_of(dir.file("out")), "old");
   file.commit();
-  EXPECT_EQ(read_all(dir.file("out")), "newer");
+  EXPECT_EQ(bytes_of(dir.file("out")), "newer");
   EXPECT_EQ(count_files(dir.path()), 1u);
   OutputFile spooled("/dev/null", OutputFile::Access::kPatch);
   append(&spooled, "put aside");
-  EXPECT_EQ(read_all(spooled.path_to_read()), "put aside");
+  EXPECT_EQ(bytes_of(spooled.path_to_read()), "put aside");
   EXPECT_THROW(OutputFile("/dev/null").path_to_read(), std::logic_error);
 }
 
@@ -115,7 +112,7 @@ TEST(OutputFile, HoldsWhatWasAppendedInPartsOfAnySize) {
     OutputFile file(dir.file("a"));
     for (std::size_t i = 0; i < text.size(); i += part) append(&file, text.substr(i, part));
     file.commit();
-    EXPECT_EQ(read_all(dir.file("a")), text) << part;
+    EXPECT_EQ(bytes_of(dir.file("a")), text) << part;
   }
 }
 
@@ -131,7 +128,7 @@ TEST(OutputFile, PatchesWhatIsBufferedAndWhatIsWritten) {
   file.commit();
   text.replace(5, 5, "FRONT");
   text.replace(text.size() - 2, 2, "BORDERend");
-  EXPECT_EQ(read_all(dir.file("a")), text);
+  EXPECT_EQ(bytes_of(dir.file("a")), text);
 }
 
 TEST(OutputFile, CanBeReadBeforeItHasAName) {
@@ -197,7 +194,7 @@ TEST(OutputFile, WritesThroughLinks) {
     append(&file, text);
     file.commit();
     EXPECT_TRUE(fs::is_symlink(dir.path() / "link2"));
-    EXPECT_EQ(read_all(dir.file("sub/b")), text);
+    EXPECT_EQ(bytes_of(dir.file("sub/b")), text);
   }
 }
 
@@ -336,7 +333,7 @@ TEST_P(Streams, WritesIntoAPipe) {
   const std::string text = long_text();
   ASSERT_EQ(::mkfifo(dir.file("pipe").c_str(), 0600), 0);
   std::string seen;
-  std::thread reader([&] { seen = read_all(dir.file("pipe")); });
+  std::thread reader([&] { seen = bytes_of(dir.file("pipe")); });
   {
     OutputFile file(dir.file("pipe"), GetParam());
     append(&file, text);
@@ -362,7 +359,7 @@ TEST_P(Streams, WritesToStandardOutput) {
   ::dup2(saved, STDOUT_FILENO);
   ::close(saved);
   std::fclose(target);
-  EXPECT_EQ(read_all(dir.file("out")), text);
+  EXPECT_EQ(bytes_of(dir.file("out")), text);
 }
 
 std::string access_name(const ::testing::TestParamInfo<OutputFile::Access>& test) {

@@ -10,17 +10,18 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <set>
 #include <string>
 
 #include "base/error.h"
 #include "support/faulty_file_system.h"
+#include "support/mesh_file.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::bytes_of;
 using testing::FaultyFileSystem;
 using ::testing::HasSubstr;
 using testing::TempDir;
@@ -28,10 +29,6 @@ namespace fs = std::filesystem;
 
 class Pieces : public ::testing::Test {
  protected:
-  static std::string content(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
   static void write(const std::string& path, const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
   }
@@ -76,7 +73,7 @@ TEST_F(Pieces, AreNamedByTheFile) {
                               {"GlobalNodeIds", ValueType::kInt64, 1, {}, 0}};
   layout.point_data.active = {{"GlobalIds", "GlobalNodeIds"}};
   write_pieces(2);
-  const std::string text = content(path);
+  const std::string text = bytes_of(path);
   EXPECT_THAT(text, HasSubstr("<VTKFile type=\"PUnstructuredGrid\""));
   EXPECT_THAT(text, HasSubstr("<PPointData GlobalIds=\"GlobalNodeIds\">"));
   EXPECT_THAT(text, HasSubstr("<PDataArray type=\"Float32\" Name=\"p\" NumberOfComponents=\"2\" "
@@ -94,7 +91,7 @@ TEST_F(Pieces, ReplaceThoseOfTheOldFile) {
   write_pieces(1, "new");
   const std::set<std::string> second{"a.pvtu", "a_pieces-2", "a_pieces-2/a_0.vtu"};
   EXPECT_EQ(names(), second);
-  EXPECT_EQ(content(dir.file("a_pieces-2/a_0.vtu")), "new");
+  EXPECT_EQ(bytes_of(dir.file("a_pieces-2/a_0.vtu")), "new");
   write_pieces(1);
   EXPECT_EQ(names(), (std::set<std::string>{"a.pvtu", "a_pieces", "a_pieces/a_0.vtu"}));
   fs::remove_all(dir.file("a_pieces"));  // the old file names a folder that is not there
@@ -119,7 +116,7 @@ TEST_F(Pieces, TouchNothingElse) {
        {"b/a_0.vtu", "../a_pieces/a_0.vtu", "a_pieces../a_0.vtu", "", "a_pieces"}) {
     write(path, std::string("<Piece Source=\"") + source + "\"/>");
     write_pieces(1);
-    EXPECT_EQ(content(dir.file("b/a_0.vtu")), "somebody's");
+    EXPECT_EQ(bytes_of(dir.file("b/a_0.vtu")), "somebody's");
   }
 }
 
@@ -163,11 +160,11 @@ TEST_F(Pieces, EveryCallFailsInTurn) {
         return;
       }
       failures += failed ? 1 : 0;
-      const std::string text = content(path);
+      const std::string text = bytes_of(path);
       const bool is_new = text.find("a_pieces-2/") != std::string::npos;
       const std::string folder = is_new ? "a_pieces-2" : "a_pieces";
       for (const char* name : {"/a_0.vtu", "/a_1.vtu"}) {
-        ASSERT_EQ(content(dir.file(folder + name)), is_new ? "new" : "old") << n;
+        ASSERT_EQ(bytes_of(dir.file(folder + name)), is_new ? "new" : "old") << n;
       }
       EXPECT_EQ(is_new, !failed) << n;
       if (!killed) continue;
@@ -211,13 +208,13 @@ TEST_F(DeadPieces, GoWithTheNextRun) {
   EXPECT_EQ(names(), one);
   die_after(3);  // beside the file's own
   EXPECT_TRUE(fs::exists(dir.file("a_pieces-2/a_2.vtu")));
-  EXPECT_EQ(content(dir.file("a_pieces/a_0.vtu")), "piece");
+  EXPECT_EQ(bytes_of(dir.file("a_pieces/a_0.vtu")), "piece");
   write_pieces(1, "new");
   EXPECT_EQ(names(), (std::set<std::string>{"a.pvtu", "a_pieces-2", "a_pieces-2/a_0.vtu"}));
   die_after(1);
   remove_dead_pieces(path);
   EXPECT_EQ(names(), (std::set<std::string>{"a.pvtu", "a_pieces-2", "a_pieces-2/a_0.vtu"}));
-  EXPECT_EQ(content(dir.file("a_pieces-2/a_0.vtu")), "new");
+  EXPECT_EQ(bytes_of(dir.file("a_pieces-2/a_0.vtu")), "new");
 }
 
 TEST_F(DeadPieces, AreNotThoseOfALivingProcess) {
@@ -229,7 +226,7 @@ TEST_F(DeadPieces, AreNotThoseOfALivingProcess) {
             (std::set<std::string>{"a.pvtu", "a_pieces", "a_pieces/.unfinished", "a_pieces/a_0.vtu",
                                    "a_pieces-2", "a_pieces-2/a_0.vtu"}));
   output.commit(layout, 1);
-  EXPECT_EQ(content(dir.file("a_pieces/a_0.vtu")), "in work");
+  EXPECT_EQ(bytes_of(dir.file("a_pieces/a_0.vtu")), "in work");
   EXPECT_FALSE(fs::exists(dir.file("a_pieces/.unfinished")));
 }
 
@@ -244,7 +241,7 @@ TEST_F(DeadPieces, StayWhereTheFileCannotBeRead) {
     remove_dead_pieces(path);
     EXPECT_TRUE(system.struck());
   }
-  EXPECT_EQ(content(dir.file("a_pieces/a_0.vtu")), "piece");
+  EXPECT_EQ(bytes_of(dir.file("a_pieces/a_0.vtu")), "piece");
 }
 
 TEST_F(DeadPieces, LeaveWhatIsSomebodyElses) {
@@ -266,7 +263,7 @@ TEST_F(DeadPieces, AreNotThoseThatTheFileNames) {
   write_pieces(2);
   write(dir.file("a_pieces/.unfinished"), "");
   remove_dead_pieces(path);
-  EXPECT_EQ(content(dir.file("a_pieces/a_1.vtu")), "piece");
+  EXPECT_EQ(bytes_of(dir.file("a_pieces/a_1.vtu")), "piece");
   write_pieces(1);
   EXPECT_EQ(names(), (std::set<std::string>{"a.pvtu", "a_pieces-2", "a_pieces-2/a_0.vtu"}));
 }

@@ -13,7 +13,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -22,6 +21,7 @@
 #include "io/file_system.h"
 #include "io/manifest.h"
 #include "support/faulty_file_system.h"
+#include "support/mesh_file.h"
 #include "support/pieces.h"
 #include "support/temp_dir.h"
 
@@ -30,6 +30,7 @@ namespace {
 
 using testing::add_pieces;
 using ::testing::AllOf;
+using testing::bytes_of;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::pieces_in;
@@ -444,18 +445,13 @@ class DamagedScratch : public DiskScratchTest {
   }
 };
 
-std::string content(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 // Runs `damage` over every file, and every length or byte of it.
 void for_each_damage(const std::string& folder, const std::string& kept,
                      const std::function<void(const fs::path&, const std::string&)>& damage) {
   std::vector<fs::path> names;
   for (const auto& entry : fs::directory_iterator(kept)) names.push_back(entry.path().filename());
   for (const fs::path& name : names) {
-    const std::string whole = content(fs::path(kept) / name);
+    const std::string whole = bytes_of(fs::path(kept) / name);
     fs::remove_all(folder);
     fs::copy(kept, folder);
     damage(fs::path(folder) / name, whole);

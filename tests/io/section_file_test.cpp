@@ -7,7 +7,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "base/error.h"
 #include "io/file_system.h"
 #include "io/scratch.h"
+#include "support/mesh_file.h"
 #include "support/pieces.h"
 #include "support/temp_dir.h"
 
@@ -67,8 +67,7 @@ TEST(SectionFile, TableComesBack) {
 TEST(SectionFile, IsLaidOutAsDocumented) {
   const TempDir dir;
   write(dir.file("a"), {{3, "abc"}});
-  std::ifstream in(dir.file("a"), std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string bytes = testing::bytes_of(dir.file("a"));
   ASSERT_EQ(bytes.size(), 4099u);
   EXPECT_EQ(bytes.substr(0, 8), "TFPIECES");
   EXPECT_EQ(bytes.substr(8, 8), std::string("\x04\x03\x02\x01\x01\0\0\0", 8));

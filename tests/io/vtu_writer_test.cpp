@@ -8,8 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
@@ -25,6 +23,7 @@
 #include "io/encode.h"
 #include "io/mesh_sink.h"
 #include "io/mesh_source.h"
+#include "support/mesh_file.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"
 #include "support/write_mesh.h"
@@ -32,14 +31,10 @@
 namespace tetfusion {
 namespace {
 
+using testing::bytes_of;
 using ::testing::HasSubstr;
 using testing::OutputMesh;
 using testing::TempDir;
-
-std::string bytes_in(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 template <class T>
 DataArray make_array(const std::string& name, std::uint32_t components,
@@ -221,7 +216,7 @@ TEST_P(WriteMesh, GivesTheSameBytesForAnyNumberOfThreads) {
   for (const int threads : {1, 2, 3}) {
     set_thread_count(threads);
     write_mesh(sample.output(), dir.file("a.vtu"), {GetParam(), {}});
-    files.push_back(bytes_in(dir.file("a.vtu")));
+    files.push_back(bytes_of(dir.file("a.vtu")));
   }
   set_thread_count(0);
   EXPECT_TRUE(files[0] == files[1]);
@@ -269,7 +264,7 @@ TEST_P(WriteMesh, DoesNotDependOnTheSizesOfRuns) {
     }
     writer.finish();
     file.commit();
-    files.push_back(bytes_in(dir.file("a.vtu")));
+    files.push_back(bytes_of(dir.file("a.vtu")));
   }
   set_thread_count(0);
   EXPECT_TRUE(files[0] == files[1]);
@@ -286,7 +281,7 @@ TEST_P(WriteMesh, WritesAnEmptyMesh) {
   EXPECT_EQ(writer.current(), nullptr);
   writer.finish();
   file.commit();
-  const std::string text = bytes_in(dir.file("a.vtu"));
+  const std::string text = bytes_of(dir.file("a.vtu"));
   EXPECT_THAT(text, HasSubstr("NumberOfPoints=\"0\" NumberOfCells=\"0\""));
   EXPECT_TRUE(text.ends_with("</VTKFile>\n"));
 }

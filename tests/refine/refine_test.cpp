@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <string>
 #include <tuple>
 
@@ -17,12 +16,15 @@
 #include "io/mesh_source.h"
 #include "mesh/inspect.h"
 #include "support/damaged_meshes.h"
+#include "support/file_request.h"
 #include "support/mesh_file.h"
+#include "support/surfaces.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::boundary_of;
 using testing::bytes_of;
 using ::testing::HasSubstr;
 using testing::MeshFile;
@@ -56,28 +58,9 @@ class Refine : public ::testing::Test {
   }
 
   TempDir folder = TempDir::in_memory();
-  SimplifyRequest request = [this] {
-    SimplifyRequest r;
-    r.input = folder.file("in.vtu");
-    r.output = folder.file("out.vtu");
-    return r;
-  }();
+  SimplifyRequest request = testing::request_in(folder);
   SimplifyReport report;
 };
-
-using Triangles = std::multiset<std::set<std::array<double, 3>>>;
-Triangles boundary_of(Geometry g) {
-  Triangles out;
-  for (const auto& triangle : inspect(g).boundary_triangles) {
-    std::set<std::array<double, 3>> corners;
-    for (const VertexId v : triangle) {
-      const auto p = testing::point(g, v);
-      corners.insert({p.x, p.y, p.z});
-    }
-    out.insert(corners);
-  }
-  return out;
-}
 
 using Choice = std::tuple<Method, Boundary, std::uint64_t>;
 class RefineAll : public Refine, public ::testing::WithParamInterface<Choice> {
@@ -107,7 +90,7 @@ TEST_P(RefineAll, LevelsAreMeshesOnTheWay) {
   const MeshFile file = rich_box(9);
   simplify_both(file);
   const bool stays = std::get<1>(GetParam()) == Boundary::kExact;
-  const Triangles boundary = boundary_of(file.geometry);
+  const auto boundary = boundary_of(file.geometry);
   std::uint64_t before = 0;
   for (int i = 0; i <= 10; ++i) {
     const std::uint64_t goal = report.output.tets + (report.input.tets - report.output.tets) *

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "mesh/faces.h"
+#include "support/work_meshes.h"
 
 namespace tetfusion::testing {
 
@@ -77,6 +78,12 @@ std::vector<SurfaceTriangle> surface_of(const WorkMesh<double>& mesh) {
   for (const auto& [key, sides] : faces_of(mesh)) {
     if (sides.size() == 1) out.push_back(triangle(mesh, sides[0].corners));
   }
+  return out;
+}
+
+std::multiset<std::set<Point3>> boundary_of(const Geometry& mesh) {
+  std::multiset<std::set<Point3>> out;
+  for (const SurfaceTriangle& t : surface_of(to_work_mesh(mesh))) out.insert({t[0], t[1], t[2]});
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernel/patch_distance.h"
+#include "mesh/geometry.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion::testing {
@@ -16,6 +17,8 @@ using SurfaceTriangle = std::array<Point3, 3>;
 
 // The boundary, looking out.
 std::vector<SurfaceTriangle> surface_of(const WorkMesh<double>& mesh);
+// The same as the places of corners, equal for the same triangles in whatever order.
+std::multiset<std::set<Point3>> boundary_of(const Geometry& mesh);
 // The faces between tetrahedra of different values in the first cell column.
 std::vector<SurfaceTriangle> surface_between(const WorkMesh<double>& mesh);
 

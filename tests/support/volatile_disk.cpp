@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "support/mesh_file.h"
 #include "support/meshes.h"
 
 namespace tetfusion::testing {
@@ -24,11 +24,6 @@ struct stat look_at(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) throw std::runtime_error("cannot look at " + path);
   return status;
-}
-
-std::string content(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 std::map<std::string, std::uint64_t> names_in(const std::string& path) {
@@ -64,7 +59,7 @@ struct VolatileDisk::Loss {
       if (fs::is_directory(below)) {
         look(below);
       } else {
-        bytes[inode] = content(below);
+        bytes[inode] = bytes_of(below);
       }
     }
   }
@@ -128,7 +123,7 @@ void VolatileDisk::take_folder(const std::string& path) {
     if (fs::is_directory(below)) {
       take_folder(below);
     } else {
-      safe_bytes_[inode] = content(below);
+      safe_bytes_[inode] = bytes_of(below);
     }
   }
 }
@@ -142,7 +137,7 @@ int VolatileDisk::fsync(int fd) {
     folders_.insert(status.st_ino);
     safe_names_[status.st_ino] = names_in(path);
   } else if (S_ISREG(status.st_mode)) {
-    safe_bytes_[status.st_ino] = content(path);
+    safe_bytes_[status.st_ino] = bytes_of(path);
   }
   return 0;
 }

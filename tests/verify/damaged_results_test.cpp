@@ -15,6 +15,7 @@
 #include "compare/point.h"
 #include "driver/simplify.h"
 #include "mesh/inspect.h"
+#include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 #include "verify/result_seam.h"
@@ -162,9 +163,7 @@ class DamagedResult : public ::testing::Test {
   TempDir folder = TempDir::in_memory();
   MeshFile input = rich_box(8);
   SimplifyRequest request = [this] {
-    SimplifyRequest r;
-    r.input = folder.file("in.vtu");
-    r.output = folder.file("out.vtu");
+    SimplifyRequest r = testing::request_in(folder);
     r.behaviour.tets = 1200;
     r.behaviour.max_error = 0.05;
     r.verify = true;

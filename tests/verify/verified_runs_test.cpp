@@ -10,6 +10,7 @@
 #include "base/resources.h"
 #include "driver/simplify.h"
 #include "support/damaged_meshes.h"
+#include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 #include "verify/result_seam.h"
@@ -40,9 +41,7 @@ class VerifiedRun : public ::testing::Test {
 
   TempDir folder = TempDir::in_memory();
   SimplifyRequest request = [this] {
-    SimplifyRequest r;
-    r.input = folder.file("in.vtu");
-    r.output = folder.file("out.vtu");
+    SimplifyRequest r = testing::request_in(folder);
     r.behaviour.tets = 2500;
     return r;
   }();
