@@ -627,6 +627,14 @@ class Function(FilterTest):
                                 ({"max_volume": 0}, "max_volume must be greater than 0"),
                                 ({"memory": -1}, "memory must be at least 0"),
                                 ({"threads": -1}, "threads must be at least 0"),
+                                ({"threads": "two"}, "threads cannot be 'two'"),
+                                ({"tets": 1e30}, "tets cannot be 1e+30"),
+                                ({"reduction": "half"}, "reduction cannot be 'half'"),
+                                ({"reduction": "x%"}, "reduction cannot be 'x%': give a share"),
+                                ({"memory": "much"}, "memory cannot be 'much'"),
+                                ({"boundary": None}, "boundary must be one of exact, planar"),
+                                ({"arrays": {"wave": "1"}}, "must be greater than 0"),
+                                ({"chunk_tets": None, "max_volume": [1]}, "max_volume cannot be [1]"),
                                 ({"min_quality": 0.3, "method": "tetfuse"}, "min_quality belongs to method fuse")):
             with self.subTest(arguments=arguments), self.assertRaises(TetFusionError) as caught:
                 vtktetfusion.simplify(grid, **arguments)
@@ -651,6 +659,18 @@ class Function(FilterTest):
         error = pickle.loads(pickle.dumps(TetFusionError(3, "why")))
         self.assertIsInstance(error, TetFusionError)
         self.assertEqual((error.code, str(error)), (3, "why"))
+
+    def test_texts_are_what_the_command_takes(self):
+        grid = box(5)
+        texts = {"reduction": "30%", "max_error": "5%", "boundary": "1%", "memory": "1.5G", "arrays": {"wave": "2%"}}
+        same = {"reduction": 0.3, "max_error": 0.05, "boundary": 0.01, "memory": 3 << 29, "arrays": {"wave": 0.02}}
+        self.expect_same(vtktetfusion.simplify(grid, **texts), vtktetfusion.simplify(grid, **same))
+
+    def test_what_is_no_grid_is_refused(self):
+        for nothing in None, "mesh.vtu", [1, 2]:
+            with self.assertRaises(TetFusionError) as caught:
+                vtktetfusion.simplify(nothing, 0.5)
+            self.assertIn(f"grid must be a vtkUnstructuredGrid, or what stands for one, not {type(nothing).__name__}", str(caught.exception))
 
     def test_a_reduction_of_nothing_leaves_the_mesh_as_it_is(self):
         grid = box(6)

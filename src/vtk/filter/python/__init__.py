@@ -8,6 +8,8 @@ vtkTetFusion is the filter itself, for a pipeline; help(vtktetfusion.vtkTetFusio
 """
 import logging
 import math
+import numbers
+import re
 import sys
 import threading
 import warnings
@@ -69,12 +71,13 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
         of each (None: no other than max_error). Default: the active scalars, else the first floating-point array of the points.
     regions: names of cell arrays of one component whose interfaces are kept, or "none"; default: those of integers named like materials.
     roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
-    weight: the name of a point array: errors count so many times as much there, so that the mesh stays finer.
+    weight: the name of a point array, or "cell:NAME": errors count so many times as much there, so that the mesh stays finer.
     original_ids: the result has the point array OriginalPointIds: the number of a point of `grid` that stayed, -1 of a new one.
     tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take ten-node tetrahedra as straight ones.
     threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
     chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it.
     progress: called with the share that is done, from 0 to 1; False as its answer ends the run. It cannot call simplify().
+    Shares may be texts as the command takes them, "50%", and so may memory, "2G".
     One call runs at a time: those of other threads wait for it.
 
     What the command would say meanwhile goes to the logger "vtktetfusion", as info.
@@ -83,29 +86,33 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     """
     if min_quality is not None and method == "tetfuse":
         _refuse("min_quality belongs to method fuse")
+    grid_of_vtk = getattr(grid, "VTKObject", grid)
+    if not isinstance(grid_of_vtk, vtkCommonDataModel.vtkDataObject):
+        _refuse(f"grid must be a vtkUnstructuredGrid, or what stands for one, not {type(grid).__name__}")
     run = vtkTetFusion()
-    run.SetInputDataObject(getattr(grid, "VTKObject", grid))
-    given = {"TargetReduction": reduction, "NumberOfTetsOutput": tets, "MaximumError": max_error, "MaximumRMS": max_rms,
-             "MinimumQuality": min_quality, "ScalarTolerance": scalar_tolerance, "StretchFactor": stretch_factor,
-             "AspectRatio": aspect_ratio, "MaximumVolume": max_volume,
-             "WeightArrayName": weight, "ScratchDirectory": scratch}
-    for name, value in given.items():
+    run.SetInputDataObject(grid_of_vtk)
+    given = {"reduction": ("TargetReduction", _share("reduction", reduction)), "tets": ("NumberOfTetsOutput", tets),
+             "max_error": ("MaximumError", _share("max_error", max_error)),
+             "max_rms": ("MaximumRMS", _share("max_rms", max_rms)), "min_quality": ("MinimumQuality", min_quality),
+             "scalar_tolerance": ("ScalarTolerance", _share("scalar_tolerance", scalar_tolerance)),
+             "stretch_factor": ("StretchFactor", stretch_factor), "aspect_ratio": ("AspectRatio", aspect_ratio),
+             "max_volume": ("MaximumVolume", max_volume), "weight": ("WeightArrayName", weight),
+             "scratch": ("ScratchDirectory", scratch), "chunk_tets": ("ChunkTets", chunk_tets)}
+    for option, (name, value) in given.items():
         if value is not None:
-            getattr(run, "Set" + name)(_no_default(name, value))
+            _set(run, option, name, _no_default(name, value))
+    for option, name, value in (("threads", "NumberOfThreads", threads), ("memory", "MemoryLimit", _size(memory))):
+        if _is_number(value) and value < 0:
+            _refuse(f"{option} must be at least 0")
+        _set(run, option, name, value)
     run.SetStrict(strict)
     run.SetConserve(conserve)
     run.SetBoundaryTetsStay(boundary_tets_stay)
     run.SetOriginalIds(original_ids)
     run.SetTetrahedralize(tetrahedralize)
     run.SetLinearize(linearize)
-    for name, value in (("threads", threads), ("memory", memory)):
-        if value < 0:
-            _refuse(f"{name} must be at least 0")
-    run.SetNumberOfThreads(threads)
-    run.SetMemoryLimit(memory)
-    run.SetChunkTets(chunk_tets)
     run.SetMethod(_choice("method", method, {"fuse": run.FUSE, "tetfuse": run.TETFUSE}))
-    _set_boundary(run, boundary)
+    _set_boundary(run, _share("boundary", boundary))
     _set_arrays(run, arrays)
     _set_regions(run, regions)
     for region in [roi] if isinstance(roi, str) else roi:
@@ -118,9 +125,41 @@ def _refuse(message):
     raise TetFusionError(2, message)
 
 
+def _is_number(value):
+    return isinstance(value, numbers.Real)
+
+
+def _set(run, option, name, value):
+    try:
+        getattr(run, "Set" + name)(value)
+    except (TypeError, OverflowError):
+        _refuse(f"{option} cannot be {value!r}")
+
+
+def _share(option, value):
+    """A text such as "50%" as a number; all else as it is."""
+    if not isinstance(value, str) or not value.endswith("%"):
+        return value
+    try:
+        return float(value[:-1]) / 100
+    except ValueError:
+        _refuse(f"{option} cannot be {value!r}: give a share, as in 0.5 or '50%'")
+
+
+def _size(value):
+    """A text such as "2G" as a number of bytes, as the command takes it; all else as it is."""
+    if not isinstance(value, str):
+        return value
+    match = re.fullmatch(r"([0-9.]+)([KMGT]?)(iB|B)?", value.strip())
+    try:
+        return int(float(match[1]) * 1024 ** " KMGT".index(match[2] or " "))
+    except (TypeError, ValueError):
+        _refuse(f"memory cannot be {value!r}: give bytes, or a text as in '2G'")
+
+
 def _no_default(name, value):
     """The filter takes a 0 for its default, but here the default is None: another value that means what 0 says."""
-    if isinstance(value, str) or value != 0 or name == "MinimumQuality":
+    if not _is_number(value) or value != 0 or name == "ChunkTets" or name == "MinimumQuality":
         return value
     if name == "TargetReduction":
         return sys.float_info.min  # so small a share is no tetrahedron of any mesh
@@ -134,7 +173,7 @@ def _choice(option, value, choices):
 
 
 def _set_boundary(run, boundary):
-    if isinstance(boundary, str):
+    if not _is_number(boundary):
         run.SetBoundaryMode(_choice("boundary", boundary, {"exact": run.EXACT, "planar": run.PLANAR}))
         return
     run.SetBoundaryModeToWithin()
@@ -151,7 +190,8 @@ def _set_arrays(run, arrays):
         of_cells = name.startswith("cell:")
         association = vtkCommonDataModel.vtkDataObject.FIELD_ASSOCIATION_CELLS if of_cells else \
             vtkCommonDataModel.vtkDataObject.FIELD_ASSOCIATION_POINTS
-        if bound is not None and not (bound > 0 and not math.isnan(bound)):
+        bound = _share("arrays", bound)
+        if bound is not None and not (_is_number(bound) and bound > 0 and not math.isnan(bound)):
             _refuse(f"arrays: the bound of {name} must be greater than 0, a share of its range")
         run.AddSteeringArray(association, name[len("cell:"):] if of_cells else name, bound or 0)
 
