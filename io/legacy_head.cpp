@@ -129,6 +129,7 @@ class LegacyParser {
     in_.expect_words(words, 3, "POINTS COUNT TYPE");
     once(piece_.coordinates, words[0]);
     piece_.points = in_.count_of(words[1]);
+    described_.reset();
     piece_.coordinates = in_.take_values("POINTS", words[2], piece_.points, 3);
   }
 

@@ -215,6 +215,14 @@ TEST_F(Legacy, ComponentsMayHaveNoName) {
   }
 }
 
+TEST_F(Legacy, WhatDescribesPointsDescribesNoFieldArray) {
+  const auto source =
+      open("a.vtk", with(text5(), "9 9 9\n", "9 9 9\nMETADATA\nCOMPONENT_NAMES\nx\ny\nz\n\n"));
+  for (const ArrayInfo& info : source->description().field_data.arrays) {
+    EXPECT_THAT(info.component_names, ElementsAre()) << info.name;
+  }
+}
+
 // As VTK writes an array that is active as several kinds.
 TEST_F(Legacy, OneArrayMayBeActiveAsSeveralKinds) {
   const std::string values3 = "1 0 0 2 0 0 3 0 0 4 0 0 5 0 0 6 0 0\n";
