@@ -332,6 +332,7 @@ class LegacyParser {
                              "\", of different types or numbers of components: rename one");
     }
     again.info.component_names = same->info.component_names;
+    again.info.units = same->info.units;
     *same = std::move(again);
     described_ = static_cast<std::size_t>(same - arrays().begin());
   }
@@ -365,7 +366,22 @@ class LegacyParser {
       const std::string_view line = trimmed(in_.take_line());
       if (line.empty()) return;
       if (in_capitals(line) == "COMPONENT_NAMES") parse_component_names(array);
+      if (says_units(line)) parse_units(array);
     }
+  }
+
+  // "NAME UNITS_LABEL LOCATION vtkDataArray", and in the next line "DATA m/s".
+  static bool says_units(std::string_view line) {
+    TokenCursor words(line, 0);
+    return in_capitals(words.next()) == "NAME" && words.next() == kUnitsKey &&
+           in_capitals(words.next()) == "LOCATION" && words.next() == kUnitsKeyClass;
+  }
+
+  void parse_units(VtuArray* array) {
+    constexpr std::string_view kWord = "DATA";
+    if (!in_.comes(kWord)) return;
+    const std::string_view line = in_.take_line();
+    if (array != nullptr) array->info.units = decoded(trimmed(line.substr(kWord.size())));
   }
 
   // A line a component, which is empty where the component has no name.

@@ -235,7 +235,7 @@ class LegacyWriter {
         put_text(head, file_);
         put_rows(i);
         end_values();
-        put_component_names(info);
+        put_metadata(info);
       };
       for (const std::string& head : heads[i]) put_array(head);
       if (!heads[i].empty()) continue;
@@ -253,10 +253,15 @@ class LegacyWriter {
     return info.name.empty() ? fmt::format("unnamed_{}", index) : encoded(info.name);
   }
 
-  void put_component_names(const ArrayInfo& info) {
-    if (info.component_names.empty()) return;
-    std::string text = "METADATA\nCOMPONENT_NAMES\n";
+  void put_metadata(const ArrayInfo& info) {
+    if (info.component_names.empty() && info.units.empty()) return;
+    std::string text = "METADATA\n";
+    if (!info.component_names.empty()) text += "COMPONENT_NAMES\n";
     for (const std::string& name : info.component_names) text += encoded(name) + '\n';
+    if (!info.units.empty()) {
+      text += fmt::format("INFORMATION 1\nNAME {} LOCATION {}\nDATA {}\n", kUnitsKey,
+                          kUnitsKeyClass, encoded(info.units));
+    }
     put_text(text + '\n', file_);
   }
 
@@ -297,7 +302,7 @@ class LegacyWriter {
         put_values(array.info.type, array.info.components, array.bytes);
       }
       end_values();
-      put_component_names(array.info);
+      put_metadata(array.info);
     }
   }
 

@@ -23,6 +23,7 @@ AttributeSet describe(const std::vector<ArrayView>& arrays) {
   AttributeSet set;
   for (const ArrayView& a : arrays) {
     set.arrays.push_back({a.name, a.values.type, a.components, a.component_names, 0});
+    set.arrays.back().units = a.units;
     set.arrays.back().tuples = a.components > 0 ? a.values.size() / a.components : 0;
   }
   return set;

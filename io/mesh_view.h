@@ -25,6 +25,7 @@ struct ArrayView {
   std::uint32_t components = 1;
   ValuesView values;
   std::vector<std::string> component_names = {};  // or one a component
+  std::string units = {};
 };
 
 // Cells are VTK's: types, and offsets into the connectivity, one more than there are cells.

@@ -161,7 +161,9 @@ void remove_if_dead(const std::string& folder, const std::string& path) {
 std::string section(const char* element, const AttributeSet& set) {
   std::string text = fmt::format("    <{}{}>\n", element, active_attributes(set));
   for (const ArrayInfo& info : set.arrays) {
-    text += fmt::format("      <PDataArray {}/>\n", array_attributes(info));
+    const std::string units = units_element(info);
+    text += fmt::format("      <PDataArray {}{}\n", array_attributes(info),
+                        units.empty() ? "/>" : ">" + units + "</PDataArray>");
   }
   return text + fmt::format("    </{}>\n", element);
 }

@@ -32,7 +32,7 @@ std::uint64_t get_number(ByteReader* in) {
 
 // `fail` throws.
 template <class Fail>
-ArrayInfo get_info(bool of_field, ByteReader* in, const Fail& fail) {
+ArrayInfo get_info(bool of_field, std::uint32_t version, ByteReader* in, const Fail& fail) {
   ArrayInfo info;
   in->get_all(&info.name);
   const std::uint64_t type = get_number(in);
@@ -48,14 +48,17 @@ ArrayInfo get_info(bool of_field, ByteReader* in, const Fail& fail) {
   const std::uint64_t names = get_number(in);
   if (names != 0 && names != components) fail("has an array with a wrong number of components");
   for (std::uint64_t i = 0; i < names; ++i) in->get_all(&info.component_names.emplace_back());
+  if (version != kVersionWithoutUnits) in->get_all(&info.units);
   return info;
 }
 
 template <class Fail>
-AttributeSet get_set(ByteReader* in, const Fail& fail) {
+AttributeSet get_set(std::uint32_t version, ByteReader* in, const Fail& fail) {
   AttributeSet set;
   const std::uint64_t arrays = get_number(in);
-  for (std::uint64_t i = 0; i < arrays; ++i) set.arrays.push_back(get_info(false, in, fail));
+  for (std::uint64_t i = 0; i < arrays; ++i) {
+    set.arrays.push_back(get_info(false, version, in, fail));
+  }
   const std::uint64_t active = get_number(in);
   for (std::uint64_t i = 0; i < active; ++i) {
     std::string marker, name;
@@ -129,10 +132,11 @@ void ProgressiveFile::read_head() {
   }
   std::memcpy(&header, bytes.data(), sizeof header);
   if (header.byte_order != kByteOrder) fail("the file is of a machine with another byte order");
-  if (header.version != kVersion) {
-    fail(fmt::format("the file is of version {}, and this program reads {}", header.version,
-                     kVersion));
+  if (header.version != kVersion && header.version != kVersionWithoutUnits) {
+    fail(fmt::format("the file is of version {}, and this program reads {} and {}", header.version,
+                     kVersionWithoutUnits, kVersion));
   }
+  version_ = header.version;
   if (header.sum != header_sum(header)) fail("the head of the file is damaged");
   if (header.file_bytes != file_.size()) {
     fail(fmt::format("the file has {} bytes, where {} were written", file_.size(),
@@ -207,12 +211,12 @@ void ProgressiveFile::read_description() {
     const std::uint64_t type = get_number(&in);
     description_.point_type = static_cast<ValueType>(std::min<std::uint64_t>(type, 255));
     if (!is_float(description_.point_type)) bad("has coordinates of a wrong type");
-    description_.point_data = get_set(&in, bad);
-    description_.cell_data = get_set(&in, bad);
+    description_.point_data = get_set(version_, &in, bad);
+    description_.cell_data = get_set(version_, &in, bad);
     const std::uint64_t fields = get_number(&in);
     for (std::uint64_t i = 0; i < fields; ++i) {
       DataArray& array = description_.field_data.emplace_back();
-      array.info = get_info(true, &in, bad);
+      array.info = get_info(true, version_, &in, bad);
       in.get_all(&array.bytes);
       const std::uint64_t values = array.bytes.size() / size_of(array.info.type);
       const bool is_text = array.info.type == ValueType::kString;

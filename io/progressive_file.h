@@ -88,6 +88,7 @@ class ProgressiveWriter {
   void write_waiting();
 
   OutputFile* file_;
+  std::uint32_t version_;
   std::size_t point_row_ = 0, cell_row_ = 0;
   ProgressiveCounts counts_;
   std::vector<std::array<std::uint64_t, 6>> table_;
@@ -195,6 +196,7 @@ class ProgressiveFile {
   PointRows read_points(const Section& section) const;
 
   MappedFile file_;
+  std::uint32_t version_ = 0;
   ProgressiveCounts counts_;
   std::uint64_t raw_bytes_ = 0;  // of all sections, inflated
   ProgressiveDescription description_;

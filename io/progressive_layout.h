@@ -14,7 +14,9 @@ namespace tetfusion::progressive {
 
 inline constexpr std::array<char, 8> kMagic{'T', 'F', 'P', 'R', 'O', 'G', 'R', 'S'};
 inline constexpr std::uint32_t kByteOrder = 0x01020304;
-inline constexpr std::uint32_t kVersion = 2;
+inline constexpr std::uint32_t kVersion = 3;
+// What is written where no array has units, so that older programs read it: they are not in it.
+inline constexpr std::uint32_t kVersionWithoutUnits = 2;
 
 enum Kind : std::uint32_t {
   kDescription,

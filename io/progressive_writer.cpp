@@ -21,20 +21,34 @@ constexpr std::size_t kRecordsPerBlock = std::size_t{1} << 13;
 
 void put_text(const std::string& text, ByteWriter* out) { out->put_all(text); }
 
-void put_info(const ArrayInfo& info, ByteWriter* out) {
+// The lowest that has a place for what is in the file.
+std::uint32_t version_for(const ProgressiveDescription& description) {
+  const auto has_units = [](const ArrayInfo& info) { return !info.units.empty(); };
+  const auto any = [&](const AttributeSet& set) {
+    return std::any_of(set.arrays.begin(), set.arrays.end(), has_units);
+  };
+  const std::vector<DataArray>& fields = description.field_data;
+  const bool units = any(description.point_data) || any(description.cell_data) ||
+                     std::any_of(fields.begin(), fields.end(),
+                                 [&](const DataArray& array) { return has_units(array.info); });
+  return units ? kVersion : kVersionWithoutUnits;
+}
+
+void put_info(const ArrayInfo& info, std::uint32_t version, ByteWriter* out) {
   put_text(info.name, out);
   out->put(static_cast<std::uint64_t>(info.type));
   out->put(std::uint64_t{info.components});
   out->put(info.tuples);
   out->put(std::uint64_t{info.component_names.size()});
   for (const std::string& name : info.component_names) put_text(name, out);
+  if (version != kVersionWithoutUnits) put_text(info.units, out);
 }
 
-void put_set(const AttributeSet& set, ByteWriter* out) {
+void put_set(const AttributeSet& set, std::uint32_t version, ByteWriter* out) {
   out->put(std::uint64_t{set.arrays.size()});
   for (ArrayInfo info : set.arrays) {
     info.tuples = 0;
-    put_info(info, out);
+    put_info(info, version, out);
   }
   out->put(std::uint64_t{set.active.size()});
   for (const auto& [marker, name] : set.active) {
@@ -68,17 +82,18 @@ std::size_t room_for(std::size_t rows, const Vector<T>& section, std::size_t row
 
 ProgressiveWriter::ProgressiveWriter(OutputFile* file, const ProgressiveDescription& description)
     : file_(file),
+      version_(version_for(description)),
       point_row_(description.point_row_bytes()),
       cell_row_(description.cell_row_bytes()) {
   const Header none;
   file_->append(&none, sizeof none);
   ByteWriter text;
   text.put(static_cast<std::uint64_t>(description.point_type));
-  put_set(description.point_data, &text);
-  put_set(description.cell_data, &text);
+  put_set(description.point_data, version_, &text);
+  put_set(description.cell_data, version_, &text);
   text.put(std::uint64_t{description.field_data.size()});
   for (const DataArray& array : description.field_data) {
-    put_info(array.info, &text);
+    put_info(array.info, version_, &text);
     text.put_all(array.bytes);
   }
   text.put(static_cast<std::uint64_t>(description.errors));
@@ -280,6 +295,7 @@ void ProgressiveWriter::finish() {
   write_waiting();
   const std::span<const std::byte> table = std::as_bytes(std::span(table_));
   Header header;
+  header.version = version_;
   header.table = file_->size();
   header.sections = table_.size();
   header.table_sum = checksum(table);

@@ -26,16 +26,24 @@ namespace {
 
 constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
 
-std::vector<std::string> piece_paths(const MappedFile& file) {
-  const pugi::xml_document document = parse_list(file);
+std::vector<std::string> piece_paths(const MappedFile& file, const pugi::xml_node& grid) {
   std::vector<std::string> paths;
-  const auto grid = document.child("VTKFile").child("PUnstructuredGrid");
   for (const pugi::xml_node node : grid.children("Piece")) {
     paths.push_back(listed_path(file.path(), "piece " + std::to_string(paths.size()),
                                 node.attribute("Source").value()));
   }
   if (!paths.empty()) return paths;
   throw Error(ErrorCode::kBadInput, file.path() + ": no <Piece> element: the mesh is empty");
+}
+
+// Where the first piece says no units: VTK reads those that are said here, and no piece's.
+void take_units(const pugi::xml_node& data, AttributeSet* set) {
+  for (const pugi::xml_node array : data.children("PDataArray")) {
+    const std::size_t i = set->find(array.attribute("Name").value());
+    if (i != AttributeSet::npos && set->arrays[i].units.empty()) {
+      set->arrays[i].units = units_of(array);
+    }
+  }
 }
 
 bool same_arrays(const AttributeSet& a, const AttributeSet& b) {
@@ -75,7 +83,7 @@ class PvtuSource final : public MeshSource {
 
   // False where the piece does not go with the others, or where all cannot be read in windows.
   bool add(const std::string& path);
-  bool finish(std::uint64_t bytes);
+  bool finish(std::uint64_t bytes, const pugi::xml_node& grid);
   const std::string& obstacle() const { return obstacle_; }  // after that: "a .pvtu ..."
 
   const MeshDescription& description() const override { return description_; }
@@ -158,12 +166,14 @@ bool PvtuSource::has_cells_to_split() const {
   return false;
 }
 
-bool PvtuSource::finish(std::uint64_t bytes) {
+bool PvtuSource::finish(std::uint64_t bytes, const pugi::xml_node& grid) {
   MeshDescription& d = description_;
   if (d.cells == 0) throw Error(ErrorCode::kBadInput, d.path + ": the mesh has no cells");
   d.file_bytes += bytes;
   for (ArrayInfo& info : d.point_data.arrays) info.tuples = d.points;
   for (ArrayInfo& info : d.cell_data.arrays) info.tuples = d.cells;
+  take_units(grid.child("PPointData"), &d.point_data);
+  take_units(grid.child("PCellData"), &d.cell_data);
   d.field_data = open_vtu(MappedFile::open(first_with_cells_), options_)->description().field_data;
   stream_ = open_pieces_stream(pieces_, description_, options_);
   if (stream_ != nullptr) return true;
@@ -249,7 +259,9 @@ DataArray PvtuSource::read_array(Association association, std::size_t index) {
 
 std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions& options,
                                       std::string* why) {
-  const std::vector<std::string> paths = piece_paths(file);
+  const pugi::xml_document list = parse_list(file);
+  const pugi::xml_node grid = list.child("VTKFile").child("PUnstructuredGrid");
+  const std::vector<std::string> paths = piece_paths(file, grid);
   if (paths.size() > kMaxPiecesRead) {
     *why = fmt::format("a .pvtu of more than {} pieces", kMaxPiecesRead);
     return nullptr;
@@ -257,7 +269,7 @@ std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions&
   auto source = std::make_unique<PvtuSource>(file.path(), options);
   bool can_read = true;
   for (std::size_t p = 0; p < paths.size() && can_read; ++p) can_read = source->add(paths[p]);
-  if (can_read && source->finish(file.size())) return source;
+  if (can_read && source->finish(file.size(), grid)) return source;
   *why = source->obstacle();
   return nullptr;
 }

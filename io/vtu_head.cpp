@@ -138,6 +138,7 @@ class VtuHeadParser {
     }
     if (array.info.type == ValueType::kString && tuples) fail(label + ": strings are no numbers");
     parse_components(node, label, &array.info);
+    array.info.units = units_of(node);
     if (!tuples) {
       const pugi::xml_attribute own = node.attribute("NumberOfTuples");
       // The number of strings does not tell the number of bytes.
@@ -414,5 +415,15 @@ class VtuHeadParser {
 }  // namespace
 
 VtuHead parse_vtu_head(const MappedFile& file) { return VtuHeadParser(file).run(); }
+
+std::string units_of(const pugi::xml_node& array) {
+  for (const pugi::xml_node key : array.children("InformationKey")) {
+    if (key.attribute("name").value() == kUnitsKey &&
+        key.attribute("location").value() == kUnitsKeyClass) {
+      return std::string(trim(key.text().get()));
+    }
+  }
+  return {};
+}
 
 }  // namespace tetfusion

@@ -10,6 +10,10 @@
 #include "io/array_reader.h"
 #include "mesh/data_array.h"
 
+namespace pugi {
+class xml_node;
+}
+
 namespace tetfusion {
 
 struct VtuArray {
@@ -46,5 +50,9 @@ struct VtuHead {
 // values than the file has room for. Does not leave the file's pages in memory. Throws
 // Error(kBadInput).
 VtuHead parse_vtu_head(const MappedFile& file);
+
+// The units that a DataArray or PDataArray element says, without blanks at their ends, as VTK takes
+// them; nothing where there are none.
+std::string units_of(const pugi::xml_node& array);
 
 }  // namespace tetfusion

@@ -26,6 +26,12 @@ std::string array_attributes(const ArrayInfo& info) {
   return text;
 }
 
+std::string units_element(const ArrayInfo& info) {
+  if (info.units.empty()) return {};
+  return fmt::format("<InformationKey name=\"{}\" location=\"{}\">{}</InformationKey>", kUnitsKey,
+                     kUnitsKeyClass, xml_escape(info.units));
+}
+
 std::string active_attributes(const AttributeSet& set) {
   std::string text;
   for (const auto& [kind, name] : set.active) {

@@ -120,16 +120,18 @@ void VtuWriter::add_slot(const ArrayInfo& info, std::uint64_t bytes, Place place
   slot.bytes = bytes;
   slot.before =
       fmt::format("{}        <{} {}", std::exchange(pending_, {}), element, array_attributes(info));
+  const std::string units = units_element(info);
+  const std::string end = fmt::format("</{}>\n", element);
   if (place == Place::kFieldData) slot.before += fmt::format(" NumberOfTuples=\"{}\"", info.tuples);
   if (appended()) {
     slot.before += " format=\"appended\" ";
     slot.offset_field = slot.before.size();
-    slot.before += offset_attribute(payload_) + "/>\n";
+    slot.before += offset_attribute(payload_) + (units.empty() ? "/>\n" : ">" + units + end);
     payload_ += sizeof(std::uint64_t) + bytes;
   } else {
     slot.before +=
         encoding_ == Encoding::kInline ? " format=\"binary\">\n" : " format=\"ascii\">\n";
-    slot.after = fmt::format("\n        </{}>\n", element);
+    slot.after = "\n        " + units + end;  // what reads text stops at a tag
   }
   total_bytes_ += bytes;
   slots_.push_back(std::move(slot));

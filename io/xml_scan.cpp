@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "mesh/data_array.h"
 
 namespace tetfusion {
 
@@ -59,16 +60,24 @@ class Scanner {
     pos_ = found + end.size();
   }
 
-  // Text matters directly inside a data element alone (an InformationKey in it has text of its
-  // own).
+  // Text matters directly inside a data element alone, and inside a label of units in it: other
+  // InformationKeys have text that nobody needs.
   void take_text(std::size_t begin, std::size_t end) {
-    if (!in_data_ || nested_ > 0) return;
+    if (!in_data_) return;
+    if (nested_ > 0) return take_label(begin, end);
     const std::size_t first = file_.substr(begin, end - begin).find_first_not_of(kBlanks);
     if (first == kNotFound) return;
     if (has_payload_) fail("an array's data is in two parts", begin + first);
     has_payload_ = true;
     const std::size_t last = file_.substr(begin, end - begin).find_last_not_of(kBlanks);
     head_.text += std::to_string(begin + first) + " " + std::to_string(begin + last + 1);
+  }
+
+  void take_label(std::size_t begin, std::size_t end) {
+    constexpr std::size_t kLongest = 4096;  // it stays in memory: what is longer is no label
+    if (in_label_ && nested_ == 1 && end - begin <= kLongest) {
+      head_.text += file_.substr(begin, end - begin);
+    }
   }
 
   void take_markup() {
@@ -113,6 +122,7 @@ class Scanner {
         --nested_;
       } else if (!empty) {
         ++nested_;
+        if (nested_ == 1) in_label_ = name == "InformationKey" && tag.find(kUnitsKey) != kNotFound;
       }
     } else if (!closing && !empty && (name == "DataArray" || name == "Array")) {
       in_data_ = true;
@@ -145,6 +155,7 @@ class Scanner {
   bool in_data_ = false;
   bool has_payload_ = false;
   std::size_t nested_ = 0;  // elements open inside the data element
+  bool in_label_ = false;   // the outermost of them says units
   XmlHead head_;
 };
 

@@ -11,8 +11,8 @@ namespace tetfusion {
 
 struct XmlHead {
   // A complete XML document: the file without comments, declarations and text. The text of each
-  // DataArray and Array element is replaced by its place in the file, "BEGIN END". An AppendedData
-  // element is empty and the last one.
+  // DataArray and Array element is replaced by its place in the file, "BEGIN END"; that of a label
+  // of units in it stays. An AppendedData element is empty and the last one.
   std::string text;
 
   // The bytes between the underscore of an AppendedData element and its end tag (the end of the

@@ -106,6 +106,11 @@ std::string describe_range(const ArrayLine& line) {
   return text;
 }
 
+// "velocity (m/s)"
+std::string name_of(const ArrayInfo& info) {
+  return info.units.empty() ? info.name : fmt::format("{} ({})", info.name, info.units);
+}
+
 void add_arrays(const std::vector<ArrayLine>& lines, std::string* text) {
   if (lines.empty()) {
     *text += "arrays        none\n";
@@ -113,12 +118,12 @@ void add_arrays(const std::vector<ArrayLine>& lines, std::string* text) {
   }
   *text += "arrays\n";
   std::size_t width = 0;
-  for (const ArrayLine& line : lines) width = std::max(width, line.info.name.size());
+  for (const ArrayLine& line : lines) width = std::max(width, name_of(line.info).size());
   for (const ArrayLine& line : lines) {
     const std::string components =
         line.info.components == 1 ? "" : fmt::format(" x {}", line.info.components);
     fmt::format_to(std::back_inserter(*text), "  {:<6}{:<{}}  {:<12}{}", line.association,
-                   line.info.name, width, std::string(vtk_name(line.info.type)) + components,
+                   name_of(line.info), width, std::string(vtk_name(line.info.type)) + components,
                    describe_range(line));
     if (!line.active.empty()) {
       fmt::format_to(std::back_inserter(*text), "  [active {}]", fmt::join(line.active, ", "));
@@ -195,6 +200,7 @@ Json arrays_json(const std::vector<ArrayLine>& lines) {
                       {"type", vtk_name(line.info.type)},
                       {"components", line.info.components},
                       {"component_names", line.info.component_names},
+                      {"units", line.info.units.empty() ? Json() : Json(line.info.units)},
                       {"tuples", line.info.tuples},
                       {"active", line.active},
                       {"ranges", components},

@@ -381,7 +381,8 @@ std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<Mov
     view.point_arrays.push_back({info.name,
                                  info.components,
                                  {info.type, std::span(moved.array.bytes)},
-                                 info.component_names});
+                                 info.component_names,
+                                 info.units});
     for (const auto& [marker, name] : mesh.point_data.active) {
       if (name == info.name) view.point_markers[marker] = name;
     }

@@ -111,6 +111,11 @@ enum class Association : std::uint8_t { kPoint, kCell, kField };
 // Values of a type as doubles.
 Vector<double> to_doubles(ValueType type, std::span<const std::byte> values);
 
+// VTK's key that ArrayInfo::units are stored under, and the class that it is of: what else is in an
+// array's information are ranges that VTK keeps for itself, and the like.
+inline constexpr std::string_view kUnitsKey = "UNITS_LABEL";
+inline constexpr std::string_view kUnitsKeyClass = "vtkDataArray";
+
 // What is known of an array without reading its values.
 struct ArrayInfo {
   std::string name;
@@ -119,6 +124,7 @@ struct ArrayInfo {
   std::vector<std::string> component_names;  // empty, or one a component
   std::uint64_t tuples = 0;                  // all pieces together
   bool steers_only = false;  // there for a run to be steered by: not in what it makes of the mesh
+  std::string units = {};    // "m/s", as anybody writes them; empty: nobody says
 
   std::uint64_t values() const { return tuples * components; }
 };

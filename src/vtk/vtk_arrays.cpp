@@ -3,6 +3,8 @@
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkDataSetAttributes.h>
+#include <vtkInformation.h>
+#include <vtkInformationStringKey.h>
 #include <vtkPointData.h>
 #include <vtkStringArray.h>
 
@@ -101,6 +103,10 @@ ArrayInfo describe(vtkAbstractArray* array, const std::string& name, ValueType t
       const char* component = array->GetComponentName(c);
       info.component_names.emplace_back(component != nullptr ? component : "");
     }
+  }
+  if (array->HasInformation()) {
+    const char* units = array->GetInformation()->Get(vtkDataArray::UNITS_LABEL());
+    if (units != nullptr) info.units = units;
   }
   return info;
 }

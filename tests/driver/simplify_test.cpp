@@ -80,6 +80,7 @@ TEST_F(Simplify, EveryArrayComesOutUnderItsNameAndType) {
   file.point_arrays.push_back(
       make_array<std::uint8_t>("byte", points, 2, [](auto i, auto k) { return (i + k) % 256; }));
   file.point_arrays[1].info.component_names = {"X", "Y", "Z"};
+  file.point_arrays[1].info.units = "m/s";
   file.point_markers = {
       {"Scalars", "linear"}, {"Vectors", "vector"}, {"GlobalIds", "GlobalNodeIds"}};
   const auto first =
@@ -102,6 +103,7 @@ TEST_F(Simplify, EveryArrayComesOutUnderItsNameAndType) {
     EXPECT_EQ(out.point_data.arrays[i].type, file.point_arrays[i].info.type);
     EXPECT_EQ(out.point_data.arrays[i].components, file.point_arrays[i].info.components);
     EXPECT_EQ(out.point_data.arrays[i].component_names, file.point_arrays[i].info.component_names);
+    EXPECT_EQ(out.point_data.arrays[i].units, file.point_arrays[i].info.units);
   }
   EXPECT_EQ(out.point_data.active, file.point_markers);
   ASSERT_EQ(out.field_data.arrays.size(), 1u);

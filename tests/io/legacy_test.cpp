@@ -223,6 +223,55 @@ TEST_F(Legacy, WhatDescribesPointsDescribesNoFieldArray) {
   }
 }
 
+std::string says_units(const std::string& word) {
+  return "NAME UNITS_LABEL LOCATION vtkDataArray\nDATA " + word + "\n";
+}
+
+TEST_F(Legacy, UnitsAreKept) {
+  std::string bytes = with(text5(), "100%25\n",
+                           "100%25\n\nMETADATA\nINFORMATION 1\n" + says_units("language") + "\n");
+  bytes = with(bytes, "across\n",
+               "across\nINFORMATION 3\nNAME OTHER LOCATION vtkDataArray\nDATA x\n" +
+                   says_units("k%20Pa") + "NAME UNITS_LABEL LOCATION another\nDATA y\n");
+  bytes = with(bytes, "DATA 2 1 6\n", "DATA 2 1 6\n" + says_units("%C2%B5m/s"));
+  // The points' own are nobody's, and not those of the array before them.
+  bytes = with(bytes, "9 9 9\n", "9 9 9\nMETADATA\nINFORMATION 1\n" + says_units("mm") + "\n");
+  bytes = with(bytes, "10 11 12 13 14 15\n",
+               "10 11 12 13 14 15\nMETADATA\nINFORMATION 2\n" + says_units("") +
+                   "NAME UNITS_LABEL LOCATION vtkDataArray\n\n");
+  const auto expect_units = [](MeshSource* source) {
+    const MeshDescription& d = source->description();
+    const auto units = [](const AttributeSet& set, const char* name) {
+      return set.arrays.at(set.find(name)).units;
+    };
+    EXPECT_EQ(units(d.field_data, "title"), "language");
+    EXPECT_EQ(units(d.field_data, "TimeValue"), "");
+    EXPECT_EQ(units(d.cell_data, "region"), "");
+    EXPECT_EQ(units(d.cell_data, "stress"), "k Pa");
+    EXPECT_EQ(units(d.point_data, "velocity"), "\xC2\xB5m/s");
+    EXPECT_EQ(units(d.point_data, "gid"), "");
+    EXPECT_THAT(read_cell_array(source, "stress").info.component_names,
+                ElementsAre("in plane", "across"));
+    EXPECT_EQ(read_cell_array(source, "stress").info.units, "k Pa");
+  };
+  const auto source = open("a.vtk", bytes);
+  expect_units(source.get());
+  for (const Encoding encoding : {Encoding::kRaw, Encoding::kAscii}) {
+    const std::string written = text_of(source.get(), encoding);
+    EXPECT_THAT(written, ::testing::HasSubstr("METADATA\nCOMPONENT_NAMES\nin%20plane\nacross\n"
+                                              "INFORMATION 1\n" +
+                                              says_units("k%20Pa") + "\n"));
+    EXPECT_THAT(written,
+                ::testing::HasSubstr("METADATA\nINFORMATION 1\n" + says_units("%C2%B5m/s") + "\n"));
+    const auto back = open("b.vtk", written);
+    expect_units(back.get());
+    EXPECT_EQ(text_of(back.get(), encoding), written);
+  }
+  // One that is active as two kinds stands there twice.
+  const std::string again = "NORMALS velocity double\n1 0 0 2 0 0 3 0 0 4 0 0 5 0 0 6 0 0\n";
+  expect_units(open("c.vtk", bytes + "\n" + again).get());
+}
+
 // As VTK writes an array that is active as several kinds.
 TEST_F(Legacy, OneArrayMayBeActiveAsSeveralKinds) {
   const std::string values3 = "1 0 0 2 0 0 3 0 0 4 0 0 5 0 0 6 0 0\n";

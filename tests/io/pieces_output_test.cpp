@@ -71,13 +71,17 @@ TEST_F(Pieces, AreNamedByTheFile) {
   layout.point_type = ValueType::kFloat64;
   layout.point_data.arrays = {{"p", ValueType::kFloat32, 2, {"x", "y"}, 0},
                               {"GlobalNodeIds", ValueType::kInt64, 1, {}, 0}};
+  layout.point_data.arrays[0].units = "m & s";
   layout.point_data.active = {{"GlobalIds", "GlobalNodeIds"}};
   write_pieces(2);
   const std::string text = bytes_of(path);
   EXPECT_THAT(text, HasSubstr("<VTKFile type=\"PUnstructuredGrid\""));
   EXPECT_THAT(text, HasSubstr("<PPointData GlobalIds=\"GlobalNodeIds\">"));
   EXPECT_THAT(text, HasSubstr("<PDataArray type=\"Float32\" Name=\"p\" NumberOfComponents=\"2\" "
-                              "ComponentName0=\"x\" ComponentName1=\"y\"/>"));
+                              "ComponentName0=\"x\" ComponentName1=\"y\"><InformationKey "
+                              "name=\"UNITS_LABEL\" location=\"vtkDataArray\">m &amp; "
+                              "s</InformationKey></PDataArray>"));
+  EXPECT_THAT(text, HasSubstr("<PDataArray type=\"Int64\" Name=\"GlobalNodeIds\"/>"));
   EXPECT_THAT(text,
               HasSubstr("<PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>"));
   EXPECT_THAT(text, HasSubstr("<Piece Source=\"a &amp; b_pieces/a &amp; b_1.vtu\"/>"));

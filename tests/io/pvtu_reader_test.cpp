@@ -46,10 +46,11 @@ class SeveralFiles : public ::testing::Test {
     }
     write_index();
   }
-  void write_index() const {
+  void write_index(const std::string& arrays = "") const {
     std::string text =
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\">\n"
-        "<PUnstructuredGrid GhostLevel=\"0\">\n";
+        "<PUnstructuredGrid GhostLevel=\"0\">\n" +
+        arrays;
     for (const std::string& name : names) {
       const std::size_t at = name.find('&');
       text +=
@@ -154,6 +155,24 @@ TEST_F(SeveralFiles, MayHaveTheirArraysInAnyOrder) {
   std::swap(other.pieces[0].point_data[0], other.pieces[0].point_data[1]);
   write(names[1], to_vtu(other, {}));
   expect_the_same();
+}
+
+TEST_F(SeveralFiles, HaveTheUnitsOfTheFirstOrOfTheList) {
+  VtuText mesh = cut_box(3, false);
+  mesh.pieces[0].point_data[0].keys = testing::information_key("UNITS_LABEL", "kPa");
+  mesh.pieces[1].point_data[0].keys = testing::information_key("UNITS_LABEL", "bar");
+  write_both(mesh);
+  const auto array = [](const std::string& name, const std::string& units) {
+    return "<PDataArray type=\"Int64\" Name=\"" + name + "\">" +
+           testing::information_key("UNITS_LABEL", units) + "</PDataArray>";
+  };
+  write_index("<PPointData>" + array("value", "psi") + array("none", "m") +
+              "</PPointData><PCellData><PDataArray type=\"Int32\" Name=\"none\"/>" +
+              array("number", "1") + "</PCellData>");
+  expect_the_same();
+  const auto many = open_mesh(dir.file("many.pvtu"));
+  EXPECT_EQ(many->description().point_data.arrays[0].units, "kPa");
+  EXPECT_EQ(many->description().cell_data.arrays[0].units, "1");
 }
 
 TEST_F(SeveralFiles, MayHaveGhostsUnusedPointsAndCellsOfLowerDimension) {

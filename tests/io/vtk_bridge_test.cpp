@@ -131,6 +131,7 @@ TEST_F(VtkBridge, ReadsXmlStructuredGridsWithoutGhosts) {
 
   ASSERT_EQ(d.cell_data.arrays.size(), 1u);
   EXPECT_EQ(d.cell_data.arrays[0].name, "heat");
+  EXPECT_EQ(d.cell_data.arrays[0].units, "W / m");
   EXPECT_EQ(d.point_data.active.at("GlobalIds"), "id");
   const std::size_t pair = d.point_data.find("pair");
   ASSERT_NE(pair, AttributeSet::npos);

@@ -19,6 +19,7 @@ namespace {
 using testing::coordinates;
 using testing::describe;
 using ::testing::ElementsAre;
+using testing::information_key;
 using testing::kCoordinates;
 using testing::kIds;
 using testing::TempDir;
@@ -42,11 +43,21 @@ VtuText small_mesh(const std::string& point_type, const std::string& index_type)
                    {1, -2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, -15},
                    3,
                    " ComponentName0=\"a&lt;b\" ComponentName2=\"c\"",
-                   "DataArray"}};
-  p.cell_data = {{"region", "UInt8", {7, 255}, 1, "", "DataArray"}};
+                   "DataArray",
+                   information_key("L2_NORM_RANGE", "<Value index=\"0\">1</Value>") +
+                       information_key("UNITS_LABEL", "\xC2\xB0 &lt;m/s&gt;")}};
+  const std::string elsewhere =
+      "<InformationKey name=\"UNITS_LABEL\" location=\"other\">no</InformationKey>";
+  p.cell_data = {{"region", "UInt8", {7, 255}, 1, "", "DataArray", elsewhere}};
   VtuText mesh;
   mesh.pieces = {p};
-  mesh.field_data = {{"TimeValue", "Float64", {2.5}, 1, " NumberOfTuples=\"1\"", "DataArray"},
+  mesh.field_data = {{"TimeValue",
+                      "Float64",
+                      {2.5},
+                      1,
+                      " NumberOfTuples=\"1\"",
+                      "DataArray",
+                      information_key("UNITS_LABEL", "s")},
                      {"untold", "Int32", {1, 2, 3, 4}, 2, "", "DataArray"},
                      {"names", "String", {97, 98, 0, 99, 0}, 1, " NumberOfTuples=\"2\"", "Array"}};
   return mesh;
@@ -82,12 +93,17 @@ void expect_small_mesh(MeshSource* source, bool float32) {
   EXPECT_EQ(values<double>(source->read_array(Association::kPoint, 0)),
             (std::vector<double>{0.1, -2, 3.5, 1e300, -0.0}));
   EXPECT_THAT(d.point_data.arrays[1].component_names, ElementsAre("a<b", "", "c"));
+  EXPECT_EQ(d.point_data.arrays[0].units, "");
+  EXPECT_EQ(d.point_data.arrays[1].units, "\xC2\xB0 <m/s>");
+  EXPECT_EQ(source->read_array(Association::kPoint, 1).info.units, "\xC2\xB0 <m/s>");
+  EXPECT_EQ(d.cell_data.arrays[0].units, "");
   EXPECT_EQ(values<std::int16_t>(source->read_array(Association::kPoint, 1)),
             (std::vector<std::int16_t>{1, -2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, -15}));
   EXPECT_EQ(values<std::uint8_t>(source->read_array(Association::kCell, 0)),
             (std::vector<std::uint8_t>{7, 255}));
 
   ASSERT_EQ(d.field_data.arrays.size(), 3u);
+  EXPECT_EQ(d.field_data.arrays[0].units, "s");
   EXPECT_EQ(values<double>(source->read_array(Association::kField, 0)), std::vector<double>{2.5});
   EXPECT_EQ(d.field_data.arrays[1].tuples, 2u);
   EXPECT_EQ(values<std::int32_t>(source->read_array(Association::kField, 1)),
@@ -128,6 +144,24 @@ TEST_F(VtuReader, ReadsEveryEncoding) {
         }
       }
     }
+  }
+}
+
+TEST_F(VtuReader, TakesNoMoreThanALabelForUnits) {
+  VtuText mesh = small_mesh("Float64", "Int64");
+  const auto units_for = [&](const std::string& keys, VtuData data) {
+    mesh.pieces[0].point_data[0].keys = keys;
+    VtuStyle style;
+    style.data = data;
+    return open(mesh, {}, style)->description().point_data.arrays[0].units;
+  };
+  for (const VtuData data : {VtuData::kAppendedRaw, VtuData::kInline, VtuData::kAscii}) {
+    EXPECT_EQ(units_for(information_key("UNITS_LABEL", ""), data), "");
+    EXPECT_EQ(units_for("<InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\"/>", data),
+              "");
+    EXPECT_EQ(units_for(information_key("UNITS_LABEL", "<Value index=\"0\">m</Value>"), data), "");
+    EXPECT_EQ(units_for(information_key("UNITS_LABEL", std::string(5000, 'm')), data), "");
+    EXPECT_EQ(units_for(information_key("UNITS_LABEL", "m <!-- of what -->"), data), "m");
   }
 }
 

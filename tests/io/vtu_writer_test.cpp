@@ -109,6 +109,7 @@ Sample make_sample() {
     add_extremes<double>(&s, association, tuples);
     DataArray vectors = make_array("a <b> & \"c\"\n\xC3\xA4", 3, extremes<float>(3 * tuples));
     vectors.info.component_names = {"X", "", "<Z>"};
+    vectors.info.units = "\xC2\xB5m <&>\n\"s\"";
     s.arrays[association].push_back(vectors);
     s.active[association] = {{"Scalars", "Float64"}, {"Vectors", vectors.info.name}};
   }
@@ -118,6 +119,7 @@ Sample make_sample() {
   strings.bytes.assign(bytes.begin(), bytes.end());
   s.arrays[Association::kField] = {strings, make_array<double>("TimeValue", 1, {0.1}),
                                    make_array<std::int32_t>("nothing", 1, {})};
+  for (DataArray& array : s.arrays[Association::kField]) array.info.units = "s";
   return s;
 }
 
@@ -126,6 +128,7 @@ void expect_same_info(const ArrayInfo& a, const ArrayInfo& b) {
   EXPECT_EQ(a.type, b.type) << a.name;
   EXPECT_EQ(a.components, b.components) << a.name;
   EXPECT_EQ(a.component_names, b.component_names) << a.name;
+  EXPECT_EQ(a.units, b.units) << a.name;
   EXPECT_EQ(a.tuples, b.tuples) << a.name;
 }
 

@@ -112,7 +112,9 @@ inline constexpr char kXmlStructured[] = R"(<?xml version="1.0"?>
       </PointData>
       <CellData>
         <DataArray type="UInt8" Name="vtkGhostType" format="ascii">0 1</DataArray>
-        <DataArray type="Float32" Name="heat" format="ascii">1.5 2.5</DataArray>
+        <DataArray type="Float32" Name="heat" format="ascii">1.5 2.5
+          <InformationKey name="UNITS_LABEL" location="vtkDataArray">W / m</InformationKey>
+        </DataArray>
       </CellData>
       <Points>
         <DataArray type="Float32" NumberOfComponents="3" format="ascii">

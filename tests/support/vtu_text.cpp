@@ -123,7 +123,8 @@ class Maker {
     switch (style_.data) {
       case VtuData::kAppendedRaw:
       case VtuData::kAppendedBase64:
-        out_ << " format=\"appended\" offset=\"" << appended_.size() << "\"/>\n";
+        out_ << " format=\"appended\" offset=\"" << appended_.size() << "\"";
+        out_ << (a.keys.empty() ? "/>\n" : ">" + a.keys + "</" + a.tag + ">\n");
         appended_ += binary(a);
         return;
       case VtuData::kInline:
@@ -138,7 +139,8 @@ class Maker {
     }
     // As VTK writes it, after the data.
     out_ << "<InformationKey name=\"L2_NORM_RANGE\" location=\"vtkDataArray\"><Value index=\"0\">"
-         << "1.5</Value></InformationKey>\n</" << a.tag << ">\n";
+         << "1.5</Value></InformationKey>\n"
+         << a.keys << "</" << a.tag << ">\n";
   }
 
   std::string number(std::size_t value) const {
@@ -174,6 +176,11 @@ class Maker {
 };
 
 }  // namespace
+
+std::string information_key(const std::string& name, const std::string& text) {
+  return "<InformationKey name=\"" + name + "\" location=\"vtkDataArray\">\n  " + text +
+         "\n</InformationKey>\n";
+}
 
 std::string to_vtu(const VtuText& mesh, const VtuStyle& style) { return Maker(mesh, style).run(); }
 

@@ -16,7 +16,11 @@ struct VtuArrayText {
   unsigned components = 1;
   std::string attributes;  // added to the tag: " ComponentName0=\"X\""
   std::string tag = "DataArray";
+  std::string keys = {};  // InformationKeys inside it
 };
+
+// As VTK writes it, with blanks round the text.
+std::string information_key(const std::string& name, const std::string& text);
 
 struct VtuPieceText {
   std::uint64_t points = 0;
