@@ -111,6 +111,7 @@ DataArray read_cell_array(MeshSource* source, const std::string& name) {
 
 std::string bytes_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
+  if (!in) throw std::runtime_error("cannot read " + path);
   return {std::istreambuf_iterator<char>(in), {}};
 }
 

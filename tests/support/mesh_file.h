@@ -56,6 +56,7 @@ MeshFile read_mesh_file(const std::string& path);
 DataArray read_point_array(MeshSource* source, const std::string& name);
 DataArray read_cell_array(MeshSource* source, const std::string& name);
 
+// Of a file. Throws where it cannot be read.
 std::string bytes_of(const std::string& path);
 
 }  // namespace tetfusion::testing
