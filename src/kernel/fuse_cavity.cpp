@@ -247,46 +247,6 @@ void FuseCavity<Real>::list(VertexId partner, bool fixed) {
 
 // New faces between the partner and an edge opposite to v, of which the mesh has one already:
 // around a partner where the mesh is folded over, or several parts of it meet.
-template <class Real>
-bool FuseCavity<Real>::doubles_faces(VertexId v, VertexId partner) {
-  const auto key = [](VertexId a, VertexId b) {
-    return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
-  };
-  // Calls use(a, b, c) with the corners of a tetrahedron but for one.
-  const auto others = [&](const Tet& tet, VertexId one, auto use) {
-    const auto at = static_cast<std::size_t>(std::find(tet.begin(), tet.end(), one) - tet.begin());
-    const auto& order = kCornerFirst[at];
-    use(tet[order[1]], tet[order[2]], tet[order[3]]);
-  };
-  edges_.clear();
-  kept_edges_.clear();
-  for (const std::uint32_t entry : affected_) {
-    others(mesh_->tets[entry >> 2], v, [&](VertexId a, VertexId b, VertexId c) {
-      edges_.insert(edges_.end(), {key(a, b), key(b, c), key(a, c)});
-    });
-  }
-  for (const TetId t : deleted_) {
-    others(mesh_->tets[t], v, [&](VertexId a, VertexId b, VertexId c) {
-      kept_edges_.push_back(a == partner ? key(b, c) : b == partner ? key(a, c) : key(a, b));
-    });
-  }
-  std::sort(edges_.begin(), edges_.end());
-  std::sort(kept_edges_.begin(), kept_edges_.end());
-  const auto is_double = [&](std::uint64_t edge) {
-    return std::binary_search(edges_.begin(), edges_.end(), edge) &&
-           !std::binary_search(kept_edges_.begin(), kept_edges_.end(), edge);
-  };
-  bool found = false;
-  for (const std::uint32_t entry : balls_->of(partner, mesh_->incidence[partner], mesh_->tets)) {
-    const Tet& tet = mesh_->tets[entry >> 2];
-    if (std::find(tet.begin(), tet.end(), v) != tet.end()) continue;
-    others(tet, partner, [&](VertexId a, VertexId b, VertexId c) {
-      found = found || is_double(key(a, b)) || is_double(key(b, c)) || is_double(key(a, c));
-    });
-  }
-  return found;
-}
-
 // Along the base triangle's normal, which is the gradient of the tetrahedron's determinant.
 template <class Real>
 auto FuseCavity<Real>::obstacle() const -> Obstacle {

@@ -45,10 +45,6 @@ class FuseCavity {
     return find_place(of_partner_.shapes, of_vertex_.shapes.vertex());
   }
 
-  // After collect(), with a partner that is fixed: would the mesh have faces of more than two
-  // tetrahedra that are none now? That can be where the partner is a vertex of something broken.
-  bool doubles_faces(VertexId v, VertexId partner);
-
   // What spoke against the last position, if that may not be.
   TetId refused_by() const { return failed_ >> 2; }
   // It would be content if the position went so far along the direction of unit length, in the
@@ -109,7 +105,6 @@ class FuseCavity {
   std::uint32_t failed_ = 0;  // the entry that spoke against the last position
   Vector<std::uint32_t> affected_;
   Vector<TetId> deleted_;
-  std::vector<std::uint64_t> edges_, kept_edges_;
 };
 
 extern template class FuseCavity<float>;

@@ -174,9 +174,12 @@ auto FusePlanner<Real>::judge() -> Verdict {
   if (values_.may_refuse()) {
     if (const auto reason = values_.judge(joining_, cavity_)) return FuseRefusal{*reason};
   }
-  // What is locked may be so because the mesh is broken there.
-  const bool may_be_broken = fixed && !on_sheet && (mesh_->marks[partner] & kLocked) != 0;
-  if (may_be_broken && cavity_.doubles_faces(v, partner)) return FuseRefusal{Reject::kLocked};
+  // Round what is locked the mesh may be broken, and at the boundary it may overlap itself.
+  const bool may_be_broken =
+      fixed && !on_sheet && (mesh_->marks[partner] & (kLocked | kOnBoundary)) != 0;
+  if (may_be_broken && !links_.are_apart(*mesh_, &vertices_->balls(), v, partner)) {
+    return FuseRefusal{Reject::kLocked};
+  }
   return std::nullopt;
 }
 

@@ -8,6 +8,7 @@
 #include "kernel/boundary_triangles.h"
 #include "kernel/criteria.h"
 #include "kernel/edge_costs.h"
+#include "kernel/edge_links.h"
 #include "kernel/fuse_candidates.h"
 #include "kernel/fuse_cavity.h"
 #include "kernel/fuse_limits.h"
@@ -76,6 +77,7 @@ class FusePlanner {
   FuseCavity<Real> cavity_;
   FuseValues<Real> values_;
   SheetFusion<Real> sheet_fusion_;
+  EdgeLinks links_;
   BoundaryTriangles triangles_;
 
   bool thorough_ = false;

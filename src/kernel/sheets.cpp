@@ -34,27 +34,6 @@ std::uint64_t key_of(VertexId a, VertexId b) {
   return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
 }
 
-template <class T>
-bool has(const std::vector<T>& items, const T& item) {
-  return std::find(items.begin(), items.end(), item) != items.end();
-}
-
-template <class T>
-void add_new(const T& item, std::vector<T>* items) {
-  if (!has(*items, item)) items->push_back(item);
-}
-
-// Of vertices, a few of which may be taken for members though they are none.
-class VertexSieve {
- public:
-  void add(VertexId v) { words_[place(v) >> 6] |= std::uint64_t{1} << (place(v) & 63u); }
-  bool may_have(VertexId v) const { return (words_[place(v) >> 6] >> (place(v) & 63u) & 1u) != 0; }
-
- private:
-  static std::uint32_t place(VertexId v) { return v * 0x9E3779B1u >> 24; }
-  std::array<std::uint64_t, 4> words_{};
-};
-
 // Numbers regions in the order in which they come up.
 template <class Real>
 void number_regions(const WorkMesh<Real>& mesh, std::span<const std::uint32_t> columns,
@@ -246,67 +225,7 @@ void Sheets<Real>::add_planes(VertexId v, double unit, float* quadric) {
 
 template <class Real>
 bool Sheets<Real>::may_contract(VertexId a, const SheetFan& fan, VertexId b) {
-  return may_contract_in_volume(a, b) && may_contract_on_sheet(fan, b);
-}
-
-// A vertex that both links have is of the link of the edge. So are both ends of an edge that both
-// have, then: of other edges it need not be asked.
-template <class Real>
-bool Sheets<Real>::may_contract_in_volume(VertexId a, VertexId b) {
-  const auto ball_a = balls_->of(a, mesh_->incidence[a], mesh_->tets);
-  const auto ball_b = balls_->of(b, mesh_->incidence[b], mesh_->tets);
-  VertexSieve link_a;
-  shared_.vertices.clear();
-  shared_.edges.clear();
-  for (const std::uint32_t entry : ball_a) {
-    const Tet& tet = mesh_->tets[entry >> 2];
-    const bool is_shared = std::find(tet.begin(), tet.end(), b) != tet.end();
-    std::array<VertexId, 3> others{};
-    std::size_t count = 0;
-    for (const VertexId u : tet) {
-      link_a.add(u);
-      if (is_shared && u != a && u != b) {
-        add_new(u, &shared_.vertices);
-        others[count++] = u;
-      }
-    }
-    if (is_shared) shared_.edges.push_back(key_of(others[0], others[1]));
-  }
-  const auto is_near_a = [&](VertexId u) {
-    return link_a.may_have(u) && std::any_of(ball_a.begin(), ball_a.end(), [&](auto entry) {
-             const Tet& tet = mesh_->tets[entry >> 2];
-             return std::find(tet.begin(), tet.end(), u) != tet.end();
-           });
-  };
-  for (const std::uint32_t entry : ball_b) {
-    for (const VertexId u : mesh_->tets[entry >> 2]) {
-      if (u != a && u != b && is_near_a(u) && !has(shared_.vertices, u)) return false;
-    }
-  }
-  find_other_edges(ball_a, a, &other_edges_);
-  find_other_edges(ball_b, b, &other_edges_of_b_);
-  return std::none_of(other_edges_.begin(), other_edges_.end(),
-                      [&](std::uint64_t edge) { return has(other_edges_of_b_, edge); });
-}
-
-// Those of the vertex's link that join vertices of the link of the edge, but are none of its edges.
-template <class Real>
-void Sheets<Real>::find_other_edges(std::span<const std::uint32_t> ball, VertexId of,
-                                    std::vector<std::uint64_t>* edges) const {
-  edges->clear();
-  for (const std::uint32_t entry : ball) {
-    std::array<VertexId, 3> ends{};
-    std::size_t count = 0;
-    for (const VertexId u : mesh_->tets[entry >> 2]) {
-      if (u != of && has(shared_.vertices, u)) ends[count++] = u;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t k = i + 1; k < count; ++k) {
-        const std::uint64_t edge = key_of(ends[i], ends[k]);
-        if (!has(shared_.edges, edge)) edges->push_back(edge);
-      }
-    }
-  }
+  return links_.are_apart(*mesh_, balls_, a, b) && may_contract_on_sheet(fan, b);
 }
 
 // On the sheet the link of the edge is two vertices.

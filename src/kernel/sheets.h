@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernel/boundary_triangles.h"
+#include "kernel/edge_links.h"
 #include "kernel/facing_grid.h"
 #include "kernel/live_balls.h"
 #include "mesh/work_mesh.h"
@@ -86,10 +87,6 @@ class Sheets {
     bool open;  // it has not been seen from the other side, in the same region
   };
   static constexpr std::uint32_t kNoFace = 0xFFFFFFFFu;
-  struct Link {
-    std::vector<VertexId> vertices;
-    std::vector<std::uint64_t> edges;
-  };
   // Calls note(a, b, c) with the boundary triangles of which v is the first vertex.
   template <class Note>
   void for_each_outer(VertexId v, Note note);
@@ -102,10 +99,7 @@ class Sheets {
   bool may_be_on_sheet(VertexId v) const {
     return (mesh_->marks[v] & (kOnBoundary | kOnInterface)) != 0 || is_between_regions(v);
   }
-  bool may_contract_in_volume(VertexId a, VertexId b);
   bool may_contract_on_sheet(const SheetFan& fan, VertexId b);
-  void find_other_edges(std::span<const std::uint32_t> ball, VertexId of,
-                        std::vector<std::uint64_t>* edges) const;
   std::uint32_t region_of(std::size_t t) const { return region_.empty() ? 0 : region_[t]; }
 
   const WorkMesh<Real>* mesh_ = nullptr;
@@ -116,8 +110,7 @@ class Sheets {
   std::vector<std::uint32_t> table_;
   std::vector<SheetEdge> edges_;
   SheetFan fan_;
-  Link shared_;  // of an edge
-  std::vector<std::uint64_t> other_edges_, other_edges_of_b_;
+  EdgeLinks links_;
 };
 
 extern template class Sheets<float>;

@@ -68,45 +68,6 @@ TEST_F(IcosahedronCavity, ForgetsAReasonThatIsGone) {
   }
 }
 
-// A cell beyond the ball that has the partner and an edge on the ball's far side.
-TEST(FuseCavity, SeesFacesThatWouldBeThereTwice) {
-  Geometry ball = testing::icosahedron_ball();
-  auto& points = std::get<Vector<Vec3<double>>>(ball.points);
-  const VertexId centre = 0, partner = 1;
-  const auto names = [](const Tet& t, VertexId v) {
-    return std::find(t.begin(), t.end(), v) != t.end();
-  };
-  // No cell has the centre, the partner and both of these.
-  Vector<VertexId> edge;
-  for (const Tet& t : ball.tets) {
-    for (std::size_t i = 0; i < 4 && edge.size() < 2; ++i) {
-      for (std::size_t k = i + 1; k < 4 && edge.size() < 2; ++k) {
-        const auto is_near = [&](const Tet& o) {
-          return names(o, partner) && names(o, t[i]) && names(o, t[k]);
-        };
-        if (t[i] == centre || t[k] == centre || t[i] == partner || t[k] == partner) continue;
-        if (std::none_of(ball.tets.begin(), ball.tets.end(), is_near)) edge = {t[i], t[k]};
-      }
-    }
-  }
-  ASSERT_EQ(edge.size(), 2u);
-  for (const bool twice : {false, true}) {
-    Geometry geometry = ball;
-    if (twice) {
-      std::get<Vector<Vec3<double>>>(geometry.points).push_back({9, 9, 9});
-      const auto last = static_cast<VertexId>(points.size());
-      geometry.tets.push_back({partner, edge[0], edge[1], last});
-    }
-    WorkMesh<double> mesh = testing::to_work_mesh(geometry);
-    LiveBalls balls;
-    balls.reset(mesh.vertex_count(), mesh.tets);
-    FuseCavity<double> cavity;
-    cavity.begin(&mesh, &balls, 0.2, kUnit);
-    ASSERT_FALSE(cavity.collect(centre, partner, true, mesh.positions[partner]));
-    EXPECT_EQ(cavity.doubles_faces(centre, partner), twice);
-  }
-}
-
 struct InMesh {
   explicit InMesh(Geometry geometry) : mesh(testing::to_work_mesh(std::move(geometry))) {
     balls.reset(mesh.vertex_count(), mesh.tets);

@@ -94,6 +94,41 @@ TEST(FuseRound, TheCentreOfABallGoesToTheBoundary) {
   expect_whole(s.mesh);
 }
 
+// Each vertex of an icosahedron has one more cell, that overlaps the others: with an edge across
+// the ball, or with a vertex there. Were it joined with the centre, a face or an edge would be
+// there twice.
+TEST(FuseRound, WhatOverlapsIsNotJoined) {
+  const Geometry ball = testing::icosahedron_ball();
+  const auto has = [](const Tet& t, VertexId v) { return std::ranges::count(t, v) == 1; };
+  for (const bool by_edge : {true, false}) {
+    Geometry mesh = ball;
+    auto& points = std::get<Vector<Vec3<double>>>(mesh.points);
+    for (VertexId p = 1; p <= 12; ++p) {
+      const Tet* across = nullptr;
+      for (const Tet& t : ball.tets) {
+        if (std::ranges::none_of(t, [&](VertexId v) {
+              return v != 0 && std::ranges::any_of(
+                                   ball.tets, [&](const Tet& o) { return has(o, p) && has(o, v); });
+            })) {
+          across = &t;
+        }
+      }
+      ASSERT_NE(across, nullptr);
+      const auto first = static_cast<VertexId>(points.size());
+      points.insert(points.end(), 2, {3.0 + p, 1.0 / p, 0.5 * p});
+      points.back().z += 1;
+      Tet more{p, (*across)[1], by_edge ? (*across)[2] : first + 1, first};
+      mesh.tets.push_back(more);
+      if (!(determinant(points, more).value > 0))
+        std::swap(mesh.tets.back()[2], mesh.tets.back()[3]);
+    }
+    Steered s = steered(mesh, linear);
+    const Vector<Tet> before = s.mesh.tets;
+    EXPECT_EQ(run(limits_of(), &s).pass.fused, 0u);
+    EXPECT_EQ(s.mesh.tets, before);
+  }
+}
+
 TEST(FuseRound, LeavesAMeshWithoutInteriorVertices) {
   for (const Geometry& g : {testing::single_tet(), testing::two_tets_sharing_face(),
                             testing::plate(4), five_split_cube(1)}) {
