@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <set>
 
@@ -25,7 +26,7 @@ class GmshHeadParser {
     if (head_.version.empty()) file_.fail("there is no $MeshFormat");
     if (head_.nodes.data() == nullptr) file_.fail("there are no $Nodes");
     if (head_.elements.data() == nullptr) file_.fail("there are no $Elements");
-    finish_parts();
+    finish_entities();
     return std::move(head_);
   }
 
@@ -154,8 +155,8 @@ class GmshHeadParser {
     }
   }
 
-  // Calls f(entity, what it is a part of, its first group) for entities or, else, parts of them
-  // that a partition has made. Of what is no part the second is 0, 0.
+  // Calls f(entity, what it is a part of, its groups) for entities or, else, parts of them that a
+  // partition has made. Of what is no part the second is 0, 0.
   template <class F>
   void walk_entities(GmshCursor* all, bool partitioned, F f) const {
     if (partitioned) {
@@ -174,13 +175,27 @@ class GmshHeadParser {
           skip_list(all);  // partitions that have it
         }
         all->skip_numbers(d == 0 ? 3 : 6, 8);  // where it is, or two corners of its box
-        const std::uint64_t groups = all->rows(all->size(), 4, 1);
-        const std::int64_t group = groups > 0 ? all->integer() : 0;
-        all->skip_numbers(groups > 0 ? groups - 1 : 0, 4);
+        const PhysicalGroups::Tags groups = read_groups(all);
         if (d > 0) skip_list(all);  // what bounds it
-        f(entity, whole, group);
+        f(entity, whole, groups);
       }
     }
+  }
+
+  static PhysicalGroups::Tags read_groups(GmshCursor* all) {
+    PhysicalGroups::Tags groups;
+    const std::uint64_t count = all->rows(all->size(), 4, 1);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const std::int64_t number = all->integer();
+      if (number != static_cast<std::int32_t>(number)) {
+        all->fail("the tag " + std::to_string(number) + " needs more than 32 bits");
+      }
+      // It is negative where the group has the entity turned round.
+      const std::int64_t tag = std::abs(number);
+      const bool is_new = std::find(groups.begin(), groups.end(), tag) == groups.end();
+      if (tag != 0 && is_new) groups.push_back(tag);
+    }
+    return groups;
   }
 
   static void skip_list(GmshCursor* all) { all->skip_numbers(all->rows(all->size(), 4, 1), 4); }
@@ -258,36 +273,52 @@ class GmshHeadParser {
 
   void parse_entities(std::string_view text, bool partitioned) {
     GmshCursor in = cursor(text);
-    const auto take = [&](const EntityKey& entity, const EntityKey& whole, std::int64_t group) {
-      if (partitioned && whole == entity && group == 0) return;  // has the number of the whole
+    const auto take = [&](const EntityKey& entity, const EntityKey& whole,
+                          const PhysicalGroups::Tags& groups) {
+      if (partitioned && whole == entity && groups.empty()) return;  // has the number of the whole
       const bool is_part = partitioned && whole.first == entity.first;
       // Gmsh gives seams the groups of what they cut, though these are of a higher dimension.
       const bool is_seam = partitioned && whole.first > entity.first;
-      head_.entities[entity] = {is_seam ? 0 : group, is_part ? whole.second : entity.second,
-                                is_seam};
+      head_.entities[entity] = {is_seam ? PhysicalGroups::Tags{} : groups, 0,
+                                is_part ? whole.second : entity.second, is_seam};
     };
     walk_entities(&in, partitioned, take);
   }
 
-  // Parts without a group of their own have that of the whole. Elements of seams are not counted:
+  // Parts without a group of their own have those of the whole. Elements of seams are not counted:
   // kept as cells they would hold the mesh where the partition has cut it.
-  void finish_parts() {
+  void finish_entities() {
     bool has_seams = false;
+    bool has_several = false;
     for (auto& [key, entity] : head_.entities) {
       has_seams = has_seams || entity.is_seam;
-      if (entity.physical != 0 || entity.geometrical == key.second) continue;
       const auto whole = head_.entities.find({key.first, entity.geometrical});
-      if (whole != head_.entities.end()) entity.physical = whole->second.physical;
+      if (entity.groups.empty() && whole != head_.entities.end()) {
+        entity.groups = whole->second.groups;
+      }
+      has_several = has_several || entity.groups.size() > 1;
     }
-    if (!has_seams) return;
-    GmshCursor in = cursor(head_.elements);
-    walk_blocks(&in, [&](const EntityKey& entity, std::uint64_t count) {
-      if (head_.entity(entity.first, entity.second).is_seam) head_.seam_elements += count;
-    });
-    if (head_.seam_elements == 0) return;
+    PhysicalGroups groups;
+    if (has_seams || has_several) {
+      GmshCursor in = cursor(head_.elements);
+      walk_blocks(&in, [&](const EntityKey& key, std::uint64_t count) {
+        const GmshEntity entity = head_.entity(key.first, key.second);
+        if (entity.is_seam) head_.seam_elements += count;
+        groups.add(key.first, entity.groups, count);
+      });
+    }
+    for (auto& [key, entity] : head_.entities) {
+      entity.physical = groups.choose(key.first, entity.groups);
+    }
+    if (head_.seam_elements > 0) pass_over_seams();
+    if (const std::string lost = groups.left_out(head_.names); !lost.empty()) leave_out(lost);
+  }
+
+  void pass_over_seams() {
     if (head_.seam_elements > head_.element_count) {
-      in.fail("there are more than the " + std::to_string(head_.element_count) +
-              " elements announced");
+      cursor(head_.elements)
+          .fail("there are more than the " + std::to_string(head_.element_count) +
+                " elements announced");
     }
     head_.element_count -= head_.seam_elements;
     leave_out("elements between partitions");
@@ -345,7 +376,7 @@ std::optional<double> GmshHead::time() const {
 
 GmshEntity GmshHead::entity(int dimension, std::int64_t tag) const {
   const auto found = entities.find({dimension, tag});
-  return found == entities.end() ? GmshEntity{0, tag, false} : found->second;
+  return found == entities.end() ? GmshEntity{{}, 0, tag, false} : found->second;
 }
 
 bool looks_like_gmsh(std::string_view text) { return text.starts_with("$MeshFormat"); }

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "io/format_file.h"
+#include "io/gmsh_groups.h"
 
 namespace tetfusion {
 
@@ -87,15 +88,10 @@ struct GmshData {
   std::string_view text;  // from the first row to the end of the section
 };
 
-struct GmshName {
-  int dimension = 0;
-  std::int32_t tag = 0;
-  std::string name;
-};
-
 // What version 4.1 says of an entity, and so of all its elements.
 struct GmshEntity {
-  std::int64_t physical = 0;     // its first group; 0: none
+  PhysicalGroups::Tags groups = {};
+  std::int64_t physical = 0;     // of these the one that PhysicalGroups chooses; 0: none
   std::int64_t geometrical = 0;  // its tag; of a part of a partitioned entity that of the whole
   // Lies between parts of an entity of higher dimension: that is where a partition has cut it, and
   // says nothing of the mesh.
@@ -114,7 +110,7 @@ struct GmshHead {
   std::vector<GmshName> names;
   std::map<std::pair<int, std::int64_t>, GmshEntity> entities;  // by dimension and tag
   std::vector<GmshData> node_data, element_data;
-  std::vector<std::string> left_out;  // sections that are passed over, each once, and seams
+  std::vector<std::string> left_out;  // sections that are passed over, each once, and seams; groups
 
   // Of one that is not listed no more is known than its tag.
   GmshEntity entity(int dimension, std::int64_t tag) const;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <limits>
 #include <string>
 #include <utility>
@@ -259,8 +258,7 @@ class ElementWalker : public SectionWalker<GmshElementPlace> {
     const auto dimension = static_cast<int>(in_.integer());
     const GmshEntity entity = head_.entity(dimension, in_.integer());
     place_.type = element_type();
-    // A group that is the entity turned round has a negative tag.
-    place_.physical = std::abs(entity.physical);
+    place_.physical = entity.physical;
     place_.geometrical = entity.geometrical;
     const auto nodes = static_cast<std::uint64_t>(place_.type.nodes);
     place_.left = in_.rows(in_.size(), 8 + 8 * nodes, 1 + nodes);

@@ -2,11 +2,11 @@
 //
 // Nodes and elements may have any numbers, in any order. The integer cell arrays "gmsh:physical"
 // and "gmsh:geometrical" say to which group and entity an element belongs (0: none; of several
-// groups the first). $NodeData and $ElementData become arrays of doubles; where a file has no value
-// it is NaN. Each name of physical groups becomes a field array called "gmsh:physical:NAME", whose
-// rows are tag and dimension of each group of that name. Of a partitioned mesh the parts of an
-// entity are put together again, and the elements where they meet are left out. Other sections are
-// left out, too, and all that is named in the description.
+// groups the one that has the fewest elements). $NodeData and $ElementData become arrays of
+// doubles; where a file has no value it is NaN. Each name of physical groups becomes a field array
+// called "gmsh:physical:NAME", whose rows are tag and dimension of each group of that name. Of a
+// partitioned mesh the parts of an entity are put together again, and the elements where they meet
+// are left out. Other sections are left out, too, and all that is named in the description.
 #pragma once
 
 #include <memory>

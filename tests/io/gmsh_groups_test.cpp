@@ -31,7 +31,7 @@ $EndMeshFormat
 $Entities
 0 0 1 1
 3 0 0 0 1 1 1 1 -7 1 4
-5 0 0 0 1 1 1 2 9 8 1 3
+5 0 0 0 1 1 1 1 9 1 3
 $EndEntities
 $PartitionedEntities
 2
@@ -87,7 +87,7 @@ std::string binary_parts(bool swapped) {
   out.text("$MeshFormat\n4.1 1 8\n").put(std::int32_t{1}).text("\n$EndMeshFormat\n$Entities\n");
   out.put_all(Sizes{0, 0, 1, 1});
   out.put(3).put_all(box).put_all(Sizes{1}).put(-7).put_all(Sizes{1}).put(4);
-  out.put(5).put_all(box).put_all(Sizes{2}).put_all(Ints{9, 8}).put_all(Sizes{1}).put(3);
+  out.put(5).put_all(box).put_all(Sizes{1}).put(9).put_all(Sizes{1}).put(3);
   out.text("\n$EndEntities\n$PartitionedEntities\n");
   out.put_all(Sizes{2, 2}).put_all(Ints{31, 1, 32, 2}).put_all(Sizes{1, 1, 2, 2});
   const auto put_part = [&](const Ints& who, const Ints& partitions, const std::vector<double>& at,
@@ -150,6 +150,65 @@ TEST_F(GmshGroups, DamagedPartsAreNoCrash) {
   std::string more = kParts;
   more.replace(more.find("5 5 1 12"), 8, "5 1 1 12");
   expect_error("a.msh", more, "there are more than the 1 elements announced");
+}
+
+// Two tetrahedra, each in a group of its own and in that of both; a triangle in a group of one
+// name and in one that has none.
+const std::string kSeveral = R"($MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+4
+2 4 "skin"
+3 1 "all"
+3 2 "left"
+3 3 "right"
+$EndPhysicalNames
+$Entities
+0 0 2 3
+3 0 0 0 1 1 1 2 -7 4 1 4
+4 0 0 0 1 1 1 1 7 0
+5 0 0 0 1 1 1 2 1 2 0
+6 0 0 0 1 1 1 2 1 -3 0
+7 0 0 0 1 1 1 2 2 3 0
+$EndEntities
+$Nodes
+1 5 1 5
+3 5 0 5
+1
+2
+3
+4
+5
+0 0 0
+1 0 0.1
+0 1 0
+0 0 1
+1 1 -1
+$EndNodes
+$Elements
+4 4 1 4
+2 3 2 1
+1 2 3 4
+2 4 2 1
+2 1 2 3
+3 5 4 1
+3 1 2 3 4
+3 6 4 1
+4 5 2 4 3
+$EndElements
+)";
+
+TEST_F(GmshGroups, OfSeveralGroupsTheSmallestIsTakenAndTheOthersAreTold) {
+  const auto source = open_and_compare("a.msh", kSeveral);
+  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical")),
+              ElementsAre(4, 7, 2, 3));
+  EXPECT_THAT(source->description().left_out,
+              ElementsAre("elements of the physical groups 7, all that are in another one, too"));
+  std::string one = kSeveral;
+  one.replace(one.find("2 -7 4 1 4"), 10, "1 -7 1 4");
+  EXPECT_THAT(open("b.msh", one)->description().left_out,
+              ElementsAre("elements of the physical group all that are in another one, too"));
 }
 
 // There may be many of these, before and between others.

@@ -96,7 +96,7 @@ $Entities
 4 0 0 0 1 1 1 0 2 1 -1
 3 0 0 0 1 1 1 1 -7 1 4
 5 0 0 0 1 1 1 1 9 1 3
-6 0 0 0 1 1 1 2 9 8 0
+6 0 0 0 1 1 1 1 9 0
 $EndEntities
 $Nodes
 2 6 7 60
@@ -229,7 +229,7 @@ std::string binary4(bool swapped) {
   out.put(4).put_all(box).put_all(Sizes{0, 2}).put_all(Ints{1, -1});
   out.put(3).put_all(box).put_all(Sizes{1}).put(-7).put_all(Sizes{1}).put(4);
   out.put(5).put_all(box).put_all(Sizes{1}).put(9).put_all(Sizes{1}).put(3);
-  out.put(6).put_all(box).put_all(Sizes{2}).put_all(Ints{9, 8}).put_all(Sizes{0});
+  out.put(6).put_all(box).put_all(Sizes{1}).put(9).put_all(Sizes{0});
   out.text("\n$EndEntities\n$Nodes\n").put_all(Sizes{2, 6, 7, 60});
   out.put_all(Ints{3, 5, 0}).put_all(Sizes{2, 10, 20}).put_all(kPoints[0]).put_all(kPoints[1]);
   out.put_all(Ints{2, 3, 1}).put_all(Sizes{4, 7, 40, 50, 60});
