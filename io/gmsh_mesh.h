@@ -6,6 +6,8 @@
 
 #include "base/vector.h"
 #include "io/format_source.h"
+#include "io/gmsh_elements.h"
+#include "io/gmsh_groups.h"
 #include "io/gmsh_head.h"
 #include "io/number_map.h"
 #include "io/reading_memory.h"
@@ -21,21 +23,11 @@ struct GmshNodePlace {
   std::uint64_t more = 0;    // numbers behind the coordinates of each
 };
 
-// The same for elements.
-struct GmshElementPlace {
-  const char* at = nullptr;
-  std::uint64_t blocks = 0;
-  std::uint64_t left = 0;  // elements of this block; one, where each says for itself what it is
-  GmshElementType type;
-  std::uint64_t tags = 0;
-  std::int64_t physical = 0;
-  std::int64_t geometrical = 0;
-};
-
-// Nodes and elements in the order of the file, which is gone through once, here; without those of
-// seams (gmsh_head.h), whose numbers elements() leads behind all others. What is kept: 64
-// bytes for each 4096 of them, and bytes(): the numbers of nodes, and of elements where there are
-// values for some, unless they ascend by one.
+// Nodes and elements in the order of the file, which is gone through once, here, or twice where
+// elements are repeated (gmsh_elements.h); without repetitions and those of seams (gmsh_head.h),
+// whose numbers elements() leads behind all others. What is kept: 72 bytes for each 4096 of them,
+// and bytes(): the numbers of nodes, and of elements where there are values for some, unless they
+// ascend by one.
 //
 // Throws Error(kBadInput); read_cells() InvalidMesh for a node that is not there. Safe to use from
 // several threads. Pages of the file that were read do not stay in memory.
@@ -43,7 +35,9 @@ class GmshMesh {
  public:
   GmshMesh(const FormatFile& file, const GmshHead& head);  // must outlive this object
 
+  std::uint64_t element_count() const { return element_count_; }
   const CellTypeCounts& cell_types() const { return types_; }
+  const PhysicalGroups& groups() const { return groups_; }  // of version 2
   const NumberMap& nodes() const { return nodes_; }
   const NumberMap& elements() const { return elements_; }
   std::uint64_t bytes() const { return nodes_.bytes() + elements_.bytes(); }
@@ -55,13 +49,18 @@ class GmshMesh {
 
  private:
   template <class F>
-  void walk_elements(std::uint64_t first, std::uint64_t count, const NumberMap* nodes, F f) const;
+  void walk_elements(std::uint64_t first, std::uint64_t count, bool nodes, F f) const;
+  void index_elements();
+  void count_groups();
 
   const FormatFile& file_;
   const GmshHead& head_;
   std::vector<GmshNodePlace> node_places_;
   std::vector<GmshElementPlace> element_places_;
+  std::uint64_t element_count_ = 0;
+  bool repeats_ = false;
   CellTypeCounts types_{};
+  PhysicalGroups groups_;
   NumberMap nodes_, elements_;
 };
 

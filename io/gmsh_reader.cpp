@@ -93,6 +93,7 @@ class GmshReader final : public FormatReader {
     d.left_out = head_.left_out;
     d.points = head_.node_count;
     d.cells = head_.element_count;
+    if (!head_.is_4) describe_elements();
     d.point_type = ValueType::kFloat64;
     d.file_bytes = file_.file.size();
     d.spooled_checksum = file_.file.spooled_checksum();
@@ -108,6 +109,13 @@ class GmshReader final : public FormatReader {
       file_.fail(ErrorCode::kMemory,
                  std::to_string(d.points) + " points are more than can be held in memory at once");
     }
+  }
+
+  // What elements of version 2 say themselves.
+  void describe_elements() {
+    description_.cells = mesh().element_count();
+    const std::string lost = mesh().groups().left_out(head_.names);
+    if (!lost.empty()) description_.left_out.push_back(lost);
   }
 
   // Groups of several dimensions may have one name: a row for each.
@@ -146,7 +154,8 @@ class GmshReader final : public FormatReader {
     }
   }
 
-  // Made when it is first asked for: that goes through the whole file.
+  // Made when it is first asked for: that goes through the whole file. Of version 2 it says what
+  // there is, too, and is made at once.
   const GmshMesh& mesh() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!mesh_) {
@@ -164,7 +173,7 @@ class GmshReader final : public FormatReader {
       read_guarded(file_.file, [&] {
         for (const GmshData& data : of_points ? head_.node_data : head_.element_data) {
           made.emplace_back(file_, head_, data, of_points ? all.nodes() : all.elements(),
-                            of_points ? head_.node_count : head_.element_count);
+                            of_points ? head_.node_count : all.element_count());
         }
       });
       rows = std::move(made);

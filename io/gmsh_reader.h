@@ -2,11 +2,12 @@
 //
 // Nodes and elements may have any numbers, in any order. The integer cell arrays "gmsh:physical"
 // and "gmsh:geometrical" say to which group and entity an element belongs (0: none; of several
-// groups the one that has the fewest elements). $NodeData and $ElementData become arrays of
-// doubles; where a file has no value it is NaN. Each name of physical groups becomes a field array
-// called "gmsh:physical:NAME", whose rows are tag and dimension of each group of that name. Of a
-// partitioned mesh the parts of an entity are put together again, and the elements where they meet
-// are left out. Other sections are left out, too, and all that is named in the description.
+// groups the one that has the fewest elements; version 2 lists it once for each). $NodeData and
+// $ElementData become arrays of doubles; where a file has no value it is NaN. Each name of physical
+// groups becomes a field array called "gmsh:physical:NAME", whose rows are tag and dimension of
+// each group of that name. Of a partitioned mesh the parts of an entity are put together again, and
+// the elements where they meet are left out. Other sections are left out, too, and all that is
+// named in the description.
 #pragma once
 
 #include <memory>
@@ -16,7 +17,7 @@
 
 namespace tetfusion {
 
-// Reads the head. Throws Error(kBadInput).
+// Reads the head; of version 2 goes through all elements. Throws Error(kBadInput).
 std::unique_ptr<MeshSource> open_gmsh(MappedFile file, const OpenOptions& options = {});
 
 }  // namespace tetfusion

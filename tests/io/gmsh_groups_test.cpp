@@ -1,4 +1,5 @@
 // Gmsh meshes: groups and their names, and partitioned meshes.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -209,6 +210,110 @@ TEST_F(GmshGroups, OfSeveralGroupsTheSmallestIsTakenAndTheOthersAreTold) {
   one.replace(one.find("2 -7 4 1 4"), 10, "1 -7 1 4");
   EXPECT_THAT(open("b.msh", one)->description().left_out,
               ElementsAre("elements of the physical group all that are in another one, too"));
+}
+
+// The same, as version 2 has it: once for each group, turned round where the group is negative. The
+// data have the last number of each.
+const std::string kRepeated = R"($MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+4
+2 4 "skin"
+3 1 "all"
+3 2 "left"
+3 3 "right"
+$EndPhysicalNames
+$Nodes
+5
+1 0 0 0
+2 1 0 0.1
+3 0 1 0
+4 0 0 1
+5 1 1 -1
+$EndNodes
+$Elements
+7
+1 2 2 7 3 2 3 4
+2 2 2 4 3 4 3 2
+3 2 2 7 4 1 2 3
+4 4 2 1 5 1 2 3 4
+5 4 2 2 5 1 2 3 4
+6 4 2 1 6 5 2 4 3
+7 4 2 3 6 5 2 4 3
+$EndElements
+)";
+
+std::string binary_repeated(bool swapped) {
+  using Ints = std::vector<std::int32_t>;
+  Bytes out(swapped);
+  out.text("$MeshFormat\n2.2 1 8\n").put(std::int32_t{1}).text("\n$EndMeshFormat\n");
+  const std::size_t names = kRepeated.find("$PhysicalNames");
+  out.text(kRepeated.substr(names, kRepeated.find("1 0 0 0") - names));
+  const std::vector<std::vector<double>> points = {
+      {0, 0, 0}, {1, 0, 0.1}, {0, 1, 0}, {0, 0, 1}, {1, 1, -1}};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    out.put(static_cast<std::int32_t>(i + 1)).put_all(points[i]);
+  }
+  out.text("\n$EndNodes\n$Elements\n7\n");
+  out.put_all(Ints{2, 1, 2, 1, 7, 3, 2, 3, 4}).put_all(Ints{2, 1, 2, 2, 4, 3, 4, 3, 2});
+  out.put_all(Ints{2, 1, 2, 3, 7, 4, 1, 2, 3});
+  out.put_all(Ints{4, 4, 2, 4, 1, 5, 1, 2, 3, 4, 5, 2, 5, 1, 2, 3, 4, 6, 1, 6, 5, 2, 4, 3});
+  out.put_all(Ints{7, 3, 6, 5, 2, 4, 3}).text("\n$EndElements\n");
+  return out.str();
+}
+
+TEST_F(GmshGroups, Version2RepeatsElementsThatAreInSeveral) {
+  const std::string expected = dump(open("a.msh", kSeveral).get());
+  for (const std::string& bytes : {kRepeated, binary_repeated(false), binary_repeated(true)}) {
+    const auto source = open_and_compare("b.msh", bytes);
+    EXPECT_EQ(source->description().cells, 4u);
+    EXPECT_EQ(dump(source.get()), expected);
+    EXPECT_THAT(source->description().left_out,
+                ElementsAre("elements of the physical groups 7, all that are in another one, too"));
+  }
+  const std::string data =
+      "$ElementData\n1\n\"q\"\n0\n3\n0\n1\n4\n2 2.5\n3 3.5\n5 5.5\n7 7.5\n$EndElementData\n";
+  const auto source = open_and_compare("b.msh", kRepeated + data);
+  ASSERT_NE(source->stream(), nullptr);
+  EXPECT_THAT(values<double>(read_cell_array(source.get(), "q")), ElementsAre(2.5, 3.5, 5.5, 7.5));
+}
+
+// Faults of the mesh stay: cells of one group, of none, or of different entities.
+TEST_F(GmshGroups, OtherCellsThatAreThereTwiceStay) {
+  for (const char* second :
+       {"5 4 2 1 5 1 2 3 4", "5 4 2 0 5 1 2 3 4", "5 4 2 2 6 1 2 3 4", "5 4 2 2 5 5 2 3 4"}) {
+    std::string mesh = kRepeated;
+    mesh.replace(mesh.find("5 4 2 2 5 1 2 3 4"), 17, second);
+    const auto source = open_and_compare("a.msh", mesh);
+    EXPECT_EQ(source->description().cells, 5u) << second;
+  }
+}
+
+// More than there are between two places that are kept in mind.
+TEST_F(GmshGroups, ManyElementsMayBeRepeated) {
+  std::string mesh = kRepeated.substr(0, kRepeated.find("7\n1 2 2 7"));
+  constexpr int kElements = 9001;
+  mesh += std::to_string(2 * kElements) + "\n";
+  for (int i = 0; i < kElements; ++i) {
+    for (int group = 1; group <= 2; ++group) {
+      mesh += fmt::format("{} 4 2 {} {} 1 2 3 4\n", 2 * i + group, group + 2 * (i % 2), i % 3);
+    }
+  }
+  const auto source = open_and_compare("a.msh", mesh + "$EndElements\n");
+  EXPECT_EQ(source->description().cells, static_cast<std::uint64_t>(kElements));
+  const auto groups = values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical"));
+  const auto entities = values<std::int32_t>(read_cell_array(source.get(), "gmsh:geometrical"));
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    ASSERT_EQ(groups[i], i % 2 == 0 ? 1 : 3) << i;
+    ASSERT_EQ(entities[i], static_cast<std::int32_t>(i % 3)) << i;
+  }
+}
+
+TEST_F(GmshGroups, DamagedRepetitionsAreNoCrash) {
+  expect_no_crash("a.msh", kSeveral);
+  expect_no_crash("a.msh", kRepeated);
+  expect_no_crash("a.msh", binary_repeated(false));
 }
 
 // There may be many of these, before and between others.
