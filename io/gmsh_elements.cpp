@@ -161,7 +161,7 @@ void GmshElements::read_number(GmshElement* out) {
   place_.tags = in_.rows(in_.count(), 1, 1);
 }
 
-// Physical group, entity, and then what says which processors have the element.
+// Physical group, entity, and then how many partitions have the element, and which.
 void GmshElements::read_tags(GmshElement* out) {
   std::int64_t physical = 0;
   std::int64_t geometrical = 0;
@@ -169,6 +169,7 @@ void GmshElements::read_tags(GmshElement* out) {
     const std::int64_t tag = in_.integer();
     if (k == 0) physical = tag;
     if (k == 1) geometrical = tag;
+    if (k == 2) has_partitions_ = has_partitions_ || tag != 0;
   }
   out->physical = small(physical);
   out->geometrical = small(geometrical);

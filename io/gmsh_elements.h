@@ -59,6 +59,8 @@ class GmshElements : public GmshWalker<GmshElementPlace> {
   bool next(GmshElement* out);
   // Of what is taken together: the groups of the last element.
   const PhysicalGroups::Tags& groups() const { return groups_; }
+  // Of version 2: an element so far says which partitions have it.
+  bool has_partitions() const { return has_partitions_; }
 
   // The places of an element's nodes, in VTK's order. Throws InvalidMesh for one that is not there.
   void find_nodes(const GmshElement& element, const NumberMap& nodes, VertexId* out) const;
@@ -79,6 +81,7 @@ class GmshElements : public GmshWalker<GmshElementPlace> {
   Wanted wanted_;
   Vector<std::uint64_t>* passed_ = nullptr;
   PhysicalGroups::Tags groups_;
+  bool has_partitions_ = false;
   // It takes the element behind to know where repetitions end.
   bool has_ahead_ = false;
   GmshElement ahead_;

@@ -206,7 +206,10 @@ class GmshHeadParser {
     if (head_.version.empty()) file_.fail_in_line(text.data(), "$MeshFormat must come first");
     if (name == "PhysicalNames") return parse_names(text);
     if (name == "Entities" && head_.is_4) return parse_entities(text, false);
-    if (name == "PartitionedEntities" && head_.is_4) return parse_entities(text, true);
+    if (name == "PartitionedEntities" && head_.is_4) {
+      leave_out(kGmshPartitions);
+      return parse_entities(text, true);
+    }
     if (name == "Nodes") return take(&head_.nodes, &head_.node_count, text);
     if (name == "Elements") return take(&head_.elements, &head_.element_count, text);
     if (name == "NodeData") return head_.node_data.push_back(parse_data(text));

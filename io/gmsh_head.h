@@ -25,6 +25,8 @@ namespace tetfusion {
 
 inline constexpr const char* kGmshPhysical = "gmsh:physical";
 inline constexpr const char* kGmshGeometrical = "gmsh:geometrical";
+// What is left out of a partitioned mesh.
+inline constexpr const char* kGmshPartitions = "numbers of partitions";
 // A name of physical groups, in the name of a field array: a row of tag and dimension for each.
 inline constexpr const char* kGmshNamePrefix = "gmsh:physical:";
 

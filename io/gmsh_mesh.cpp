@@ -200,6 +200,7 @@ void GmshMesh::index_elements() {
       numbers.add(wanted ? element.number : element_count_);
       place = elements.place();
     }
+    has_partitions_ = elements.has_partitions();
     // These come last, so that values for them are known as such.
     for (const std::uint64_t number : passed) numbers.add(number);
     return numbers;

@@ -37,7 +37,9 @@ class GmshMesh {
 
   std::uint64_t element_count() const { return element_count_; }
   const CellTypeCounts& cell_types() const { return types_; }
-  const PhysicalGroups& groups() const { return groups_; }  // of version 2
+  // Of version 2, which has these with each element:
+  const PhysicalGroups& groups() const { return groups_; }
+  bool has_partitions() const { return has_partitions_; }
   const NumberMap& nodes() const { return nodes_; }
   const NumberMap& elements() const { return elements_; }
   std::uint64_t bytes() const { return nodes_.bytes() + elements_.bytes(); }
@@ -59,6 +61,7 @@ class GmshMesh {
   std::vector<GmshElementPlace> element_places_;
   std::uint64_t element_count_ = 0;
   bool repeats_ = false;
+  bool has_partitions_ = false;
   CellTypeCounts types_{};
   PhysicalGroups groups_;
   NumberMap nodes_, elements_;

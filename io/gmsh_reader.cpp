@@ -114,6 +114,7 @@ class GmshReader final : public FormatReader {
   // What elements of version 2 say themselves.
   void describe_elements() {
     description_.cells = mesh().element_count();
+    if (mesh().has_partitions()) description_.left_out.push_back(kGmshPartitions);
     const std::string lost = mesh().groups().left_out(head_.names);
     if (!lost.empty()) description_.left_out.push_back(lost);
   }

@@ -123,7 +123,7 @@ std::string binary_parts(bool swapped) {
 TEST_F(GmshGroups, PartsOfAnEntityArePutTogether) {
   const auto source = open_and_compare("a.msh", kParts);
   EXPECT_THAT(source->description().left_out,
-              ElementsAre("GhostElements", "elements between partitions"));
+              ElementsAre("numbers of partitions", "GhostElements", "elements between partitions"));
   EXPECT_EQ(source->description().cells, 3u);
   const Geometry mesh = source->read_geometry();
   expect_sample(mesh);

@@ -137,7 +137,7 @@ TEST_F(Gmsh, ReadsText) {
   const auto source = open_and_compare("a.msh", kText2);
   const MeshDescription& d = source->description();
   EXPECT_EQ(d.format, "Gmsh mesh, 2.2, text");
-  EXPECT_THAT(d.left_out, ElementsAre("Periodic"));
+  EXPECT_THAT(d.left_out, ElementsAre("Periodic", "numbers of partitions"));
   EXPECT_EQ(d.points, 6u);
   EXPECT_EQ(d.cells, 5u);
   const Geometry mesh = source->read_geometry();
@@ -472,7 +472,8 @@ TEST_F(Gmsh, OneArrayIsNoStep) {
 
 TEST_F(Gmsh, TellsOfNamesThatItCannotHave) {
   MeshDescription mesh = open("a.msh", kText2)->description();
-  const std::string parts = mesh.path + " has parts that are not read, and left out: Periodic";
+  const std::string parts =
+      mesh.path + " has parts that are not read, and left out: Periodic, numbers of partitions";
   EXPECT_EQ(left_out_of("x.msh", mesh), parts);
   EXPECT_EQ(left_out_of("x.vtu", mesh), parts);
   mesh.point_data.arrays[0].name = "a\"b";
