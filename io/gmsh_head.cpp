@@ -1,7 +1,6 @@
 #include "io/gmsh_head.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <set>
@@ -365,17 +364,6 @@ class GmshHeadParser {
 };
 
 }  // namespace
-
-std::optional<double> GmshHead::time() const {
-  std::optional<double> time;
-  for (const auto* all : {&node_data, &element_data}) {
-    for (const GmshData& data : *all) {
-      if (time && data.time && *time != *data.time) return {};
-      if (data.time) time = data.time;
-    }
-  }
-  return time && *time != 0 && std::isfinite(*time) ? time : std::nullopt;
-}
 
 GmshEntity GmshHead::entity(int dimension, std::int64_t tag) const {
   const auto found = entities.find({dimension, tag});

@@ -116,8 +116,6 @@ struct GmshHead {
 
   // Of one that is not listed no more is known than its tag.
   GmshEntity entity(int dimension, std::int64_t tag) const;
-  // That of all data that have one, but for 0: that is written where nobody knows any.
-  std::optional<double> time() const;
 };
 
 bool looks_like_gmsh(std::string_view text);

@@ -74,7 +74,7 @@ class GmshReader final : public FormatReader {
     array.info = description_.field_data.arrays.at(index);
     array.bytes.resize(array.info.values() * size_of(array.info.type));
     if (array.info.name == kTimeValue) {
-      array.as<double>()[0] = *head_.time();
+      array.as<double>()[0] = *time_.time;
       return array;
     }
     auto values = array.as<std::int32_t>().begin();
@@ -103,7 +103,9 @@ class GmshReader final : public FormatReader {
     add_arrays(head_.node_data, d.points, &d.point_data);
     add_arrays(head_.element_data, d.cells, &d.cell_data);
     describe_groups();
-    if (head_.time()) d.field_data.arrays.push_back({kTimeValue, ValueType::kFloat64, 1, {}, 1});
+    time_ = gmsh_time_of(head_);
+    if (time_.time) d.field_data.arrays.push_back({kTimeValue, ValueType::kFloat64, 1, {}, 1});
+    if (!time_.left_out.empty()) d.left_out.push_back(time_.left_out);
     if (d.cells == 0) file_.fail("the mesh has no cells");
     if (d.points > kMaxPoints) {
       file_.fail(ErrorCode::kMemory,
@@ -184,6 +186,7 @@ class GmshReader final : public FormatReader {
 
   FormatFile file_;
   GmshHead head_;
+  GmshTime time_;
   MeshDescription description_;
   std::vector<std::vector<const GmshName*>> groups_;  // of each field array that is one of names
   mutable std::mutex mutex_;

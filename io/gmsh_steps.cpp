@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -25,13 +26,14 @@ std::optional<GmshStep> parse_step(const std::string& array) {
   return step;
 }
 
+std::optional<double> time_of(const GmshData& data) {
+  return data.time && std::isfinite(*data.time) ? data.time : std::nullopt;
+}
+
 }  // namespace
 
 std::vector<std::string> gmsh_array_names(const std::vector<GmshData>& sections) {
   std::map<std::string, std::set<double>> times;
-  const auto time_of = [](const GmshData& data) {
-    return data.time && std::isfinite(*data.time) ? data.time : std::nullopt;
-  };
   for (const GmshData& data : sections) {
     if (const auto time = time_of(data)) times[data.name].insert(*time);
   }
@@ -42,6 +44,34 @@ std::vector<std::string> gmsh_array_names(const std::vector<GmshData>& sections)
     names.push_back(is_step ? fmt::format("{}{}{}", data.name, kAt, *time) : data.name);
   }
   return names;
+}
+
+GmshTime gmsh_time_of(const GmshHead& head) {
+  std::set<double> times;
+  std::vector<std::string> with_time;
+  for (const auto* all : {&head.node_data, &head.element_data}) {
+    const std::vector<std::string> names = gmsh_array_names(*all);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const GmshData& data = (*all)[i];
+      const bool is_step = names[i] != data.name;
+      if (is_step || !time_of(data)) continue;
+      times.insert(*time_of(data));
+      with_time.push_back(data.name);
+    }
+  }
+  if (times.size() == 1) {
+    const double time = *times.begin();
+    return {time != 0 ? std::optional(time) : std::nullopt, ""};
+  }
+  if (times.empty()) return {};
+  constexpr std::size_t kMost = 8;
+  const std::size_t named = std::min(with_time.size(), kMost);
+  const std::size_t more = with_time.size() - named;
+  return {{},
+          fmt::format("the different times of {}{}",
+                      fmt::join(with_time.begin(),
+                                with_time.begin() + static_cast<std::ptrdiff_t>(named), ", "),
+                      more > 0 ? fmt::format(" and {} more", more) : "")};
 }
 
 std::vector<GmshStep> gmsh_steps_of(const AttributeSet& set, double time) {

@@ -18,6 +18,14 @@ namespace tetfusion {
 // section has it at another time.
 std::vector<std::string> gmsh_array_names(const std::vector<GmshData>& sections);
 
+struct GmshTime {
+  // That of all data that are no step and have one, but for 0: that is written where nobody knows
+  // any.
+  std::optional<double> time;
+  std::string left_out;  // where they have different ones: "the different times of T, P"
+};
+GmshTime gmsh_time_of(const GmshHead& head);
+
 // What the head of a section says.
 struct GmshStep {
   std::string name;

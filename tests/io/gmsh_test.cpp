@@ -455,6 +455,34 @@ TEST_F(Gmsh, StepsOfAViewKeepTheirTimes) {
   }
 }
 
+// Steps say their time in their names: what the mesh's time is, the other data say.
+TEST_F(Gmsh, StepsLeaveTheTimeToTheOthers) {
+  const std::string earlier = kData.substr(0, kData.find("$ElementData"));
+  std::string later = earlier;
+  later.replace(later.find("0.5"), 3, "0.75");
+  std::string other = earlier;
+  other.replace(other.find("\"T\""), 3, "\"P\"");
+  const auto source = open("steps.msh", kText2 + later + other);
+  ASSERT_NE(source->description().field_data.find("TimeValue"), AttributeSet::npos);
+  WriteOptions text;
+  text.encoding = Encoding::kAscii;
+  write_mesh(source.get(), dir_.file("back.msh"), text);
+  const std::string bytes = bytes_of(dir_.file("back.msh"));
+  for (const char* head : {"\"T\"\n1\n0.5\n", "\"T\"\n1\n0.75\n", "\"P\"\n1\n0.5\n"}) {
+    EXPECT_NE(bytes.find(head), std::string::npos) << head;
+  }
+}
+
+// A mesh has one time alone.
+TEST_F(Gmsh, TellsOfTimesThatDiffer) {
+  std::string other = kData.substr(0, kData.find("$ElementData"));
+  other.replace(other.find("\"T\"\n1\n0.5"), 9, "\"P\"\n1\n0.75");
+  const auto source = open("two.msh", kText2 + other);
+  EXPECT_EQ(source->description().field_data.find("TimeValue"), AttributeSet::npos);
+  EXPECT_THAT(source->description().left_out,
+              ElementsAre("Periodic", "numbers of partitions", "the different times of T, P"));
+}
+
 // What only looks like a step stays what it is.
 TEST_F(Gmsh, OneArrayIsNoStep) {
   AttributeSet set;
