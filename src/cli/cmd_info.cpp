@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -17,6 +18,8 @@
 #include "cli/console.h"
 #include "cli/findings.h"
 #include "driver/examine.h"
+#include "io/gmsh_writer.h"
+#include "io/mesh_passes.h"
 #include "io/mesh_source.h"
 #include "io/mesh_stream.h"
 #include "mesh/statistics.h"
@@ -38,6 +41,7 @@ struct ArrayLine {
   ArrayInfo info;
   std::vector<std::string> active;  // "Scalars", "GlobalIds", ...
   ArrayStatistics statistics;
+  std::vector<std::pair<std::int64_t, std::int64_t>> groups = {};  // of a name of Gmsh's groups
 };
 
 // In windows, where the file can be read so.
@@ -59,6 +63,17 @@ ArrayStatistics measure_rows(const MeshStream& stream, Association association, 
   return statistics;
 }
 
+// Tag and dimension of each.
+std::vector<std::pair<std::int64_t, std::int64_t>> gmsh_groups(const DataArray& array) {
+  std::vector<std::pair<std::int64_t, std::int64_t>> groups;
+  if (!is_gmsh_name(array.info)) return groups;
+  const Vector<std::int64_t> values = to_integers(array.info, array.bytes);
+  for (std::size_t i = 0; i + 1 < values.size(); i += 2) {
+    groups.emplace_back(values[i], values[i + 1]);
+  }
+  return groups;
+}
+
 std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& context) {
   const MeshDescription& mesh = source->description();
   const auto stream = source->stream();
@@ -76,16 +91,29 @@ std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& cont
       for (const auto& [attribute, name] : set->active) {
         if (name == line.info.name) line.active.push_back(attribute);
       }
-      line.statistics = stream != nullptr && association != Association::kField
-                            ? measure_rows(*stream, association, i, line.info, context)
-                            : measure_array(source->read_array(association, i));
+      if (stream != nullptr && association != Association::kField) {
+        line.statistics = measure_rows(*stream, association, i, line.info, context);
+      } else {
+        const DataArray array = source->read_array(association, i);
+        line.statistics = measure_array(array);
+        if (association == Association::kField) line.groups = gmsh_groups(array);
+      }
       lines.push_back(std::move(line));
     }
   }
   return lines;
 }
 
+std::string describe_groups(const ArrayLine& line) {
+  std::string text;
+  for (const auto& [tag, dimension] : line.groups) {
+    text += fmt::format("{}group {} of dimension {}", text.empty() ? "" : ", ", tag, dimension);
+  }
+  return text;
+}
+
 std::string describe_range(const ArrayLine& line) {
+  if (!line.groups.empty()) return describe_groups(line);
   const ArrayStatistics& s = line.statistics;
   if (s.components.empty()) return "";
   const bool scalar = s.components.size() == 1;
@@ -207,6 +235,9 @@ Json arrays_json(const std::vector<ArrayLine>& lines) {
                       {"magnitude", range_json(line.statistics.magnitude)},
                       {"non_finite", line.statistics.non_finite},
                       {"constant", line.statistics.constant()}});
+    for (const auto& [tag, dimension] : line.groups) {
+      arrays.back()["groups"].push_back({{"tag", tag}, {"dimension", dimension}});
+    }
   }
   return arrays;
 }

@@ -53,6 +53,18 @@ class Info(FolderTest):
         self.assertEqual(report_of("info", path)["duplicate_tets"], 1)
         self.assertIn("odd           nothing", run("info", self.write(TinyVtu())).decode())
 
+    def test_groups_of_gmsh_are_tags_of_a_dimension(self):
+        path = self.folder / "mesh.msh"
+        path.write_text("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n3 20 \"rock\"\n2 7 \"both\"\n3 9 \"both\"\n"
+                        "$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
+                        "$Elements\n1\n1 4 2 20 1 1 2 3 4\n$EndElements\n")
+        text = run("info", path).decode()
+        self.assertRegex(text, r"gmsh:physical:rock +Int32 x 2 +group 20 of dimension 3\n")
+        self.assertRegex(text, r"gmsh:physical:both +Int32 x 2 +group 7 of dimension 2, group 9 of dimension 3\n")
+        groups = {a["name"]: a.get("groups") for a in report_of("info", path)["arrays"]}
+        self.assertEqual(groups["gmsh:physical:both"], [{"tag": 7, "dimension": 2}, {"tag": 9, "dimension": 3}])
+        self.assertIsNone(groups["gmsh:physical"])
+
     def test_names_that_are_no_json(self):
         mesh = TinyVtu(1)
         mesh.array("temperature")[1] = 'a"\\b'.replace('"', "&quot;")
