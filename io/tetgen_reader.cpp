@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/numbers.h"
 #include "io/counted_rows.h"
 #include "io/format_file.h"
 #include "io/format_source.h"
@@ -102,11 +103,32 @@ std::optional<std::int64_t> whole_number(std::string_view token) {
   return static_cast<std::int64_t>(*real);
 }
 
+// Rows, between two places of a list that are kept in mind.
+constexpr std::uint64_t kRowsPerPlace = 4096;
+// Places whose rows are looked at together, so that threads share them.
+constexpr std::uint64_t kPlacesAtOnce = 64;
+
 // Faces or edges: where a row has its corners and its marker.
 struct Sides {
   Table table;
   std::uint8_t type;
   std::optional<std::uint64_t> marker;
+  // Of a list of all that the mesh has: how many rows have a marker that is not 0, before each of
+  // kRowsPerPlace rows and at the end. These alone are cells.
+  std::vector<std::uint64_t> marked = {};
+
+  std::uint64_t cells() const { return marked.empty() ? table.rows : marked.back(); }
+};
+
+// Where cells that follow one another stand in a table.
+struct Rows {
+  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
+  std::uint64_t first = 0, count = 0;
+  Vector<std::uint64_t> cells = {};  // of each row the cell, from 0; empty: one after the other
+
+  std::uint64_t cell(std::uint64_t row) const {
+    return cells.empty() ? row - first : cells[row - first];
+  }
 };
 
 class TetgenReader final : public FormatReader {
@@ -119,7 +141,10 @@ class TetgenReader final : public FormatReader {
     open_sides(path, ".edge", kVtkLine);
     find_numbers(&nodes_);
     find_numbers(&tets_);
-    for (Sides& sides : sides_) find_numbers(&sides.table);
+    for (Sides& sides : sides_) {
+      find_numbers(&sides.table);
+      leave_out_unmarked(&sides);
+    }
     describe(path);
   }
 
@@ -128,7 +153,7 @@ class TetgenReader final : public FormatReader {
   CellTypeCounts cell_types() const override {
     CellTypeCounts counts{};
     counts[tet_type()] += tets_.rows;
-    for (const Sides& sides : sides_) counts[sides.type] += sides.table.rows;
+    for (const Sides& sides : sides_) counts[sides.type] += sides.cells();
     return counts;
   }
 
@@ -153,7 +178,7 @@ class TetgenReader final : public FormatReader {
     VertexId* out = cells.ids.data();
     for_each_part(first, count, [&](const Part& part) {
       cells.types.insert(cells.types.end(), part.rows, part.type);
-      read_corners(part, out);
+      for_each_rows(part, [&](const Rows& rows) { read_corners(part, rows, out); });
       out += part.rows * part.width;
     });
     return cells;
@@ -162,20 +187,18 @@ class TetgenReader final : public FormatReader {
   void read_rows(Association association, std::size_t index, std::uint64_t first,
                  std::uint64_t count, std::byte* out) const override {
     if (association == Association::kPoint) {
-      return read_column(nodes_, 4 + index, description_.point_data.arrays.at(index).type, first,
-                         count, out);
+      return read_column(nodes_, 4 + index, description_.point_data.arrays.at(index).type,
+                         {first, count}, out);
     }
     const ValueType type = description_.cell_data.arrays.at(index).type;
     for_each_part(first, count, [&](const Part& part) {
       const std::uint64_t bytes = part.rows * size_of(type);
       std::fill_n(out, bytes, std::byte{0});
-      if (part.sides == nullptr) {
-        if (index < tets_.at(2)) {
-          read_column(tets_, 1 + tets_.at(1) + index, type, part.first, part.rows, out);
-        }
-      } else if (index == 0 && part.sides->marker) {
-        read_column(part.table, *part.sides->marker, type, part.first, part.rows, out);
-      }
+      const std::optional<std::uint64_t> column = column_of(part, index);
+      const auto read = [&](const Rows& rows) {
+        read_column(part.table, *column, type, rows, out);
+      };
+      if (column) for_each_rows(part, read);
       out += bytes;
     });
   }
@@ -193,13 +216,98 @@ class TetgenReader final : public FormatReader {
   void for_each_part(std::uint64_t first, std::uint64_t count, F f) const {
     std::uint64_t begin = 0;
     const auto add = [&](const Table& table, const Sides* sides, std::uint8_t type) {
+      const std::uint64_t cells = sides == nullptr ? table.rows : sides->cells();
       const std::uint64_t from = std::max(first, begin);
-      const std::uint64_t to = std::min(first + count, begin + table.rows);
+      const std::uint64_t to = std::min(first + count, begin + cells);
       if (from < to) f(Part{table, sides, type, corners(type), from - begin, to - from});
-      begin += table.rows;
+      begin += cells;
     };
     add(tets_, nullptr, tet_type());
     for (const Sides& sides : sides_) add(sides.table, &sides, sides.type);
+  }
+
+  // Where it has values for that cell array.
+  std::optional<std::uint64_t> column_of(const Part& part, std::size_t array) const {
+    if (part.sides != nullptr) return array == 0 ? part.sides->marker : std::nullopt;
+    if (array >= tets_.at(2)) return {};
+    return 1 + tets_.at(1) + array;
+  }
+
+  // Calls f(rows) for the rows that cells of a range stand in, not too many at a time.
+  template <class F>
+  static void for_each_rows(const Part& part, F f) {
+    if (part.sides == nullptr || part.sides->marked.empty()) return f({part.first, part.rows});
+    const std::vector<std::uint64_t>& marked = part.sides->marked;
+    const std::uint64_t last = part.first + part.rows - 1;
+    const auto place_of = [&](std::uint64_t cell) {
+      const auto behind = std::upper_bound(marked.begin(), marked.end(), cell);
+      return static_cast<std::uint64_t>(behind - marked.begin()) - 1;
+    };
+    const std::uint64_t end = place_of(last) + 1;
+    for (std::uint64_t place = place_of(part.first); place < end; place += kPlacesAtOnce) {
+      Rows rows;
+      rows.first = place * kRowsPerPlace;
+      rows.count = std::min(std::min(place + kPlacesAtOnce, end) * kRowsPerPlace, part.table.rows) -
+                   rows.first;
+      const Vector<std::uint8_t> is_marked = find_marked(*part.sides, rows.first, rows.count);
+      rows.cells.assign(rows.count, Rows::kNone);
+      std::uint64_t cell = marked[place];
+      for (std::uint64_t i = 0; i < rows.count; ++i) {
+        if (is_marked[i] == 0) continue;
+        if (cell >= part.first && cell <= last) rows.cells[i] = cell - part.first;
+        ++cell;
+      }
+      f(rows);
+    }
+  }
+
+  static Vector<std::uint8_t> find_marked(const Sides& sides, std::uint64_t first,
+                                          std::uint64_t rows) {
+    Vector<std::uint8_t> marked(rows);
+    for_each_number(sides.table, first, rows,
+                    [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
+                      if (column == *sides.marker) marked[row - first] = whole_number(token) != 0;
+                    });
+    return marked;
+  }
+
+  // A mesh of t tetrahedra has (4t + b) / 2 faces, b of them on the boundary; and as many edges as
+  // tetrahedra and points together, or more. Lists of so many have them all, as TetGen writes with
+  // -f and -e: kept as cells they would hold the whole mesh.
+  bool lists_all(const Table& table, std::uint8_t type) const {
+    if (type == kVtkTriangle) return table.rows >= 2 * tets_.rows;
+    const std::uint64_t middle = is_quadratic() ? table.rows : 0;  // a point in each
+    return table.rows + middle >= tets_.rows + nodes_.rows;
+  }
+
+  void leave_out(std::uint64_t count, std::uint8_t type, const char* which, const Table& table) {
+    if (count == 0) return;
+    const char* const what = type == kVtkTriangle ? "faces" : "edges";
+    description_.left_out.push_back(
+        format_count(count) + " " + what + " " + which + ", as " +
+        std::filesystem::path(table.file.file.path()).filename().string() + " lists all " + what);
+  }
+
+  // Markers that are not 0 say that a face or edge means something.
+  void leave_out_unmarked(Sides* sides) {
+    const Table& table = sides->table;
+    if (!lists_all(table, sides->type)) return;
+    if (!sides->marker) {
+      sides->marked = {0};
+      return leave_out(table.rows, sides->type, "without markers", table);
+    }
+    std::uint64_t marked = 0;
+    for (std::uint64_t first = 0; first < table.rows;) {
+      const std::uint64_t rows = std::min(kPlacesAtOnce * kRowsPerPlace, table.rows - first);
+      const Vector<std::uint8_t> is_marked = find_marked(*sides, first, rows);
+      for (std::uint64_t i = 0; i < rows; ++i) {
+        if (i % kRowsPerPlace == 0) sides->marked.push_back(marked);
+        marked += is_marked[i];
+      }
+      first += rows;
+    }
+    sides->marked.push_back(marked);
+    leave_out(table.rows - marked, sides->type, "with marker 0", table);
   }
 
   static std::uint64_t corners(std::uint8_t type) {
@@ -265,7 +373,7 @@ class TetgenReader final : public FormatReader {
     d.format = "TetGen mesh";
     d.points = nodes_.rows;
     d.cells = tets_.rows;
-    for (const Sides& sides : sides_) d.cells += sides.table.rows;
+    for (const Sides& sides : sides_) d.cells += sides.cells();
     d.point_type = ValueType::kFloat64;
     for (std::uint64_t k = 0; k < nodes_.at(2); ++k) {
       d.point_data.arrays.push_back(
@@ -309,11 +417,12 @@ class TetgenReader final : public FormatReader {
                                                std::to_string(base_ + row) + " is expected");
   }
 
-  void read_corners(const Part& part, VertexId* out) const {
+  void read_corners(const Part& part, const Rows& rows, VertexId* out) const {
     const FormatFile& file = part.table.file;
-    for_each_number(part.table, part.first, part.rows,
+    for_each_number(part.table, rows.first, rows.count,
                     [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
-                      if (column == 0 || column > part.width) return;
+                      const std::uint64_t cell = rows.cell(row);
+                      if (column == 0 || column > part.width || cell == Rows::kNone) return;
                       const auto number = file.number<std::int64_t>(token);
                       const std::uint64_t place = static_cast<std::uint64_t>(number) - base_;
                       if (number < 0 || place >= nodes_.rows) {
@@ -322,18 +431,18 @@ class TetgenReader final : public FormatReader {
                                                  ", but there are points " + std::to_string(base_) +
                                                  " to " + std::to_string(base_ + nodes_.rows - 1));
                       }
-                      out[(row - part.first) * part.width + column - 1] =
-                          static_cast<VertexId>(place);
+                      out[cell * part.width + column - 1] = static_cast<VertexId>(place);
                     });
   }
 
   static void read_column(const Table& table, std::uint64_t wanted, ValueType type,
-                          std::uint64_t first, std::uint64_t rows, std::byte* out) {
-    for_each_number(table, first, rows,
+                          const Rows& rows, std::byte* out) {
+    for_each_number(table, rows.first, rows.count,
                     [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
-                      if (column != wanted) return;
+                      const std::uint64_t cell = rows.cell(row);
+                      if (column != wanted || cell == Rows::kNone) return;
                       const auto put = [&](auto value) {
-                        std::memcpy(out + (row - first) * sizeof value, &value, sizeof value);
+                        std::memcpy(out + cell * sizeof value, &value, sizeof value);
                       };
                       const auto put_whole = [&]<class T>(T) {
                         const auto whole = whole_number(token);

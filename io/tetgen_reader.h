@@ -7,7 +7,8 @@
 // The first point's number, 0 or 1, is what all numbers begin with. Attributes of points become the
 // arrays "tetgen:attr1", ...; markers of points, faces and edges "tetgen:ref", as do the first
 // attributes of tetrahedra, which say their regions; further ones "tetgen:ref2", ... (0 for faces
-// and edges). Names are those that meshio uses.
+// and edges). Names are those that meshio uses. Of a list of all faces or edges that the mesh has
+// those without a marker, or with 0, are left out.
 #pragma once
 
 #include <memory>

@@ -118,6 +118,19 @@ class Formats(FolderTest):
         self.assertIn("rounded from 2^53 on: gid", said)
         self.assertNotIn("rounded", finish("convert", path, self.folder / "out.vtk").stderr.decode())
 
+    def test_lists_of_all_faces_do_not_hold_the_mesh(self):
+        mesh, faces = self.folder / "mesh.ele", self.folder / "mesh.face"
+        run("convert", self.mesh(), mesh)
+        tets = [line.split()[1:5] for line in mesh.read_text().split("\n")[1:-1]]
+        corners = sorted({tuple(sorted(t[:k] + t[k + 1:], key=int)) for t in tets for k in range(4)})
+        for head, marker, words in (("1", " 0", "with marker 0"), ("0", "", "without markers")):
+            faces.write_text(f"{len(corners)} {head}\n" + "".join(
+                f"{i} {' '.join(face)}{marker}\n" for i, face in enumerate(corners)))
+            told = finish("simplify", mesh, "-o", self.folder / "out.vtu", "--reduction", "30%", "--regions", "none")
+            self.assertEqual(told.returncode, 0)
+            self.assertIn(f"left out: {len(corners):,} faces {words}, as mesh.face lists all faces", told.stderr.decode())
+            self.assertLess(report_of("info", self.folder / "out.vtu")["tets"], 0.75 * len(tets))
+
     def test_levels(self):
         original = self.mesh()
         run("simplify", original, "-o", self.folder / "level_{lod}.meshb", "--lods", "10%,30%")

@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -127,6 +129,58 @@ TEST_F(Tetgen, MoreColumns) {
   EXPECT_THAT(values<std::int32_t>(read_cell_array(curved.get(), "tetgen:ref")),
               ElementsAre(10, 7, -8));
   expect_error("a.ele", "1 10 1\n1 1 2 3 4 5 6 1 2 3 4 10\n", "use --linearize");
+}
+
+// With -f and -e TetGen lists every face and edge, marked where it means something.
+TEST_F(Tetgen, OfListsOfAllFacesAndEdgesTheMarkedOnesAreCells) {
+  write("a.face",
+        "7 1\n1 1 2 3 0\n2 2 3 4 7\n3 1 3 4 0\n4 1 2 4 -1\n5 5 2 4 0\n6 5 4 3 0\n7 5 2 3 0\n");
+  write("a.edge",
+        "9 1\n1 1 2 -8\n2 1 3 0\n3 1 4 0\n4 2 3 0\n5 2 4 0\n6 3 4 0\n7 5 2 0\n8 5 3 0\n9 5 4 9\n");
+  const auto source = open_and_compare("a.node", kNodes);
+  EXPECT_EQ(source->description().cells, 6u);
+  EXPECT_THAT(source->description().left_out,
+              ElementsAre("5 faces with marker 0, as a.face lists all faces",
+                          "7 edges with marker 0, as a.edge lists all edges"));
+  const Geometry mesh = source->read_geometry();
+  expect_sample(mesh);
+  EXPECT_THAT(mesh.lower.types, ElementsAre(5, 5, 3, 3));
+  EXPECT_THAT(mesh.lower.connectivity, ElementsAre(1, 2, 3, 0, 1, 3, 0, 1, 4, 3));
+  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref")),
+              ElementsAre(10, 20, 7, -1, -8, 9));
+  write("a.face", "4 0\n1 1 2 3\n2 2 3 4\n3 1 3 4\n4 1 2 4\n");
+  write("a.edge", "7 1\n1 1 2 0\n2 1 3 0\n3 1 4 0\n4 2 3 0\n5 2 4 0\n6 3 4 0\n7 5 2 0\n");
+  const auto unmarked = open_and_compare("a.node", kNodes);
+  EXPECT_THAT(unmarked->description().left_out,
+              ElementsAre("4 faces without markers, as a.face lists all faces"));
+  EXPECT_THAT(unmarked->read_geometry().lower.types, ElementsAre(3, 3, 3, 3, 3, 3, 3));
+  write("a.face", "4 0\n1 1 2 3\n2 2 3 4\n3 1 3 4\n4 1 2\n");
+  expect_error("a.node", kNodes, "a.face: line 5: expected 4 rows of 4 numbers");
+}
+
+// More than there are between two places that are kept in mind, and between those read at a time.
+TEST_F(Tetgen, MarkedFacesMayBeFarApart) {
+  constexpr int kFaceRows = 300'000;
+  std::string faces = std::to_string(kFaceRows) + " 1\n";
+  std::vector<std::int32_t> expected = {10, 20};
+  for (int i = 0; i < kFaceRows; ++i) {
+    const int marker = i % 4099 == 17 || i > 299'990 ? i : 0;
+    faces += std::to_string(i) + " 2 3 4 " + std::to_string(marker) + "\n";
+    if (marker != 0) expected.push_back(marker);
+  }
+  write("a.face", faces);
+  write("a.edge", "0 0\n");
+  const auto source = open_and_compare("a.node", kNodes);
+  const auto found = values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref"));
+  EXPECT_EQ(std::vector<std::int32_t>(found.begin(), found.end()), expected);
+  const auto stream = source->stream();
+  ASSERT_NE(stream, nullptr);
+  for (std::uint64_t first = 0; first < expected.size(); first += 7) {
+    const std::uint64_t count = std::min<std::uint64_t>(7, expected.size() - first);
+    std::vector<std::int32_t> rows(count);
+    stream->read_rows(Association::kCell, 0, first, count, std::as_writable_bytes(std::span(rows)));
+    for (std::uint64_t i = 0; i < count; ++i) ASSERT_EQ(rows[i], expected[first + i]) << first + i;
+  }
 }
 
 TEST_F(Tetgen, SaysWhatIsWrongAndWhere) {
