@@ -20,11 +20,21 @@ namespace tetfusion {
 
 namespace {
 
-// The region of the tetrahedra round a vertex on the interface, as one chunk sees it.
+// The region of the tetrahedra round a vertex on the interface, as one chunk sees it; mixed: there
+// are several.
 struct RegionReport {
   VertexId id;
+  bool mixed;
   std::uint64_t region;
 };
+
+// Counts what holds a vertex that would be free otherwise.
+void count_locks(std::uint8_t marks, bool between_regions, InputFacts* facts) {
+  if ((marks & (kLocked | kOnBoundary)) != kLocked) return;
+  ++facts->locked_vertices;
+  if (between_regions) ++facts->between_regions;
+  if ((marks & kCarried) != 0) ++facts->carried_vertices;
+}
 
 template <class Real>
 class Assembler {
@@ -40,7 +50,7 @@ class Assembler {
     Vector<TetId> rewound;  // their numbers
     std::uint64_t tets = 0;
     std::uint64_t free_vertices = 0;
-    std::uint64_t locked_vertices = 0;  // free, and not on the boundary
+    InputFacts locks;  // of these: see count_locks()
   };
   Share assemble(std::uint32_t chunk);
   WorkMesh<Real>& mesh() { return mesh_; }
@@ -53,6 +63,7 @@ class Assembler {
   const ChunkParts<Real>& parts_;
   ChunkLoader<Real> loader_;
   Vector<VertexId> thirds_;
+  Vector<std::uint8_t> mixed_;  // of each vertex: its tetrahedra are of several regions
   WorkMesh<Real> mesh_;
   ChunkInspector inspector_;
   ChunkScatter<Real> scatter_;
@@ -69,14 +80,17 @@ typename Assembler<Real>::Share Assembler<Real>::assemble(std::uint32_t chunk) {
   mark_regions(&share);
   for (std::size_t v = 0; v < mesh_.vertex_count(); ++v) {
     const std::uint8_t marks = mesh_.marks[v];
+    mesh_.marks[v] &= static_cast<std::uint8_t>(~kCarried);
     if ((marks & kOnInterface) != 0) {
       share.interface.push_back({mesh_.point_ids[v], chunk, chunk, marks, false});
       continue;
     }
     ++share.free_vertices;
-    if ((marks & (kLocked | kOnBoundary)) == kLocked) ++share.locked_vertices;
+    count_locks(marks, mixed_[v] != 0, &share.locks);
   }
-  for (InterfaceReport& report : share.interface) report.marks &= kLocked | kOnBoundary;
+  for (InterfaceReport& report : share.interface) {
+    report.marks &= kLocked | kOnBoundary | kCarried;
+  }
   sort_by_id(&share.interface);
   sort_by_id(&share.regions);
   return share;
@@ -116,6 +130,7 @@ void give_empty_quadrics(std::uint32_t width, WorkMesh<Real>* mesh) {
 // A tetrahedron's region is what all the region arrays together say.
 template <class Real>
 void Assembler<Real>::mark_regions(Share* share) {
+  mixed_.assign(mesh_.vertex_count(), 0);
   if (parts_.regions.empty()) return;
   Vector<std::uint64_t> region_of_vertex;
   region_of_vertex.assign(mesh_.vertex_count(), 0);
@@ -132,14 +147,17 @@ void Assembler<Real>::mark_regions(Share* share) {
   for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
     const std::uint64_t region = region_of_tet[t];
     for (const VertexId v : mesh_.tets[t]) {
-      if (seen[v] != 0 && region_of_vertex[v] != region) mesh_.marks[v] |= kLocked;
+      if (seen[v] != 0 && region_of_vertex[v] != region) {
+        mesh_.marks[v] |= kLocked;
+        mixed_[v] = 1;
+      }
       seen[v] = 1;
       region_of_vertex[v] = region;
     }
   }
   for (std::size_t v = 0; v < mesh_.vertex_count(); ++v) {
     if ((mesh_.marks[v] & kOnInterface) == 0) continue;
-    share->regions.push_back({mesh_.point_ids[v], region_of_vertex[v]});
+    share->regions.push_back({mesh_.point_ids[v], mixed_[v] != 0, region_of_vertex[v]});
   }
 }
 
@@ -168,17 +186,29 @@ void apply_verdict(InterfaceVerdict verdict, Assembly<Real>* out) {
 }
 
 // Locks the vertices whose tetrahedra are of one region in one chunk and of another in the next.
+// Counts all locks on the interface.
 void lock_between_regions(std::vector<Vector<RegionReport>> reports,
-                          std::span<InterfaceReport> interface) {
+                          std::span<InterfaceReport> interface, InputFacts* facts) {
   auto entry = interface.begin();
+  const auto count_up_to = [&](auto end) {
+    for (; entry != end; ++entry) count_locks(entry->marks, false, facts);
+  };
   for_each_id_range(std::move(reports), [&](const Vector<RegionReport>& of_range) {
-    for (std::size_t i = 1; i < of_range.size(); ++i) {
-      const RegionReport &before = of_range[i - 1], &report = of_range[i];
-      if (report.id != before.id || report.region == before.region) continue;
-      while (entry->id != report.id) ++entry;
+    for (std::size_t begin = 0, end = 0; begin < of_range.size(); begin = end) {
+      const RegionReport& first = of_range[begin];
+      bool is_between = false;
+      for (end = begin; end < of_range.size() && of_range[end].id == first.id; ++end) {
+        is_between = is_between || of_range[end].mixed || of_range[end].region != first.region;
+      }
+      if (!is_between) continue;
+      count_up_to(std::find_if(entry, interface.end(),
+                               [&](const InterfaceReport& of) { return of.id == first.id; }));
       entry->marks |= kLocked;
+      count_locks(entry->marks, true, facts);
+      ++entry;
     }
   });
+  count_up_to(interface.end());
 }
 
 }  // namespace
@@ -210,7 +240,9 @@ Assembly<Real> assemble_chunks(const ChunkParts<Real>& parts, const ChunkWork<Re
     for (const TetId t : share.rewound) out.rewound[t] = true;
     out.mesh.tets += share.tets;
     out.facts.points += share.free_vertices;
-    out.facts.locked_vertices += share.locked_vertices;
+    out.facts.locked_vertices += share.locks.locked_vertices;
+    out.facts.between_regions += share.locks.between_regions;
+    out.facts.carried_vertices += share.locks.carried_vertices;
   });
   std::atomic<std::size_t> done{0};
   run_tasks(chunks, thread_count(), [&](std::size_t c, std::size_t w) {
@@ -241,11 +273,11 @@ Assembly<Real> assemble_chunks(const ChunkParts<Real>& parts, const ChunkWork<Re
 
   out.mesh.interface = InterfaceTable(std::move(reports));
   apply_verdict(between.finish(), &out);
-  lock_between_regions(std::move(region_reports), out.mesh.interface.entries());
+  lock_between_regions(std::move(region_reports), out.mesh.interface.entries(), &out.facts);
   out.facts.tets = out.mesh.tets;
   out.facts.points += out.mesh.interface.entries().size();
-  for (const InterfaceReport& entry : out.mesh.interface.entries()) {
-    if ((entry.marks & (kLocked | kOnBoundary)) == kLocked) ++out.facts.locked_vertices;
+  for (InterfaceReport& entry : out.mesh.interface.entries()) {
+    entry.marks &= static_cast<std::uint8_t>(~kCarried);
   }
   return out;
 }

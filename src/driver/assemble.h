@@ -36,8 +36,8 @@ using ChunkWork = std::function<void(std::uint32_t chunk, std::size_t worker, Wo
 //
 // and `from.points` those of
 //
-//   count, ids, marks (kLocked, kOnInterface, kLast), positions, each steering component, point
-//   columns
+//   count, ids, marks (kLocked, kCarried, kOnInterface, kLast), positions, each steering component,
+//   point columns
 //
 // both as RowWriter makes them; what has been put together is forgotten there.
 template <class Real>

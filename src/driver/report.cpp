@@ -92,19 +92,21 @@ double SimplifyReport::reduction() const {
 }
 
 std::string SimplifyReport::reason_of_locks() const {
-  std::vector<std::string> reasons;
-  if (!regions.empty()) {
-    reasons.push_back(fmt::format("between regions of {}", fmt::join(regions, ", ")));
+  std::vector<std::string> places;
+  if (locks.between_regions) {
+    places.push_back(fmt::format("between regions of {}", fmt::join(regions, ", ")));
   }
-  if (has_interest) reasons.emplace_back("in the region of interest");
+  if (locks.in_interest) places.emplace_back("in the region of interest");
   const Oddities& o = oddities;
   if (o.degenerate + o.inverted + o.duplicate_tets + o.nonconforming_faces > 0) {
-    reasons.emplace_back("at a cell that is odd");
+    places.emplace_back("at a cell that is odd");
   }
-  if (reasons.empty()) {
-    return "is held by a cell of lower dimension, or has a value that is no number";
-  }
-  return fmt::format("lies {}, and stays", fmt::join(reasons, " or "));
+  if (locks.coincident_points) places.emplace_back("where another point does");
+  std::vector<std::string> reasons;
+  if (!places.empty()) reasons.push_back(fmt::format("lies {}", fmt::join(places, " or ")));
+  if (locks.lower_cells) reasons.emplace_back("is held by a cell of lower dimension");
+  if (reasons.empty()) reasons.emplace_back("has a value that is no number");
+  return fmt::format("{}, and stays", fmt::join(reasons, " or "));
 }
 
 std::string SimplifyReport::stop_sentence() const {

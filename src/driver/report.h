@@ -45,6 +45,14 @@ struct Oddities {
   std::uint64_t locked_vertices = 0;  // for another reason than the boundary
 };
 
+// What holds vertices inside the input.
+struct Locks {
+  bool between_regions = false;
+  bool in_interest = false;  // a region of interest
+  bool lower_cells = false;
+  bool coincident_points = false;
+};
+
 enum class StopReason : std::uint8_t {
   kGoal,       // the goal was reached, within one fusion
   kSaturated,  // no fusion is allowed any more
@@ -57,8 +65,8 @@ struct SimplifyReport {
   std::vector<MeshSummary> outputs;  // all that were written, `output` the last of them
   std::vector<std::string> steering;
   std::vector<std::string> regions;
-  bool has_interest = false;  // a region of interest was asked for
   Oddities oddities;
+  Locks locks;
   StopReason stop_reason = StopReason::kSaturated;
   bool has_goal = false;
   std::string boundary = "exact";  // as it was asked for

@@ -156,8 +156,8 @@ void PointScatterer<Real>::place(std::uint64_t first, std::uint64_t count, Scrat
     const bool is_carried = next_carried != carried.end() && *next_carried == v;
     if (is_carried) ++next_carried;
     const bool is_locked = is_carried || scratch->locked[i] != 0;
-    scratch->marks[i] =
-        static_cast<std::uint8_t>((chunks > 1 ? kOnInterface : 0) | (is_locked ? kLocked : 0));
+    scratch->marks[i] = static_cast<std::uint8_t>(
+        (chunks > 1 ? kOnInterface : 0) | (is_locked ? kLocked : 0) | (is_carried ? kCarried : 0));
     if (chunks > 0) {
       note_values(scratch->steering.data() + i * width, &window->box);
     } else if (is_carried) {

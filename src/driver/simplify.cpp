@@ -33,7 +33,8 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
                       facts.merged_points,  facts.differing_points,    facts.ghost_cells,
                       facts.locked_vertices};
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
-  report->has_interest = !run.request.behaviour.interest.empty();
+  report->locks = {facts.between_regions > 0, !run.request.behaviour.interest.empty(),
+                   facts.carried_vertices > 0, facts.coincident_points > 0};
 }
 
 // They may be gone, and what is wanted of them now may not have been when they were written.

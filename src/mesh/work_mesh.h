@@ -23,6 +23,7 @@ enum VertexMark : std::uint8_t {
   kOnInterface = 1 << 3,  // in a chunk: other chunks have tetrahedra of it; it stays for this round
   kAway = 1 << 4,         // in a chunk, of a vertex on the interface: a lower chunk has it, too
   kLast = 1 << 5,         // in a chunk, of a vertex on the interface: no higher chunk has it
+  kCarried = 1 << 6,      // while it is imported: a cell of lower dimension uses it
   kMoved = 1 << 7,        // fused to a new place: no point of the original any more
 };
 

@@ -118,6 +118,28 @@ class Formats(FolderTest):
         self.assertIn("rounded from 2^53 on: gid", said)
         self.assertNotIn("rounded", finish("convert", path, self.folder / "out.vtk").stderr.decode())
 
+    def test_what_holds_vertices_is_named_as_it_is(self):
+        """Regions that are one hold nothing; faces that are cells do."""
+        mesh = self.folder / "mesh.ele"
+        run("convert", self.mesh(), mesh)
+        rows = [line.split() for line in mesh.read_text().split("\n")[1:-1]]
+        base = int(rows[0][0])
+        tets = [row[1:5] for row in rows]
+        options = ["simplify", mesh, "-o", self.folder / "out.vtu", "--reduction", "90%"]
+
+        def simplify(regions, marker, *more):
+            mesh.write_text(f"{len(tets)} 4 1\n" + "".join(
+                f"{base + i} {' '.join(t)} {regions(i)}\n" for i, t in enumerate(tets)))
+            (self.folder / "mesh.face").write_text(f"{2 * len(tets)} 1\n" + "".join(
+                f"{i} {' '.join(t[k:k + 3])} {marker}\n" for i, t in enumerate(2 * tets) for k in [i // len(tets)]))
+            return report_of(*options, *more)["stop_sentence"]
+
+        held = "a vertex of theirs is held by a cell of lower dimension, and stays."
+        self.assertIn(held, simplify(lambda i: 42, 7))
+        self.assertIn("theirs lies between regions of tetgen:ref or is held by a cell of lower", simplify(lambda i: i, 7))
+        self.assertIn("a vertex of theirs lies between regions of tetgen:ref, and stays.", simplify(lambda i: i, 0))
+        self.assertIn(held, simplify(lambda i: i, 7, "--regions", "none"))
+
     def test_lists_of_all_faces_do_not_hold_the_mesh(self):
         mesh, faces = self.folder / "mesh.ele", self.folder / "mesh.face"
         run("convert", self.mesh(), mesh)

@@ -11,10 +11,12 @@
 
 #include "base/resources.h"
 #include "mesh/inspect.h"
+#include "mesh/split_cells.h"
 #include "support/cut_meshes.h"
 #include "support/damaged_meshes.h"
 #include "support/import.h"
 #include "support/mesh_file.h"
+#include "support/meshes.h"
 #include "support/temp_dir.h"
 #include "support/work_meshes.h"
 
@@ -44,6 +46,8 @@ void expect_same_facts(const InputFacts& a, const InputFacts& b) {
   EXPECT_EQ(a.merged_points, b.merged_points);
   EXPECT_EQ(a.ghost_cells, b.ghost_cells);
   EXPECT_EQ(a.locked_vertices, b.locked_vertices);
+  EXPECT_EQ(a.between_regions, b.between_regions);
+  EXPECT_EQ(a.carried_vertices, b.carried_vertices);
 }
 
 // Marks by the points' ids in the file; 0 for those of no tetrahedron.
@@ -185,6 +189,22 @@ TEST_F(ImportMesh, TakesFloats) {
   file.geometry = testing::to_float(file.geometry);
   const auto whole = expect_same_in_chunks<float>(file, {.regions = {"material"}});
   EXPECT_GT(whole->imported.facts.locked_vertices, 50u);
+  EXPECT_GT(whole->imported.facts.between_regions, 50u);
+}
+
+// Each reason for itself; what lies on the boundary stays anyway.
+TEST_F(ImportMesh, CountsWhatHoldsVertices) {
+  MeshFile file;
+  file.geometry = testing::kuhn_box(6, 6, 6);
+  const auto point = [](VertexId x, VertexId y, VertexId z) { return x + 7 * (y + 7 * z); };
+  file.geometry.lower.types = {kVtkTriangle, kVtkLine};
+  file.geometry.lower.offsets = {0, 3, 5};
+  file.geometry.lower.connectivity = {point(2, 3, 3), point(3, 3, 3), point(3, 4, 3),
+                                      point(0, 3, 3), point(0, 4, 3)};
+  const auto whole = expect_same_in_chunks<double>(file, {});
+  EXPECT_EQ(whole->imported.facts.locked_vertices, 3u);
+  EXPECT_EQ(whole->imported.facts.carried_vertices, 3u);
+  EXPECT_EQ(whole->imported.facts.between_regions, 0u);
 }
 
 TEST_F(ImportMesh, LocksVerticesWithoutASteeringValue) {
