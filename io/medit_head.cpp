@@ -17,7 +17,7 @@ using Role = MeditKeyword::Role;
 
 // Cells that this program cannot read must not get lost without an error; what only adds to a mesh
 // may, with a note.
-constexpr std::array<MeditKeyword, 47> kKeywords = {{
+constexpr std::array<MeditKeyword, 52> kKeywords = {{
     {"MeshVersionFormatted", 1},
     {"Dimension", 3},
     {"Vertices", 4, Role::kVertices},
@@ -47,6 +47,11 @@ constexpr std::array<MeditKeyword, 47> kKeywords = {{
     {"Tangents", 59},
     {"Normals", 60},
     {"TangentAtVertices", 61},
+    {"SolAtVertices", 62},
+    {"SolAtEdges", 63},
+    {"SolAtTriangles", 64},
+    {"SolAtQuadrilaterals", 65},
+    {"SolAtTetrahedra", 66},
     {"Time", 78},
     {"Iterations", 77},
     {"HexahedraQ2", 33, Role::kUnreadable},
@@ -81,11 +86,22 @@ class MeditHeadParser {
     } else {
       parse_text();
     }
-    if (head_.vertices.keyword == nullptr) file_.fail("there are no Vertices");
+    if (head_.vertices.keyword == nullptr) refuse_values();
     return std::move(head_);
   }
 
  private:
+  // A .sol looks like a mesh but for what stands in it.
+  [[noreturn]] void refuse_values() const {
+    for (const std::string& name : head_.left_out) {
+      if (name.starts_with("SolAt")) {
+        file_.fail("there are no Vertices but values (" + name +
+                   "): a .sol has no mesh, that is the .mesh beside it");
+      }
+    }
+    file_.fail("there are no Vertices");
+  }
+
   void check_version(int version) {
     if (version < 1 || version > 4) {
       file_.fail("MeshVersionFormatted is " + std::to_string(version) + ", expected 1 to 4");

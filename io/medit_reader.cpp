@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "io/byte_values.h"
@@ -15,6 +17,7 @@
 #include "io/format_source.h"
 #include "io/guarded_reading.h"
 #include "io/medit_head.h"
+#include "io/suffix.h"
 #include "io/text_tokens.h"
 #include "mesh/split_cells.h"
 
@@ -94,6 +97,7 @@ class MeditReader final : public FormatReader {
     d.format = std::string("Medit mesh, ") + (head_.binary ? "binary" : "text") + ", version " +
                std::to_string(head_.version);
     d.left_out = head_.left_out;
+    name_values_beside();
     d.points = head_.vertices.rows;
     for (const MeditSection& section : head_.cells) d.cells += section.rows;
     d.point_type = head_.float_coordinates() ? ValueType::kFloat32 : ValueType::kFloat64;
@@ -106,6 +110,18 @@ class MeditReader final : public FormatReader {
     if (d.points > kMaxPoints) {
       file_.fail(ErrorCode::kMemory,
                  std::to_string(d.points) + " points are more than can be held in memory at once");
+    }
+  }
+
+  // Values for the points lie in a file of their own, and may be a field or what mesh generators
+  // take for sizes.
+  void name_values_beside() {
+    for (const char* suffix : {".sol", ".solb"}) {
+      std::error_code not_there;
+      const std::string path = with_suffix(description_.path, suffix);
+      if (description_.path == "-" || !std::filesystem::is_regular_file(path, not_there)) continue;
+      description_.left_out.push_back("the values in " +
+                                      std::filesystem::path(path).filename().string());
     }
   }
 

@@ -153,6 +153,18 @@ class Formats(FolderTest):
             self.assertIn(f"left out: {len(corners):,} faces {words}, as mesh.face lists all faces", told.stderr.decode())
             self.assertLess(report_of("info", self.folder / "out.vtu")["tets"], 0.75 * len(tets))
 
+    def test_values_beside_a_mesh_of_medit_are_named(self):
+        mesh, values = self.folder / "mesh.mesh", self.folder / "mesh.sol"
+        run("convert", self.mesh(), mesh)
+        self.assertNotIn("left out", run("info", mesh).decode())
+        values.write_text("MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n1\n1 1\n0.5\nEnd\n")
+        self.assertIn("left out: the values in mesh.sol", run("info", mesh).decode())
+        self.assertIn("left out: the values in mesh.sol",
+                      finish("simplify", mesh, "-o", self.folder / "out.vtu", "--reduction", "50%").stderr.decode())
+        refused = finish("info", values)
+        self.assertEqual(refused.returncode, BAD)
+        self.assertIn("there are no Vertices but values (SolAtVertices): a .sol has no mesh", refused.stderr.decode())
+
     def test_levels(self):
         original = self.mesh()
         run("simplify", original, "-o", self.folder / "level_{lod}.meshb", "--lods", "10%,30%")
