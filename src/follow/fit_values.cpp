@@ -71,7 +71,7 @@ class Fitter {
   };
 
   // Calls add(window, rows), which adds to the sums and counts what errors say; then moves the
-  // values of new points by the means.
+  // values of new points by the means, but none out of the range of the original's.
   template <class Add>
   void sweep(Add add) {
     const std::size_t points = weights_.is_new().size();
@@ -88,7 +88,10 @@ class Fitter {
       for (std::size_t v = begin; v < end; ++v) {
         if (!(counts_[v] > 0)) continue;
         for (std::size_t c = 0; c < width_; ++c) {
-          values_[v * width_ + c] += sums_[v * width_ + c] / counts_[v];
+          double& value = values_[v * width_ + c];
+          const auto [least, most] =
+              std::minmax({range_.ranges[c].min, range_.ranges[c].max, value});
+          value = std::clamp(value + sums_[v * width_ + c] / counts_[v], least, most);
         }
       }
     });

@@ -20,8 +20,9 @@ using ReadRows = std::function<void(const TakeRows& take)>;
 // `values` are `width` a point of the result, as interpolated; those of new points change, so that
 // the squares of the errors at the original's points become smaller, and then, if `bound` is
 // finite, so that no error (Euclidean) is larger than that share of the range, the diagonal of the
-// box of the original's values. That cannot always be: whoever wants to know measures. A linear
-// field stays what it is, to rounding, and so does what is not finite.
+// box of the original's values. That cannot always be: whoever wants to know measures. No component
+// leaves its range in the original (but where it has begun so). A linear field stays what it is, to
+// rounding, and so does what is not finite.
 //
 // In memory are three times the values, and windows. The same for any number of threads; safe to
 // call from several threads at once, for several steps.

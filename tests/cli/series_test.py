@@ -159,6 +159,19 @@ class Shared(SeriesTest):
         odd = finish("simplify", self.write(mesh, "odd.vtu"), "-o", self.folder / "o.vtu", "--array", "f_{step}", *GOAL).stderr.decode()
         self.assertIn("step 1: ", odd)
 
+    def test_what_is_nowhere_negative_stays_so(self):
+        def cone(mesh, time):
+            distance = np.linalg.norm(np.array(mesh.points) - (2 + time, 5, 5), axis=1)
+            return with_arrays(mesh, density=("Float32", np.maximum(0, 1 - 0.4 * distance)))
+
+        steps = self.steps(4, make=cone)
+        self.simplify(steps, "--array", "density", "--max-error", "5%")
+        for before, after in zip(steps, self.outputs()):
+            least, most = (f(values(Vtu(before), "density")) for f in (np.min, np.max))
+            found = values(Vtu(after), "density")
+            self.assertGreaterEqual(found.min(), least)
+            self.assertLessEqual(found.max(), most)
+
     def test_linear_fields_stay_linear(self):
         mesh = jittered(8)
         x, y, z = np.array(mesh.points).T
