@@ -117,8 +117,10 @@ template <class Real>
 Reject FuseRound<Real>::look_back(VertexId v, float* least, float* failed) {
   if (!vertices_.may_move(v)) {
     const std::uint8_t marks = mesh_->marks[v];
-    if ((marks & kOnInterface) != 0) return Reject::kInterface;
-    return (marks & kOnBoundary) != 0 ? Reject::kBoundary : Reject::kLocked;
+    const bool on_boundary = (marks & kOnBoundary) != 0;
+    const bool stays_anyway = on_boundary && !limits_->sheets_move();
+    if ((marks & kOnInterface) != 0 && !stays_anyway) return Reject::kInterface;
+    return on_boundary ? Reject::kBoundary : Reject::kLocked;
   }
   const auto threshold = static_cast<float>(limits_->threshold);
   const float known = known_cost(mesh_, v);
