@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -42,6 +43,7 @@ struct ArrayLine {
   std::vector<std::string> active;  // "Scalars", "GlobalIds", ...
   ArrayStatistics statistics;
   std::vector<std::pair<std::int64_t, std::int64_t>> groups = {};  // of a name of Gmsh's groups
+  std::vector<std::string> texts = {};                             // of an array of strings
 };
 
 // In windows, where the file can be read so.
@@ -74,6 +76,14 @@ std::vector<std::pair<std::int64_t, std::int64_t>> gmsh_groups(const DataArray& 
   return groups;
 }
 
+std::vector<std::string> texts_in(const DataArray& array) {
+  if (array.info.type != ValueType::kString) return {};
+  const std::string_view all(reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size());
+  std::vector<std::string> texts = split(all, '\0');
+  if (!texts.empty()) texts.pop_back();  // each ends with a zero
+  return texts;
+}
+
 std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& context) {
   const MeshDescription& mesh = source->description();
   const auto stream = source->stream();
@@ -96,6 +106,7 @@ std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& cont
       } else {
         const DataArray array = source->read_array(association, i);
         line.statistics = measure_array(array);
+        line.texts = texts_in(array);
         if (association == Association::kField) line.groups = gmsh_groups(array);
       }
       lines.push_back(std::move(line));
@@ -112,7 +123,24 @@ std::string describe_groups(const ArrayLine& line) {
   return text;
 }
 
+// As much as goes into a line.
+std::string describe_texts(const std::vector<std::string>& texts) {
+  constexpr std::size_t kMost = 60;
+  std::string all = fmt::format("{}", fmt::join(texts, ", "));
+  for (char& c : all) {
+    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = ' ';
+  }
+  if (all.size() <= kMost) return all;
+  std::size_t end = kMost;
+  const auto is_within_character = [&] {
+    return (static_cast<unsigned char>(all[end]) & 0xC0u) == 0x80u;  // of UTF-8
+  };
+  while (end > 0 && is_within_character()) --end;
+  return all.substr(0, end) + " ...";
+}
+
 std::string describe_range(const ArrayLine& line) {
+  if (!line.texts.empty()) return describe_texts(line.texts);
   if (!line.groups.empty()) return describe_groups(line);
   const ArrayStatistics& s = line.statistics;
   if (s.components.empty()) return "";
@@ -235,6 +263,7 @@ Json arrays_json(const std::vector<ArrayLine>& lines) {
                       {"magnitude", range_json(line.statistics.magnitude)},
                       {"non_finite", line.statistics.non_finite},
                       {"constant", line.statistics.constant()}});
+    if (line.info.type == ValueType::kString) arrays.back()["texts"] = line.texts;
     for (const auto& [tag, dimension] : line.groups) {
       arrays.back()["groups"].push_back({{"tag", tag}, {"dimension", dimension}});
     }

@@ -18,7 +18,7 @@ struct LoadedFile {
   std::vector<int> block_of;
   int blocks = 0;
   std::vector<std::string> block_names;  // of the first ones; empty: it has none
-  bool shared_points = false;  // every piece has the same points, those of the file
+  bool shared_points = false;            // every piece has the same points, those of the file
   std::vector<vtkSmartPointer<vtkFieldData>> field_data;  // of the file as a whole
   std::vector<std::string> left_out;                      // for MeshDescription
 };

@@ -65,6 +65,16 @@ class Info(FolderTest):
         self.assertEqual(groups["gmsh:physical:both"], [{"tag": 7, "dimension": 2}, {"tag": 9, "dimension": 3}])
         self.assertIsNone(groups["gmsh:physical"])
 
+    def test_texts(self):
+        texts = ["fluid", "Größe\n" + 80 * "ö"]
+        bytes_of = b"\0".join(t.encode() for t in [*texts, ""])
+        field = (b'<FieldData><Array type="String" Name="parts" NumberOfTuples="2" format="ascii">'
+                 + b" ".join(b"%d" % b for b in bytes_of) + b"</Array></FieldData>")
+        path = self.write(TinyVtu().bytes().replace(b"<UnstructuredGrid>", b"<UnstructuredGrid>" + field))
+        self.assertEqual(report_of("info", path)["arrays"][-1]["texts"], texts)
+        line = next(line for line in run("info", path).decode().splitlines() if " parts " in line)
+        self.assertRegex(line, "String  +fluid, Größe ö{22} \\.\\.\\.$")
+
     def test_names_that_are_no_json(self):
         mesh = TinyVtu(1)
         mesh.array("temperature")[1] = 'a"\\b'.replace('"', "&quot;")
