@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <set>
 
+#include "base/name_list.h"
+
 namespace tetfusion {
 
 void PhysicalGroups::add(int dimension, const Tags& groups, std::uint64_t elements) {
@@ -43,11 +45,8 @@ std::string PhysicalGroups::left_out(const std::vector<GmshName>& names) const {
   }
   if (words.empty()) return "";
   constexpr std::size_t kMost = 8;
-  const std::size_t more = words.size() - std::min(words.size(), kMost);
-  const char* const plural = words.size() == 1 ? "" : "s";
-  words.resize(words.size() - more);
-  return fmt::format("elements of the physical group{} {}{} that are in another one, too", plural,
-                     fmt::join(words, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+  return fmt::format("elements of the physical group{} {} that are in another one, too",
+                     words.size() == 1 ? "" : "s", list_names(words, kMost));
 }
 
 }  // namespace tetfusion

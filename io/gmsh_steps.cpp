@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
 #include <set>
 #include <string_view>
+
+#include "base/name_list.h"
 
 namespace tetfusion {
 
@@ -65,13 +66,7 @@ GmshTime gmsh_time_of(const GmshHead& head) {
   }
   if (times.empty()) return {};
   constexpr std::size_t kMost = 8;
-  const std::size_t named = std::min(with_time.size(), kMost);
-  const std::size_t more = with_time.size() - named;
-  return {{},
-          fmt::format("the different times of {}{}",
-                      fmt::join(with_time.begin(),
-                                with_time.begin() + static_cast<std::ptrdiff_t>(named), ", "),
-                      more > 0 ? fmt::format(" and {} more", more) : "")};
+  return {{}, "the different times of " + list_names(with_time, kMost)};
 }
 
 std::vector<GmshStep> gmsh_steps_of(const AttributeSet& set, double time) {

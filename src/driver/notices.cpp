@@ -7,12 +7,15 @@
 #include <string_view>
 #include <utility>
 
+#include "base/name_list.h"
 #include "base/numbers.h"
 #include "mesh/region_names.h"
 
 namespace tetfusion {
 
 namespace {
+
+constexpr std::size_t kMostNames = 5;
 
 // As a shell takes it for one word.
 std::string in_a_shell(const std::string& name) {
@@ -42,14 +45,6 @@ std::vector<std::string> fields_beside(const std::vector<std::string>& steering,
   return fields;
 }
 
-std::string first_of(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 5;
-  const std::size_t named = std::min(names.size(), kMost);
-  return fmt::format(
-      "{}{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(named), ", "),
-      named < names.size() ? fmt::format(" and {} more", names.size() - named) : "");
-}
-
 }  // namespace
 
 std::string boundary_name(const BehaviourOptions& b) {
@@ -67,12 +62,14 @@ void say_what_steers(const std::vector<std::string>& arrays, const MeshDescripti
   context.say(
       fmt::format("arrays that follow it, whose errors nothing limits: {} (--array NAME, several "
                   "times, makes them steer, too; 'tetfusion compare' measures them)",
-                  first_of(others)));
+                  list_names(others, kMostNames)));
 }
 
 std::string what_could_steer(const MeshDescription& mesh) {
   const std::vector<std::string> fields = fields_beside({}, mesh);
-  return fields.empty() ? "" : fmt::format(" (--array NAME makes one: {})", first_of(fields));
+  return fields.empty()
+             ? ""
+             : fmt::format(" (--array NAME makes one: {})", list_names(fields, kMostNames));
 }
 
 void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context) {

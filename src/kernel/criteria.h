@@ -15,8 +15,8 @@
 
 namespace tetfusion {
 
-// Why a tetrahedron did not become prey in a pass. Each candidate is counted under the first that
-// applies.
+// Why a tetrahedron did not become prey in a pass, or with fuse why a vertex did not join another
+// one in a round. Each candidate is counted under the first that applies.
 enum class Reject : std::uint8_t {
   kBoundary,   // the boundary rule
   kLocked,     // a vertex that must stay for another reason

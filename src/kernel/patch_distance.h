@@ -27,7 +27,7 @@ inline Point3 cross(const Point3& a, const Point3& b) {
 // to its first one. Coordinates are small: about a point of the patch.
 struct PatchChange {
   std::vector<Triangle3> triangles;
-  std::vector<std::array<Point3, 2>> edges;  // between two of the triangles
+  std::vector<std::array<Point3, 2>> edges;  // of triangles; some may be of the outline
   std::vector<Point3> points;                // corners of triangles that are not on the outline
   Point3 apex{};
   std::vector<Point3> chain;

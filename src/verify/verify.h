@@ -64,10 +64,10 @@ struct Verification {
   std::string complaint() const;
 };
 
-// `result` is where the result can be read; `sides` as for compare_meshes(). Reads the original in
-// windows. Throws what reading the
-// original throws, Error(kIo) and Error(kInterrupted); a result that is no mesh is a promise that
-// is broken. The original must have a boundary.
+// `result` is where the result can be read, a path that no sentence would hold otherwise: it is
+// called "the result" there; `sides` as for compare_meshes(). Reads the original in windows. Throws
+// what reading the original throws, Error(kIo) and Error(kInterrupted); a result that is no mesh is
+// a promise that is broken. The original must have a boundary.
 Verification verify_result(MeshSource* original, const std::string& result, const Promise& promise,
                            std::uint64_t sides, const RunContext& context);
 
