@@ -24,26 +24,48 @@ std::string with_article(std::uint8_t type) {
 }  // namespace
 
 std::uint8_t settled_type(std::uint8_t type, std::uint64_t vertices) {
-  if (!is_lagrange(type)) return type;
-  const std::array<std::uint8_t, 2> kinds =
-      type == kVtkLagrangeCurve ? std::array<std::uint8_t, 2>{kVtkLine, kVtkQuadraticEdge}
-      : type == kVtkLagrangeTriangle
-          ? std::array<std::uint8_t, 2>{kVtkTriangle, kVtkQuadraticTriangle}
-          : std::array<std::uint8_t, 2>{kVtkTetra, kVtkQuadraticTetra};
-  for (const std::uint8_t kind : kinds) {
-    if (vertices == static_cast<std::uint64_t>(vtk_cell_size(kind))) return kind;
-  }
-  return type;
+  return is_of_any_order(type) && vertices == corners_of(type) ? linear_type(type) : type;
 }
 
 std::uint8_t linear_type(std::uint8_t type) {
   switch (type) {
     case kVtkQuadraticEdge:
+    case kVtkCubicLine:
+    case kVtkLagrangeCurve:
+    case kVtkBezierCurve:
       return kVtkLine;
     case kVtkQuadraticTriangle:
+    case kVtkBiquadraticTriangle:
+    case kVtkLagrangeTriangle:
+    case kVtkBezierTriangle:
       return kVtkTriangle;
+    case kVtkQuadraticQuad:
+    case kVtkBiquadraticQuad:
+    case kVtkQuadraticLinearQuad:
+    case kVtkLagrangeQuad:
+    case kVtkBezierQuad:
+      return kVtkQuad;
     case kVtkQuadraticTetra:
+    case kVtkLagrangeTetra:
+    case kVtkBezierTetra:
       return kVtkTetra;
+    case kVtkQuadraticHexahedron:
+    case kVtkTriquadraticHexahedron:
+    case kVtkBiquadraticQuadraticHexahedron:
+    case kVtkLagrangeHexahedron:
+    case kVtkBezierHexahedron:
+      return kVtkHexahedron;
+    case kVtkQuadraticWedge:
+    case kVtkQuadraticLinearWedge:
+    case kVtkBiquadraticQuadraticWedge:
+    case kVtkLagrangeWedge:
+    case kVtkBezierWedge:
+      return kVtkWedge;
+    case kVtkQuadraticPyramid:
+    case kVtkTriquadraticPyramid:
+    case kVtkLagrangePyramid:
+    case kVtkBezierPyramid:
+      return kVtkPyramid;
     default:
       return type;
   }
@@ -61,11 +83,16 @@ void forget_ghosts(Association association, const ArrayInfo& info, std::span<std
 
 int kept_vertices(std::uint8_t type, const OpenOptions& options) {
   const std::uint8_t linear = linear_type(type);
-  if (linear != type) return options.linearize ? vtk_cell_size(linear) : -1;
-  if (is_cut(type)) return options.tetrahedralize ? vtk_cell_size(type) : -1;
+  if (linear != type && !options.linearize) return -1;
+  if (is_cut(linear)) return options.tetrahedralize ? vtk_cell_size(linear) : -1;
   const bool read =
-      type == kVtkVertex || type == kVtkLine || type == kVtkTriangle || type == kVtkTetra;
-  return read ? vtk_cell_size(type) : -1;
+      linear == kVtkVertex || linear == kVtkLine || linear == kVtkTriangle || linear == kVtkTetra;
+  return read ? vtk_cell_size(linear) : -1;
+}
+
+bool may_have_vertices(std::uint8_t type, std::uint64_t count) {
+  return is_of_any_order(type) ? count > corners_of(type)
+                               : count == static_cast<std::uint64_t>(vtk_cell_size(type));
 }
 
 void unmark_global_ids(const OpenOptions& options, AttributeSet* cell_data) {
@@ -75,14 +102,17 @@ void unmark_global_ids(const OpenOptions& options, AttributeSet* cell_data) {
 }
 
 std::string refusal(std::uint8_t type) {
+  const std::uint8_t linear = linear_type(type);
   std::string advice =
       ", which cannot be read: only tetrahedra, and vertices, lines and triangles beside them";
-  if (linear_type(type) != type) {
-    advice = ": use --linearize to drop the mid-edge nodes of such cells";
+  if (linear != type && is_cut(linear)) {
+    advice =
+        ": use --linearize and --tetrahedralize to keep no more than the corners of such cells, "
+        "and split them";
+  } else if (linear != type) {
+    advice = ": use --linearize to keep no more than the corners of such cells";
   } else if (is_cut(type)) {
     advice = ": use --tetrahedralize to split such cells";
-  } else if (is_lagrange(type)) {
-    advice += ", and of Lagrange cells those of first order, or with --linearize of second";
   } else if (type == kVtkConvexPointSet || type == kVtkPolyhedron) {
     advice += "; ParaView's filter Tetrahedralize makes tetrahedra of such cells";
   }
@@ -90,8 +120,10 @@ std::string refusal(std::uint8_t type) {
 }
 
 std::string wrong_vertex_count(std::uint8_t type, std::uint64_t count) {
-  return "has " + std::to_string(count) + " vertices, expected " +
-         std::to_string(vtk_cell_size(type)) + " for " + with_article(type);
+  const std::string expected = is_of_any_order(type) ? std::to_string(corners_of(type)) + " or more"
+                                                     : std::to_string(vtk_cell_size(type));
+  return "has " + std::to_string(count) + " vertices, expected " + expected + " for " +
+         with_article(type);
 }
 
 std::string wrong_vertex(const std::string& id, std::uint64_t points) {

@@ -25,19 +25,30 @@ inline constexpr int kGhostDropped = kGhostCopy | kGhostRefined | kGhostHidden;
 // in the values of vtkGhostType and vtkGhostLevels, and leaves other arrays as they are.
 void forget_ghosts(Association association, const ArrayInfo& info, std::span<std::byte> values);
 
-// Lagrange cells whose type does not say of which order they are.
-inline bool is_lagrange(std::uint8_t type) {
-  return type == kVtkLagrangeCurve || type == kVtkLagrangeTriangle || type == kVtkLagrangeTetra;
+// Lagrange and Bezier cells, whose type does not say of which order they are.
+inline bool is_of_any_order(std::uint8_t type) {
+  return type >= kVtkLagrangeCurve && type <= kVtkBezierPyramid;
 }
 
-// What a cell with so many vertices is: a Lagrange cell of first order the linear cell, one of
-// second order the quadratic one, whose vertices come in the same order. Others are what their type
-// says.
+// What a cell with so many vertices is: one of any order that has only corners the linear cell.
+// Others are what their type says.
 std::uint8_t settled_type(std::uint8_t type, std::uint64_t vertices);
 
-// How many of a cell's vertices are kept with these options, from the first on: all of a linear
-// cell, the corners of a curved one. -1 when the cell cannot be read.
+// The type of a curved cell without what it has beside its corners, which come first in every
+// cell; of others the type itself.
+std::uint8_t linear_type(std::uint8_t type);
+
+// How many corners a cell has, curved or not; 0 where its type does not say.
+inline std::size_t corners_of(std::uint8_t type) {
+  return static_cast<std::size_t>(vtk_cell_size(linear_type(type)));
+}
+
+// How many of a cell's vertices are kept with these options, from the first on: its corners. -1
+// when the cell cannot be read.
 int kept_vertices(std::uint8_t type, const OpenOptions& options);
+
+// Whether a cell of this settled type may have so many vertices.
+bool may_have_vertices(std::uint8_t type, std::uint64_t count);
 
 // The parts of a cell that is split have its values, so that numbers of cells are there several
 // times: where cells may be split an array marked GlobalIds is marked PedigreeIds instead, unless
@@ -53,9 +64,6 @@ std::string wrong_vertex_count(std::uint8_t type, std::uint64_t count);
 
 // Ends the sentence "cell 7 " for a vertex id that is out of range; `id` as the file has it.
 std::string wrong_vertex(const std::string& id, std::uint64_t points);
-
-// The linear type of a cell whose mid-edge nodes were dropped; of others the type itself.
-std::uint8_t linear_type(std::uint8_t type);
 
 // Cuts a quadrilateral (or pixel) like the face of a split cell that it lies on: from its smallest
 // vertex. Writes its triangles and returns how many there are: 2, or fewer when it names a vertex

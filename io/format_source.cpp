@@ -94,8 +94,7 @@ class FormatSource final : public MeshSource {
       if (kept_vertices(cells.types[c], options_) < 0) {
         fail("cell " + std::to_string(c) + " " + refusal(cells.types[c]));
       }
-      cells.offsets[c + 1] =
-          cells.offsets[c] + static_cast<std::uint64_t>(vtk_cell_size(cells.types[c]));
+      cells.offsets[c + 1] = cells.offsets[c] + corners_of(cells.types[c]);
     }
     cells.connectivity = std::move(list.ids);
     return cells;

@@ -12,8 +12,8 @@
 
 namespace tetfusion {
 
-// Cells of all kinds as a file lists them: VTK's types, and the points of one after another in
-// VTK's order, counted from 0.
+// Cells of all kinds as a file lists them: VTK's types, and the corners of one after another in
+// VTK's order, points counted from 0. Curved cells have no other points here.
 struct ListedCells {
   Vector<std::uint8_t> types;
   Vector<VertexId> ids;

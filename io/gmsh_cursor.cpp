@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <iterator>
 
 #include "io/byte_values.h"
 #include "io/gmsh_head.h"
@@ -96,33 +98,103 @@ void GmshCursor::rest_is_blank() const {
   }
 }
 
+namespace {
+
+struct NumberedType {
+  std::size_t number;
+  GmshElementType type;
+};
+
+// Of third order and more they are what VTK calls Lagrange cells.
+constexpr auto kElementTypes = std::to_array<NumberedType>({
+    {15, {kVtkVertex, 1}},
+    // Lines.
+    {1, {kVtkLine, 2}},
+    {8, {kVtkQuadraticEdge, 3}},
+    {26, {kVtkLagrangeCurve, 4}},
+    {27, {kVtkLagrangeCurve, 5}},
+    {28, {kVtkLagrangeCurve, 6}},
+    {62, {kVtkLagrangeCurve, 7}},
+    {63, {kVtkLagrangeCurve, 8}},
+    {64, {kVtkLagrangeCurve, 9}},
+    {65, {kVtkLagrangeCurve, 10}},
+    {66, {kVtkLagrangeCurve, 11}},
+    // Triangles.
+    {2, {kVtkTriangle, 3}},
+    {9, {kVtkQuadraticTriangle, 6}},
+    {20, {kVtkLagrangeTriangle, 9}},
+    {21, {kVtkLagrangeTriangle, 10}},
+    {22, {kVtkLagrangeTriangle, 12}},
+    {23, {kVtkLagrangeTriangle, 15}},
+    {24, {kVtkLagrangeTriangle, 15}},
+    {25, {kVtkLagrangeTriangle, 21}},
+    {42, {kVtkLagrangeTriangle, 28}},
+    {43, {kVtkLagrangeTriangle, 36}},
+    {44, {kVtkLagrangeTriangle, 45}},
+    {45, {kVtkLagrangeTriangle, 55}},
+    {46, {kVtkLagrangeTriangle, 66}},
+    // Quadrilaterals.
+    {3, {kVtkQuad, 4}},
+    {16, {kVtkQuadraticQuad, 8}},
+    {10, {kVtkBiquadraticQuad, 9}},
+    {36, {kVtkLagrangeQuad, 16}},
+    {37, {kVtkLagrangeQuad, 25}},
+    {38, {kVtkLagrangeQuad, 36}},
+    {47, {kVtkLagrangeQuad, 49}},
+    {48, {kVtkLagrangeQuad, 64}},
+    {49, {kVtkLagrangeQuad, 81}},
+    {50, {kVtkLagrangeQuad, 100}},
+    {51, {kVtkLagrangeQuad, 121}},
+    // Tetrahedra.
+    {4, {kVtkTetra, 4}},
+    {11, {kVtkQuadraticTetra, 10}},
+    {29, {kVtkLagrangeTetra, 20}},
+    {30, {kVtkLagrangeTetra, 35}},
+    {31, {kVtkLagrangeTetra, 56}},
+    {71, {kVtkLagrangeTetra, 84}},
+    {72, {kVtkLagrangeTetra, 120}},
+    {73, {kVtkLagrangeTetra, 165}},
+    {74, {kVtkLagrangeTetra, 220}},
+    {75, {kVtkLagrangeTetra, 286}},
+    // Hexahedra.
+    {5, {kVtkHexahedron, 8}},
+    {17, {kVtkQuadraticHexahedron, 20}},
+    {12, {kVtkTriquadraticHexahedron, 27}},
+    {92, {kVtkLagrangeHexahedron, 64}},
+    {93, {kVtkLagrangeHexahedron, 125}},
+    {94, {kVtkLagrangeHexahedron, 216}},
+    {95, {kVtkLagrangeHexahedron, 343}},
+    {96, {kVtkLagrangeHexahedron, 512}},
+    {97, {kVtkLagrangeHexahedron, 729}},
+    {98, {kVtkLagrangeHexahedron, 1000}},
+    // Prisms.
+    {6, {kVtkWedge, 6}},
+    {18, {kVtkQuadraticWedge, 15}},
+    {13, {kVtkBiquadraticQuadraticWedge, 18}},
+    {90, {kVtkLagrangeWedge, 40}},
+    {91, {kVtkLagrangeWedge, 75}},
+    {106, {kVtkLagrangeWedge, 126}},
+    {107, {kVtkLagrangeWedge, 196}},
+    {108, {kVtkLagrangeWedge, 288}},
+    {109, {kVtkLagrangeWedge, 405}},
+    {110, {kVtkLagrangeWedge, 550}},
+    // Pyramids.
+    {7, {kVtkPyramid, 5}},
+    {19, {kVtkQuadraticPyramid, 13}},
+    {14, {kVtkLagrangePyramid, 14}},
+});
+
+constexpr auto kByNumber = [] {
+  std::array<GmshElementType, 111> types{};
+  for (const NumberedType& known : kElementTypes) types[known.number] = known.type;
+  return types;
+}();
+
+}  // namespace
+
 GmshElementType gmsh_element_type(std::int64_t type) {
-  switch (type) {
-    case 1:
-      return {kVtkLine, 2, "line"};
-    case 2:
-      return {kVtkTriangle, 3, "triangle"};
-    case 3:
-      return {kVtkQuad, 4, "quadrilateral"};
-    case 4:
-      return {kVtkTetra, 4, "tetrahedron"};
-    case 5:
-      return {kVtkHexahedron, 8, "hexahedron"};
-    case 6:
-      return {kVtkWedge, 6, "prism"};
-    case 7:
-      return {kVtkPyramid, 5, "pyramid"};
-    case 8:
-      return {kVtkQuadraticEdge, 3, "line of second order"};
-    case 9:
-      return {kVtkQuadraticTriangle, 6, "triangle of second order"};
-    case 11:
-      return {kVtkQuadraticTetra, 10, "tetrahedron of second order"};
-    case 15:
-      return {kVtkVertex, 1, "point"};
-    default:
-      return {};
-  }
+  return type >= 0 && type < std::ssize(kByNumber) ? kByNumber[static_cast<std::size_t>(type)]
+                                                   : GmshElementType{};
 }
 
 }  // namespace tetfusion

@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 
+#include "io/cell_kinds.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {
@@ -14,10 +15,10 @@ namespace {
 constexpr std::array<std::size_t, 6> kWedge = {0, 2, 1, 3, 5, 4};
 
 // In another order where a group has the entity turned round.
-bool have_same_nodes(const GmshElement& a, const GmshElement& b) {
-  if (a.nodes == b.nodes) return true;
-  auto of_a = a.nodes;
-  auto of_b = b.nodes;
+bool have_same_corners(const GmshElement& a, const GmshElement& b) {
+  if (a.corners == b.corners) return true;
+  auto of_a = a.corners;
+  auto of_b = b.corners;
   std::sort(of_a.begin(), of_a.end());
   std::sort(of_b.begin(), of_b.end());
   return of_a == of_b;
@@ -28,21 +29,19 @@ bool is_repeated(const GmshElement& a, const PhysicalGroups::Tags& groups, const
   if (a.type.vtk != b.type.vtk || a.geometrical != b.geometrical) return false;
   if (groups.empty() || b.physical == 0) return false;
   if (std::find(groups.begin(), groups.end(), b.physical) != groups.end()) return false;
-  return have_same_nodes(a, b);
+  return have_same_corners(a, b);
 }
 
 }  // namespace
 
 int GmshElement::dimension() const {
-  switch (type.vtk) {
+  switch (linear_type(type.vtk)) {
     case kVtkVertex:
       return 0;
     case kVtkLine:
-    case kVtkQuadraticEdge:
       return 1;
     case kVtkTriangle:
     case kVtkQuad:
-    case kVtkQuadraticTriangle:
       return 2;
     default:
       return 3;
@@ -84,19 +83,18 @@ bool GmshElements::next(GmshElement* out) {
   return true;
 }
 
-void GmshElements::find_nodes(const GmshElement& element, const NumberMap& nodes,
-                              VertexId* out) const {
-  const auto count = static_cast<std::size_t>(element.type.nodes);
-  const bool wedge = element.type.vtk == kVtkWedge;
-  for (std::size_t k = 0; k < count; ++k) {
+void GmshElements::find_corners(const GmshElement& element, const NumberMap& nodes,
+                                VertexId* out) const {
+  const bool wedge = linear_type(element.type.vtk) == kVtkWedge;
+  for (std::size_t k = 0; k < corners_of(element.type.vtk); ++k) {
     const std::size_t of = wedge ? kWedge[k] : k;
-    const auto number = static_cast<std::int64_t>(element.nodes[of]);
-    const std::uint64_t place = nodes.find(element.nodes[of]);
+    const auto number = static_cast<std::int64_t>(element.corners[of]);
+    const std::uint64_t place = nodes.find(element.corners[of]);
     if (place == NumberMap::kNone) {
       const std::size_t bytes = !in_.binary() ? 0 : head_.is_4 ? 8 : 4;
-      in_.invalid_at(element.nodes_at + of * bytes, "element " + std::to_string(element.number) +
-                                                        " uses node " + std::to_string(number) +
-                                                        ", which is not there");
+      in_.invalid_at(element.corners_at + of * bytes, "element " + std::to_string(element.number) +
+                                                          " uses node " + std::to_string(number) +
+                                                          ", which is not there");
     }
     out[k] = static_cast<VertexId>(place);
   }
@@ -140,15 +138,19 @@ void GmshElements::read(GmshElement* out) {
   }
   out->type = place_.type;
   // A number takes 32 bits in a binary file of version 2, 64 in one of version 4.
-  if (!wanted_.nodes && !wanted_.together) {
-    return in_.skip_numbers(static_cast<std::uint64_t>(place_.type.nodes), head_.is_4 ? 8 : 4);
+  const std::size_t bytes = head_.is_4 ? 8 : 4;
+  std::size_t left = static_cast<std::size_t>(place_.type.nodes);
+  if (wanted_.corners || wanted_.together) {
+    in_.skip_blanks_of_text();
+    out->corners_at = in_.at();
+    out->corners = {};
+    const std::size_t corners = corners_of(place_.type.vtk);
+    for (std::size_t k = 0; k < corners; ++k) {
+      out->corners[k] = head_.is_4 ? in_.size() : static_cast<std::uint64_t>(in_.integer());
+    }
+    left -= corners;
   }
-  in_.skip_blanks_of_text();
-  out->nodes_at = in_.at();
-  out->nodes = {};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(place_.type.nodes); ++k) {
-    out->nodes[k] = head_.is_4 ? in_.size() : static_cast<std::uint64_t>(in_.integer());
-  }
+  in_.skip_numbers(left, bytes);
 }
 
 void GmshElements::read_number(GmshElement* out) {
@@ -211,7 +213,7 @@ GmshElementType GmshElements::element_type() {
   const char* const at = in_.at();
   const std::int64_t type = in_.integer();
   const GmshElementType known = gmsh_element_type(type);
-  if (known.name == nullptr) {
+  if (known.nodes == 0) {
     in_.fail_at(at, "elements of Gmsh's type " + std::to_string(type) +
                         " cannot be read: only tetrahedra, and points, lines and triangles "
                         "beside them");

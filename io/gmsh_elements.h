@@ -33,8 +33,8 @@ struct GmshElement {
   GmshElementType type;
   std::int32_t physical = 0;
   std::int32_t geometrical = 0;
-  const char* nodes_at = nullptr;
-  std::array<std::uint64_t, 10> nodes{};  // their numbers, where they are wanted
+  const char* corners_at = nullptr;
+  std::array<std::uint64_t, 8> corners{};  // their nodes' numbers, where they are wanted
 
   int dimension() const;
 };
@@ -43,7 +43,7 @@ class GmshElements : public GmshWalker<GmshElementPlace> {
  public:
   struct Wanted {
     bool together = false;  // what is repeated is found once, else each time
-    bool nodes = false;
+    bool corners = false;
   };
   // From the first one on. `passed` gets the numbers of those that are passed over: seams, and of
   // repeated elements all but the last.
@@ -62,8 +62,8 @@ class GmshElements : public GmshWalker<GmshElementPlace> {
   // Of version 2: an element so far says which partitions have it.
   bool has_partitions() const { return has_partitions_; }
 
-  // The places of an element's nodes, in VTK's order. Throws InvalidMesh for one that is not there.
-  void find_nodes(const GmshElement& element, const NumberMap& nodes, VertexId* out) const;
+  // The places of its corners' nodes, in VTK's order. Throws InvalidMesh for one that is not there.
+  void find_corners(const GmshElement& element, const NumberMap& nodes, VertexId* out) const;
 
  private:
   bool find_element();

@@ -131,7 +131,7 @@ class GmshHeadParser {
     const char* const at = all->at();
     const std::int64_t type = all->integer();
     const GmshElementType known = gmsh_element_type(type);
-    if (known.name == nullptr) {
+    if (known.nodes == 0) {
       all->fail_at(at, "elements of Gmsh's type " + std::to_string(type) + " cannot be read");
     }
     return known;

@@ -124,9 +124,8 @@ bool looks_like_gmsh(std::string_view text);
 GmshHead parse_gmsh_head(const FormatFile& file);
 
 struct GmshElementType {
-  std::uint8_t vtk = 0;  // 0: unknown to VTK, or to this program
-  int nodes = 0;
-  const char* name = nullptr;  // null: Gmsh has no such type that this program knows
+  std::uint8_t vtk = 0;
+  int nodes = 0;  // of each element; 0: this program does not know the type
 };
 
 GmshElementType gmsh_element_type(std::int64_t type);

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "io/cell_kinds.h"
 #include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
@@ -237,10 +238,10 @@ void GmshMesh::read_points(std::uint64_t first, std::uint64_t count, Vec3<double
 
 // Calls f(p, i, element, elements) for a range of elements: for those of one place p in order.
 template <class F>
-void GmshMesh::walk_elements(std::uint64_t first, std::uint64_t count, bool nodes, F f) const {
+void GmshMesh::walk_elements(std::uint64_t first, std::uint64_t count, bool corners, F f) const {
   for_each_place(first, count, [&](std::uint64_t p, std::uint64_t begin, std::uint64_t end) {
     const GmshElementPlace& place = element_places_[p];
-    GmshElements elements(file_, head_, {repeats_, nodes}, place);
+    GmshElements elements(file_, head_, {repeats_, corners}, place);
     GmshElement element;
     for (std::uint64_t i = p * kRowsPerPlace; i < end; ++i) {
       elements.next(&element);
@@ -259,10 +260,10 @@ ListedCells GmshMesh::read_cells(std::uint64_t first, std::uint64_t count) const
       first, count, true,
       [&](std::uint64_t p, std::uint64_t i, const GmshElement& e, const GmshElements& elements) {
         cells.types[i - first] = e.type.vtk;
-        std::array<VertexId, 10> found{};
-        elements.find_nodes(e, nodes_, found.data());
+        std::array<VertexId, 8> found{};
+        elements.find_corners(e, nodes_, found.data());
         Vector<VertexId>& to = ids[p - first_place];
-        to.insert(to.end(), found.begin(), found.begin() + e.type.nodes);
+        to.insert(to.end(), found.data(), found.data() + corners_of(e.type.vtk));
       });
   std::size_t all = 0;
   for (const auto& some : ids) all += some.size();

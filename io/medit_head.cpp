@@ -149,10 +149,19 @@ class MeditHeadParser {
           w + 1 < words.size() ? words[w + 1].data() : text.data() + text.size();
       parse_section(words[w], {begin, static_cast<std::size_t>(end - begin)});
     }
-    // Whatever stood behind the last section that is whole would be missed without a word.
-    file_.fail(
-        "End is missing, which some programs do not write: is that all of the file? If so, add a "
-        "line End");
+    do_without_end(words.empty() ? "" : words.back());
+  }
+
+  // Some programs do not write it. A section that is not whole is found by its count, but not a
+  // number that is, nor whole sections.
+  void do_without_end(std::string_view last) {
+    if (!is_blank(file_.text().back())) {
+      file_.fail(
+          "End is missing, and the last line's end: is that all of the file? If so, add a "
+          "line End");
+    }
+    leave_out("whatever stood behind " + std::string(last) +
+              ", if the file was cut off there (End is missing)");
   }
 
   // A file may be called .mesh and be of another program.

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "io/byte_values.h"
+#include "io/cell_kinds.h"
 #include "io/counted_rows.h"
 #include "io/format_file.h"
 #include "io/format_source.h"
@@ -85,7 +86,7 @@ class MeditReader final : public FormatReader {
 
  private:
   static std::size_t corners(const MeditSection& section) {
-    return static_cast<std::size_t>(vtk_cell_size(section.keyword->type));
+    return corners_of(section.keyword->type);
   }
   static bool has_references(const MeditSection& section) {
     return section.keyword->role != MeditKeyword::Role::kPoints;
@@ -222,7 +223,7 @@ class MeditReader final : public FormatReader {
     } else {
       for_each_token(section, first, rows,
                      [&](std::uint64_t row, std::uint64_t column, std::string_view token) {
-                       if (column == width) return;
+                       if (column >= width) return;
                        const auto id = file_.number<std::int64_t>(token);
                        if (!is_point(id)) {
                          file_.invalid_in_line(token.data(), wrong_point(section, row, id));

@@ -41,7 +41,8 @@ struct OpenOptions {
   // Split hexahedra, voxels, wedges and pyramids, and the quadrilaterals on them, by smallest
   // vertex id.
   bool tetrahedralize = false;
-  // Drop the mid-edge nodes of ten-node tetrahedra, and those of their triangles and edges.
+  // Keep no more than the corners of cells of higher order, as ten-node tetrahedra, and of the
+  // faces and edges beside them.
   bool linearize = false;
   // On the disk of this folder (MappedFile::spool) lies the copy of an input that can be read only
   // once. Empty: in $TMPDIR or /tmp.

@@ -12,6 +12,9 @@ namespace {
 // What threads have in hand while they read.
 constexpr std::uint64_t kPassing = std::uint64_t{8} << 20;
 
+// What a cell of any order may have, if it is of third order.
+constexpr std::uint64_t kVerticesOfThird = 64;
+
 std::uint64_t most_tets(std::uint8_t type) {
   switch (linear_type(type)) {
     case kVtkTetra:
@@ -43,7 +46,8 @@ std::uint64_t memory_to_read(const MeshDescription& description, const CellTypeC
   std::uint64_t all = 0;
   for (std::size_t t = 0; t < cells.size(); ++t) {
     const auto type = static_cast<std::uint8_t>(t);
-    ids += cells[t] * static_cast<std::uint64_t>(vtk_cell_size(type));
+    ids += cells[t] * (is_of_any_order(type) ? kVerticesOfThird
+                                             : static_cast<std::uint64_t>(vtk_cell_size(type)));
     tets += cells[t] * most_tets(type);
     lower += most_tets(type) == 0 ? cells[t] : 0;
     all += cells[t];

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/numbers.h"
+#include "io/cell_kinds.h"
 #include "io/counted_rows.h"
 #include "io/format_file.h"
 #include "io/format_source.h"
@@ -219,7 +220,7 @@ class TetgenReader final : public FormatReader {
       const std::uint64_t cells = sides == nullptr ? table.rows : sides->cells();
       const std::uint64_t from = std::max(first, begin);
       const std::uint64_t to = std::min(first + count, begin + cells);
-      if (from < to) f(Part{table, sides, type, corners(type), from - begin, to - from});
+      if (from < to) f(Part{table, sides, type, corners_of(type), from - begin, to - from});
       begin += cells;
     };
     add(tets_, nullptr, tet_type());
@@ -310,9 +311,6 @@ class TetgenReader final : public FormatReader {
     leave_out(table.rows - marked, sides->type, "with marker 0", table);
   }
 
-  static std::uint64_t corners(std::uint8_t type) {
-    return static_cast<std::uint64_t>(vtk_cell_size(type));
-  }
   bool is_quadratic() const { return tets_.at(1) == 10; }
   std::uint8_t tet_type() const { return is_quadratic() ? kVtkQuadraticTetra : kVtkTetra; }
 
@@ -354,7 +352,7 @@ class TetgenReader final : public FormatReader {
     Table& table = sides.table;
     if (table.rows == 0) return;
     const std::uint64_t middle = !is_quadratic() ? 0 : type == kVtkTriangle ? 3 : 1;
-    const std::uint64_t least = 1 + corners(type) + middle + (table.at(1) != 0 ? 1 : 0);
+    const std::uint64_t least = 1 + corners_of(type) + middle + (table.at(1) != 0 ? 1 : 0);
     if (table.at(1) != 0) sides.marker = least - 1;
     read_guarded(table.file.file, [&] {
       const std::uint64_t numbers = TextTokens(table.file.file, table.body, kComment).size();

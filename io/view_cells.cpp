@@ -26,7 +26,7 @@ bool ViewCells::is_ghost(std::uint64_t cell) const {
 std::uint8_t ViewCells::type_of(std::uint64_t cell) const {
   if (view_.tets_only) return kVtkTetra;
   const std::uint8_t type = view_.types[cell];
-  if (!is_lagrange(type)) return type;
+  if (!is_of_any_order(type)) return type;
   const std::uint64_t ids = is_wide() ? ids_of<std::int64_t>(cell) : ids_of<std::int32_t>(cell);
   return settled_type(type, ids);
 }
@@ -70,7 +70,7 @@ void ViewCells::look_at(std::uint64_t cell) {
   }
   const std::uint8_t type = type_of(cell);
   if (kept_vertices(type, options_) < 0) fail(cell, refusal(type));
-  if (ids.size() != static_cast<std::uint64_t>(vtk_cell_size(type))) {
+  if (!may_have_vertices(type, ids.size())) {
     fail(cell, wrong_vertex_count(type, ids.size()));
   }
   tets_ += type == kVtkTetra ? 1 : 0;

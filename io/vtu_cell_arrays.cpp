@@ -79,7 +79,7 @@ void VtuCellArrays::refuse(std::uint64_t cell, std::uint8_t type) const {
 
 void VtuCellArrays::read_types(const TypeArray& types, std::uint64_t first, std::uint64_t count,
                                std::uint8_t* out) const {
-  std::atomic<bool> any_lagrange = false;
+  std::atomic<bool> any_to_settle = false;
   for_each_integers(types.reader, first, count, [&](const Chunk& chunk, auto zero) {
     using T = decltype(zero);
     std::uint8_t* const to = out + (chunk.first - first);
@@ -92,10 +92,10 @@ void VtuCellArrays::read_types(const TypeArray& types, std::uint64_t first, std:
                                                types.reader.where(chunk.first + i));
       }
       to[i] = static_cast<std::uint8_t>(type);
-      if (is_lagrange(to[i])) any_lagrange.store(true, std::memory_order_relaxed);
+      if (is_of_any_order(to[i])) any_to_settle.store(true, std::memory_order_relaxed);
     }
   });
-  if (any_lagrange) settle_types(types, first, count, out);
+  if (any_to_settle) settle_types(types, first, count, out);
 }
 
 void VtuCellArrays::settle_types(const TypeArray& types, std::uint64_t first, std::uint64_t count,
@@ -176,7 +176,7 @@ void VtuCellArrays::check_cells(const ArrayReader& offsets, const OpenOptions& o
       if (types[i] == kGhost) continue;
       if (kept_vertices(types[i], options) < 0) refuse(cell, types[i]);
       const std::uint64_t vertices = ends[i + 1] - ends[i];
-      if (vertices != static_cast<std::uint64_t>(vtk_cell_size(types[i]))) {
+      if (!may_have_vertices(types[i], vertices)) {
         offsets.fail(cell_name(cell) + " " + wrong_vertex_count(types[i], vertices) +
                      offsets.where(cell));
       }

@@ -39,8 +39,6 @@ void take_tets(VtuCells cells, const Vector<VertexId>& new_ids, Geometry* mesh) 
   renumber(new_ids, &mesh->tets);
 }
 
-std::size_t corners_of(std::uint8_t type) { return static_cast<std::size_t>(vtk_cell_size(type)); }
-
 // What one block of cells turns into.
 struct Taken {
   std::vector<Tet> tets;
@@ -68,21 +66,18 @@ class MixedTaker {
   }
 
   void take_cell(std::size_t cell, Taken* out) const {
-    const std::uint8_t type = cells_.types[cell];
+    const std::uint8_t type = linear_type(cells_.types[cell]);
     switch (type) {
       case VtuCells::kGhost:
         return;
       case kVtkVertex:
       case kVtkLine:
       case kVtkTriangle:
-      case kVtkQuadraticEdge:
-      case kVtkQuadraticTriangle:
-        return take_lower(cell, linear_type(type), out);
+        return take_lower(cell, type, out);
       case kVtkPixel:
       case kVtkQuad:
         return cut_quadrilateral(cell, type, out);
       case kVtkTetra:
-      case kVtkQuadraticTetra:
         out->tets.push_back({id(cell, 0), id(cell, 1), id(cell, 2), id(cell, 3)});
         out->tet_source.push_back(cell);
         return;

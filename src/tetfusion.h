@@ -271,7 +271,7 @@ struct Options {
   bool original_ids = false;
 
   bool tetrahedralize = false;  // split hexahedra, voxels, wedges and pyramids
-  bool linearize = false;       // take ten-node tetrahedra as straight ones
+  bool linearize = false;       // take cells of higher order by their corners
 
   // Tetrahedra in each of the chunks that threads work on, at least 1. The result depends on it.
   std::uint64_t chunk_tets = 200'000;

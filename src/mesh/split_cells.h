@@ -33,12 +33,36 @@ enum VtkCellType : std::uint8_t {
   kVtkPyramid = 14,
   kVtkQuadraticEdge = 21,
   kVtkQuadraticTriangle = 22,
+  kVtkQuadraticQuad = 23,
   kVtkQuadraticTetra = 24,
+  kVtkQuadraticHexahedron = 25,
+  kVtkQuadraticWedge = 26,
+  kVtkQuadraticPyramid = 27,
+  kVtkBiquadraticQuad = 28,
+  kVtkTriquadraticHexahedron = 29,
+  kVtkQuadraticLinearQuad = 30,
+  kVtkQuadraticLinearWedge = 31,
+  kVtkBiquadraticQuadraticWedge = 32,
+  kVtkBiquadraticQuadraticHexahedron = 33,
+  kVtkBiquadraticTriangle = 34,
+  kVtkCubicLine = 35,
+  kVtkTriquadraticPyramid = 37,
   kVtkConvexPointSet = 41,
   kVtkPolyhedron = 42,
   kVtkLagrangeCurve = 68,
   kVtkLagrangeTriangle = 69,
-  kVtkLagrangeTetra = 71
+  kVtkLagrangeQuad = 70,
+  kVtkLagrangeTetra = 71,
+  kVtkLagrangeHexahedron = 72,
+  kVtkLagrangeWedge = 73,
+  kVtkLagrangePyramid = 74,
+  kVtkBezierCurve = 75,
+  kVtkBezierTriangle = 76,
+  kVtkBezierQuad = 77,
+  kVtkBezierTetra = 78,
+  kVtkBezierHexahedron = 79,
+  kVtkBezierWedge = 80,
+  kVtkBezierPyramid = 81
 };
 
 // True for the types that split_cell takes: 10 to 14.
@@ -47,8 +71,8 @@ bool is_splittable(std::uint8_t vtk_type);
 // "hexahedron", "quadratic tetrahedron", ...; "unknown cell" for numbers that VTK does not use.
 std::string_view vtk_cell_name(std::uint8_t vtk_type);
 
-// Points of a cell of that type; 0 where the type does not say (polygons, strips, Lagrange cells,
-// ...) and for numbers that VTK does not use.
+// Points of a cell of that type; 0 where the type does not say (polygons, strips, Lagrange and
+// Bezier cells, ...) and for numbers that VTK does not use.
 int vtk_cell_size(std::uint8_t vtk_type);
 
 // Writes the tetrahedra of one cell to `out` and returns their number: 1 for a tetrahedron, 2 for a

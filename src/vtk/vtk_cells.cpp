@@ -67,7 +67,7 @@ class CellConverter {
  private:
   using Corners = std::span<const VertexId>;
 
-  // Calls f(type, cell) for each cell that stays, its vertices in corners_: checked, counted
+  // Calls f(linear type, cell) for each cell that stays, its corners in corners_: checked, counted
   // through all pieces, mid-edge nodes left out.
   template <class F>
   void for_each_cell(F f) {
@@ -91,16 +91,15 @@ class CellConverter {
         const int kept = kept_vertices(type, options_);
         if (kept < 0) fail(cell, refusal(type));
         take_corners(piece, type, cell, kept, ids);
-        f(type, cell);
+        f(linear_type(type), cell);
       }
     }
   }
 
   void take_corners(const Piece& piece, std::uint8_t type, std::uint64_t cell, int kept,
                     vtkIdList* ids) {
-    if (ids->GetNumberOfIds() != vtk_cell_size(type)) {
-      fail(cell, wrong_vertex_count(type, static_cast<std::uint64_t>(ids->GetNumberOfIds())));
-    }
+    const auto count = static_cast<std::uint64_t>(ids->GetNumberOfIds());
+    if (!may_have_vertices(type, count)) fail(cell, wrong_vertex_count(type, count));
     corners_.resize(static_cast<std::size_t>(kept));
     for (int i = 0; i < ids->GetNumberOfIds(); ++i) {
       const vtkIdType id = ids->GetId(i);
@@ -118,14 +117,11 @@ class CellConverter {
       case kVtkVertex:
       case kVtkLine:
       case kVtkTriangle:
-      case kVtkQuadraticEdge:
-      case kVtkQuadraticTriangle:
-        return add_lower(linear_type(type), c, cell);
+        return add_lower(type, c, cell);
       case kVtkPixel:
       case kVtkQuad:
         return add_quadrilateral(type, {c[0], c[1], c[2], c[3]}, cell);
       case kVtkTetra:
-      case kVtkQuadraticTetra:
         return add_tet({c[0], c[1], c[2], c[3]}, cell);
       default: {
         std::array<Tet, 6> tets;

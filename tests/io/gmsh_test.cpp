@@ -1,10 +1,12 @@
 // Gmsh meshes: text and binary of versions 2.2 and 4.1, read and written.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "io/gmsh_steps.h"
@@ -278,8 +280,42 @@ TEST_F(Gmsh, OtherCellsNeedAnOption) {
   expect_error("a.msh", curved, "use --linearize");
   EXPECT_THAT(open_and_compare("a.msh", curved, {false, true})->read_geometry().tets,
               ElementsAre(Tet{0, 1, 2, 3}));
-  expect_error("a.msh", head + "1\n1 92 2 1 1 1 2\n$EndElements\n",
-               "line 17: elements of Gmsh's type 92 cannot be read");
+  expect_error("a.msh", head + "1\n1 999 2 1 1 1 2\n$EndElements\n",
+               "line 17: elements of Gmsh's type 999 cannot be read");
+}
+
+// The corners come first, whatever the order.
+TEST_F(Gmsh, CellsOfHigherOrderAreLinearized) {
+  std::string nodes = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n27\n";
+  std::string ids;
+  for (int n = 1; n <= 27; ++n) {
+    const int corner = n - 1;
+    const int x = corner % 4 == 1 || corner % 4 == 2 ? 1 : 0;
+    nodes += n <= 8 ? fmt::format("{} {} {} {}\n", n, x, corner % 4 / 2, corner / 4)
+                    : fmt::format("{} 0.5 0.5 {}\n", n, 0.01 * n);
+  }
+  const auto file = [&](int type, int count) {
+    std::string text = nodes + fmt::format("$EndNodes\n$Elements\n1\n1 {} 2 1 1", type);
+    for (int n = 1; n <= count; ++n) text += fmt::format(" {}", n);
+    return text + "\n$EndElements\n";
+  };
+  const OpenOptions kBoth = {.tetrahedralize = true, .linearize = true};
+  const Geometry cube = open_and_compare("a.msh", file(5, 8), kBoth)->read_geometry();
+  for (const auto& [type, count] : {std::pair{17, 20}, std::pair{12, 27}}) {
+    SCOPED_TRACE(type);
+    const Geometry mesh = open_and_compare("a.msh", file(type, count), kBoth)->read_geometry();
+    EXPECT_EQ(mesh.tets, cube.tets);
+    EXPECT_EQ(mesh.unused_points, 19u);
+    expect_error("a.msh", file(type, count), "use --linearize and --tetrahedralize", 3,
+                 {.tetrahedralize = true});
+    expect_error("a.msh", file(type, count), "use --linearize and --tetrahedralize", 3,
+                 {.tetrahedralize = false, .linearize = true});
+  }
+  const Geometry cubic = open_and_compare("a.msh", file(29, 20), kBoth)->read_geometry();
+  EXPECT_THAT(cubic.tets, ElementsAre(Tet{0, 1, 2, 3}));
+  expect_error("a.msh", file(29, 20), "is a Lagrange tetrahedron (VTK cell type 71): use --linear");
+  // Node 28 is none of the corners, but too few nodes are an error.
+  expect_error("a.msh", file(29, 19), "line", 3, kBoth);
 }
 
 TEST_F(Gmsh, SaysWhatIsWrongAndWhere) {

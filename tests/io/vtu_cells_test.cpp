@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -112,9 +113,53 @@ TEST_F(VtuCellKinds, LagrangeCellsOfSecondOrderAreLinearized) {
   std::vector<double> third(20);
   for (int k = 0; k < 20; ++k) third[static_cast<std::size_t>(k)] = k;
   mesh.pieces = {cell_piece(xyz, {71}, {third})};
+  EXPECT_THAT(tets(read(mesh, {false, true})), ElementsAre(Tet{0, 1, 2, 3}));
+  EXPECT_THAT(thrown_by(open(mesh).get()),
+              HasSubstr("cell 0 is a Lagrange tetrahedron (VTK cell type 71): use --linearize to"));
+  mesh.pieces = {cell_piece(xyz, {71}, {{0, 1, 2}})};
   EXPECT_THAT(thrown_by(open(mesh, {false, true}).get()),
-              HasSubstr("cell 0 is a Lagrange tetrahedron (VTK cell type 71), which cannot be "
-                        "read"));
+              HasSubstr("has 3 vertices, expected 4 or more for a Lagrange tetrahedron"));
+}
+
+// Numbers of vertices as in VTK's documentation; corners come first in all of them.
+TEST_F(VtuCellKinds, CurvedCellsAreTheirCorners) {
+  struct Kind {
+    double type;
+    std::size_t vertices;
+    double linear;
+    std::size_t corners;
+  };
+  const std::vector<Kind> kinds = {
+      {25, 20, 12, 8}, {29, 27, 12, 8}, {33, 24, 12, 8}, {72, 27, 12, 8}, {79, 64, 12, 8},
+      {26, 15, 13, 6}, {31, 12, 13, 6}, {32, 18, 13, 6}, {73, 18, 13, 6}, {80, 40, 13, 6},
+      {27, 13, 14, 5}, {37, 19, 14, 5}, {74, 14, 14, 5}, {81, 30, 14, 5}, {78, 10, 10, 4},
+      {23, 8, 9, 4},   {28, 9, 9, 4},   {30, 6, 9, 4},   {70, 16, 9, 4},  {77, 9, 9, 4},
+      {34, 7, 5, 3},   {69, 10, 5, 3},  {76, 6, 5, 3},   {35, 4, 3, 2},   {68, 5, 3, 2},
+      {75, 3, 3, 2}};
+  const auto numbers = [](std::size_t count) {
+    std::vector<double> all(count);
+    std::iota(all.begin(), all.end(), 0.0);
+    return all;
+  };
+  std::vector<double> xyz;
+  for (std::size_t v = 0; v < 64; ++v) {
+    for (const std::size_t axis : {7, 11, 13}) xyz.push_back(static_cast<double>(v * v % axis));
+  }
+  for (const Kind& kind : kinds) {
+    SCOPED_TRACE(kind.type);
+    VtuText curved, linear;
+    const std::vector<double> tet = {60, 61, 62, 63};
+    curved.pieces = {cell_piece(xyz, {kind.type, 10}, {numbers(kind.vertices), tet})};
+    linear.pieces = {cell_piece(xyz, {kind.linear, 10}, {numbers(kind.corners), tet})};
+    const Geometry found = read(curved, {true, true}), expected = read(linear, {true, true});
+    EXPECT_EQ(found.tets, expected.tets);
+    EXPECT_EQ(found.lower.types, expected.lower.types);
+    EXPECT_EQ(found.lower.connectivity, expected.lower.connectivity);
+    EXPECT_THAT(thrown_by(open(curved, {true, false}).get()), HasSubstr("--linearize"));
+    if (kind.corners >= 4 && kind.linear != 10) {
+      EXPECT_THAT(thrown_by(open(curved, {false, true}).get()), HasSubstr("--tetrahedralize"));
+    }
+  }
 }
 
 // The unit cube; as a hexahedron its vertices go round its squares.

@@ -260,7 +260,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
-   * Take ten-node tetrahedra as straight ones? Else such cells are an error, the default.
+   * Take cells of higher order, as ten-node tetrahedra, as straight ones, by their corners? Else
+   * such cells are an error, the default.
    */
   vtkSetMacro(Linearize, bool);
   vtkGetMacro(Linearize, bool);

@@ -73,7 +73,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
     weight: the name of a point array, or "cell:NAME": errors count so many times as much there, so that the mesh stays finer.
     original_ids: the result has the point array OriginalPointIds: the number of a point of `grid` that stayed, -1 of a new one.
-    tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take ten-node tetrahedra as straight ones.
+    tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take cells of higher order, as
+        ten-node tetrahedra, as straight ones.
     threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
     chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it.
     progress: called with the share that is done, from 0 to 1; False as its answer ends the run. It cannot call simplify().
