@@ -77,4 +77,8 @@ struct ScratchOptions {
 // private (folder 0700, files 0600, O_EXCL), no link is followed.
 std::unique_ptr<Scratch> disk_scratch(const ScratchOptions& options);
 
+// For a run that does not need it: throws Error(kUsage) where disk_scratch() would, as something
+// else lies in the folder. It need not be there.
+void check_scratch_folder(const std::string& path);
+
 }  // namespace tetfusion

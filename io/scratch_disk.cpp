@@ -13,6 +13,7 @@
 #include <mutex>
 #include <set>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "base/error.h"
@@ -426,6 +427,11 @@ std::unique_ptr<Scratch> take_folder(const std::shared_ptr<ScratchFolder>& folde
 }
 
 }  // namespace
+
+void check_scratch_folder(const std::string& path) {
+  std::error_code unknown;
+  if (std::filesystem::exists(path, unknown)) holds_manifest(*open_scratch_folder(path));
+}
 
 std::unique_ptr<Scratch> disk_scratch(const ScratchOptions& options) {
   const std::shared_ptr<ScratchFolder> folder = open_scratch_folder(options.folder);

@@ -93,6 +93,7 @@ void run_apply(ApplyArguments* a) {
   a->write.tell = [&](std::string_view what) { context.say(what); };
   convert_mesh(result.get(), a->output, a->write);
   map.check();
+  context.report("done", 1);
   for (const MovedArray& moved : arrays) console.say(sentence_of(moved));
   if (stayed.elsewhere > 0) {
     console.say(fmt::format(

@@ -191,6 +191,7 @@ Answer check(const CheckArguments& a) {
     const Examination examination = examine(source.get(), a.examine, context);
     Answer result = answer(a, a.input, examination);
     if (!a.fixed.empty()) fix(a, source.get(), examination, &console, &result);
+    context.report("done", 1);
     console.detail_resources();
     return result;
   } catch (const InvalidMesh& e) {

@@ -277,6 +277,7 @@ Comparison compare(const CompareArguments& a, const Bounds& bounds) {
   const std::uint64_t memory = a.memory != 0 ? a.memory : memory_limit() / 2;
   const std::uint64_t sides = plan_comparison(original.get(), simplified.get(), memory);
   const Comparison comparison = compare_meshes(original.get(), simplified.get(), context, sides);
+  context.report("done", 1);
   console.detail_resources();
   return comparison;
 }

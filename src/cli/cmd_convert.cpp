@@ -36,6 +36,7 @@ void run_convert(ConvertArguments* a) {
   };
   a->write.tell = [&](std::string_view what) { context.say(what); };
   say_what_is_odd(convert_mesh(source.get(), a->output, a->write), a->open.linearize, context);
+  context.report("done", 1);
   console.detail_resources();
 }
 

@@ -51,6 +51,7 @@ void run_generate(GenerateArguments* a) {
     context.report("writing", share);
   };
   const GeneratedSize size = generate_mesh(a->generate, a->output, a->write);
+  context.report("done", 1);
   console.detail(
       fmt::format("{} points, {} tetrahedra", format_count(size.points), format_count(size.tets)));
   console.detail_resources();

@@ -156,6 +156,7 @@ std::string describe_range(const ArrayLine& line) {
     text = fmt::format("{:.6g}{}", range.min, rounded ? ", rounded" : " everywhere");
   } else {
     text = fmt::format("{}{:.6g} .. {:.6g}", scalar ? "" : "length ", range.min, range.max);
+    if (!scalar && !s.constant()) text += fmt::format(", range {:.6g}", s.diagonal());
     if (s.constant()) text += ", constant";
   }
   if (s.non_finite > 0) text += fmt::format(", {} values not finite", format_count(s.non_finite));
@@ -261,6 +262,7 @@ Json arrays_json(const std::vector<ArrayLine>& lines) {
                       {"active", line.active},
                       {"ranges", components},
                       {"magnitude", range_json(line.statistics.magnitude)},
+                      {"range", line.statistics.diagonal()},
                       {"non_finite", line.statistics.non_finite},
                       {"constant", line.statistics.constant()}});
     if (line.info.type == ValueType::kString) arrays.back()["texts"] = line.texts;
@@ -286,6 +288,7 @@ InfoAnswer answer_of(const InfoArguments& a) {
   const std::vector<ArrayLine> arrays = measure_arrays(source.get(), context);
   const InspectionSummary summary = examine(source.get(), a.examine, context).mesh;
   const std::vector<Finding> findings = list_findings(summary);
+  context.report("done", 1);
 
   Json json{{"version", version()},  {"path", mesh.path},
             {"format", mesh.format}, {"file_bytes", mesh.file_bytes},

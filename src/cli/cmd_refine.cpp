@@ -88,6 +88,12 @@ void run_refine(RefineArguments* a) {
     console.say(fmt::format("the file begins with {} tetrahedra: no level of it has fewer",
                             format_count(r.counts.base_tets)));
   }
+  if (r.needed && *r.needed > 0) {
+    console.say(fmt::format(
+        "{} points of the original are inside the region: {} of {} fusions "
+        "were undone for them",
+        format_count(*r.inside), format_count(r.undone), format_count(r.counts.fusions)));
+  }
   if (r.inside && *r.inside == 0) {
     console.say(
         "no point of the original is inside the region: this is the mesh the file begins with");
@@ -155,7 +161,7 @@ void add_refine_command(CLI::App& app) {
           "sphere=X,Y,Z,RADIUS, or a point array and a value, as in \"pressure>0.5\" (of a "
           "vector its length). May be given again. All tetrahedra of the original with a "
           "point inside come back; the others stay as they are in the file, but for what "
-          "has to make way")
+          "has to make way, which is most of them where nearly all of the original has gone")
       ->allow_extra_args(false)
       ->group("Goal");
   add_encoding_option(*command, &a->request.write.encoding);

@@ -54,7 +54,10 @@ void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize) 
       .add_flag("--tetrahedralize", *tetrahedralize,
                 "Split hexahedra, voxels, wedges and pyramids into tetrahedra")
       ->group(kInputGroup);
-  command.add_flag("--linearize", *linearize, "Take cells of higher order, as ten-node tetrahedra, as straight-edged ones: by their corners")
+  command
+      .add_flag("--linearize", *linearize,
+                "Take cells of higher order, as ten-node tetrahedra, as straight-edged ones: by "
+                "their corners")
       ->group(kInputGroup);
 }
 

@@ -46,7 +46,7 @@ std::uint64_t parse_tets(const std::string& option, const std::string& text) {
 void parse_lods(const SimplifyArguments& a, BehaviourOptions* behaviour) {
   if (a.lods.empty()) return;
   const auto count = parse_count(a.lods);
-  const bool is_count = count && *count >= 1 && a.lods.find('.') == std::string::npos;
+  const bool is_count = count && a.lods.find('.') == std::string::npos;
   if (!is_count) {
     for (const std::string& part : split(a.lods, ',')) {
       const auto share = parse_share(part);
@@ -60,7 +60,7 @@ void parse_lods(const SimplifyArguments& a, BehaviourOptions* behaviour) {
         "--lods N spaces its levels from the input to a goal: give --reduction as well, or the "
         "levels themselves, as in --lods 50%,80%");
   }
-  if (*count > 1000) refuse("--lods: at most 1000 levels");
+  if (*count < 1 || *count > 1000) refuse("--lods: give 1 to 1000 levels");
   // Geometrically: each level has the same share of the tetrahedra of the one before.
   const double left = 1 - *behaviour->reduction;
   for (std::uint64_t i = 1; i <= *count; ++i) {
@@ -225,7 +225,8 @@ void add_goal_options(CLI::App& command, SimplifyArguments* a) {
   command
       .add_option("--max-error", a->max_error,
                   "With --method fuse: at none of the input's points a steering field is off by "
-                  "more than this share of its range (1%). Default: 1%, but anything with a goal, "
+                  "more than this share of its range (1%), of a vector that of the diagonal of the "
+                  "box of its values. Default: 1%, but anything with a goal, "
                   "--max-rms or a tolerance of any --array. With a goal the errors stay as far "
                   "below as it allows")
       ->check(not_empty)
@@ -238,9 +239,11 @@ void add_goal_options(CLI::App& command, SimplifyArguments* a) {
       ->check(not_empty)
       ->group(kGroup);
   command
-      .add_option("--lods", a->lods,
-                  "Write levels on the way to OUT, whose name holds {lod}: a number of levels, "
-                  "spaced geometrically from the input to the goal, or reductions, as in 50%,80%")
+      .add_option(
+          "--lods", a->lods,
+          "Write levels on the way to OUT, whose name holds {lod}: a number of levels, "
+          "spaced geometrically from the input to the goal (with --reduction), or reductions, "
+          "as in 50%,80%")
       ->check(not_empty)
       ->group(kGroup);
   command.add_flag("--strict", a->strict, "Exit with code 6 when the goal is not reached")
@@ -287,14 +290,16 @@ void add_limit_options(CLI::App& command, SimplifyArguments* a) {
       .add_option("--scalar-tolerance", a->scalar_tolerance,
                   "In a single fusion the values of the fused may differ from the new one by this "
                   "share of the field's range (0.025 or 2.5%), or off; a list has one value a "
-                  "macroLoD, the last one repeated. Default: 0.025 with --method tetfuse, else off")
+                  "round (the paper's macroLoD), the last one repeated. Default: 0.025 with "
+                  "--method tetfuse, else off")
       ->check(not_empty)
       ->group(kCriteriaGroup);
   command
       .add_option(
           "--stretch-factor", a->stretch_factor,
-          "A tetrahedron's height may grow by this factor in a macroLoD, at least 1, or "
-          "off; a list has one value a macroLoD. Default: 5 with --method tetfuse, else off")
+          "A tetrahedron's height may grow by this factor in a round (the paper's macroLoD), at "
+          "least 1, or off; a list has one value a round. Default: 5 with --method tetfuse, else "
+          "off")
       ->check(not_empty)
       ->group(kCriteriaGroup);
   command
@@ -373,9 +378,11 @@ void add_performance_options(CLI::App& command, SimplifyArguments* a) {
       ->check(not_empty)
       ->group(kPerformanceGroup);
   command
-      .add_option("--scratch", performance.scratch,
-                  "Folder for what does not fit into memory, and for what --resume needs; removed "
-                  "when the run is done. Default: OUT.tetfusion, beside the output")
+      .add_option(
+          "--scratch", performance.scratch,
+          "Folder for what does not fit into memory, and for what --resume needs: empty, or "
+          "not there yet, and removed when the run is done. Default: OUT.tetfusion, beside the "
+          "output")
       ->check(not_empty)
       ->group(kPerformanceGroup);
   command
@@ -413,7 +420,7 @@ void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
   add_encoding_option(command, &a->request.encoding);
   add_report_option(command, &a->report);
   add_performance_options(command, a);
-  add_console_options(command, &a->console, "Say more: a line for each macroLoD, time and memory");
+  add_console_options(command, &a->console, "Say more: a line for each round, time and memory");
 }
 
 void parse_simplify_arguments(const CLI::App& command, SimplifyArguments* a) {

@@ -62,7 +62,7 @@ void summarize(const SimplifyReport& r, Console* console) {
     for (std::size_t k = 0; k < kRejectReasons; ++k) {
       if (p.rejected[k] > 0) rejected += fmt::format(", {} {}", kRejectNames[k], p.rejected[k]);
     }
-    console->detail(fmt::format("macroLoD {}: {} tetrahedra, {} fused; rejected{}", i + 1,
+    console->detail(fmt::format("round {}: {} tetrahedra, {} fused; rejected{}", i + 1,
                                 format_count(p.tets_after), p.fused,
                                 rejected.empty() ? " none" : rejected.substr(1)));
   }

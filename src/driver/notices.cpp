@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstring>
 #include <string_view>
 #include <utility>
 
 #include "base/name_list.h"
 #include "base/numbers.h"
+#include "base/vector.h"
 #include "mesh/region_names.h"
 
 namespace tetfusion {
@@ -28,21 +30,39 @@ std::string in_a_shell(const std::string& name) {
   return quoted + "'";
 }
 
-// Of floating-point numbers, as --array takes their names.
-std::vector<std::string> fields_beside(const std::vector<std::string>& steering,
+// Of floating-point numbers, as --array takes their names, but for those that steer or say regions.
+std::vector<std::string> fields_beside(const std::vector<std::string>& others,
                                        const MeshDescription& mesh) {
   std::vector<std::string> fields;
   const auto add = [&](const AttributeSet& set, std::string_view prefix) {
     for (const ArrayInfo& array : set.arrays) {
       if (!is_float(array.type) || array.steers_only || is_region_of_floats(array)) continue;
       std::string name = fmt::format("{}{}", prefix, array.name);
-      const bool steers = std::find(steering.begin(), steering.end(), name) != steering.end();
-      if (!steers) fields.push_back(std::move(name));
+      const bool is_other = std::find(others.begin(), others.end(), name) != others.end();
+      if (!is_other) fields.push_back(std::move(name));
     }
   };
   add(mesh.point_data, "");
   add(mesh.cell_data, "cell:");
   return fields;
+}
+
+// Of a cell array; what differs is mostly found soon.
+bool has_several_values(const MeshStream& stream, std::size_t index, const ArrayInfo& info) {
+  constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+  const std::size_t bytes = info.components * size_of(info.type);
+  Vector<std::byte> rows, first_row;
+  for (std::uint64_t first = 0; first < stream.cells(); first += kWindow) {
+    const std::uint64_t count = std::min(kWindow, stream.cells() - first);
+    rows.resize(count * bytes);
+    stream.read_rows(Association::kCell, index, first, count, rows);
+    if (first == 0)
+      first_row.assign(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(bytes));
+    for (std::uint64_t i = 0; i < count; ++i) {
+      if (std::memcmp(rows.data() + i * bytes, first_row.data(), bytes) != 0) return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -52,11 +72,12 @@ std::string boundary_name(const BehaviourOptions& b) {
   return b.boundary == Boundary::kPlanar ? "planar" : "exact";
 }
 
-void say_what_steers(const std::vector<std::string>& arrays, const MeshDescription& mesh,
-                     const RunContext& context) {
+void say_what_steers(std::vector<std::string> arrays, const MeshDescription& mesh,
+                     const std::vector<std::size_t>& regions, const RunContext& context) {
   for (const std::string& name : arrays) {
     context.say(fmt::format("array {} steers (--array chooses others)", name));
   }
+  for (const std::size_t i : regions) arrays.push_back("cell:" + mesh.cell_data.arrays[i].name);
   const std::vector<std::string> others = fields_beside(arrays, mesh);
   if (others.empty()) return;
   context.say(
@@ -102,8 +123,9 @@ void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext&
       "do not matter, drop them from the file, and it may move)");
 }
 
-void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::size_t>& regions,
-                           bool by_name, const RunContext& context) {
+void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream,
+                           const std::vector<std::size_t>& regions, bool by_name,
+                           const RunContext& context) {
   const auto& arrays = mesh.cell_data.arrays;
   std::string taken;  // as options: names take the place of the default
   for (const std::size_t i : regions) {
@@ -113,14 +135,15 @@ void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::s
   }
   if (by_name) return;
   std::vector<std::string> others;
-  for (const ArrayInfo& array : arrays) {
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    const ArrayInfo& array = arrays[i];
     if (is_region_of_floats(array)) {
       context.say(fmt::format(
           "cell array {} has floating-point numbers, and may be a field: its interfaces are not "
           "kept (if its values say regions, {}--regions {} keeps them)",
           array.name, taken, in_a_shell(array.name)));
     }
-    if (may_be_region(array)) others.push_back(array.name);
+    if (may_be_region(array) && has_several_values(stream, i, array)) others.push_back(array.name);
   }
   if (others.size() == 1) {
     context.say(

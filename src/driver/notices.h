@@ -8,15 +8,17 @@
 #include "driver/input_facts.h"
 #include "driver/options.h"
 #include "io/mesh_source.h"
+#include "io/mesh_stream.h"
 
 namespace tetfusion {
 
 // What may become of the boundary, as it was asked for: "exact", "planar", or a share.
 std::string boundary_name(const BehaviourOptions& behaviour);
 
-// For arrays that nobody has named; `mesh` has them, and others that follow.
-void say_what_steers(const std::vector<std::string>& arrays, const MeshDescription& mesh,
-                     const RunContext& context);
+// For arrays that nobody has named; `mesh` has them, cell arrays that say regions, and others that
+// follow.
+void say_what_steers(std::vector<std::string> arrays, const MeshDescription& mesh,
+                     const std::vector<std::size_t>& regions, const RunContext& context);
 
 // Where none steers: behind a sentence that says so, the arrays that could; empty if there is none.
 std::string what_could_steer(const MeshDescription& mesh);
@@ -25,8 +27,9 @@ std::string what_could_steer(const MeshDescription& mesh);
 void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context);
 
 // The cell arrays whose interfaces are kept, and those that may want it, with what to type, unless
-// the user has chosen by name.
-void say_which_are_regions(const MeshDescription& mesh, const std::vector<std::size_t>& regions,
-                           bool by_name, const RunContext& context);
+// the user has chosen by name. `stream` is the mesh's.
+void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream,
+                           const std::vector<std::size_t>& regions, bool by_name,
+                           const RunContext& context);
 
 }  // namespace tetfusion

@@ -140,7 +140,7 @@ std::string SimplifyReport::stop_sentence() const {
                                           format_count(last.tets_after), in_words(reason));
   if (last.fused == 0) return say("no tetrahedron may be fused any more; " + because);
   return say(
-      fmt::format("next to none may be fused any more (the last macroLoD has {} tetrahedra "
+      fmt::format("next to none may be fused any more (the last round has {} tetrahedra "
                   "less than the one before); {}",
                   format_count(last.tets_before - last.tets_after), because));
 }

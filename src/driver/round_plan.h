@@ -29,8 +29,8 @@ struct RoundsState {
   std::uint8_t spread = 1;       // what has to go is spread over the mesh
   CostHistogram costs{};         // with Method::kFuse
   Threshold threshold;           // of the last round
-  // What weights of errors are multiplied by: then costs, which their squares multiply, are as
-  // finely told apart as costs without weights, however large weights are.
+  // What weights of errors are multiplied by, so that only their ratios count: costs, which their
+  // squares multiply, are told apart no finer than by shares of a power of two.
   double weight_scale = 1;
   StageEnd end = StageEnd::kOpen;
 };

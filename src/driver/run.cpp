@@ -74,7 +74,7 @@ Steering read_steering(Run* run) {
   const MeshDescription& mesh = input.description();
   Steering steering(input.steering, mesh, *input.stream, context);
   if (!steering.fields().empty()) {
-    if (b.arrays.empty()) say_what_steers(steering.names(), mesh, context);
+    if (b.arrays.empty()) say_what_steers(steering.names(), mesh, input.regions, context);
     return steering;
   }
   if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {

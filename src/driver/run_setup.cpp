@@ -129,7 +129,7 @@ double scale_of_weights(const std::string& name, const MeshDescription& mesh,
     }
     for (const double value : values) largest = std::max(largest, value);
   }
-  return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest)) : 1;
+  return largest > 0 ? 1 / largest : 1;
 }
 
 template <class Real>

@@ -40,7 +40,7 @@ SteeringChoice choose_weights(const std::string& name, const MeshDescription& me
 WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
                            const CarriedArrays& carried);
 
-// A power of two that brings the largest weight to 1 or more and below 2; 1 where there are none.
+// What brings the largest weight to 1; 1 where there are none.
 // Throws Error(kBadInput) where one is negative or not finite.
 double scale_of_weights(const std::string& name, const MeshDescription& mesh,
                         const MeshStream& stream, const RunContext& context);

@@ -90,11 +90,12 @@ void check_goal(const BehaviourOptions& b) {
     refuse("--reduction must be at least 0% and less than 100%");
   }
   if (b.tets && *b.tets == 0) refuse("--tets must be at least 1");
-  if (b.max_rms && !(*b.max_rms > 0)) {
-    refuse("--max-rms must be greater than 0 (a share of the range)");
+  const auto is_share = [](double v) { return v > 0 && v <= 1; };
+  if (b.max_rms && !is_share(*b.max_rms)) {
+    refuse("--max-rms must be greater than 0% and at most 100% of the range");
   }
-  if (b.max_error && !(*b.max_error > 0)) {
-    refuse("--max-error must be greater than 0 (a share of the range)");
+  if (b.max_error && !is_share(*b.max_error)) {
+    refuse("--max-error must be greater than 0% and at most 100% of the range");
   }
 }
 

@@ -58,6 +58,10 @@ std::optional<Checkpoint> Workplace::open(const MeshDescription& mesh, bool to_m
   std::error_code unknown;
   const bool resume = options.resume && std::filesystem::exists(folder, unknown);
   if (!on_disk_ && !resume) {
+    // The same command with less memory would need it; a copy of what is no file may lie anywhere.
+    if (!options.scratch.empty() && std::filesystem::is_regular_file(request_.input, unknown)) {
+      check_scratch_folder(options.scratch);
+    }
     scratch_ = memory_scratch();
     return std::nullopt;
   }

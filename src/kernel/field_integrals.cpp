@@ -118,6 +118,10 @@ bool FieldIntegrals<Real>::solve(const T* rows, const Values& of, double* value)
     const std::uint32_t entry = joining_.affected[i];
     missing -= after_[i] * (sum - (at(mesh_->tets[entry >> 2][entry & 3u]) - origin));
   }
+  if (!std::isfinite(all)) {
+    *value = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  }
   *value = origin;
   if (joining_.fixed) return std::abs(missing) <= of.exactness * all;
   const double wanted = origin + missing / sum_;
@@ -136,9 +140,8 @@ bool FieldIntegrals<Real>::find(const Joining<Real>& joining, std::span<double> 
     const bool is_single = mesh_->point_columns[f.column].type == ValueType::kFloat32;
     const double exactness = is_single ? kExactness<float> : kExactness<double>;
     for (std::size_t k = f.first; k < f.first + f.count; ++k) {
-      if (!solve(mesh_->steering.data(), {mesh_->steering_width, k, exactness}, &values[k])) {
-        return false;
-      }
+      const Values of{mesh_->steering_width, k, exactness};
+      if (!solve(mesh_->steering.data(), of, &values[k]) || !std::isfinite(values[k])) return false;
     }
   }
   rows_.clear();
@@ -229,7 +232,7 @@ void FieldIntegrals<Real>::mix_cells(Column* column) {
 }
 
 template <class Real>
-void FieldIntegrals<Real>::apply(VertexId kept, VertexId nearest) {
+void FieldIntegrals<Real>::apply(VertexId kept, const Interpolation& interpolation) {
   const double* found = rows_.data();
   for (std::size_t c = 0; c < steers_.size() && !joining_.fixed; ++c) {
     Column& column = mesh_->point_columns[c];
@@ -239,11 +242,12 @@ void FieldIntegrals<Real>::apply(VertexId kept, VertexId nearest) {
       T* rows = reinterpret_cast<T*>(column.rows.data());
       const std::size_t width = column.components;
       if constexpr (std::is_floating_point_v<T>) {
-        for (std::size_t k = 0; k < width; ++k) {
-          rows[kept * width + k] = static_cast<T>(*found++);
+        for (std::size_t k = 0; k < width; ++k, ++found) {
+          rows[kept * width + k] = static_cast<T>(
+              std::isfinite(*found) ? *found : interpolate(interpolation, rows, width, k));
         }
       } else {
-        std::copy_n(rows + nearest * width, width, rows + kept * width);
+        std::copy_n(rows + interpolation.nearest * width, width, rows + kept * width);
       }
     });
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernel/criteria.h"
+#include "kernel/fusions.h"
 #include "kernel/joining.h"
 #include "mesh/tet_overlap.h"
 #include "mesh/work_mesh.h"
@@ -26,15 +27,16 @@ class FieldIntegrals {
   // Finds the values of the new vertex for which the integrals stay; those that steer go to
   // `values`, which keeps those of fields that are no point array. False if one would leave the
   // range of its cavity or, where the partner keeps its own, if its integral would change; or if
-  // some values of the cavity are not finite, where those of its cells are not all alike. The
-  // cavity fills the same domain before and after, with positive volumes.
+  // some values of the cavity's cells are not finite, and not all alike. Where some of its points'
+  // values are not, there is no integral. The cavity fills the same domain before and after, with
+  // positive volumes.
   bool find(const Joining<Real>& joining, std::span<double> values);
 
   // To be called before the mesh changes, with what find() has found last. Writes the rows of the
   // vertex that stays, but for columns that steer, and those of affected tetrahedra: what they take
   // over of the old ones, by volume. Integers are those of the nearest vertex of the two, and stay
-  // in tetrahedra.
-  void apply(VertexId kept, VertexId nearest);
+  // in tetrahedra. Where there is no integral, the value is the interpolated one.
+  void apply(VertexId kept, const Interpolation& interpolation);
 
  private:
   // Component k of rows of `width`; how exact its type is.
@@ -49,6 +51,7 @@ class FieldIntegrals {
     std::uint32_t old;  // in old_tets_
     double volume;
   };
+  // False: no value will do. The value is no number where there is no integral.
   template <class T>
   bool solve(const T* rows, const Values& of, double* value) const;
   template <class T>

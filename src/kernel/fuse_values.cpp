@@ -207,7 +207,7 @@ double FuseValues<Real>::error(float cost) const {
 template <class Real>
 void FuseValues<Real>::apply(VertexId kept) {
   if (errors_.bounds()) errors_.apply();
-  if (integrals_.stay()) integrals_.apply(kept, interpolation_.nearest);
+  if (integrals_.stay()) integrals_.apply(kept, interpolation_);
   losses_ += loss_;
   ++fused_;
 }

@@ -47,7 +47,7 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   // Names that are none are refused here, where the mesh has its own arrays.
   static_cast<void>(weight_column(options_.weight, mesh, CarriedArrays(mesh)));
   if (options_.arrays.empty() && !arrays_.empty()) {
-    say_what_steers({arrays_[0].name}, mesh, context_);
+    say_what_steers({arrays_[0].name}, mesh, {}, context_);
   }
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
   used_.emplace(stream->points());

@@ -31,8 +31,8 @@ class Lines(FolderTest):
     def test_every_command_has_them_when_asked(self):
         path, out = self.generate(), self.folder / "out.vtu"
         for arguments in (["simplify", path, "-o", out], ["info", path], ["check", path], ["convert", path, out],
-                          ["generate", "five", "--tets", "1k", "-o", out]):
-            self.assertGreater(len(self.lines(*arguments)), 0, arguments)
+                          ["compare", path, path], ["check", path, "--fix", out], ["generate", "five", "--tets", "1k", "-o", out]):
+            self.assertEqual(self.lines(*arguments)[-1], (100, "done"), arguments)
             for choice in ("never", "auto"):
                 result = finish(*arguments, "--progress", choice)
                 self.assertEqual(result.returncode, 0)

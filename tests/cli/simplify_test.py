@@ -157,7 +157,7 @@ class Report(FolderTest):
                           ["generate", "five", "--tets", "1k", "-o", out]):
             text = finish(*arguments, "-v").stderr.decode()
             self.assertRegex(text.splitlines()[-1], r"^[\d.]+ s, [\d.]+ s of processor time, [\d.]+ MiB at the peak$")
-        self.assertRegex(finish("simplify", path, "-o", out, "-v").stderr.decode(), "macroLoD 1: ")
+        self.assertRegex(finish("simplify", path, "-o", out, "-v").stderr.decode(), "round 1: ")
 
     def test_what_a_bound_of_whole_numbers_means_is_said(self):
         mesh = TinyVtu(6)
@@ -205,6 +205,9 @@ class Report(FolderTest):
         self.assertIn(notice, finish("simplify", path, "-o", out).stderr)
         for chosen in ("none", "cell_tags"):
             self.assertNotIn(notice, finish("simplify", path, "-o", out, "--regions", chosen).stderr)
+        mesh.array("cell_tags")[4] = [7] * len(mesh.array("cell_tags")[4])  # the same everywhere: there are no interfaces
+        path.write_bytes(mesh.bytes())
+        self.assertNotIn(b"may be regions", finish("simplify", path, "-o", out).stderr)
 
     def test_regions_of_floats_are_told_of(self):
         mesh, out = TinyVtu(), self.folder / "out.vtu"
@@ -214,6 +217,10 @@ class Report(FolderTest):
         self.assertIn(b"cell array Material has floating-point numbers", finish("simplify", path, "-o", out).stderr)
         self.assertIn(b"(if its values say regions, --regions Material keeps them)", finish("simplify", path, "-o", out).stderr)
         self.assertNotIn(b"floating-point", finish("simplify", path, "-o", out, "--regions", "none").stderr)
+        mesh.array("Material")[1] = "lab"
+        path.write_bytes(mesh.bytes())
+        self.assertIn(b"cell:lab (--array", finish("simplify", path, "-o", out).stderr)
+        self.assertNotIn(b"cell:lab", finish("simplify", path, "-o", out, "--regions", "lab").stderr)
 
     def test_the_option_that_a_notice_names_is_what_to_type(self):
         """With those that are kept by default, whose place it takes, and with quotes where a shell wants them."""

@@ -181,6 +181,42 @@ TEST(FieldIntegrals, WhatIsNotFiniteDoesNotSpreadAmongCells) {
   }
 }
 
+// Where points have no value there is no integral, and nothing stays for its sake; a value stays
+// one of those around.
+TEST(FieldIntegrals, ThereIsNoneWherePointsHaveNoValue) {
+  Steered s = with_columns(1, smooth);
+  FuseLimits limits = testing::limits_of();
+  limits.keep_integrals = true;
+  Steered with_values = s;
+  const std::uint64_t fused = testing::run(limits, &with_values).pass.fused;
+  Vector<double> half, none;
+  for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+    const bool has_value = s.mesh.positions[v].x < 0.5;
+    half.push_back(has_value ? 1 + testing::uniform(1, v)
+                             : std::numeric_limits<double>::quiet_NaN());
+    none.push_back(std::numeric_limits<double>::infinity());
+  }
+  s.mesh.point_columns.push_back(make_column(1, half));
+  s.mesh.point_columns.push_back(make_column(1, none));
+  const WorkMesh<double> before = s.mesh;
+  EXPECT_GT(testing::run(limits, &s).pass.fused, fused * 3 / 4);
+  for (const std::size_t c : {0, 1, 3}) {
+    expect_equal(of_points<double>(before, before.point_columns[c]),
+                 of_points<double>(s.mesh, s.mesh.point_columns[c]), 1e-12);
+  }
+  const auto after = values_of<double>(s.mesh.point_columns[5]);
+  std::size_t numbers = 0;
+  for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+    if (std::isfinite(after[v])) {
+      ++numbers;
+      EXPECT_TRUE(after[v] >= 1 && after[v] <= 2);
+    }
+  }
+  EXPECT_GT(numbers, s.mesh.vertex_count() / 8);
+  EXPECT_LT(numbers, s.mesh.vertex_count() * 3 / 4);
+  for (const double x : values_of<double>(s.mesh.point_columns[6])) EXPECT_TRUE(std::isinf(x));
+}
+
 // Without being asked to, it does not.
 TEST(FieldIntegrals, ChangeUnlessTheyAreKept) {
   Steered s = with_columns(1, rough);

@@ -127,6 +127,8 @@ TEST_F(LibraryErrors, BadOptionsAreNamedInItsOwnWords) {
   EXPECT_EQ(message(), "reduction and tets are two goals: give one of them");
   options.max_error = -1;
   EXPECT_THAT(message(), HasSubstr("max_error must be greater than 0"));
+  options.max_error = 5;
+  EXPECT_EQ(message(), "max_error must be greater than 0% and at most 100% of the range");
   options.boundary = BoundaryMode::kWithin;
   EXPECT_THAT(message(), HasSubstr("boundary must be a share of the diagonal"));
   options.method = Operation::kTetFuse;
