@@ -37,7 +37,8 @@ CombinedSteps::CombinedSteps(const BehaviourOptions& behaviour, const StepFiles&
 void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   context_.report("reading steps", 0);
   const auto source = files_.open(0);
-  const MeshDescription& mesh = source->description();
+  first_ = source->description();
+  const MeshDescription& mesh = first_;
   const auto stream = open_stream(source.get());
   // Where steps are read whole, one is enough in memory.
   at_once_ = stream->streams_from_disk() && thread_count() > 1 ? 2 : 1;
@@ -52,22 +53,23 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
   used_.emplace(stream->points());
   print_ = print_of(mesh, *stream, context_, &*used_);
-  tell_left_out(files_[0].output, files_.open_whole(0)->description(), context_);
+  tell_left_out(files_[0].output,
+                files_.are_one_mesh() ? files_.open_whole(0)->description() : mesh, context_);
   context_.report_size(mesh.cells);
   regions_->add(0, mesh, *stream, context_);
   interest_.emplace(options_.interest, mesh);
   interest_->add(mesh, *stream, context_);
-  begin_sums(mesh, sums);
+  begin_sums(sums);
   add_to_sums(0, mesh, *stream);
 }
 
 void CombinedSteps::look_at(std::size_t i, const MeshDescription& mesh, const MeshStream& stream) {
   if (!files_.are_one_mesh()) {
-    const auto first = files_.open(0);
+    const auto first = [&] { return files_.open(0); };
     if (is_to_compare_) {
-      require_same_size(print_, first.get(), mesh, stream);
+      require_same_size(print_, first, mesh, stream);
     } else {
-      require_same_mesh(print_, first.get(), print_of(mesh, stream, context_), mesh, stream);
+      require_same_mesh(print_, first, print_of(mesh, stream, context_), mesh, stream);
     }
     regions_->add(i, mesh, stream, context_);
   }
@@ -78,7 +80,7 @@ void CombinedSteps::look_at(std::size_t i, const MeshDescription& mesh, const Me
 void CombinedSteps::require_regions() const {
   if (!options_.regions) return;
   for (const std::string& name : *options_.regions) {
-    if (!regions_->has(name)) choose_regions(files_.open(0)->description(), {{name}});
+    if (!regions_->has(name)) choose_regions(first_, {{name}});
   }
 }
 
@@ -96,8 +98,8 @@ void CombinedSteps::say_which_regions_change() const {
   }
 }
 
-void CombinedSteps::begin_sums(const MeshDescription& first, const CombinedFields::Settings& sums) {
-  sums_ = std::make_unique<CombinedFields>(folder_, arrays_, first, &*used_, files_.count(), sums);
+void CombinedSteps::begin_sums(const CombinedFields::Settings& sums) {
+  sums_ = std::make_unique<CombinedFields>(folder_, arrays_, first_, &*used_, files_.count(), sums);
 }
 
 // Calls look(step, mesh, stream) for steps from that one on, and adds them to the sums, which are
@@ -129,7 +131,7 @@ void CombinedSteps::add_to_sums(std::size_t i, const MeshDescription& mesh,
 }
 
 void CombinedSteps::add_up_again(const CombinedFields::Settings& sums, int at_once) {
-  begin_sums(files_.open(0)->description(), sums);
+  begin_sums(sums);
   add_up(0, true, at_once, [](std::size_t, const MeshDescription&, const MeshStream&) {});
 }
 

@@ -41,6 +41,7 @@ class CombinedSteps {
 
   // So many steps may be in hand together, as far as reading goes: 1 or 2.
   int at_once() const { return at_once_; }
+  const MeshDescription& first() const { return first_; }                // step
   const std::vector<SteeringChoice>& arrays() const { return arrays_; }  // that steer, of the first
   const CombinedFields& sums() const { return *sums_; }
   std::vector<std::string> interest() const { return interest_->texts(); }
@@ -58,7 +59,7 @@ class CombinedSteps {
   void look_at(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
   void require_regions() const;
   void say_which_regions_change() const;
-  void begin_sums(const MeshDescription& first, const CombinedFields::Settings& sums);
+  void begin_sums(const CombinedFields::Settings& sums);
   template <class Look>
   void add_up(std::size_t from, bool arrays_alone, int at_once, Look look);
   void add_to_sums(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
@@ -69,6 +70,7 @@ class CombinedSteps {
   const std::string folder_;
   int at_once_ = 1;
   bool is_to_compare_ = false;
+  MeshDescription first_;
   std::vector<SteeringChoice> arrays_;
   MeshPrint print_;
   std::optional<PointSet> used_;

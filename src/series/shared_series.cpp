@@ -205,13 +205,11 @@ double SharedSeries::bound_of(const SteeringChoice& array) const {
 
 // Fits the values of the arrays that steer to each step, and puts them aside.
 BoundSearch::Worst SharedSeries::fit_steps() {
-  if (!have_room_for_two(*map_, files_.open(0)->description(), job_.performance.memory)) {
-    at_once_ = 1;
-  }
+  if (!have_room_for_two(*map_, steps_->first(), job_.performance.memory)) at_once_ = 1;
   if (steps_->arrays().empty()) return {};
   std::vector<ArrayFit> fits;
   for (const SteeringChoice& a : steps_->arrays()) fits.push_back({a.name, bound_of(a)});
-  fitted_.emplace(folder_.path(), *map_, fits, files_.open(0)->description(), files_.count());
+  fitted_.emplace(folder_.path(), *map_, fits, steps_->first(), files_.count());
   const RunContext context = part_of_run(context_, 0.6, 0.7);
   RunContext quiet = context;
   quiet.progress = {};

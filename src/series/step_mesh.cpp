@@ -36,20 +36,21 @@ std::uint64_t add_to(std::uint64_t sum, const Vector<T>& values) {
 
 class Difference {
  public:
-  Difference(MeshSource* first, const MeshDescription& step, const MeshStream& stream)
-      : first_(first), stream_(stream), step_(step) {}
+  Difference(const OpenMesh& first, const MeshDescription& step, const MeshStream& stream)
+      : open_first_(first), stream_(stream), step_(step) {}
 
   [[noreturn]] void fail(const std::string& what) const {
     throw Error(ErrorCode::kBadInput,
                 fmt::format("{}: {}, so that this step has another mesh than {}: with --series "
                             "each every step is simplified by itself",
-                            step_.path, what, first_->description().path));
+                            step_.path, what, open_first_()->description().path));
   }
 
   [[noreturn]] void fail_in_points(std::uint64_t first) const {
     const ValueType type = step_.point_type;
     Vector<std::byte> before, now;
-    read_points(*open_stream(first_), type, first, &before);
+    const auto source = open_first_();
+    read_points(*open_stream(source.get()), type, first, &before);
     read_points(stream_, type, first, &now);
     const std::size_t row = 3 * size_of(type);
     std::size_t p = 0;
@@ -67,7 +68,8 @@ class Difference {
   [[noreturn]] void fail_in_cells(std::uint64_t first) const {
     CellWindow before, now;
     const std::uint64_t count = count_in(first, stream_.cells());
-    open_stream(first_)->read_cells(first, count, &before);
+    const auto source = open_first_();
+    open_stream(source.get())->read_cells(first, count, &before);
     stream_.read_cells(first, count, &now);
     const std::size_t same = static_cast<std::size_t>(
         std::mismatch(before.tets.begin(), before.tets.end(), now.tets.begin(), now.tets.end())
@@ -84,7 +86,7 @@ class Difference {
   }
 
  private:
-  MeshSource* first_;
+  const OpenMesh& open_first_;
   const MeshStream& stream_;
   const MeshDescription& step_;
 };
@@ -121,8 +123,8 @@ MeshPrint print_of(const MeshDescription& mesh, const MeshStream& stream, const 
   return print;
 }
 
-void require_same_size(const MeshPrint& first_print, MeshSource* first, const MeshDescription& step,
-                       const MeshStream& stream) {
+void require_same_size(const MeshPrint& first_print, const OpenMesh& first,
+                       const MeshDescription& step, const MeshStream& stream) {
   const Difference difference(first, step, stream);
   if (stream.points() != first_print.points) {
     difference.fail(fmt::format("it has {} points, not {}", format_count(stream.points()),
@@ -138,8 +140,9 @@ void require_same_size(const MeshPrint& first_print, MeshSource* first, const Me
   }
 }
 
-void require_same_mesh(const MeshPrint& first_print, MeshSource* first, const MeshPrint& step_print,
-                       const MeshDescription& step, const MeshStream& stream) {
+void require_same_mesh(const MeshPrint& first_print, const OpenMesh& first,
+                       const MeshPrint& step_print, const MeshDescription& step,
+                       const MeshStream& stream) {
   require_same_size(first_print, first, step, stream);
   const Difference difference(first, step, stream);
   const std::size_t points = first_difference(first_print.point_windows, step_print.point_windows);
@@ -158,7 +161,8 @@ void require_same_meshes(const MeshPrint& first_print, std::size_t steps, const 
     if (in_file && source->mesh_checksum(context) == in_file) continue;
     const auto stream = open_stream(source.get());
     const MeshDescription& mesh = source->description();
-    require_same_mesh(first_print, open(0).get(), print_of(mesh, *stream, context), mesh, *stream);
+    const auto first = [&] { return open(0); };
+    require_same_mesh(first_print, first, print_of(mesh, *stream, context), mesh, *stream);
   }
 }
 

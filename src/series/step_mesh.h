@@ -25,14 +25,16 @@ MeshPrint print_of(const MeshDescription& mesh, const MeshStream& stream, const 
                    PointSet* used = nullptr);
 
 // Throws Error(kBadInput) where the step's numbers of points and cells, and the type of
-// coordinates, are not those of `first`. Looks at nothing else.
-void require_same_size(const MeshPrint& first_print, MeshSource* first, const MeshDescription& step,
-                       const MeshStream& stream);
+// coordinates, are not those of `first`, which is opened to say so. Looks at nothing else.
+using OpenMesh = std::function<std::unique_ptr<MeshSource>()>;
+void require_same_size(const MeshPrint& first_print, const OpenMesh& first,
+                       const MeshDescription& step, const MeshStream& stream);
 
 // Throws Error(kBadInput), saying what differs, where the mesh of `step` is not that of `first`.
 // Of `first` is no more read than the window that differs.
-void require_same_mesh(const MeshPrint& first_print, MeshSource* first, const MeshPrint& step_print,
-                       const MeshDescription& step, const MeshStream& stream);
+void require_same_mesh(const MeshPrint& first_print, const OpenMesh& first,
+                       const MeshPrint& step_print, const MeshDescription& step,
+                       const MeshStream& stream);
 
 // The same for all steps but the first, one after the other, in the calling thread alone. A step
 // whose file says the mesh in the very bytes of the first one's is not decoded.
