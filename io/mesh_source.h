@@ -5,7 +5,9 @@
 // one carried array needs to be in memory at a time.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,6 +30,8 @@ struct MeshDescription {
   std::vector<std::string> files;  // that the file at `path` names, where it is several
   // Of an input that can be read only once, and was therefore copied: checksum() of its bytes.
   std::optional<std::uint64_t> spooled_checksum;
+  std::vector<double> time_steps;  // that the file itself has; empty: its format has none
+  std::size_t time_step = 0;       // the one of these that is read
   AttributeSet point_data;
   AttributeSet cell_data;
   AttributeSet field_data;
@@ -36,6 +40,8 @@ struct MeshDescription {
   // What else is not read of the file, in its format's words: sections, or arrays that VTK read.
   std::vector<std::string> left_out;
 };
+
+inline constexpr std::uint64_t kLastTimeStep = std::numeric_limits<std::uint64_t>::max();
 
 struct OpenOptions {
   // Split hexahedra, voxels, wedges and pyramids, and the quadrilaterals on them, by smallest
@@ -47,6 +53,11 @@ struct OpenOptions {
   // On the disk of this folder (MappedFile::spool) lies the copy of an input that can be read only
   // once. Empty: in $TMPDIR or /tmp.
   std::string spool_folder = {};
+  // Of a file that has several itself, counted from 0, or kLastTimeStep. Absent: the first, and
+  // MeshDescription::left_out names the others.
+  std::optional<std::uint64_t> time_step = {};
+  // The file was read before, and this step of it: that it does no harm is known.
+  bool was_read = false;
 };
 
 class MeshStream;
@@ -83,7 +94,17 @@ class MeshSource {
   virtual std::uint64_t memory_to_read();
 };
 
-// Opens a mesh of any format that this build reads. Throws Error.
+// Opens a mesh of any format that this build reads. Throws Error; kUsage for a time step that is
+// not there.
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options = {});
+
+// MeshDescription::time_steps, without reading the mesh. None of what is no file, as a pipe, of
+// which nothing is taken, or is not there. Throws Error where the file cannot be opened, or is of a
+// format with time steps and damaged.
+std::vector<double> time_steps_of(const std::string& path);
+
+// Which of so many `wanted` says, as in OpenOptions. Throws Error(kUsage) where it is not there.
+std::size_t choose_time_step(const std::string& path, std::size_t steps,
+                             std::optional<std::uint64_t> wanted);
 
 }  // namespace tetfusion

@@ -2,10 +2,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "io/gmsh_head.h"
@@ -52,7 +55,34 @@ void refuse_other_files(const std::string& path, std::string_view text) {
   }
 }
 
+bool may_have_time_steps(const MappedFile& file) {
+  const ForeignFormat format = guess_format(file.bytes()).format;
+  return format == ForeignFormat::kNetCdf || format == ForeignFormat::kHdf5;
+}
+
 }  // namespace
+
+std::size_t choose_time_step(const std::string& path, std::size_t steps,
+                             std::optional<std::uint64_t> wanted) {
+  if (!wanted || *wanted == 0) return 0;
+  if (steps == 0) {
+    throw Error(ErrorCode::kUsage,
+                path + ": there are no time steps in it to choose from: leave --time-step out");
+  }
+  if (*wanted == kLastTimeStep) return steps - 1;
+  if (*wanted < steps) return *wanted;
+  throw Error(
+      ErrorCode::kUsage,
+      fmt::format("{}: there is no time step {} (--time-step): it has {}, {}", path, *wanted, steps,
+                  steps == 1 ? "number 0" : fmt::format("from 0 to {}", steps - 1)));
+}
+
+std::vector<double> time_steps_of(const std::string& path) {
+  std::error_code unknown;
+  if (path == "-" || !std::filesystem::is_regular_file(path, unknown)) return {};
+  return may_have_time_steps(MappedFile::open(path)) ? time_steps_with_vtk(path)
+                                                     : std::vector<double>{};
+}
 
 // The content decides. Where it says nothing, a file that is only called .vtu or .mesh goes to the
 // native reader: it says best what is wrong with it.
@@ -62,6 +92,7 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
                                    : MappedFile::open(path, options.spool_folder);
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
   refuse_other_files(path, text);
+  if (!may_have_time_steps(file)) choose_time_step(path, 0, options.time_step);
   const std::string_view type = vtk_file_type(text);
   if (type == "UnstructuredGrid") return open_vtu(std::move(file), options);
   if (is_legacy_grid(text)) return open_legacy_vtk(std::move(file), options);

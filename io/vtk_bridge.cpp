@@ -138,6 +138,11 @@ std::string_view attribute_of(std::string_view text, std::string_view tag, std::
   return end == std::string_view::npos ? std::string_view{} : text.substr(at + 1, end - at - 1);
 }
 
+FormatGuess guess_format_of(const std::string& path) {
+  const MappedFile file = MappedFile::open(path);
+  return guess_format(file.bytes());
+}
+
 }  // namespace
 
 FormatGuess guess_format(std::span<const std::byte> head) {
@@ -168,11 +173,7 @@ FormatGuess guess_format(std::span<const std::byte> head) {
 
 std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOptions& options,
                                           const std::string& what) {
-  FormatGuess guess;
-  {
-    const MappedFile file = MappedFile::open(path);
-    guess = guess_format(file.bytes());
-  }
+  const FormatGuess guess = guess_format_of(path);
   if (guess.is_list) {
     throw Error(ErrorCode::kBadInput,
                 path +
@@ -183,6 +184,13 @@ std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOpt
   std::unique_ptr<PluginMesh> mesh;
   throw_if_failed(plugin.open(path, options, &mesh));
   return std::make_unique<VtkSource>(std::move(mesh), what);
+}
+
+std::vector<double> time_steps_with_vtk(const std::string& path) {
+  const VtkPlugin& plugin = load_plugin(path + ": this is " + guess_format_of(path).words);
+  std::vector<double> times;
+  throw_if_failed(plugin.time_steps(path, &times));
+  return times;
 }
 
 }  // namespace tetfusion

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "io/mesh_source.h"
 
@@ -33,5 +34,8 @@ FormatGuess guess_format(std::span<const std::byte> head);
 // called from one thread at a time: VTK's message window is the process's.
 std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOptions& options = {},
                                           const std::string& what = "");
+
+// The times of its steps, of a file that kNetCdf or kHdf5 stands for. Throws as open_with_vtk().
+std::vector<double> time_steps_with_vtk(const std::string& path);
 
 }  // namespace tetfusion

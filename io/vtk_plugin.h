@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "io/mesh_source.h"
@@ -18,7 +19,7 @@ namespace tetfusion {
 
 // Raised whenever anything in this header, in io/mesh_source.h or in the types that they use
 // changes.
-inline constexpr std::uint32_t kVtkPluginInterface = 5;
+inline constexpr std::uint32_t kVtkPluginInterface = 6;
 inline constexpr char kVtkPluginFile[] = "tetfusion-vtk.so";
 inline constexpr char kVtkPluginEntry[] = "tetfusion_vtk_plugin";
 
@@ -46,6 +47,7 @@ struct VtkPlugin {
   const char* program_version;
   PluginStatus (*open)(const std::string& path, const OpenOptions& options,
                        std::unique_ptr<PluginMesh>* out) noexcept;
+  PluginStatus (*time_steps)(const std::string& path, std::vector<double>* out) noexcept;
 };
 
 using VtkPluginEntry = const VtkPlugin* (*)();

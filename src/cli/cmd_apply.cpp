@@ -143,6 +143,7 @@ void add_apply_command(CLI::App& app) {
       ->check(not_empty)
       ->allow_extra_args(false);
   add_cell_options(*command, &a->open.tetrahedralize, &a->open.linearize);
+  add_time_step_option(*command, &a->open.time_step);
   add_encoding_option(*command, &a->write.encoding);
   add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);

@@ -163,7 +163,9 @@ void fix(const CheckArguments& a, MeshSource* source, const Examination& examina
   convert_mesh(mended.source.get(), a.fixed, write);
   std::error_code unknown;
   const bool can_be_read = std::filesystem::is_regular_file(a.fixed, unknown);
-  const auto written = can_be_read ? open_mesh(a.fixed, a.open) : nullptr;
+  OpenOptions open = a.open;
+  open.time_step.reset();
+  const auto written = can_be_read ? open_mesh(a.fixed, open) : nullptr;
   MeshSource* const result = can_be_read ? written.get() : mended.source.get();
   const Answer after = answer(a, a.fixed, examine(result, a.examine, context));
   answer_of_input->text +=

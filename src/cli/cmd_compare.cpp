@@ -270,7 +270,9 @@ Comparison compare(const CompareArguments& a, const Bounds& bounds) {
   Console console(a.console);
   const RunContext context = console.context();
   const auto original = open_mesh(a.original, a.open);
-  const auto simplified = open_mesh(a.simplified, a.open);
+  OpenOptions open = a.open;
+  if (open.time_step && time_steps_of(a.simplified).size() < 2) open.time_step.reset();
+  const auto simplified = open_mesh(a.simplified, open);
   refuse_piece(a.report, original->description());
   refuse_piece(a.report, simplified->description());
   require_arrays(bounds, original->description());
@@ -353,6 +355,7 @@ void add_compare_command(CLI::App& app) {
   command->add_option("SIMPLIFIED", a->simplified, "What became of it, or - for standard input")
       ->required();
   add_cell_options(*command, &a->open.tetrahedralize, &a->open.linearize);
+  add_time_step_option(*command, &a->open.time_step, ". Of SIMPLIFIED, too, where it has several");
   add_report_option(*command, &a->report);
   add_bound_options(*command, a.get());
   add_memory_option(*command, &a->memory,

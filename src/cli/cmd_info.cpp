@@ -215,6 +215,14 @@ std::string describe_lower(const InspectionSummary& mesh) {
   return text;
 }
 
+std::string describe_steps(const MeshDescription& mesh) {
+  const std::vector<double>& times = mesh.time_steps;
+  if (times.size() == 1) return fmt::format("1, at {:.6g}", times[0]);
+  return fmt::format("{}, from {:.6g} to {:.6g}; number {}, at {:.6g}, is read (--time-step)",
+                     format_count(times.size()), times.front(), times.back(), mesh.time_step,
+                     times[mesh.time_step]);
+}
+
 std::string table(const MeshDescription& mesh, const InspectionSummary& i,
                   const std::vector<ArrayLine>& arrays, const std::vector<Finding>& findings) {
   std::string text;
@@ -223,6 +231,7 @@ std::string table(const MeshDescription& mesh, const InspectionSummary& i,
   fmt::format_to(out, "file          {} ({})\n", mesh.path, format_bytes(mesh.file_bytes));
   fmt::format_to(out, "format        {}{}{}\n", mesh.format,
                  mesh.left_out.empty() ? "" : "; left out: ", fmt::join(mesh.left_out, ", "));
+  if (!mesh.time_steps.empty()) fmt::format_to(out, "time steps    {}\n", describe_steps(mesh));
   if (mesh.pieces != 1) fmt::format_to(out, "pieces        {}\n", format_count(mesh.pieces));
   fmt::format_to(out, "points        {} ({})\n", format_count(i.points), vtk_name(mesh.point_type));
   fmt::format_to(out, "cells         {} tetrahedra{}\n", format_count(i.tets), describe_lower(i));
@@ -282,7 +291,9 @@ InfoAnswer answer_of(const InfoArguments& a) {
   Console console(a.console);
   const RunContext context = console.context();
   context.report("reading", 0);
-  const auto source = open_mesh(a.input, a.open);
+  OpenOptions open = a.open;
+  open.time_step = open.time_step.value_or(0);  // the others have a line of their own
+  const auto source = open_mesh(a.input, open);
   const MeshDescription& mesh = source->description();
   refuse_piece(a.report, mesh);
   const std::vector<ArrayLine> arrays = measure_arrays(source.get(), context);
@@ -297,6 +308,8 @@ InfoAnswer answer_of(const InfoArguments& a) {
   json["arrays"] = arrays_json(arrays);
   json["unread_arrays"] = mesh.unread;
   json["left_out"] = mesh.left_out;
+  json["time_steps"] = mesh.time_steps;
+  json["time_step"] = mesh.time_steps.empty() ? Json() : Json(mesh.time_step);
   json.update(findings_json(findings));
   console.detail_resources();
   return {json, table(mesh, summary, arrays, findings)};

@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <csignal>
+#include <cstddef>
 #include <map>
 
 #include "base/error.h"
@@ -35,6 +38,18 @@ ProgressBar::Style bar_style(const ConsoleOptions& options) {
   return options.progress == "always" ? ProgressBar::Style::kLines : ProgressBar::Style::kNone;
 }
 
+std::uint64_t parse_time_step(const std::string& text) {
+  constexpr std::size_t kMostDigits = 18;
+  if (text == "last") return kLastTimeStep;
+  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+  if (text.empty() || text.size() > kMostDigits ||
+      !std::all_of(text.begin(), text.end(), is_digit)) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--time-step {}: give a whole number, counted from 0, or last", text));
+  }
+  return std::stoull(text);
+}
+
 }  // namespace
 
 void add_console_options(CLI::App& command, ConsoleOptions* options, const char* verbose) {
@@ -61,9 +76,21 @@ void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize) 
       ->group(kInputGroup);
 }
 
+void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
+                          const std::string& more) {
+  command
+      .add_option_function<std::string>(
+          "--time-step", [step](const std::string& text) { *step = parse_time_step(text); },
+          "Of a file with several time steps of its own (Exodus) the one to read, counted from 0, "
+          "or last. Default: the first" +
+              more)
+      ->group(kInputGroup);
+}
+
 void add_input_options(CLI::App& command, std::string* input, OpenOptions* open) {
   command.add_option("IN", *input, "The mesh, or - for standard input")->required();
   add_cell_options(command, &open->tetrahedralize, &open->linearize);
+  add_time_step_option(command, &open->time_step);
 }
 
 void add_report_option(CLI::App& command, std::string* report) {

@@ -6,7 +6,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,6 +37,9 @@ void add_console_options(CLI::App& command, ConsoleOptions* options,
                          const char* verbose = "Say more: time and memory");
 // Adds --tetrahedralize and --linearize.
 void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize);
+// Adds --time-step; `more`: what else there is to say of it.
+void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
+                          const std::string& more = "");
 // Adds --threads.
 void add_thread_option(CLI::App& command, int* threads);
 // Bytes, of "2G" or "512M". Throws Error(kUsage).
@@ -68,7 +73,7 @@ CLI::Option* add_choice(CLI::App& command, const char* option, T* value,
 void add_encoding_option(CLI::App& command, Encoding* encoding);
 // Adds --report.
 void add_report_option(CLI::App& command, std::string* report);
-// Adds IN, --tetrahedralize and --linearize.
+// Adds IN, --tetrahedralize, --linearize and --time-step.
 void add_input_options(CLI::App& command, std::string* input, OpenOptions* open);
 
 // All functions may be called from any thread.

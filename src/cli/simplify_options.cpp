@@ -157,7 +157,8 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
       .add_option(
           "IN", a->inputs,
           "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, or - for standard input; "
-          "or the steps of a series over time: several files, or a .pvd or .series that names them")
+          "or the steps of a series over time: several files, a .pvd or .series that names them, "
+          "or one file that has them all (Exodus)")
       ->required();
   command
       .add_option(
@@ -166,7 +167,8 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
           "(Medit), .msh (Gmsh), .node or .ele (TetGen), or - for standard "
           "output. Of a series its name holds {step}, which is replaced by what differs "
           "between the names of the inputs, as 017 of step_017.vtu (counted from 0 where "
-          "that tells nothing), or is that of a .pvd, OUT.pvd of OUT_{step}.vtu")
+          "that tells nothing, and where one file has all steps), or is that of a .pvd, OUT.pvd "
+          "of OUT_{step}.vtu")
       ->required()
       ->group(kOutputGroup);
   command
@@ -417,6 +419,8 @@ void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
   add_field_options(command, a);
   BehaviourOptions& behaviour = a->request.behaviour;
   add_cell_options(command, &behaviour.tetrahedralize, &behaviour.linearize);
+  add_time_step_option(command, &behaviour.time_step,
+                       ", or all of them where OUT is named as that of a series");
   add_encoding_option(command, &a->request.encoding);
   add_report_option(command, &a->report);
   add_performance_options(command, a);

@@ -92,6 +92,7 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   text += fmt::format("pieces: {}\n", request.pieces);
   text += fmt::format("progressive: {}\n", request.progressive);
   text += fmt::format("input: {}\ninput bytes: {}\n", mesh.path, mesh.file_bytes);
+  text += fmt::format("time step: {}\n", mesh.time_step);
   struct stat status {};
   if (mesh.spooled_checksum) {
     text += fmt::format("input checksum: {:016x}\n", *mesh.spooled_checksum);

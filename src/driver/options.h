@@ -104,8 +104,10 @@ struct BehaviourOptions {
   // of one that is new.
   bool original_ids = false;
 
+  // As in OpenOptions.
   bool tetrahedralize = false;
   bool linearize = false;
+  std::optional<std::uint64_t> time_step;
 };
 
 // BehaviourOptions::give_up_rms was not enough.

@@ -27,7 +27,8 @@ void check_outputs(const SimplifyRequest& request) {
 RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> source) {
   const BehaviourOptions& b = request.behaviour;
   if (!source) {
-    source = open_mesh(request.input, {b.tetrahedralize, b.linearize, spool_folder(request)});
+    source = open_mesh(request.input,
+                       {b.tetrahedralize, b.linearize, spool_folder(request), b.time_step});
   }
   const MeshDescription& mesh = source->description();
   std::unique_ptr<MeshStream> stream = source->stream();

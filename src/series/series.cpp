@@ -22,8 +22,10 @@ namespace tetfusion {
 namespace {
 
 // The time that the file itself says.
-std::optional<double> time_in(const std::string& path) {
-  const auto source = open_mesh(path);
+std::optional<double> time_in(const Step& step) {
+  const std::vector<double> times = time_steps_of(step.input);
+  if (!times.empty()) return times[choose_time_step(step.input, times.size(), step.time_step)];
+  const auto source = open_mesh(step.input);
   const std::size_t index = source->description().field_data.find(kTimeValue);
   if (index == AttributeSet::npos) return {};
   return time_of(source->read_array(Association::kField, index));
@@ -48,10 +50,11 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
     SimplifyRequest job = request.job;
     job.input = step.input;
     job.output = step.output;
+    job.behaviour.time_step = step.time_step;
     // A folder for each: with --resume the steps before one that was interrupted begin anew.
     if (!job.performance.scratch.empty()) job.performance.scratch += "-" + step.label;
     try {
-      if (!step.time && !plan->list.empty()) step.time = time_in(step.input);
+      if (!step.time && !plan->list.empty()) step.time = time_in(step);
       report.runs.push_back(simplify(job, part_of(context, i, plan->steps.size())));
       report.runs.back().cpu_seconds -= std::exchange(cpu_before, report.runs.back().cpu_seconds);
     } catch (const Error& error) {

@@ -16,9 +16,10 @@ struct SeriesRequest {
   // What is asked for each step. Its input is not looked at; its output is that of the steps, and
   // holds "{step}", or is the name of a .pvd file that is to name them.
   SimplifyRequest job;
-  // Files, or one .pvd or .series file; or one mesh whose point arrays are the steps: those that a
-  // name among job.behaviour.arrays stands for which holds "{step}". Then the output is one mesh,
-  // too.
+  // Files, or one .pvd or .series file; or one file that has several time steps itself, all of
+  // which are meant unless job.behaviour.time_step says which; or one mesh whose point arrays are
+  // the steps: those that a name among job.behaviour.arrays stands for which holds "{step}". Then
+  // the output is one mesh, too.
   std::vector<std::string> inputs;
   // One simplification for all steps; else each is simplified by itself.
   bool shared = true;

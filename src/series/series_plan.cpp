@@ -211,8 +211,11 @@ std::optional<std::string> label_in(const std::string& name, const std::string& 
 
 // The steps are point arrays of one mesh. `names` are as the user has them, with {step} and maybe a
 // share behind.
-std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::string>& names) {
-  const auto source = open_mesh(path);
+std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::string>& names,
+                                const std::optional<std::uint64_t>& time_step) {
+  OpenOptions open;
+  open.time_step = time_step;
+  const auto source = open_mesh(path, open);
   const MeshDescription& mesh = source->description();
   std::vector<Step> steps;
   std::string first;
@@ -250,7 +253,8 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
     }
     if (first.empty()) {
       first = pattern;
-      for (const auto& [label, array] : found) steps.push_back({path, label, {}, "", {}});
+      for (const auto& [label, array] : found)
+        steps.push_back({path, label, {}, "", time_step, {}});
     }
     for (Step& step : steps) {
       const auto own = std::find_if(found.begin(), found.end(),
@@ -265,14 +269,30 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
   return steps;
 }
 
-std::vector<Step> find_steps(const std::vector<std::string>& inputs) {
+// Where the file itself has several: these, or the one that is wanted.
+std::vector<Step> find_steps_of(const std::string& path,
+                                const std::optional<std::uint64_t>& wanted) {
+  const std::vector<double> times = time_steps_of(path);
+  if (times.size() < 2) return {};
+  std::vector<Step> steps;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    steps.push_back({path, std::to_string(i), times[i], "", i, {}});
+  }
+  if (wanted) steps = {steps[choose_time_step(path, times.size(), wanted)]};
+  return steps;
+}
+
+std::vector<Step> find_steps(const std::vector<std::string>& inputs,
+                             const std::optional<std::uint64_t>& time_step) {
   std::vector<Step> steps;
   const bool is_list = inputs.size() == 1 && is_list_name(inputs[0]);
   if (is_list) {
     for (const ListedStep& step : read_series_list(inputs[0]))
-      steps.push_back({step.path, "", step.time, "", {}});
+      steps.push_back({step.path, "", step.time, "", time_step, {}});
   } else {
-    for (const std::string& path : inputs) steps.push_back({path, "", {}, "", {}});
+    if (inputs.size() == 1) steps = find_steps_of(inputs[0], time_step);
+    if (!steps.empty()) return steps;
+    for (const std::string& path : inputs) steps.push_back({path, "", {}, "", time_step, {}});
   }
   std::vector<std::string> paths;
   for (const Step& step : steps) paths.push_back(step.input);
@@ -309,8 +329,11 @@ void check_outputs(const SeriesPlan& plan, const std::vector<std::string>& input
     refuse_input(step.output);
     const auto [twin, is_new] = written.emplace(plain(step.output), step.input);
     if (!is_new && !plan.in_one_mesh()) {
-      refuse(fmt::format("{} would be the output of both {} and {}: the name after -o must hold {}",
-                         step.output, twin->second, step.input, kStepField));
+      const std::string of = twin->second == step.input
+                                 ? "all time steps of " + step.input
+                                 : fmt::format("both {} and {}", twin->second, step.input);
+      refuse(fmt::format("{} would be the output of {}: the name after -o must hold {}",
+                         step.output, of, kStepField));
     }
     check_export(step.output, job.encoding);
   }
@@ -365,7 +388,9 @@ SeriesPlan plan_series(const SeriesRequest& request) {
                     "of them: give one name after -o, and not --series each",
                     request.inputs[0]));
   }
-  plan.steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays) : find_steps(request.inputs);
+  const std::optional<std::uint64_t>& time_step = request.job.behaviour.time_step;
+  plan.steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays, time_step)
+                           : find_steps(request.inputs, time_step);
   for (Step& step : plan.steps) step.output = with_label(pattern, step.label);
   check_outputs(plan, request.inputs, request.job);
   return plan;

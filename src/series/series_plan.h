@@ -1,6 +1,7 @@
 // Which files are the steps of a series, and what becomes of each.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@ struct Step {
   std::string label;           // what stands for {step}
   std::optional<double> time;  // as the .pvd file has it
   std::string output;
+  std::optional<std::uint64_t> time_step;  // of the input's own steps, as in OpenOptions
   // Of steps that are arrays of one mesh: those of this step, by the names that hold {step}.
   std::map<std::string, std::string> arrays;
 };
@@ -35,9 +37,9 @@ struct SeriesPlan {
 std::vector<std::string> label_steps(const std::vector<std::string>& paths);
 
 // Steps come in the order of their times, of their labels where these are numbers, else as given.
-// With steps in one mesh its arrays are looked at. Throws Error(kUsage) for options that a series
-// cannot have, for an output that is an input or another step's output; what opening a .pvd file
-// throws.
+// With steps in one mesh its arrays are looked at; those that one file has itself stay in its
+// order, and are counted from 0. Throws Error(kUsage) for options that a series cannot have, for an
+// output that is an input or another step's output; what opening a .pvd file throws.
 SeriesPlan plan_series(const SeriesRequest& request);
 
 }  // namespace tetfusion

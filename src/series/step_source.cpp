@@ -16,8 +16,11 @@ std::optional<std::string> pattern_of(const Step& step, const std::string& name)
 }
 
 std::unique_ptr<MeshSource> StepFiles::open_whole(std::size_t step) const {
-  return open_mesh(plan_.steps[step].input,
-                   {behaviour_.tetrahedralize, behaviour_.linearize, folder_});
+  const OpenOptions options{behaviour_.tetrahedralize, behaviour_.linearize, folder_,
+                            plan_.steps[step].time_step, was_read_[step]};
+  auto source = open_mesh(plan_.steps[step].input, options);
+  was_read_[step] = true;
+  return source;
 }
 
 std::unique_ptr<MeshSource> StepFiles::open(std::size_t step) const {

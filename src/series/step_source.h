@@ -1,10 +1,13 @@
 // The steps' files, and each step's mesh with the step's own arrays.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "io/mesh_source.h"
 #include "series/series_plan.h"
@@ -19,7 +22,10 @@ class StepFiles {
  public:
   // `folder`: for copies of what can be read only once.
   StepFiles(const BehaviourOptions& behaviour, const SeriesPlan& plan, std::string folder)
-      : behaviour_(behaviour), plan_(plan), folder_(std::move(folder)) {}
+      : behaviour_(behaviour),
+        plan_(plan),
+        folder_(std::move(folder)),
+        was_read_(plan.steps.size()) {}
 
   std::size_t count() const { return plan_.steps.size(); }
   const Step& operator[](std::size_t step) const { return plan_.steps[step]; }
@@ -35,6 +41,7 @@ class StepFiles {
   const BehaviourOptions& behaviour_;
   const SeriesPlan& plan_;
   const std::string folder_;
+  mutable std::vector<std::atomic<bool>> was_read_;  // one for each step: OpenOptions::was_read
 };
 
 }  // namespace tetfusion

@@ -276,38 +276,61 @@ void tell_of_sets(vtkExodusIIReader* reader, LoadedFile* out) {
   }
 }
 
-// The reader gives the first one.
-void tell_of_steps(vtkExodusIIReader* reader, LoadedFile* out) {
+std::vector<double> time_steps_in(vtkExodusIIReader* reader) {
   vtkInformation* const info = reader->GetOutputInformation(0);
   auto* const key = vtkStreamingDemandDrivenPipeline::TIME_STEPS();
-  const int steps = info->Has(key) != 0 ? info->Length(key) : 0;
-  if (steps == 0) return;
+  if (info->Has(key) == 0) return {};
+  const double* const times = info->Get(key);
+  return {times, times + info->Length(key)};
+}
+
+// Its time is an array, and where nobody has chosen it the others are named.
+void tell_of_steps(bool is_chosen, LoadedFile* out) {
+  const std::vector<double>& times = out->time_steps;
+  if (times.empty()) return;
   vtkNew<vtkDoubleArray> time;
   time->SetName("TimeValue");
-  time->InsertNextValue(info->Get(key, 0));
+  time->InsertNextValue(times[out->time_step]);
   out->field_data.push_back(field_data_of(time));
-  if (steps == 1) return;
+  if (is_chosen || times.size() == 1) return;
   std::ostringstream text;
-  text << "the time steps from " << info->Get(key, 1) << " to " << info->Get(key, steps - 1)
-       << " (the first of " << steps << ", at " << info->Get(key, 0) << ", is read)";
+  text << "the time steps from " << times[1] << " to " << times.back() << " (the first of "
+       << times.size() << ", at " << times[0] << ", is read; --time-step takes another one, "
+       << "'tetfusion simplify IN' with -o OUT_{step}.vtu or -o OUT.pvd all of them)";
   out->left_out.push_back(text.str());
 }
 
-void load_exodus(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+// What it says of the file before it reads it.
+vtkNew<vtkExodusIIReader> open_exodus(const std::string& path, const TrapScope& trap) {
   if (!is_exodus(path)) {
     throw Error(ErrorCode::kBadInput, path + ": is not an Exodus II file, or is damaged");
   }
   ex_opts(0);  // print nothing from here on
   vtkNew<vtkExodusIIReader> reader;
   reader->SetFileName(path.c_str());
+  reader->UpdateInformation();
+  trap.check(path);
+  return reader;
+}
+
+std::vector<double> find_time_steps(const std::string& path) {
+  const TrapScope trap;
+  return time_steps_in(open_exodus(path, trap));
+}
+
+void load_exodus(const std::string& path, const OpenOptions& options, const TrapScope& trap,
+                 LoadedFile* out) {
+  const vtkNew<vtkExodusIIReader> reader = open_exodus(path, trap);
+  out->time_steps = time_steps_in(reader);
+  out->time_step = choose_time_step(path, out->time_steps.size(), options.time_step);
   reader->SetApplyDisplacements(false);  // the coordinates that the file holds
   // Squeezed points would be Float32 whatever the file has. So all blocks get all points of the
   // file, and the cache lets them share one copy.
   reader->SetSqueezePoints(false);
   reader->SetCacheSize(kCacheMebibytes);
-  reader->UpdateInformation();
-  trap.check(path);
+  reader->SetTimeStep(static_cast<int>(out->time_step));
   for (const int kind : {vtkExodusIIReader::NODAL, vtkExodusIIReader::ELEM_BLOCK}) {
+    if (out->time_steps.empty()) break;  // results have names, but no values
     for (int i = 0; i < reader->GetNumberOfObjectArrays(kind); ++i) {
       reader->SetObjectArrayStatus(kind, i, 1);
     }
@@ -320,15 +343,19 @@ void load_exodus(const std::string& path, const TrapScope& trap, LoadedFile* out
   collect(reader->GetOutput(), path, out);
   out->shared_points = true;
   tell_of_sets(reader, out);
-  tell_of_steps(reader, out);
+  tell_of_steps(options.time_step.has_value(), out);
 }
 #else
-void load_exodus(const std::string& path, const TrapScope&, LoadedFile*) {
+[[noreturn]] void refuse_exodus(const std::string& path) {
   throw Error(ErrorCode::kBadInput, path + ": this build's VTK has no Exodus reader (IOExodus)");
+}
+std::vector<double> find_time_steps(const std::string& path) { refuse_exodus(path); }
+void load_exodus(const std::string& path, const OpenOptions&, const TrapScope&, LoadedFile*) {
+  refuse_exodus(path);
 }
 #endif
 
-LoadedFile load(const std::string& path, ForeignFormat format) {
+LoadedFile load(const std::string& path, const OpenOptions& options, ForeignFormat format) {
   LoadedFile out;
   const TrapScope trap;
   switch (format) {
@@ -341,7 +368,7 @@ LoadedFile load(const std::string& path, ForeignFormat format) {
       break;
     case ForeignFormat::kNetCdf:
     case ForeignFormat::kHdf5:
-      load_exodus(path, trap, &out);
+      load_exodus(path, options, trap, &out);
       break;
     case ForeignFormat::kUnknown:
       break;
@@ -351,7 +378,7 @@ LoadedFile load(const std::string& path, ForeignFormat format) {
 
 }  // namespace
 
-LoadedFile load_with_vtk(const std::string& path) {
+LoadedFile load_with_vtk(const std::string& path, const OpenOptions& options) {
   FormatGuess guess;
   {
     const MappedFile file = MappedFile::open(path);
@@ -363,10 +390,15 @@ LoadedFile load_with_vtk(const std::string& path) {
                     ": not a mesh file that VTK reads: it begins neither like VTK's legacy or "
                     "XML formats nor like NetCDF or HDF5 (Exodus)");
   }
-  try_in_child(path, [&] { load(path, guess.format); });
-  LoadedFile out = load(path, guess.format);
+  if (!options.was_read) try_in_child(path, [&] { load(path, options, guess.format); });
+  LoadedFile out = load(path, options, guess.format);
   out.format = guess.words.substr(guess.words.find(' ') + 1) + ", read with VTK";
   return out;
+}
+
+std::vector<double> load_time_steps(const std::string& path) {
+  try_in_child(path, [&] { find_time_steps(path); });
+  return find_time_steps(path);
 }
 
 }  // namespace tetfusion

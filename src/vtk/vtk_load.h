@@ -5,8 +5,11 @@
 #include <vtkFieldData.h>
 #include <vtkSmartPointer.h>
 
+#include <cstddef>
 #include <string>
 #include <vector>
+
+#include "io/mesh_source.h"
 
 namespace tetfusion {
 
@@ -20,11 +23,18 @@ struct LoadedFile {
   std::vector<std::string> block_names;  // of the first ones; empty: it has none
   bool shared_points = false;            // every piece has the same points, those of the file
   std::vector<vtkSmartPointer<vtkFieldData>> field_data;  // of the file as a whole
-  std::vector<std::string> left_out;                      // for MeshDescription
+  // For MeshDescription.
+  std::vector<std::string> left_out;
+  std::vector<double> time_steps;
+  std::size_t time_step = 0;
 };
 
 // Throws Error(kBadInput) with VTK's own words if a reader complains, Error(kMemory) if memory runs
-// out. Nothing is printed. Not to be called from two threads at once.
-LoadedFile load_with_vtk(const std::string& path);
+// out, Error(kUsage) for a time step that is not there. Nothing is printed. Not to be called from
+// two threads at once.
+LoadedFile load_with_vtk(const std::string& path, const OpenOptions& options);
+
+// Those of an Exodus file, of which no more is read. The same goes for it.
+std::vector<double> load_time_steps(const std::string& path);
 
 }  // namespace tetfusion

@@ -6,6 +6,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "io/cell_kinds.h"
@@ -53,7 +54,9 @@ PluginStatus guarded(const std::string& path, Work&& work) noexcept {
 class VtkMesh : public PluginMesh {
  public:
   VtkMesh(const std::string& path, const OpenOptions& options)
-      : options_(options), file_(load_with_vtk(path)), pieces_(number_pieces(path, file_)) {
+      : options_(options),
+        file_(load_with_vtk(path, options)),
+        pieces_(number_pieces(path, file_)) {
     points_ = collect_arrays(path, pieces_, Association::kPoint);
     cells_ = collect_arrays(path, pieces_, Association::kCell);
     fields_ = collect_field_data(file_.field_data);
@@ -86,6 +89,8 @@ class VtkMesh : public PluginMesh {
     description_.path = path;
     description_.format = file_.format;
     description_.left_out = file_.left_out;
+    description_.time_steps = file_.time_steps;
+    description_.time_step = file_.time_step;
     for (const ArrayTable* t : {&points_, &cells_, &fields_}) {
       description_.left_out.insert(description_.left_out.end(), t->left_out.begin(),
                                    t->left_out.end());
@@ -132,7 +137,12 @@ PluginStatus open_mesh_with_vtk(const std::string& path, const OpenOptions& opti
   return guarded(path, [&] { *out = std::make_unique<VtkMesh>(path, options); });
 }
 
-constexpr VtkPlugin kPlugin = {kVtkPluginInterface, TETFUSION_VERSION, open_mesh_with_vtk};
+PluginStatus time_steps_of_file(const std::string& path, std::vector<double>* out) noexcept {
+  return guarded(path, [&] { *out = load_time_steps(path); });
+}
+
+constexpr VtkPlugin kPlugin = {kVtkPluginInterface, TETFUSION_VERSION, open_mesh_with_vtk,
+                               time_steps_of_file};
 
 }  // namespace
 }  // namespace tetfusion

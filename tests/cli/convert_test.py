@@ -133,45 +133,6 @@ class OtherFormats(FolderTest):
             run("simplify", path, "-o", out, "--tetrahedralize", "--reduction", "50%", "--quiet")
             self.assertEqual(report_of("check", out, "--strict")["volume"], 2.0)
 
-    def test_what_is_not_read_of_an_exodus_file_is_told(self):
-        try:
-            from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
-            from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
-            from vtkmodules.vtkIOExodus import vtkExodusIIWriter
-            from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-        except ImportError:
-            self.skipTest("VTK for Python is not installed")
-        times = [0.5, 1, 4]
-
-        class Steps(VTKPythonAlgorithmBase):
-            def RequestInformation(self, request, inputs, outputs):
-                information = outputs.GetInformationObject(0)
-                information.Set(vtkStreamingDemandDrivenPipeline.TIME_STEPS(), times, len(times))
-                information.Set(vtkStreamingDemandDrivenPipeline.TIME_RANGE(), [times[0], times[-1]], 2)
-                return 1
-
-            def RequestData(self, request, inputs, outputs):
-                information = outputs.GetInformationObject(0)
-                now = vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
-                output = self.GetOutputDataObject(0)
-                output.ShallowCopy(reader.GetOutput())
-                output.GetInformation().Set(output.DATA_TIME_STEP(), information.Get(now) if information.Has(now) else times[0])
-                return 1
-
-        reader = vtkXMLUnstructuredGridReader()
-        reader.SetFileName(str(self.write(TinyVtu())))
-        reader.Update()
-        path, out = self.folder / "steps.ex2", self.folder / "out.vtu"
-        writer = vtkExodusIIWriter()
-        writer.SetFileName(str(path))
-        steps = Steps(nInputPorts=0, nOutputPorts=1, outputType="vtkUnstructuredGrid")
-        writer.SetInputConnection(steps.GetOutputPort())
-        writer.WriteAllTimeStepsOn()
-        writer.Write()
-        self.assertIn(b"the time steps from 1 to 4 (the first of 3, at 0.5, is read)", finish("convert", path, out).stderr)
-        time = next(a for a in report_of("info", out)["arrays"] if a["name"] == "TimeValue")
-        self.assertEqual(time["ranges"], [[0.5, 0.5]])
-
     def test_tells_of_seams_where_values_jump(self):
         block = TinyVtu()
         block.array("temperature")[4] = [p[1] for p in block.points]

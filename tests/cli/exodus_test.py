@@ -1,0 +1,289 @@
+#!/usr/bin/env python3
+"""Exodus II files, and the time steps that they have. Usage: exodus_test.py TETFUSION"""
+import itertools
+import os
+import signal
+import struct
+import subprocess
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+
+from follow_test import jittered, values, with_arrays
+from harness import BAD, USAGE, FolderTest, finish, least_memory, main, report_of, run
+from independent_check import Vtu
+from tiny_vtu import TinyVtu
+
+try:
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+    from vtkmodules.vtkIOExodus import vtkExodusIIWriter
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+except ImportError:
+    vtkExodusIIWriter = None
+
+TIMES = [0.5, 1, 1, 4]
+GOAL = ["--reduction", "40%"]
+
+
+def write_exodus(path, grid, times, arrays_at):
+    """The points and cells of a .vtu; arrays_at(step) gives values at points and cells by name."""
+    told = times  # but VTK asks only once for times that are the same
+    times = [time + i / 1024 for i, time in enumerate(told)]
+
+    class Steps(VTKPythonAlgorithmBase):
+        step = -1  # they are asked for one after the other
+
+        def RequestInformation(self, request, inputs, outputs):
+            information = outputs.GetInformationObject(0)
+            information.Set(vtkStreamingDemandDrivenPipeline.TIME_STEPS(), times, len(times))
+            information.Set(vtkStreamingDemandDrivenPipeline.TIME_RANGE(), [times[0], times[-1]], 2)
+            return 1
+
+        def RequestData(self, request, inputs, outputs):
+            self.step += 1
+            output = self.GetOutputDataObject(0)
+            output.ShallowCopy(reader.GetOutput())
+            for data, named in zip((output.GetPointData(), output.GetCellData()), arrays_at(self.step)):
+                data.Initialize()
+                for name, rows in named.items():
+                    array = numpy_to_vtk(np.ascontiguousarray(rows, dtype="f8"), deep=1)
+                    array.SetName(name)
+                    data.AddArray(array)
+            output.GetInformation().Set(output.DATA_TIME_STEP(), times[self.step])
+            return 1
+
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(grid))
+    reader.Update()
+    steps = Steps(nInputPorts=0, nOutputPorts=1, outputType="vtkUnstructuredGrid")
+    writer = vtkExodusIIWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputConnection(steps.GetOutputPort())
+    writer.SetStoreDoubles(1)
+    writer.WriteAllTimeStepsOn()
+    writer.Write()
+    data = path.read_bytes()
+    for time, wanted in zip(times, told):
+        if time != wanted:
+            assert data.count(struct.pack(">d", time)) == 1
+            data = data.replace(struct.pack(">d", time), struct.pack(">d", wanted))
+    path.write_bytes(data)
+
+
+class ExodusTest(FolderTest):
+    def setUp(self):
+        if vtkExodusIIWriter is None:
+            self.skipTest("VTK for Python is not installed")
+        super().setUp()
+
+    def steps(self, times=TIMES, mesh=None, name="run.e"):
+        """A file with a bump that moves from step to step, and an array of cells that says which step it is."""
+        grid = self.write(mesh or jittered(6), "grid.vtu")
+        points, cells = np.array(Vtu(grid).points, dtype="f8"), len(Vtu(grid).tets)
+        self.bumps = [np.exp(-0.5 * (points[:, 0] - 2 * i) ** 2 - 0.1 * points[:, 1]) for i in range(len(times))]
+        write_exodus(self.folder / name, grid, times, lambda i: ({"bump": self.bumps[i]}, {"number": np.full(cells, float(i))}))
+        grid.unlink()
+        return self.folder / name
+
+    def without_steps(self):
+        """How many there are is in the fifth to eighth byte of such a file."""
+        data = self.steps().read_bytes()
+        self.assertEqual((data[:3], struct.unpack(">I", data[4:8])), (b"CDF", (len(TIMES),)))
+        return self.write(data[:4] + bytes(4) + data[8:], "none.e")
+
+    def converted(self, path, step, name="step.vtu"):
+        out = self.folder / name
+        run("convert", path, out, "--time-step", step, "--quiet")
+        return out
+
+    def refused(self, *arguments, code=USAGE):
+        result = finish(*arguments)
+        self.assertEqual(result.returncode, code, result)
+        return result.stderr.decode()
+
+
+class OneStep(ExodusTest):
+    def expect_step(self, out, step):
+        mesh = Vtu(out)
+        np.testing.assert_array_equal(values(mesh, "bump"), self.bumps[step])
+        np.testing.assert_array_equal(np.unique(mesh.arrays["cell"]["number"][1]), [step])
+        time = next(a for a in report_of("info", out)["arrays"] if a["name"] == "TimeValue")
+        self.assertEqual(time["ranges"], [[TIMES[step]] * 2])
+
+    def test_the_one_that_is_asked_for_is_read(self):
+        path = self.steps()
+        for step in range(len(TIMES)):
+            self.expect_step(self.converted(path, step), step)
+        self.expect_step(self.converted(path, "last"), len(TIMES) - 1)
+        run("convert", path, self.folder / "first.vtu", "--quiet")
+        self.expect_step(self.folder / "first.vtu", 0)
+
+    def test_every_command_takes_it(self):
+        path, out = self.steps(), self.folder / "out.vtu"
+        step = self.converted(path, 1)
+        options = ["--max-error", "3%", "--quiet"]
+        run("simplify", path, "-o", out, "--time-step", "1", "--map", self.folder / "a.map", "--verify", *options)
+        alone = self.folder / "alone.vtu"
+        run("simplify", step, "-o", alone, *options)
+        self.assertTrue(out.read_bytes() == alone.read_bytes())
+        # Only one of the meshes that are compared has several.
+        run("compare", path, out, "--time-step", "1", "--max-error", "3%", "--array", "bump")
+        run("compare", path, out, "--max-error", "3%", "--array", "bump", code=1)
+        self.assertTrue(all(a["max"] == 0 for a in report_of("compare", path, path, "--time-step", "1")["arrays"]))
+        run("apply", self.folder / "a.map", path, "-o", out, "--time-step", "3", "--quiet")
+        run("apply", self.folder / "a.map", self.converted(path, 3), "-o", alone, "--quiet")
+        np.testing.assert_array_equal(values(Vtu(out), "bump"), values(Vtu(alone), "bump"))
+        run("check", path, "--time-step", "2", "--fix", self.folder / "mended.vtu")
+        self.expect_step(self.folder / "mended.vtu", 2)
+        ranges = {a["name"]: a["ranges"] for a in report_of("info", path, "--time-step", "2")["arrays"]}
+        self.assertEqual(ranges["number"], [[2, 2]])
+
+    def test_steps_that_are_not_there(self):
+        path, out = self.steps(), self.folder / "out.vtu"
+        self.assertIn("run.e: there is no time step 4 (--time-step): it has 4, from 0 to 3",
+                      self.refused("convert", path, out, "--time-step", "4"))
+        self.assertIn("there is no time step 4", self.refused("simplify", path, "-o", self.folder / "o.pvd", "--time-step", "4"))
+        one = self.steps([2], name="one.e")
+        self.assertIn("there is no time step 1 (--time-step): it has 1, number 0", self.refused("info", one, "--time-step", "1"))
+        run("info", one, "--time-step", "last")
+        grid = self.write(TinyVtu())
+        for other in grid, self.without_steps():
+            for step in "1", "last":
+                self.assertIn(f"{other.name}: there are no time steps in it to choose from",
+                              self.refused("convert", other, out, "--time-step", step))
+            run("convert", other, out, "--time-step", "0")
+            out.unlink()
+        for text in ("x", "-1", "1.5", "1e0", "1k", "Last", "", "9" * 20):
+            self.assertIn("--time-step", self.refused("convert", path, out, f"--time-step={text}"))
+        self.assertFalse(out.exists())
+
+    def test_info_lists_them(self):
+        path = self.steps()
+        text = run("info", path).decode()
+        self.assertIn("\ntime steps    4, from 0.5 to 4; number 0, at 0.5, is read (--time-step)\n", text)
+        self.assertNotIn("left out", text)
+        self.assertIn("number 3, at 4, is read", run("info", path, "--time-step", "last").decode())
+        report = report_of("info", path, "--time-step", "1")
+        self.assertEqual((report["time_steps"], report["time_step"]), (TIMES, 1))
+        report = report_of("info", self.without_steps())
+        self.assertEqual((report["time_steps"], report["time_step"]), ([], None))
+        self.assertIn("\ntime steps    1, at 2\n", run("info", self.steps([2], name="one.e")).decode())
+
+    def test_the_others_are_named_unless_one_was_asked_for(self):
+        path, out = self.steps(), self.folder / "out.vtu"
+        for arguments in ["convert", path, out], ["simplify", path, "-o", out, *GOAL]:
+            told = finish(*arguments).stderr.decode()
+            self.assertIn("the time steps from 1 to 4 (the first of 4, at 0.5, is read; --time-step takes another one, "
+                          "'tetfusion simplify IN' with -o OUT_{step}.vtu or -o OUT.pvd all of them)", told)
+            self.assertNotIn("time steps", finish(*arguments, "--time-step", "0").stderr.decode())
+
+    def test_a_run_is_not_gone_on_with_at_another_step(self):
+        path = self.steps([0, 1, 2], mesh=jittered(24))
+        arguments = ["simplify", path, "-o", self.folder / "out.vtu", "--reduction", "80%", "--chunk-tets", "4k", "--threads", "1"]
+        arguments += ["--memory", least_memory(*arguments)]
+        run(*arguments, "--time-step", "2", "--quiet")
+        whole = (self.folder / "out.vtu").read_bytes()
+        folder = "out.vtu.tetfusion/round-*.state"
+        self.assertIn("--resume", self.stop_when(folder, *arguments, "--time-step", "1"))
+        other = self.refused(*arguments, "--time-step", "2", "--resume")
+        self.assertIn("time step: 1", other)
+        self.assertIn("time step: 2", other)
+        told = finish(*arguments, "--time-step", "1", "--resume").stderr
+        self.assertIn(b"going on after", told)
+        self.assertFalse((self.folder / "out.vtu").read_bytes() == whole)
+        self.stop_when(folder, *arguments, "--time-step", "last")
+        self.assertIn(b"going on after", finish(*arguments, "--time-step", "2", "--resume").stderr)
+        self.assertTrue((self.folder / "out.vtu").read_bytes() == whole)
+
+
+class AllSteps(ExodusTest):
+    def simplify(self, *arguments, out="out_{step}.vtu"):
+        return report_of("simplify", *arguments, "-o", self.folder / out, "--quiet")
+
+    def outputs(self, pattern):
+        return [p.read_bytes() for p in sorted(self.folder.glob(pattern))]
+
+    def test_the_result_is_that_of_the_steps_in_files_of_their_own(self):
+        path = self.steps()
+        files = [self.converted(path, i, f"s{i}.vtu") for i in range(len(TIMES))]
+        for mode, options in itertools.product(("shared", "each"), (GOAL, ["--max-error", "3%"])):
+            self.simplify(*files, *options, "--series", mode, out="alone_{step}.vtu")
+            for threads in "1", "2":
+                report = self.simplify(path, *options, "--series", mode, "--threads", threads)
+                self.assertTrue(self.outputs("out_*.vtu") == self.outputs("alone_*.vtu"), (mode, options))
+                self.assertEqual([s["step"] for s in report["steps"]], ["0", "1", "2", "3"])
+                self.assertEqual({s["input"] for s in report["steps"]}, {str(path)})
+        first, second, *_ = self.outputs("out_*.vtu")
+        self.assertFalse(first == second)
+
+    def test_arrays_of_cells_are_those_of_each_step(self):
+        path = self.steps()
+        self.simplify(path, *GOAL)
+        for i in range(len(TIMES)):
+            mesh = Vtu(self.folder / f"out_{i}.vtu")
+            np.testing.assert_array_equal(np.unique(mesh.arrays["cell"]["number"][1]), [i])
+
+    def test_their_times_are_listed(self):
+        path = self.steps([0.5, 1, 4])
+        for mode in "shared", "each":
+            report = self.simplify(path, *GOAL, "--series", mode, out=f"{mode}.pvd")
+            listed = [(float(d.get("timestep")), d.get("file")) for d in ElementTree.parse(self.folder / f"{mode}.pvd").iter("DataSet")]
+            self.assertEqual(listed, [(t, f"{mode}_{i}.vtu") for i, t in enumerate([0.5, 1, 4])])
+            self.assertEqual([s["time"] for s in report["steps"]], [0.5, 1, 4])
+
+    def test_one_of_them_alone(self):
+        path = self.steps()
+        run("simplify", path, "-o", self.folder / "alone.vtu", "--max-error", "3%", "--time-step", "3", "--quiet")
+        for step in "3", "last":
+            for mode in "shared", "each":
+                report = self.simplify(path, "--max-error", "3%", "--time-step", step, "--series", mode)
+                self.assertEqual([(s["step"], s["time"]) for s in report["steps"]], [("3", 4)])
+                self.assertEqual([p.name for p in self.folder.glob("out_*")], ["out_3.vtu"])
+            self.assertTrue(self.outputs("out_3.vtu") == self.outputs("alone.vtu"), mode)
+
+    def test_nobody_is_told_of_other_steps(self):
+        path = self.steps()
+        for mode in "shared", "each":
+            told = finish("simplify", path, "-o", self.folder / "out_{step}.vtu", "--series", mode, *GOAL)
+            self.assertEqual(told.returncode, 0)
+            self.assertNotIn(b"time steps", told.stderr)
+
+    def test_several_files_give_one_step_each(self):
+        files = [self.steps(name=f"part{i}.e") for i in range(2)]
+        for options, step in ([], 0), (["--time-step", "2"], 2):
+            report = self.simplify(*files, *GOAL, *options)
+            self.assertEqual([s["step"] for s in report["steps"]], ["0", "1"])
+            for name in "out_0.vtu", "out_1.vtu":
+                np.testing.assert_array_equal(np.unique(Vtu(self.folder / name).arrays["cell"]["number"][1]), [step])
+
+    def test_nothing_is_taken_of_a_pipe_to_see_whether_it_has_some(self):
+        whole, pipe = self.write(jittered(6)), self.folder / "pipe"
+        os.mkfifo(pipe)
+        for source in whole, pipe:
+            feeder = subprocess.Popen(["cp", whole, pipe]) if source == pipe else None
+            run("simplify", source, "-o", self.folder / f"{source.stem}_{{step}}.vtu", "--series", "each", *GOAL, "--quiet")
+            if feeder:
+                self.assertEqual(feeder.wait(timeout=60), 0)
+        self.assertTrue(self.outputs("pipe_0.vtu") == self.outputs("mesh_0.vtu"))
+
+    def test_the_output_of_a_series_has_a_place_for_the_step(self):
+        path = self.steps()
+        told = self.refused("simplify", path, "-o", self.folder / "out.vtu", "--series", "each", *GOAL)
+        self.assertIn(f"would be the output of all time steps of {path}: the name after -o must hold {{step}}", told)
+
+    def test_damaged_files_are_errors(self):
+        data, path = self.steps(mesh=TinyVtu(2)).read_bytes(), self.folder / "damaged.e"
+        codes = set()
+        for place in range(0, len(data), len(data) // 60):
+            for damaged in data[:place], data[:place] + b"\xff\xff\xff\x7f" + data[place + 4:]:
+                path.write_bytes(damaged)
+                result = finish("simplify", path, "-o", self.folder / "out_{step}.vtu", *GOAL)
+                self.assertNotIn(-result.returncode, [s.value for s in signal.Signals], place)
+                codes.add(result.returncode)
+        self.assertIn(BAD, codes)
+
+
+if __name__ == "__main__":
+    main()
