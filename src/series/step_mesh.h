@@ -24,9 +24,10 @@ struct MeshPrint {
 MeshPrint print_of(const MeshDescription& mesh, const MeshStream& stream, const RunContext& context,
                    PointSet* used = nullptr);
 
+using OpenMesh = std::function<std::unique_ptr<MeshSource>()>;
+
 // Throws Error(kBadInput) where the step's numbers of points and cells, and the type of
 // coordinates, are not those of `first`, which is opened to say so. Looks at nothing else.
-using OpenMesh = std::function<std::unique_ptr<MeshSource>()>;
 void require_same_size(const MeshPrint& first_print, const OpenMesh& first,
                        const MeshDescription& step, const MeshStream& stream);
 
