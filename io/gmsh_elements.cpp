@@ -160,7 +160,7 @@ void GmshElements::read_number(GmshElement* out) {
   out->number = static_cast<std::uint64_t>(number);
   if (in_.binary()) return;
   place_.type = element_type();
-  place_.tags = in_.rows(in_.count(), 1, 1);
+  place_.tags = head_.layout.counts_nodes ? 2 : in_.rows(in_.count(), 1, 1);
 }
 
 // Physical group, entity, and then how many partitions have the element, and which.
@@ -175,11 +175,21 @@ void GmshElements::read_tags(GmshElement* out) {
   }
   out->physical = small(physical);
   out->geometrical = small(geometrical);
+  if (head_.layout.counts_nodes) check_node_count();
+}
+
+void GmshElements::check_node_count() {
+  in_.skip_blanks_of_text();
+  const char* const at = in_.at();
+  const std::uint64_t nodes = in_.count();
+  if (nodes == static_cast<std::uint64_t>(place_.type.nodes)) return;
+  in_.fail_at(at, "expected " + std::to_string(place_.type.nodes) + " nodes, found " +
+                      std::to_string(nodes));
 }
 
 void GmshElements::begin_block() {
-  const auto dimension = static_cast<int>(in_.integer());
-  const GmshEntity entity = head_.entity(dimension, in_.integer());
+  const auto [dimension, tag] = head_.read_entity(&in_);
+  const GmshEntity entity = head_.entity(dimension, tag);
   place_.type = element_type();
   place_.physical = entity.physical;
   place_.geometrical = entity.geometrical;

@@ -1,7 +1,7 @@
 // The elements of a Gmsh file one after another.
 //
-// Version 2 has an element that is in several physical groups once for each of them, one right
-// after the other, with numbers of their own. Here it is one element, with the last of these
+// Versions 1 and 2 have an element that is in several physical groups once for each of them, one
+// right after the other, with numbers of their own. Here it is one element, with the last of these
 // numbers, which is the one that Gmsh's data have.
 #pragma once
 
@@ -70,6 +70,7 @@ class GmshElements : public GmshWalker<GmshElementPlace> {
   void read(GmshElement* out);
   void read_number(GmshElement* out);
   void read_tags(GmshElement* out);
+  void check_node_count();
   void begin_block();
   void begin_headed_list();
   void pass_over_block(std::uint64_t nodes);

@@ -14,6 +14,21 @@ namespace {
 
 using EntityKey = std::pair<int, std::int64_t>;
 
+GmshLayout layout_of(std::string_view version) {
+  GmshLayout layout;
+  layout.counts_nodes = version == "1";
+  if (version == "4.0") {
+    layout.tag_first = true;
+    layout.counts = 2;
+    layout.point_reals = 6;
+  }
+  if (version == "4.1") {
+    layout.numbers_first = true;
+    layout.counts = 4;
+  }
+  return layout;
+}
+
 class GmshHeadParser {
  public:
   explicit GmshHeadParser(const FormatFile& file) : file_(file) {}
@@ -43,12 +58,12 @@ class GmshHeadParser {
       file_.fail_in_line(text->data(), "expected a section, as $Nodes, found " +
                                            quoted(text->substr(0, text->find('\n'))));
     }
-    if (text->starts_with("$NOD") && head_.version.empty()) refuse_version("1");
     std::size_t line = std::min(text->find('\n'), text->size());
     std::string_view name = text->substr(1, line - 1);
     while (!name.empty() && is_blank(name.back())) name.remove_suffix(1);
     if (line < text->size()) ++line;
-    const std::string end = std::string("$End").append(name);
+    const std::string end = std::string(is_1(name) ? "$END" : "$End").append(name);
+    if (is_1(name) && head_.version.empty()) set_version("1");
     const std::string_view after = text->substr(line);
     // In a binary file its end may stand among the numbers, too.
     const std::size_t body = find(after, end, binary_bytes(name, after));
@@ -60,6 +75,9 @@ class GmshHeadParser {
     *text = after.substr(body + end.size());
     return true;
   }
+
+  // Sections that have other words in version 1.
+  static bool is_1(std::string_view name) { return name == "NOD" || name == "ELM"; }
 
   // As text.find(), but that the pages of the file do not stay in memory.
   std::size_t find(std::string_view text, std::string_view what, std::size_t from) const {
@@ -92,21 +110,12 @@ class GmshHeadParser {
   }
 
   void skip_nodes(GmshCursor* all) const {
-    if (!head_.is_4) {
-      const std::uint64_t nodes = all->count();
-      all->end_line();
-      return all->skip(all->rows(nodes, 4 + 24, 4) * 28);
-    }
-    const std::uint64_t blocks = all->size();
-    all->skip(3 * 8);
+    const auto [blocks, nodes] = head_.read_counts(all);
+    if (!head_.is_4) return all->skip(all->rows(nodes, 4 + 24, 4) * 28);
     for (std::uint64_t b = 0; b < blocks; ++b) {
-      const std::int64_t dimension = all->integer();
-      all->integer();
+      const int dimension = head_.read_entity(all).first;
       const bool parametric = all->integer() != 0;
-      const std::uint64_t values =
-          3 + (parametric && dimension > 0
-                   ? std::min<std::uint64_t>(3, static_cast<std::uint64_t>(dimension))
-                   : 0);
+      const std::uint64_t values = 3 + (parametric ? static_cast<std::uint64_t>(dimension) : 0);
       const std::uint64_t count = all->size();
       all->skip(all->rows(count, 8 + 8 * values, 1 + values) * (8 + 8 * values));
     }
@@ -114,8 +123,7 @@ class GmshHeadParser {
 
   void skip_elements(GmshCursor* all) const {
     if (head_.is_4) return walk_blocks(all, [](const EntityKey&, std::uint64_t) {});
-    const std::uint64_t elements = all->count();
-    all->end_line();
+    const std::uint64_t elements = head_.read_counts(all).rows;
     for (std::uint64_t done = 0; done < elements;) {
       const auto nodes = static_cast<std::uint64_t>(known_type(all).nodes);
       const std::int64_t count = all->integer();
@@ -140,17 +148,15 @@ class GmshHeadParser {
   // Goes over the elements of version 4: f(entity, elements) for each block.
   template <class F>
   void walk_blocks(GmshCursor* all, F f) const {
-    const std::uint64_t blocks = all->size();
-    all->skip_numbers(3, 8);
+    const std::uint64_t blocks = head_.read_counts(all).blocks;
     for (std::uint64_t b = 0; b < blocks; ++b) {
-      const auto dimension = static_cast<int>(all->integer());
-      const std::int64_t tag = all->integer();
+      const EntityKey entity = head_.read_entity(all);
       const auto nodes = static_cast<std::uint64_t>(known_type(all).nodes);
       const char* const begin = all->at();
       const std::uint64_t count = all->rows(all->size(), 8 * (1 + nodes), 1 + nodes);
       all->skip_numbers(count * (1 + nodes), 8);
       file_.release(begin, all->at());
-      f(EntityKey{dimension, tag}, count);
+      f(entity, count);
     }
   }
 
@@ -173,7 +179,8 @@ class GmshHeadParser {
           whole.second = all->integer();
           skip_list(all);  // partitions that have it
         }
-        all->skip_numbers(d == 0 ? 3 : 6, 8);  // where it is, or two corners of its box
+        // Where it is, or two corners of its box.
+        all->skip_numbers(d == 0 ? head_.layout.point_reals : 6, 8);
         const PhysicalGroups::Tags groups = read_groups(all);
         if (d > 0) skip_list(all);  // what bounds it
         f(entity, whole, groups);
@@ -209,8 +216,10 @@ class GmshHeadParser {
       leave_out(kGmshPartitions);
       return parse_entities(text, true);
     }
-    if (name == "Nodes") return take(&head_.nodes, &head_.node_count, text);
-    if (name == "Elements") return take(&head_.elements, &head_.element_count, text);
+    if (name == "Nodes" || name == "NOD") return take(&head_.nodes, &head_.node_count, text);
+    if (name == "Elements" || name == "ELM") {
+      return take(&head_.elements, &head_.element_count, text);
+    }
     if (name == "NodeData") return head_.node_data.push_back(parse_data(text));
     if (name == "ElementData") return head_.element_data.push_back(parse_data(text));
     leave_out(std::string(name));
@@ -225,12 +234,17 @@ class GmshHeadParser {
                ", expected 2.2 or 4.1: Gmsh writes these with -format msh22 or msh41");
   }
 
+  void set_version(std::string_view version) {
+    head_.version = std::string(version == "4" ? "4.0" : version);
+    head_.is_4 = head_.version == "4.0" || head_.version == "4.1";
+    head_.layout = layout_of(head_.version);
+  }
+
   void parse_format(std::string_view text) {
     GmshCursor in(file_, text, false, false);
-    head_.version = std::string(in.word());
+    set_version(in.word());
     const std::uint64_t type = in.count();
     const std::uint64_t bytes = in.count();
-    head_.is_4 = head_.version == "4.1";
     if (!head_.is_4 && head_.version != "2" && !head_.version.starts_with("2.")) {
       refuse_version(head_.version);
     }
@@ -240,6 +254,11 @@ class GmshHeadParser {
     }
     head_.binary = type == 1;
     if (!head_.binary) return;
+    if (head_.version == "4.0") {
+      file_.fail(
+          "a binary Gmsh file of version 4.0, which only Gmsh 4.0 reads: let that write "
+          "text, or -format msh22");
+    }
     in.end_line();
     GmshCursor one(file_, {in.at(), text.size() - static_cast<std::size_t>(in.at() - text.data())},
                    true, false);
@@ -252,12 +271,7 @@ class GmshHeadParser {
     if (section->data() != nullptr) file_.fail_in_line(text.data(), "the section is there twice");
     *section = text;
     GmshCursor in = cursor(text);
-    if (head_.is_4) {
-      in.size();
-      *count = in.size();
-    } else {
-      *count = in.count();
-    }
+    *count = head_.read_counts(&in).rows;
     in.rows(*count, 4, 1);
   }
 
@@ -370,7 +384,30 @@ GmshEntity GmshHead::entity(int dimension, std::int64_t tag) const {
   return found == entities.end() ? GmshEntity{{}, 0, tag, false} : found->second;
 }
 
-bool looks_like_gmsh(std::string_view text) { return text.starts_with("$MeshFormat"); }
+GmshHead::Counts GmshHead::read_counts(GmshCursor* in) const {
+  Counts counts;
+  if (!is_4) {
+    counts.rows = in->count();
+    if (in->binary()) in->end_line();
+    return counts;
+  }
+  counts.blocks = in->size();
+  counts.rows = in->size();
+  in->skip_numbers(layout.counts - 2, 8);
+  return counts;
+}
+
+std::pair<int, std::int64_t> GmshHead::read_entity(GmshCursor* in) const {
+  std::int64_t dimension = in->integer();
+  std::int64_t tag = in->integer();
+  if (layout.tag_first) std::swap(dimension, tag);
+  if (dimension < 0 || dimension > 3) in->fail("expected a dimension of 0 to 3");
+  return {static_cast<int>(dimension), tag};
+}
+
+bool looks_like_gmsh(std::string_view text) {
+  return text.starts_with("$MeshFormat") || text.starts_with("$NOD");
+}
 
 GmshHead parse_gmsh_head(const FormatFile& file) { return GmshHeadParser(file).run(); }
 

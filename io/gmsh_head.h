@@ -1,4 +1,4 @@
-// What a Gmsh file (.msh 2.0 to 2.2, and 4.1) consists of, and where.
+// What a Gmsh file (.msh 1, 2.0 to 2.2, 4.0 and 4.1) consists of, and where.
 //
 //   $MeshFormat                  version, 0: text, 1: binary, bytes of a real
 //   2.2 0 8
@@ -6,7 +6,7 @@
 //   $PhysicalNames ... $Entities ... $Nodes ... $Elements ... $NodeData ... $ElementData ...
 //
 // In a binary file the numbers within sections are binary; how long a section is then follows from
-// the counts in it.
+// the counts in it. Version 1 is text without a $MeshFormat: $NOD ... $ENDNOD and $ELM ... $ENDELM.
 #pragma once
 
 #include <array>
@@ -100,8 +100,22 @@ struct GmshEntity {
   bool is_seam = false;
 };
 
+// In what the versions differ, beside that version 4 has its nodes and elements in blocks, one or
+// more for an entity.
+struct GmshLayout {
+  // 1: an element has two tags, and then says how many nodes it has, in place of how many tags.
+  bool counts_nodes = false;
+  // 4.0: the head of a block begins with the tag of its entity, else with its dimension.
+  bool tag_first = false;
+  // 4.1: the numbers of a block's nodes come before all their coordinates.
+  bool numbers_first = false;
+  std::uint64_t counts = 1;       // numbers that $Nodes and $Elements begin with
+  std::uint64_t point_reals = 3;  // that say where a point of $Entities is; 4.0: the box around it
+};
+
 struct GmshHead {
   std::string version;
+  GmshLayout layout;
   bool is_4 = false;
   bool binary = false;
   bool swapped = false;
@@ -114,6 +128,14 @@ struct GmshHead {
   std::vector<GmshData> node_data, element_data;
   std::vector<std::string> left_out;  // sections that are passed over, each once, and seams; groups
 
+  // Reads what $Nodes and $Elements begin with.
+  struct Counts {
+    std::uint64_t blocks = 0;  // of version 4
+    std::uint64_t rows = 0;
+  };
+  Counts read_counts(GmshCursor* in) const;
+  // Reads what the head of a block begins with: dimension and tag.
+  std::pair<int, std::int64_t> read_entity(GmshCursor* in) const;
   // Of one that is not listed no more is known than its tag.
   GmshEntity entity(int dimension, std::int64_t tag) const;
 };

@@ -56,7 +56,8 @@ class NodeWalker : public GmshWalker<GmshNodePlace> {
   NodeWalker(const FormatFile& file, const GmshHead& head, const GmshNodePlace& place)
       : GmshWalker(file, head, head.nodes, place) {}
 
-  // Goes to the next node of version 4, over the heads of blocks, whose numbers `numbers` gets.
+  // Goes to the next node of version 4, over the heads of blocks. `numbers` gets the numbers that
+  // come before the nodes themselves.
   // `done`: nodes before.
   void find_node(std::uint64_t done, NumberRun* numbers) {
     if (!head_.is_4) return;
@@ -100,24 +101,20 @@ class NodeWalker : public GmshWalker<GmshNodePlace> {
 
  private:
   void begin_block(NumberRun* numbers) {
-    const std::int64_t dimension = in_.integer();
-    in_.integer();
+    const int dimension = head_.read_entity(&in_).first;
     const bool parametric = in_.integer() != 0;
-    const std::int64_t more = parametric ? dimension : 0;
-    if (more < 0 || more > 3) in_.fail("expected a dimension of 0 to 3");
-    place_.more = static_cast<std::uint64_t>(more);
+    place_.more = parametric ? static_cast<std::uint64_t>(dimension) : 0;
     const std::uint64_t values = 3 + place_.more;
     place_.left = in_.rows(in_.size(), 8 + 8 * values, 1 + values);
     --place_.blocks;
+    if (!head_.layout.numbers_first) return;
     if (numbers == nullptr) return in_.skip_numbers(place_.left, 8);
     for (std::uint64_t i = 0; i < place_.left; ++i) numbers->add(in_.size());
   }
 
   void take_number(NumberRun* numbers) {
-    if (head_.is_4) {
-      --place_.left;
-      return;
-    }
+    if (head_.is_4) --place_.left;
+    if (head_.layout.numbers_first) return;
     const char* const at = in_.at();
     const std::int64_t number = in_.integer();
     if (number < 0) in_.fail_at(at, "a node has the number " + std::to_string(number));
@@ -174,7 +171,7 @@ GmshMesh::GmshMesh(const FormatFile& file, const GmshHead& head) : file_(file), 
     GmshCursor(file, head.nodes.substr(head.nodes.size()), head.binary, head.swapped)
         .fail("node " + std::to_string(nodes_.twin()) + " is there twice");
   }
-  // Of version 2 all are taken together until it is known that none needs it.
+  // Of versions 1 and 2 all are taken together until it is known that none needs it.
   repeats_ = !head.is_4;
   index_elements();
   repeats_ = repeats_ && element_count_ < head.element_count;

@@ -1,4 +1,4 @@
-// The nodes and elements of a Gmsh file, version 2 or 4, text or binary, from any place on.
+// The nodes and elements of a Gmsh file of any version, text or binary, from any place on.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ class GmshMesh {
 
   std::uint64_t element_count() const { return element_count_; }
   const CellTypeCounts& cell_types() const { return types_; }
-  // Of version 2, which has these with each element:
+  // Of versions 1 and 2, which have these with each element:
   const PhysicalGroups& groups() const { return groups_; }
   bool has_partitions() const { return has_partitions_; }
   const NumberMap& nodes() const { return nodes_; }

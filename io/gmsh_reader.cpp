@@ -113,7 +113,7 @@ class GmshReader final : public FormatReader {
     }
   }
 
-  // What elements of version 2 say themselves.
+  // What elements of versions 1 and 2 say themselves.
   void describe_elements() {
     description_.cells = mesh().element_count();
     if (mesh().has_partitions()) description_.left_out.push_back(kGmshPartitions);
@@ -157,8 +157,8 @@ class GmshReader final : public FormatReader {
     }
   }
 
-  // Made when it is first asked for: that goes through the whole file. Of version 2 it says what
-  // there is, too, and is made at once.
+  // Made when it is first asked for: that goes through the whole file. Of versions 1 and 2 it says
+  // what there is, too, and is made at once.
   const GmshMesh& mesh() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!mesh_) {

@@ -24,13 +24,7 @@ class GmshWalker {
  protected:
   GmshWalker(const FormatFile& file, const GmshHead& head, std::string_view section)
       : head_(head), in_(file, section, head.binary, head.swapped) {
-    if (!head_.is_4) {
-      in_.count();
-      if (in_.binary()) in_.end_line();
-      return;
-    }
-    place_.blocks = in_.size();
-    for (int i = 0; i < 3; ++i) in_.size();
+    place_.blocks = head_.read_counts(&in_).blocks;
   }
   GmshWalker(const FormatFile& file, const GmshHead& head, std::string_view section,
              const Place& place)

@@ -233,8 +233,23 @@ std::vector<std::string> medit_seeds() {
   return converted({{"a.mesh", Encoding::kRaw}, {"a.meshb", Encoding::kRaw}});
 }
 
+// Those of version 2.2 are ours; of others text is made by hand.
 std::vector<std::string> gmsh_seeds() {
-  return converted({{"a.msh", Encoding::kRaw}, {"b.msh", Encoding::kAscii}});
+  std::vector<std::string> seeds =
+      converted({{"a.msh", Encoding::kRaw}, {"b.msh", Encoding::kAscii}});
+  seeds.push_back(
+      "$NOD\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n7 1 1 -1\n$ENDNOD\n$ELM\n4\n"
+      "1 4 9 5 4 1 2 3 4\n2 4 8 5 4 1 2 3 4\n5 4 9 6 4 7 2 4 3\n6 2 7 3 3 2 3 4\n$ENDELM\n"
+      "$PhysicalNames\n1\n3 8 \"d\"\n$EndPhysicalNames\n"
+      "$NodeData\n1\n\"T\"\n0\n3\n0\n1\n1\n7 1.5\n$EndNodeData\n");
+  seeds.push_back(
+      "$MeshFormat\n4 0 8\n$EndMeshFormat\n$Entities\n1 0 1 1\n1 0 0 0 0 0 0 1 2\n"
+      "3 0 0 0 1 1 1 1 -7 0\n5 0 0 0 1 1 1 2 9 8 1 3\n$EndEntities\n$PartitionedEntities\n1\n"
+      "1\n9 1\n1 0 0 1\n2 0 1 1 1 0 0 0 0 0 0 0\n6 3 5 1 1 0 0 0 1 1 1 0 0\n"
+      "$EndPartitionedEntities\n$Nodes\n2 5\n5 3 0 3\n1 0 0 0\n2 1 0 0\n7 1 1 -1\n3 2 1 2\n"
+      "3 0 1 0 .5 .5\n4 0 0 1 0 0\n$EndNodes\n$Elements\n3 3\n1 0 15 1\n1 2\n5 3 4 1\n"
+      "2 1 2 3 4\n6 3 4 1\n3 7 2 4 3\n$EndElements\n");
+  return seeds;
 }
 
 std::vector<std::string> tetgen_seeds() {

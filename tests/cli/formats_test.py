@@ -304,10 +304,10 @@ class Formats(FolderTest):
     @needs("gmsh")
     def test_gmsh_and_we_read_one_another(self):
         self.write(BOX.encode(), "box.geo")
-        for version in ("msh22", "msh41", "mesh"):
-            for binary in (False, True):
+        for version in ("msh1", "msh22", "msh40", "msh41", "mesh"):
+            for binary in (False, True) if version in ("msh22", "msh41") else (False,):
                 path = self.folder / f"box.{'mesh' if version == 'mesh' else 'msh'}"
-                options = ["-bin"] if binary and version != "mesh" else []
+                options = ["-bin"] if binary else []
                 subprocess.run(["gmsh", "-3", "box.geo", "-format", version, "-o", path, *options, "-v", "2"],
                                cwd=self.folder, check=True, capture_output=True, timeout=120)
                 report = report_of("check", path)
@@ -324,6 +324,28 @@ class Formats(FolderTest):
                     run("convert", path, out)
                     values = set(Vtu(out).arrays["cell"]["gmsh:physical"][1].ravel().tolist())
                     self.assertEqual(values, {11, 12, 21})
+
+    @needs("gmsh")
+    def test_gmshs_versions_are_one_mesh(self):
+        self.write(BOX.encode(), "box.geo")
+        expected = None
+        for version in ("msh1", "msh22", "msh40", "msh41"):
+            path, out = self.folder / "box.msh", self.folder / "out.vtu"
+            subprocess.run(["gmsh", "-3", "box.geo", "-format", version, "-o", path, "-v", "2"],
+                           cwd=self.folder, check=True, capture_output=True, timeout=120)
+            run("convert", path, out)
+            vtu = Vtu(out)
+            cells = vtu.arrays["cell"]
+            tags = np.column_stack([cells[name][1].ravel() for name in ("gmsh:physical", "gmsh:geometrical")])
+            tets = np.column_stack([vtu.tets, tags[: len(vtu.tets)]])
+            found = [vtu.points, np.array(sorted(tets.tolist())), np.array(sorted(tags.tolist()))]
+            expected = expected or found
+            for is_there, should_be in zip(found, expected):
+                np.testing.assert_array_equal(is_there, should_be, version)
+            if version != "msh1":
+                groups = {a["name"]: a.get("groups") for a in report_of("info", path)["arrays"]}
+                self.assertEqual(groups["gmsh:physical:left"], [{"tag": 11, "dimension": 3}])
+                self.assertEqual(groups["gmsh:physical:all sides"], [{"tag": 21, "dimension": 2}])
 
     @needs("tetgen")
     def test_tetgen_and_we_read_one_another(self):

@@ -138,6 +138,30 @@ TEST_F(GmshGroups, PartsOfAnEntityArePutTogether) {
   }
 }
 
+// Version 4.0 has a box around a point, and other heads of sections and blocks.
+TEST_F(GmshGroups, PartsOfVersion40ArePutTogether) {
+  std::string text = kParts;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("4.1 0 8", "4 0 8");
+  replace("41 3 5 2 1 2 0 1 0 0", "41 3 5 2 1 2 0 1 0 0 1 0 0");
+  replace("1 5 1 5\n3 11 0 5\n1\n2\n3\n4\n5\n0 0 0\n1 0 0.1\n0 1 0\n0 0 1\n1 1 -1\n",
+          "1 5\n11 3 0 5\n1 0 0 0\n2 1 0 0.1\n3 0 1 0\n4 0 0 1\n5 1 1 -1\n");
+  replace("5 5 1 12\n", "5 5\n");
+  replace("\n1 22 1 1", "\n22 1 1 1");
+  replace("\n2 13 2", "\n13 2 2");
+  replace("\n2 21 2", "\n21 2 2");
+  replace("\n3 11 4", "\n11 3 4");
+  replace("\n3 12 4", "\n12 3 4");
+  const auto source = open_and_compare("a.msh", text);
+  const auto expected = open("b.msh", kParts);
+  EXPECT_EQ(source->description().format, "Gmsh mesh, 4.0, text");
+  EXPECT_EQ(source->description().left_out, expected->description().left_out);
+  EXPECT_EQ(dump(source.get()), dump(expected.get()));
+  expect_no_crash("a.msh", text);
+}
+
 TEST_F(GmshGroups, APartMayHaveTheNumberOfTheWhole) {
   std::string same = kParts;
   same.replace(same.find("12 3 5 1 2"), 2, "5");
