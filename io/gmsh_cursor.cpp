@@ -55,12 +55,28 @@ double GmshCursor::real() {
 std::uint64_t GmshCursor::count() { return file_->number<std::uint64_t>(word()); }
 
 std::string GmshCursor::text() {
+  const char* const before = at_;
   skip_blanks();
-  const std::string_view line(at_, static_cast<std::size_t>(std::find(at_, end_, '\n') - at_));
-  const std::size_t close = line.rfind('"');
-  if (close == line.npos || close == 0 || line[0] != '"') fail("expected a text in quotes");
+  const char* const begin = at_;
+  const std::string_view words = line();
+  const std::size_t close = words.rfind('"');
+  // Behind an empty line is not what that line was to be.
+  if (close == words.npos && !words.empty() && std::count(before, begin, '\n') < 2) {
+    return std::string(words);
+  }
+  at_ = begin;
+  if (close == words.npos || close == 0 || words[0] != '"') fail("expected a text in quotes");
   at_ += close + 1;
-  return std::string(line.substr(1, close - 1));
+  return std::string(words.substr(1, close - 1));
+}
+
+std::string_view GmshCursor::line() {
+  skip_blanks();
+  const char* const begin = at_;
+  at_ = std::find(at_, end_, '\n');
+  std::string_view line(begin, static_cast<std::size_t>(at_ - begin));
+  while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
+  return line;
 }
 
 void GmshCursor::end_line() {

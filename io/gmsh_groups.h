@@ -10,7 +10,9 @@
 namespace tetfusion {
 
 struct GmshName {
-  int dimension = 0;
+  static constexpr int kNoDimension = -1;
+
+  int dimension = kNoDimension;  // version 2.0 does not say it
   std::int32_t tag = 0;
   std::string name;
 };

@@ -277,14 +277,30 @@ class GmshHeadParser {
 
   void parse_names(std::string_view text) {
     GmshCursor in(file_, text, false, false);
-    const std::uint64_t names = in.rows(in.count(), 1, 3);
+    const std::uint64_t names = in.rows(in.count(), 1, 2);
     for (std::uint64_t i = 0; i < names; ++i) {
-      GmshName name;
-      name.dimension = file_.number<std::int32_t>(in.word());
-      name.tag = file_.number<std::int32_t>(in.word());
-      name.name = in.text();
-      head_.names.push_back(std::move(name));
+      const std::string_view row = in.line();
+      const std::size_t open = row.find('"');
+      const std::size_t close = row.rfind('"');
+      if (open == close) in.fail_at(row.data(), "expected a text in quotes");
+      head_.names.push_back(parse_group(row.substr(0, open)));
+      head_.names.back().name = std::string(row.substr(open + 1, close - open - 1));
+      if (close + 1 < row.size()) leave_out("words behind the names of groups");
     }
+  }
+
+  // Dimension and tag or, before version 4, the tag alone.
+  GmshName parse_group(std::string_view text) const {
+    TokenCursor numbers(text, 0);
+    const std::string_view first = numbers.next();
+    const std::string_view second = numbers.next();
+    if (first.empty() || !numbers.next().empty() || (second.empty() && head_.is_4)) {
+      file_.fail_in_line(text.data(), "expected the dimension and tag of a group before its name");
+    }
+    GmshName group;
+    if (!second.empty()) group.dimension = file_.number<std::int32_t>(first);
+    group.tag = file_.number<std::int32_t>(second.empty() ? first : second);
+    return group;
   }
 
   void parse_entities(std::string_view text, bool partitioned) {

@@ -49,7 +49,9 @@ class GmshCursor {
   double real();
   // What is text in binary files, too.
   std::string_view word();  // up to the next blank
-  std::string text();       // in quotes, up to the line's last: Gmsh writes others as they are
+  std::string text();       // in quotes, up to the line's last: Gmsh writes others as they are;
+                            // a line without any is the text itself
+  std::string_view line();  // the rest of this one or, if that is blank, of the next that is not
   std::uint64_t count();    // a whole number
   void end_line();          // goes to the begin of the next line
 

@@ -217,6 +217,18 @@ void GmshMesh::count_groups() {
   file_.release(head_.elements);
 }
 
+void find_dimensions(const FormatFile& file, const GmshHead& head, GmshDimensions* of_tags) {
+  GmshElements elements(file, head, {}, nullptr);
+  Releaser releaser(file, head.elements.data());
+  GmshElement element;
+  while (elements.next(&element)) {
+    const auto found = of_tags->find(element.physical);
+    if (found != of_tags->end()) found->second.set(static_cast<std::size_t>(element.dimension()));
+    releaser.passed(elements.cursor().at());
+  }
+  file.release(head.elements);
+}
+
 void GmshMesh::read_points(std::uint64_t first, std::uint64_t count, Vec3<double>* out) const {
   for_each_place(first, count, [&](std::uint64_t p, std::uint64_t begin, std::uint64_t end) {
     const GmshNodePlace& place = node_places_[p];

@@ -1,7 +1,9 @@
 // The nodes and elements of a Gmsh file of any version, text or binary, from any place on.
 #pragma once
 
+#include <bitset>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "base/vector.h"
@@ -66,5 +68,10 @@ class GmshMesh {
   PhysicalGroups groups_;
   NumberMap nodes_, elements_;
 };
+
+// Of versions 1 and 2: the dimensions 0 to 3 of the elements that are in physical groups of these
+// tags. Goes through the whole file.
+using GmshDimensions = std::map<std::int64_t, std::bitset<4>>;
+void find_dimensions(const FormatFile& file, const GmshHead& head, GmshDimensions* of_tags);
 
 }  // namespace tetfusion

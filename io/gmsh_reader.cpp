@@ -1,6 +1,7 @@
 #include "io/gmsh_reader.h"
 
 #include <algorithm>
+#include <bitset>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/name_list.h"
 #include "io/format_file.h"
 #include "io/format_source.h"
 #include "io/gmsh_head.h"
@@ -28,7 +30,10 @@ enum CellArray : std::size_t { kPhysical, kGeometrical, kFirstData };
 class GmshReader final : public FormatReader {
  public:
   explicit GmshReader(MappedFile file) : file_{std::move(file)} {
-    read_guarded(file_.file, [&] { head_ = parse_gmsh_head(file_); });
+    read_guarded(file_.file, [&] {
+      head_ = parse_gmsh_head(file_);
+      complete_names();
+    });
     describe();
   }
 
@@ -86,6 +91,34 @@ class GmshReader final : public FormatReader {
   }
 
  private:
+  // A name without a dimension goes with the groups of that tag, whatever dimension they have.
+  void complete_names() {
+    GmshDimensions of_tags;
+    for (const GmshName& name : head_.names) {
+      if (name.dimension == GmshName::kNoDimension) of_tags[name.tag];
+    }
+    if (of_tags.empty()) return;
+    find_dimensions(file_, head_, &of_tags);
+    std::vector<GmshName> names;
+    std::vector<std::string> without;
+    for (const GmshName& name : head_.names) {
+      if (name.dimension != GmshName::kNoDimension) {
+        names.push_back(name);
+        continue;
+      }
+      const std::bitset<4>& dimensions = of_tags[name.tag];
+      for (int d = 0; d < 4; ++d) {
+        if (dimensions[static_cast<std::size_t>(d)]) names.push_back({d, name.tag, name.name});
+      }
+      if (dimensions.none()) without.push_back(name.name);
+    }
+    head_.names = std::move(names);
+    if (without.empty()) return;
+    constexpr std::size_t kMost = 8;
+    head_.left_out.push_back((without.size() == 1 ? "the name " : "the names ") +
+                             list_names(without, kMost) + " of what has no elements");
+  }
+
   void describe() {
     MeshDescription& d = description_;
     d.path = file_.file.path();

@@ -240,8 +240,8 @@ std::vector<std::string> gmsh_seeds() {
   seeds.push_back(
       "$NOD\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n7 1 1 -1\n$ENDNOD\n$ELM\n4\n"
       "1 4 9 5 4 1 2 3 4\n2 4 8 5 4 1 2 3 4\n5 4 9 6 4 7 2 4 3\n6 2 7 3 3 2 3 4\n$ENDELM\n"
-      "$PhysicalNames\n1\n3 8 \"d\"\n$EndPhysicalNames\n"
-      "$NodeData\n1\n\"T\"\n0\n3\n0\n1\n1\n7 1.5\n$EndNodeData\n");
+      "$PhysicalNames\n3\n9 \"a\"\n7\"b\" c\n3 8 \"d\"\n$EndPhysicalNames\n"
+      "$NodeData\n1\nT\n0\n3\n0\n1\n1\n7 1.5\n$EndNodeData\n");
   seeds.push_back(
       "$MeshFormat\n4 0 8\n$EndMeshFormat\n$Entities\n1 0 1 1\n1 0 0 0 0 0 0 1 2\n"
       "3 0 0 0 1 1 1 1 -7 0\n5 0 0 0 1 1 1 2 9 8 1 3\n$EndEntities\n$PartitionedEntities\n1\n"

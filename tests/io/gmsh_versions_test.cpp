@@ -1,4 +1,4 @@
-// Gmsh meshes of versions 1 and 4.0.
+// Gmsh meshes of versions 1 and 4.0, and what other programs than Gmsh write.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,6 +21,18 @@ using testing::read_point_array;
 using testing::values;
 
 using GmshVersions = testing::FormatTest;
+
+// Of each field array the name, and its rows of tag and dimension.
+using Groups = std::vector<std::pair<std::string, std::vector<std::int32_t>>>;
+Groups groups_of(MeshSource* source) {
+  Groups groups;
+  const auto& arrays = source->description().field_data.arrays;
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    groups.emplace_back(arrays[i].name,
+                        values<std::int32_t>(source->read_array(Association::kField, i)));
+  }
+  return groups;
+}
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
@@ -223,6 +235,66 @@ TEST_F(GmshVersions, RepeatedElementsAreOne) {
               ElementsAre("elements of the physical group 9 that are in another one, too"));
   EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical")),
               ElementsAre(7, 0, 8, 9, 0));
+}
+
+TEST_F(GmshVersions, NamesWithoutADimensionGoWithAllGroupsOfTheirTag) {
+  const std::string names =
+      "$PhysicalNames\n4\n9 \"the body\"\n  7\"inlet\"\n3 4 \"known\"\n99 \"nobody\"\n"
+      "$EndPhysicalNames\n";
+  const std::string mesh = replaced(kVersion2, "2 1 2 0 4", "2 1 2 9 4");
+  const Groups expected = {{"gmsh:physical:the body", {9, 1, 9, 3}},
+                           {"gmsh:physical:inlet", {7, 2}},
+                           {"gmsh:physical:known", {4, 3}}};
+  for (const char* version : {"2 0 8", "2.2 0 8"}) {
+    const std::string text = replaced(mesh, "2.2 0 8", version);
+    for (const std::string& whole : {text + names, replaced(text, "$Nodes", names + "$Nodes")}) {
+      const auto source = open_and_compare("a.msh", whole);
+      EXPECT_EQ(groups_of(source.get()), expected);
+      EXPECT_THAT(source->description().left_out,
+                  ElementsAre("the name nobody of what has no elements"));
+    }
+  }
+  EXPECT_EQ(groups_of(open_and_compare("b.msh", kVersion1 + names).get()),
+            (Groups{{"gmsh:physical:the body", {9, 3}},
+                    {"gmsh:physical:inlet", {7, 2}},
+                    {"gmsh:physical:known", {4, 3}}}));
+}
+
+TEST_F(GmshVersions, WordsBehindANameAreTold) {
+  const std::string names =
+      "$PhysicalNames\n2\n3 9 \"the \"big\" body\" lower_dimensional_block\n2 7 \"inlet\"  \r\n"
+      "$EndPhysicalNames\n";
+  for (const std::string& text : {kVersion2, kVersion40}) {
+    const auto source = open_and_compare("a.msh", text + names);
+    EXPECT_EQ(groups_of(source.get()), (Groups{{"gmsh:physical:the \"big\" body", {9, 3}},
+                                               {"gmsh:physical:inlet", {7, 2}}}));
+    EXPECT_THAT(source->description().left_out, ElementsAre("words behind the names of groups"));
+  }
+}
+
+TEST_F(GmshVersions, NamesThatCannotBeReadAreRefused) {
+  const auto expect = [&](const std::string& text, const std::string& row,
+                          const std::string& words) {
+    expect_error("a.msh", text + "$PhysicalNames\n1\n" + row + "\n$EndPhysicalNames\n", words);
+  };
+  expect(kVersion2, "3 9 body", "line 33: expected a text in quotes");
+  expect(kVersion2, "3 9 \"body", "line 33: expected a text in quotes");
+  expect(kVersion2, "\"body\"", "line 33: expected the dimension and tag of a group");
+  expect(kVersion2, "3 9 1 \"body\"", "line 33: expected the dimension and tag of a group");
+  expect(kVersion2, "x \"body\"", "line 33: expected a whole number, found 'x'");
+  expect(kVersion40, "9 \"body\"", "expected the dimension and tag of a group");
+}
+
+TEST_F(GmshVersions, NamesOfDataNeedNoQuotes) {
+  for (const std::string name : {"flux", "  two words \r", "\"flux\""}) {
+    const auto source = open_and_compare("a.msh", replaced(kVersion2, "\"flux\"", name));
+    const std::string expected = name.find("two") == name.npos ? "flux" : "two words";
+    EXPECT_EQ(values<double>(read_cell_array(source.get(), expected))[2], 2.5);
+  }
+  expect_error("a.msh", replaced(kVersion2, "\"flux\"\n0", "\n0\n0"),
+               "line 24: expected a text in quotes");
+  expect_error("a.msh", replaced(kVersion2, "\"flux\"", "flux\""),
+               "line 23: expected a text in quotes");
 }
 
 }  // namespace
