@@ -348,7 +348,8 @@ void add_field_options(CLI::App& command, SimplifyArguments* a) {
                   "A cell array of one component whose interfaces stay, or none; may be given "
                   "again. Floating-point numbers tell regions apart where they differ. Default: "
                   "those of integers named like material, region, physical, tissue, block, zone, "
-                  "part, label, and the references medit:ref and tetgen:ref")
+                  "part, label, the references medit:ref and tetgen:ref, and the blocks of Exodus "
+                  "(ObjectId)")
       ->allow_extra_args(false)
       ->group(kCriteriaGroup);
   command

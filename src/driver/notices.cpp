@@ -11,6 +11,7 @@
 #include "base/name_list.h"
 #include "base/numbers.h"
 #include "base/vector.h"
+#include "io/gmsh_head.h"
 #include "mesh/region_names.h"
 
 namespace tetfusion {
@@ -63,6 +64,16 @@ bool has_several_values(const MeshStream& stream, std::size_t index, const Array
     }
   }
   return false;
+}
+
+// Entities of Gmsh are what its groups are made of: where there are groups these are what is meant.
+bool has_coarser(const MeshDescription& mesh, const MeshStream& stream,
+                 const std::vector<std::size_t>& regions, const ArrayInfo& array) {
+  if (array.name != kGmshGeometrical) return false;
+  return std::any_of(regions.begin(), regions.end(), [&](std::size_t i) {
+    const ArrayInfo& region = mesh.cell_data.arrays[i];
+    return region.name == kGmshPhysical && has_several_values(stream, i, region);
+  });
 }
 
 }  // namespace
@@ -143,7 +154,10 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
           "kept (if its values say regions, {}--regions {} keeps them)",
           array.name, taken, in_a_shell(array.name)));
     }
-    if (may_be_region(array) && has_several_values(stream, i, array)) others.push_back(array.name);
+    if (may_be_region(array) && !has_coarser(mesh, stream, regions, array) &&
+        has_several_values(stream, i, array)) {
+      others.push_back(array.name);
+    }
   }
   if (others.size() == 1) {
     context.say(

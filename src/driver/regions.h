@@ -10,8 +10,7 @@
 namespace tetfusion {
 
 // The cell arrays whose interfaces are kept: the named ones, of numbers of one component, or by
-// default those of integers named like materials (material, region, physical, tissue, block, zone,
-// part, label); a partition's rank is none. Throws Error(kUsage) for a name that is none of these.
+// default those of integers that look like regions (mesh/region_names.h). Throws Error(kUsage) for a name that is none of these.
 std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
                                         const std::optional<std::vector<std::string>>& names);
 

@@ -14,6 +14,9 @@ namespace {
 // What Medit and TetGen call references, where their files become arrays.
 constexpr std::array<std::string_view, 2> kReferences{"medit:ref", "tetgen:ref"};
 
+// What VTK calls the element blocks of an Exodus file, which are its materials.
+constexpr std::string_view kExodusBlocks = "ObjectId";
+
 // "CellEntityIds", "cell_entity_ids", "gmsh:geometrical" in lower case.
 std::vector<std::string> words_of(std::string_view name) {
   std::vector<std::string> words(1);
@@ -88,7 +91,8 @@ bool is_integer_label(const ArrayInfo& array) {
 }
 
 bool looks_like_region(const ArrayInfo& array) {
-  return is_integer_label(array) && (is_reference(array) || is_named_like_material(array.name));
+  return is_integer_label(array) &&
+         (is_reference(array) || array.name == kExodusBlocks || is_named_like_material(array.name));
 }
 
 bool is_region_of_floats(const ArrayInfo& array) {

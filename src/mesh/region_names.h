@@ -15,8 +15,8 @@ bool can_be_region(const ArrayInfo& array);
 bool is_integer_label(const ArrayInfo& array);
 
 // One of those, named like materials (material, region, physical, tissue, block, zone, part,
-// label), or the references of Medit (medit:ref) and TetGen (tetgen:ref); a partition's rank and
-// what marks ghosts are none.
+// label), the references of Medit (medit:ref) and TetGen (tetgen:ref), or the blocks of Exodus
+// (ObjectId); a partition's rank and what marks ghosts are none.
 bool looks_like_region(const ArrayInfo& array);
 
 // Named like one of those, but of floating-point numbers: labels that a program has written so, or

@@ -276,6 +276,27 @@ void tell_of_sets(vtkExodusIIReader* reader, LoadedFile* out) {
   }
 }
 
+// VTK says in each block which one it is. Here the file says which there are, and their names.
+void tell_of_blocks(vtkExodusIIReader* reader, LoadedFile* out) {
+  constexpr char kIds[] = "ElementBlockIds";
+  constexpr int kKind = vtkExodusIIReader::ELEM_BLOCK;
+  vtkNew<vtkIntArray> ids;
+  ids->SetName(kIds);
+  vtkNew<vtkStringArray> names;
+  names->SetName("block_names");
+  bool any_named = false;
+  for (int i = 0; i < reader->GetNumberOfObjects(kKind); ++i) {
+    const std::string name = reader->GetObjectName(kKind, i);
+    const bool is_named = !name.empty() && !name.starts_with("Unnamed");
+    ids->InsertNextValue(reader->GetObjectId(kKind, i));
+    names->InsertNextValue(is_named ? name : "");
+    any_named = any_named || is_named;
+  }
+  for (const auto& piece : out->pieces) piece->GetFieldData()->RemoveArray(kIds);
+  out->field_data.push_back(field_data_of(ids));
+  if (any_named) out->field_data.push_back(field_data_of(names));
+}
+
 std::vector<double> time_steps_in(vtkExodusIIReader* reader) {
   vtkInformation* const info = reader->GetOutputInformation(0);
   auto* const key = vtkStreamingDemandDrivenPipeline::TIME_STEPS();
@@ -342,6 +363,7 @@ void load_exodus(const std::string& path, const OpenOptions& options, const Trap
   trap.check(path);
   collect(reader->GetOutput(), path, out);
   out->shared_points = true;
+  tell_of_blocks(reader, out);
   tell_of_sets(reader, out);
   tell_of_steps(options.time_step.has_value(), out);
 }

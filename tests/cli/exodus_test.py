@@ -198,6 +198,35 @@ class OneStep(ExodusTest):
         self.assertTrue((self.folder / "out.vtu").read_bytes() == whole)
 
 
+class Blocks(ExodusTest):
+    def test_blocks_are_regions(self):
+        """VTK's writer makes a block for each value of an integer array."""
+        grid = self.write(jittered(6), "grid.vtu")
+        reader = vtkXMLUnstructuredGridReader()
+        reader.SetFileName(str(grid))
+        reader.Update()
+        mesh = reader.GetOutput()
+        middles = Vtu(grid).points[Vtu(grid).tets].mean(axis=1)
+        blocks = np.where(middles[:, 0] < 3, 7, 12).astype("i4")
+        mesh.GetCellData().Initialize()
+        array = numpy_to_vtk(blocks, deep=1)
+        array.SetName("material")
+        mesh.GetCellData().AddArray(array)
+        writer = vtkExodusIIWriter()
+        writer.SetFileName(str(self.folder / "run.e"))
+        writer.SetInputData(mesh)
+        writer.SetBlockIdArrayName("material")
+        writer.Write()
+        said = finish("simplify", self.folder / "run.e", "-o", self.folder / "out.vtu", *GOAL).stderr.decode()
+        self.assertIn("interfaces of cell array ObjectId are kept", said)
+        self.assertNotIn("left out", said)
+        arrays = report_of("info", self.folder / "out.vtu")["arrays"]
+        by_name = {array["name"]: array for array in arrays}
+        self.assertEqual(by_name["ElementBlockIds"]["ranges"], [[7, 12]])
+        self.assertEqual(by_name["ElementBlockIds"]["tuples"], 2)
+        self.assertEqual(by_name["ObjectId"]["ranges"], [[7, 12]])
+
+
 class AllSteps(ExodusTest):
     def simplify(self, *arguments, out="out_{step}.vtu"):
         return report_of("simplify", *arguments, "-o", self.folder / out, "--quiet")

@@ -11,7 +11,7 @@ ArrayInfo integers(const std::string& name) { return {name, ValueType::kInt32, 1
 
 TEST(RegionNames, AreThoseOfMaterials) {
   for (const char* name : {"material", "MaterialIds", "gmsh:physical", "tetgen:ref", "ZoneId",
-                           "PartIds", "partid", "part_3", "subregions"}) {
+                           "PartIds", "partid", "part_3", "subregions", "ObjectId"}) {
     EXPECT_TRUE(looks_like_region(integers(name))) << name;
     EXPECT_FALSE(may_be_region(integers(name))) << name;  // it is taken, so not told of
   }
