@@ -72,6 +72,58 @@ def write_exodus(path, grid, times, arrays_at):
     path.write_bytes(data)
 
 
+def netcdf(dimensions, attributes, variables):
+    """A file of NetCDF's classic format: name -> length; name -> value; name -> (dimensions, values, attributes)."""
+    kinds = {np.dtype("i4"): 4, np.dtype("f4"): 5, np.dtype("f8"): 6}
+
+    def padded(data):
+        return data + bytes(-len(data) % 4)
+
+    def text(word):
+        return struct.pack(">I", len(word)) + padded(word.encode())
+
+    def listed(tag, items):
+        return struct.pack(">II", tag if items else 0, len(items)) + b"".join(items)
+
+    def attribute(name, value):
+        if isinstance(value, str):
+            return text(name) + struct.pack(">I", 2) + text(value)
+        value = np.asarray(value)
+        return text(name) + struct.pack(">II", kinds[value.dtype], 1) + value.astype(value.dtype.newbyteorder(">")).tobytes()
+
+    def head(begins):
+        names = list(dimensions)
+        entries = []
+        for (name, (shape, values, own)), begin in zip(variables.items(), begins):
+            entries.append(text(name) + struct.pack(f">I{len(shape)}I", len(shape), *map(names.index, shape)) +
+                           listed(12, [attribute(*item) for item in own.items()]) +
+                           struct.pack(">III", kinds[values.dtype], values.nbytes, begin))
+        return (b"CDF\x01" + bytes(4) + listed(10, [text(name) + struct.pack(">I", length) for name, length in dimensions.items()]) +
+                listed(12, [attribute(*item) for item in attributes.items()]) + listed(11, entries))
+
+    parts = [padded(values.astype(values.dtype.newbyteorder(">")).tobytes()) for _, values, _ in variables.values()]
+    begins, at = [], len(head([0] * len(parts)))
+    for part in parts:
+        begins.append(at)
+        at += len(part)
+    return head(begins) + b"".join(parts)
+
+
+def exodus_of_blocks(points, blocks):
+    """Blocks of (element type, rows of nodes counted from 0)."""
+    dimensions = {"len_string": 33, "time_step": 0, "num_dim": 3, "num_nodes": len(points), "num_elem": sum(len(rows) for _, rows in blocks),
+                  "num_el_blk": len(blocks)}
+    variables = {f"coord{axis}": (["num_nodes"], np.ascontiguousarray(points[:, k], dtype="f8"), {}) for k, axis in enumerate("xyz")}
+    variables["eb_prop1"] = ["num_el_blk"], np.arange(1, len(blocks) + 1, dtype="i4"), {"name": "ID"}
+    for number, (kind, rows) in enumerate(blocks, 1):
+        rows = np.asarray(rows, dtype="i4")
+        dimensions[f"num_el_in_blk{number}"], dimensions[f"num_nod_per_el{number}"] = rows.shape
+        variables[f"connect{number}"] = [f"num_el_in_blk{number}", f"num_nod_per_el{number}"], rows + 1, {"elem_type": kind}
+    attributes = {"api_version": np.float32(5.14), "version": np.float32(5.14), "floating_point_word_size": np.int32(8),
+                  "file_size": np.int32(1)}
+    return netcdf(dimensions, attributes, variables)
+
+
 class ExodusTest(FolderTest):
     def setUp(self):
         if vtkExodusIIWriter is None:
@@ -225,6 +277,29 @@ class Blocks(ExodusTest):
         self.assertEqual(by_name["ElementBlockIds"]["ranges"], [[7, 12]])
         self.assertEqual(by_name["ElementBlockIds"]["tuples"], 2)
         self.assertEqual(by_name["ObjectId"]["ranges"], [[7, 12]])
+
+
+class CurvedElements(ExodusTest):
+    def test_what_vtk_takes_for_linear_ones_is_read_by_its_corners(self):
+        """VTK's reader takes TET14 for TET4, and its nodes for those of several elements."""
+        mesh = TinyVtu(3)
+        tets = np.array(mesh.tets)
+        points = np.array(mesh.points, dtype="f8")
+        more = points[tets].mean(axis=1)[:, None, :].repeat(10, axis=1).reshape(-1, 3)
+        beside = len(points) + np.arange(10 * len(tets)).reshape(-1, 10)
+        all_points = np.concatenate([points, more])
+        triangles = tets[:, 1:]
+        plain = self.write(exodus_of_blocks(points, [("TETRA", tets), ("TRI3", triangles)]), "plain.e")
+        volume = report_of("info", plain)["volume"]
+        for order in ("TET14", "tetra14"):
+            curved = self.write(exodus_of_blocks(all_points, [(order, np.concatenate([tets, beside], axis=1)),
+                                                              ("TRI7", np.concatenate([triangles, beside[:, :4]], axis=1))]), "curved.e")
+            self.assertIn("use --linearize", self.refused("info", curved, code=BAD))
+            found = report_of("info", curved, "--linearize")
+            self.assertEqual((found["tets"], found["lower_cells"]), (len(tets), len(tets)))
+            self.assertAlmostEqual(found["volume"], volume)
+        odd = self.write(exodus_of_blocks(all_points, [("SUPER14", np.concatenate([tets, beside], axis=1))]), "odd.e")
+        self.refused("info", odd, code=BAD)
 
 
 class AllSteps(ExodusTest):

@@ -1,0 +1,55 @@
+#include "vtk/vtk_trap.h"
+
+#include <vtkObjectFactory.h>
+
+#include <string_view>
+
+#include "base/error.h"
+
+namespace tetfusion {
+namespace {
+
+// "ERROR: In vtkFoo.cxx, line 1\nvtkFoo (0x55d0): What is wrong\n\n" is "What is wrong".
+std::string tidy(std::string_view text) {
+  const std::size_t object = text.find("): ");
+  if (object != std::string_view::npos) text.remove_prefix(object + 3);
+  std::string words;
+  for (const char c : text) {
+    const bool blank = c == '\n' || c == '\r' || c == '\t' || c == ' ';
+    if (!blank) {
+      words += c;
+    } else if (!words.empty() && words.back() != ' ') {
+      words += ' ';
+    }
+  }
+  while (!words.empty() && words.back() == ' ') words.pop_back();
+  return words.empty() ? "an error without a message" : words;
+}
+
+}  // namespace
+
+vtkStandardNewMacro(MessageTrap);
+
+void MessageTrap::DisplayErrorText(const char* text) {
+  if (error_.empty() && text != nullptr) error_ = tidy(text);
+}
+
+TrapScope::TrapScope()
+    : before_(vtkOutputWindow::GetInstance()),
+      verbosity_before_(vtkLogger::GetCurrentVerbosityCutoff()) {
+  trap_->SetDisplayMode(vtkOutputWindow::NEVER);
+  vtkOutputWindow::SetInstance(trap_);
+  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+}
+
+TrapScope::~TrapScope() {
+  vtkOutputWindow::SetInstance(before_);
+  vtkLogger::SetStderrVerbosity(verbosity_before_);
+}
+
+void TrapScope::check(const std::string& path) const {
+  if (trap_->error().empty()) return;
+  throw Error(ErrorCode::kBadInput, path + ": VTK cannot read it: " + trap_->error());
+}
+
+}  // namespace tetfusion

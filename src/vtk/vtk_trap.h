@@ -1,0 +1,47 @@
+// What VTK complains of, as an error of ours, and nothing printed.
+#pragma once
+
+#include <vtkLogger.h>
+#include <vtkNew.h>
+#include <vtkOutputWindow.h>
+#include <vtkSmartPointer.h>
+
+#include <string>
+
+namespace tetfusion {
+
+// Keeps VTK's first error message instead of printing it.
+class MessageTrap : public vtkOutputWindow {
+ public:
+  static MessageTrap* New();
+
+  void DisplayText(const char*) override {}
+  void DisplayWarningText(const char*) override {}
+  void DisplayGenericWarningText(const char*) override {}
+  void DisplayDebugText(const char*) override {}
+  void DisplayErrorText(const char* text) override;
+  const std::string& error() const { return error_; }
+
+ private:
+  std::string error_;
+};
+
+// Puts a trap in the place of VTK's message window for its life time, and keeps VTK's log quiet,
+// which would print the same messages. Not to be used in two threads at once.
+class TrapScope {
+ public:
+  TrapScope();
+  ~TrapScope();
+  TrapScope(const TrapScope&) = delete;
+  TrapScope& operator=(const TrapScope&) = delete;
+
+  // Throws Error(kBadInput) with VTK's first error since the beginning.
+  void check(const std::string& path) const;
+
+ private:
+  vtkSmartPointer<vtkOutputWindow> before_;
+  vtkLogger::Verbosity verbosity_before_;
+  vtkNew<MessageTrap> trap_;
+};
+
+}  // namespace tetfusion
