@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -17,12 +18,22 @@ namespace {
 // What coordinates are rounded by at most, as a share of the diagonal: less is no movement.
 constexpr double kRounding = 0x1p-53;
 
+std::string describe_reach(const RunEstimate& e) {
+  const std::optional<bool> reaches = e.reaches_goal();
+  std::string text = fmt::format("about {:.3g} % less tetrahedra", 100 * e.reduction);
+  if (e.is_rough) {
+    text += fmt::format(" or more, {:.3g} % at the least, as the boundary moves",
+                        100 * e.least_reduction());
+  }
+  if (reaches == false) return text + "; the goal is out of reach";
+  return e.goal && !reaches ? text + "; whether the goal is in reach is open" : text;
+}
+
 void add_estimate(const RunPlan& plan, std::string* text) {
   const auto to = std::back_inserter(*text);
   const RunEstimate& e = plan.estimate;
   fmt::format_to(to, "boundary   about {:.3g} % of the points\n", 100 * e.boundary_share);
-  fmt::format_to(to, "reachable  about {:.3g} % less tetrahedra{}\n", 100 * e.reduction,
-                 e.goal && !e.reaches_goal() ? "; the goal is out of reach" : "");
+  fmt::format_to(to, "reachable  {}\n", describe_reach(e));
   fmt::format_to(to, "time       about {:.2g} s with {} thread{}, without waiting for disks\n",
                  e.seconds, plan.threads, plan.threads == 1 ? "" : "s");
   fmt::format_to(

@@ -6,6 +6,7 @@
 
 #include "base/resources.h"
 #include "driver/import.h"
+#include "driver/remainder.h"
 #include "driver/round_plan.h"
 #include "driver/rounds.h"
 #include "driver/run.h"
@@ -44,6 +45,7 @@ class Trial {
   void limit_errors();
   void reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds);
   std::optional<std::uint64_t> goal();
+  double share_gone(const std::optional<Remainder<Real>>& remainder) const;
   double seconds_for_all(double reading, double assembling, double rounds) const;
 
   // How many times the vertices of the sample that may go the mesh has.
@@ -76,6 +78,9 @@ RunEstimate Trial<Real>::run(double start) {
   out_.boundary_share = boundary_.boundary_share();
   look_at_marks();
   limit_errors();
+  out_.is_rough = surfaces_move(behaviour_) && !out_.is_whole();
+  std::optional<Remainder<Real>> remainder;
+  if (out_.is_rough) remainder.emplace(*mesh().whole);
 
   const auto layout = run_layout<Real>(behaviour_, run_.input.carried, steering_.width());
   Rounds<Real> rounds(layout, 1, run_.place.budget(), scratch_.get());
@@ -91,10 +96,17 @@ RunEstimate Trial<Real>::run(double start) {
     reach(std::nullopt, &rounds);
   }
   out_.sample_seconds = wall_seconds() - begin;
-  const auto gone = static_cast<double>(out_.sample_tets - mesh().tets);
-  const double share = gone * scale() / static_cast<double>(out_.tets);
-  out_.reduction = std::min(share, 1 - 1 / static_cast<double>(out_.tets));
+  out_.reduction = std::min(share_gone(remainder), 1 - 1 / static_cast<double>(out_.tets));
   return out_;
+}
+
+template <class Real>
+double Trial<Real>::share_gone(const std::optional<Remainder<Real>>& remainder) const {
+  const auto tets = static_cast<double>(out_.tets);
+  const WorkMesh<Real>& left = *input_.mesh.whole;
+  if (!remainder) return static_cast<double>(out_.sample_tets - left.tets.size()) * scale() / tets;
+  const double boundary = static_cast<double>(boundary_.used_points()) * boundary_.boundary_share();
+  return 1 - remainder->of_mesh(left, tets, boundary) / tets;
 }
 
 template <class Real>
@@ -172,6 +184,16 @@ double Trial<Real>::seconds_for_all(double reading, double assembling, double ro
 }
 
 }  // namespace
+
+double RunEstimate::least_reduction() const {
+  return is_rough ? std::max(0.0, 1 - kRoughFactor * (1 - reduction)) : reduction;
+}
+
+std::optional<bool> RunEstimate::reaches_goal() const {
+  if (!goal) return std::nullopt;
+  if (*goal <= least_reduction()) return true;
+  return is_rough ? std::nullopt : std::optional(false);
+}
 
 RunEstimate estimate_run(const Run& run, const Steering& steering, std::uint64_t sample_tets,
                          double start) {

@@ -1,6 +1,7 @@
 #include "driver/run_plan.h"
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/resources.h"
 #include "base/version.h"
@@ -38,6 +39,7 @@ RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
 std::string to_json(const RunPlan& plan) {
   using Json = nlohmann::ordered_json;
   const RunEstimate& estimate = plan.estimate;
+  const std::optional<bool> reaches = estimate.reaches_goal();
   const Json json = {
       {"version", version()},
       {"method", plan.method == Method::kFuse ? "fuse" : "tetfuse"},
@@ -54,7 +56,8 @@ std::string to_json(const RunPlan& plan) {
       {"scratch", plan.on_disk ? Json(plan.scratch) : Json()},
       {"estimate",
        {{"reduction", estimate.reduction},
-        {"reaches_goal", estimate.goal ? Json(estimate.reaches_goal()) : Json()},
+        {"reduction_at_least", estimate.is_rough ? Json(estimate.least_reduction()) : Json()},
+        {"reaches_goal", reaches ? Json(*reaches) : Json()},
         {"seconds", estimate.seconds},
         {"boundary_points_share", estimate.boundary_share},
         {"sample_tets", estimate.sample_tets},

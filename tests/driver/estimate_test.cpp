@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "base/error.h"
 #include "base/resources.h"
@@ -95,6 +96,34 @@ TEST_F(Estimate, OfAPartIsNearWhatTheWholeReaches) {
   }
 }
 
+// What the cut keeps of the sample is three times as much as would be left.
+TEST_F(Estimate, OfAPartWhoseBoundaryMovesIsNotWhatItsCutKeeps) {
+  for (const LatticeKind kind : {LatticeKind::kFive, LatticeKind::kBcc}) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    generate(kind, 80'000);
+    request.behaviour.boundary = Boundary::kPlanar;
+    request.behaviour.regions.emplace();
+    request.behaviour.max_error = 0.02;
+    request.behaviour.reduction = 0.5;
+    const RunEstimate e = estimate(16'000);
+    EXPECT_TRUE(e.is_rough);
+    EXPECT_EQ(e.reaches_goal(), true);
+    const double left = 1 - reached();
+    EXPECT_LT(e.least_reduction(), 1 - left);
+    std::filesystem::remove(request.output);
+    EXPECT_LT(1 - e.reduction, 2.5 * left);
+    EXPECT_GT(1 - e.reduction, left / 2.5);
+  }
+}
+
+TEST_F(Estimate, NeverCallsAGoalOutOfReachWhereTheBoundaryMoves) {
+  generate(LatticeKind::kFive, 30'000);
+  request.behaviour.boundary = Boundary::kPlanar;
+  request.behaviour.reduction = 0.9999;
+  EXPECT_EQ(estimate(5000).reaches_goal(), std::nullopt);
+  EXPECT_EQ(estimate(kSampleTets).reaches_goal(), false);  // all of it was tried
+}
+
 TEST_F(Estimate, KnowsWhetherTheGoalCanBeReached) {
   generate(LatticeKind::kFive, 30'000);
   for (const double goal : {0.3, 0.999}) {
@@ -120,6 +149,10 @@ TEST_F(Estimate, DoesNotDependOnThreads) {
   EXPECT_EQ(one.reduction, three.reduction);
   EXPECT_EQ(one.sample_tets, three.sample_tets);
   EXPECT_EQ(one.boundary_share, three.boundary_share);
+  request.behaviour.boundary = Boundary::kPlanar;
+  const double moves = estimate(4000).reduction;
+  request.performance.threads = 1;
+  EXPECT_EQ(estimate(4000).reduction, moves);
 }
 
 // Cells of lower dimension, unused points, regions: the sample is a mesh like any other.
