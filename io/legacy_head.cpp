@@ -255,7 +255,10 @@ class LegacyParser {
     const std::uint64_t components = words.size() > 3 ? in_.count_of(words[3]) : 1;
     if (!in_.binary()) in_.skip_blanks();
     if (in_.comes("LOOKUP_TABLE")) in_.take_line();
-    add_attribute(name, words[2], components);
+    std::string_view type = words[2];
+    // FreeFem writes no blank before the number of components. No type ends so.
+    if (words.size() == 3 && type.ends_with('1')) type.remove_suffix(1);
+    add_attribute(name, type, components);
     set().active.emplace("Scalars", name);
   }
 

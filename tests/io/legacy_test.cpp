@@ -318,6 +318,9 @@ EDGE_FLAGS edge unsigned_char
 1 1 0 1
 SCALARS without_table float
 1 2 3 4
+Scalars of_freefem int1
+LOOKUP_TABLE table
+5 6 7 8
 FIELD more 2
 names 1 4 string
 a b
@@ -342,6 +345,8 @@ NULL_ARRAY
                                                                      {"EdgeFlag", "edge"}}));
   EXPECT_THAT(values<float>(read_point_array(source.get(), "without_table")),
               ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(values<std::int32_t>(read_point_array(source.get(), "of_freefem")),
+              ElementsAre(5, 6, 7, 8));
   dump_of(bytes);
 }
 
