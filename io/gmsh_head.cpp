@@ -298,7 +298,12 @@ class GmshHeadParser {
       file_.fail_in_line(text.data(), "expected the dimension and tag of a group before its name");
     }
     GmshName group;
-    if (!second.empty()) group.dimension = file_.number<std::int32_t>(first);
+    if (!second.empty()) {
+      group.dimension = file_.number<std::int32_t>(first);
+      if (group.dimension < 0 || group.dimension > 3) {
+        file_.fail_in_line(text.data(), "expected a dimension of 0 to 3");
+      }
+    }
     group.tag = file_.number<std::int32_t>(second.empty() ? first : second);
     return group;
   }

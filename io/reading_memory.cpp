@@ -12,9 +12,6 @@ namespace {
 // What threads have in hand while they read.
 constexpr std::uint64_t kPassing = std::uint64_t{8} << 20;
 
-// What a cell of any order may have, if it is of third order.
-constexpr std::uint64_t kVerticesOfThird = 64;
-
 std::uint64_t most_tets(std::uint8_t type) {
   switch (linear_type(type)) {
     case kVtkTetra:
@@ -39,15 +36,15 @@ std::uint64_t bytes_of(const AttributeSet& set) {
   return bytes;
 }
 
-std::uint64_t memory_to_read(const MeshDescription& description, const CellTypeCounts& cells) {
-  std::uint64_t ids = 0;
+std::uint64_t memory_to_read(const MeshDescription& description, const CellTypeCounts& cells,
+                             std::optional<std::uint64_t> ids_of_file) {
+  std::uint64_t ids = ids_of_file.value_or(0);
   std::uint64_t tets = 0;
   std::uint64_t lower = 0;
   std::uint64_t all = 0;
   for (std::size_t t = 0; t < cells.size(); ++t) {
     const auto type = static_cast<std::uint8_t>(t);
-    ids += cells[t] * (is_of_any_order(type) ? kVerticesOfThird
-                                             : static_cast<std::uint64_t>(vtk_cell_size(type)));
+    if (!ids_of_file) ids += cells[t] * corners_of(type);
     tets += cells[t] * most_tets(type);
     lower += most_tets(type) == 0 ? cells[t] : 0;
     all += cells[t];

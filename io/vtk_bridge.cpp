@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <mutex>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -138,6 +139,13 @@ std::string_view attribute_of(std::string_view text, std::string_view tag, std::
   return end == std::string_view::npos ? std::string_view{} : text.substr(at + 1, end - at - 1);
 }
 
+// VTK's readers, their libraries and its window for messages are for one thread, and a child that
+// is forked meanwhile would find their locks taken.
+std::mutex& vtk_readers() {
+  static std::mutex mutex;
+  return mutex;
+}
+
 FormatGuess guess_format_of(const std::string& path) {
   const MappedFile file = MappedFile::open(path);
   return guess_format(file.bytes());
@@ -182,6 +190,7 @@ std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOpt
   }
   const VtkPlugin& plugin = load_plugin(path + ": this is " + (what.empty() ? guess.words : what));
   std::unique_ptr<PluginMesh> mesh;
+  const std::lock_guard lock(vtk_readers());
   throw_if_failed(plugin.open(path, options, &mesh));
   return std::make_unique<VtkSource>(std::move(mesh), what);
 }
@@ -189,6 +198,7 @@ std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOpt
 std::vector<double> time_steps_with_vtk(const std::string& path) {
   const VtkPlugin& plugin = load_plugin(path + ": this is " + guess_format_of(path).words);
   std::vector<double> times;
+  const std::lock_guard lock(vtk_readers());
   throw_if_failed(plugin.time_steps(path, &times));
   return times;
 }

@@ -164,6 +164,15 @@ CellTypeCounts count_types(const VtuInput& input) {
   return counts;
 }
 
+std::uint64_t count_ids(const VtuInput& input) {
+  std::uint64_t ids = 0;
+  for (std::size_t p = 0; p < input.head.pieces.size(); ++p) {
+    if (input.head.pieces[p].cells == 0) continue;
+    ids += VtuCellArrays(input, p).open_connectivity().values();
+  }
+  return ids;
+}
+
 VtuCells read_cells(const VtuInput& input, const OpenOptions& options, Vector<std::uint8_t>* used) {
   return CellReader(input, options, used).run();
 }

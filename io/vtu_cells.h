@@ -36,6 +36,8 @@ VtuCells read_cells(const VtuInput& input, const OpenOptions& options, Vector<st
 
 // Reads no more than the types, and keeps nothing. Throws Error(kBadInput).
 CellTypeCounts count_types(const VtuInput& input);
+// Vertices of all cells together.
+std::uint64_t count_ids(const VtuInput& input);
 
 // Moves the cells into `mesh` under the points' new numbers (empty: as they are), splits what is to
 // be split, and fills tets, lower, tet_source, lower_source and ghost_cells. `path` is for

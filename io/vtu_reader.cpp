@@ -56,8 +56,12 @@ class VtuSource final : public MeshSource {
 
   std::uint64_t memory_to_read() override {
     CellTypeCounts cells{};
-    input_.guarded([&] { cells = count_types(input_); });
-    return tetfusion::memory_to_read(description_, cells);
+    std::uint64_t ids = 0;
+    input_.guarded([&] {
+      cells = count_types(input_);
+      ids = count_ids(input_);
+    });
+    return tetfusion::memory_to_read(description_, cells, ids);
   }
 
   std::optional<std::uint64_t> mesh_checksum(const RunContext& context) override {

@@ -77,6 +77,7 @@ void run_apply(ApplyArguments* a) {
   context.report("reading", 0);
   const MapFile map = MapFile::open(a->map);
   auto source = open_mesh(a->input, a->open);
+  console.tell_time_step(a->open.time_step, source->description());
   refuse_piece_as_mesh(a->output, source->description());
   refuse_piece(a->report, source->description());
   const std::vector<MovedArray> arrays = apply_map(map, source.get(), a->arrays, context);

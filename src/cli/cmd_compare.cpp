@@ -269,10 +269,14 @@ Json report(const CompareArguments& a, const Comparison& c,
 Comparison compare(const CompareArguments& a, const Bounds& bounds) {
   Console console(a.console);
   const RunContext context = console.context();
-  const auto original = open_mesh(a.original, a.open);
   OpenOptions open = a.open;
-  if (open.time_step && time_steps_of(a.simplified).size() < 2) open.time_step.reset();
+  const bool is_for_both = time_steps_of(a.simplified).size() > 1;
+  if (is_for_both && time_steps_of(a.original).empty()) open.time_step.reset();
+  const auto original = open_mesh(a.original, open);
+  open.time_step = is_for_both ? a.open.time_step : std::nullopt;
   const auto simplified = open_mesh(a.simplified, open);
+  console.tell_time_step(a.open.time_step, original->description());
+  console.tell_time_step(a.open.time_step, simplified->description());
   refuse_piece(a.report, original->description());
   refuse_piece(a.report, simplified->description());
   require_arrays(bounds, original->description());

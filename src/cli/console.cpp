@@ -159,6 +159,13 @@ Console::Console(const ConsoleOptions& options)
       start_(wall_seconds()),
       bar_(bar_style(options), interrupted) {}
 
+void Console::tell_time_step(const std::optional<std::uint64_t>& chosen,
+                             const MeshDescription& mesh) {
+  if (chosen || mesh.time_steps.size() < 2) return;
+  say(fmt::format("{}: of {} time steps number {} is read (--time-step takes another one)",
+                  mesh.path, format_count(mesh.time_steps.size()), mesh.time_step));
+}
+
 void Console::say(std::string_view message) {
   if (!quiet_) bar_.print_line(message);
 }

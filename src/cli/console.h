@@ -81,6 +81,8 @@ class Console {
  public:
   explicit Console(const ConsoleOptions& options);
 
+  // Where a file has several time steps, and nobody has chosen one of them.
+  void tell_time_step(const std::optional<std::uint64_t>& chosen, const MeshDescription& mesh);
   void say(std::string_view message);     // unless quiet
   void detail(std::string_view message);  // with --verbose only
   void detail_resources();                // time and memory so far, with --verbose only

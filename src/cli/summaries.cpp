@@ -22,8 +22,8 @@ std::string describe_reach(const RunEstimate& e) {
   const std::optional<bool> reaches = e.reaches_goal();
   std::string text = fmt::format("about {:.3g} % less tetrahedra", 100 * e.reduction);
   if (e.is_rough) {
-    text += fmt::format(" or more, {:.3g} % at the least, as the boundary moves",
-                        100 * e.least_reduction());
+    text += fmt::format(" or more ({:.3g} % with four times as many left), as the boundary moves",
+                        100 * e.low_reduction());
   }
   if (reaches == false) return text + "; the goal is out of reach";
   return e.goal && !reaches ? text + "; whether the goal is in reach is open" : text;

@@ -185,13 +185,13 @@ double Trial<Real>::seconds_for_all(double reading, double assembling, double ro
 
 }  // namespace
 
-double RunEstimate::least_reduction() const {
+double RunEstimate::low_reduction() const {
   return is_rough ? std::max(0.0, 1 - kRoughFactor * (1 - reduction)) : reduction;
 }
 
 std::optional<bool> RunEstimate::reaches_goal() const {
   if (!goal) return std::nullopt;
-  if (*goal <= least_reduction()) return true;
+  if (*goal <= low_reduction()) return true;
   return is_rough ? std::nullopt : std::optional(false);
 }
 

@@ -29,8 +29,8 @@ struct RunEstimate {
   bool is_rough = false;       // the boundary moves, in a part that is not the whole
 
   bool is_whole() const { return sample_tets == tets; }
-  // The reduction, or, where it is rough, what is reached in any case.
-  double least_reduction() const;
+  // The reduction, or, where it is rough, that with kRoughFactor times as many left.
+  double low_reduction() const;
   // None where there is no goal, or where that cannot be told.
   std::optional<bool> reaches_goal() const;
 };

@@ -140,6 +140,7 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
   const auto& arrays = mesh.cell_data.arrays;
   std::string taken;  // as options: names take the place of the default
   for (const std::size_t i : regions) {
+    if (!has_several_values(stream, i, arrays[i])) continue;
     context.say(fmt::format(
         "interfaces of cell array {} are kept (--regions none switches that off)", arrays[i].name));
     taken += fmt::format("--regions {} ", in_a_shell(arrays[i].name));
@@ -148,7 +149,7 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
   std::vector<std::string> others;
   for (std::size_t i = 0; i < arrays.size(); ++i) {
     const ArrayInfo& array = arrays[i];
-    if (is_region_of_floats(array)) {
+    if (is_region_of_floats(array) && has_several_values(stream, i, array)) {
       context.say(fmt::format(
           "cell array {} has floating-point numbers, and may be a field: its interfaces are not "
           "kept (if its values say regions, {}--regions {} keeps them)",

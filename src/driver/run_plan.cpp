@@ -56,7 +56,7 @@ std::string to_json(const RunPlan& plan) {
       {"scratch", plan.on_disk ? Json(plan.scratch) : Json()},
       {"estimate",
        {{"reduction", estimate.reduction},
-        {"reduction_at_least", estimate.is_rough ? Json(estimate.least_reduction()) : Json()},
+        {"reduction_low", estimate.is_rough ? Json(estimate.low_reduction()) : Json()},
         {"reaches_goal", reaches ? Json(*reaches) : Json()},
         {"seconds", estimate.seconds},
         {"boundary_points_share", estimate.boundary_share},

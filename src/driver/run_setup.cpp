@@ -129,7 +129,8 @@ double scale_of_weights(const std::string& name, const MeshDescription& mesh,
     }
     for (const double value : values) largest = std::max(largest, value);
   }
-  return largest > 0 ? 1 / largest : 1;
+  // Of smaller ones the inverse would be infinite.
+  return largest > 0 ? 1 / std::max(largest, std::numeric_limits<double>::min()) : 1;
 }
 
 template <class Real>

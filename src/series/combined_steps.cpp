@@ -19,6 +19,22 @@
 
 namespace tetfusion {
 
+namespace {
+
+// Of the first step, which need not have all that are named.
+std::vector<std::size_t> regions_in(const MeshDescription& mesh,
+                                    const std::optional<std::vector<std::string>>& names) {
+  if (!names) return choose_regions(mesh, names);
+  std::vector<std::size_t> regions;
+  for (const std::string& name : *names) {
+    const std::size_t index = mesh.cell_data.find(name);
+    if (index != AttributeSet::npos) regions.push_back(index);
+  }
+  return regions;
+}
+
+}  // namespace
+
 CombinedSteps::CombinedSteps(const BehaviourOptions& behaviour, const StepFiles& files,
                              const std::string& folder, const CombinedFields::Settings& sums,
                              const RunContext& context)
@@ -48,7 +64,7 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   // Names that are none are refused here, where the mesh has its own arrays.
   static_cast<void>(weight_column(options_.weight, mesh, CarriedArrays(mesh)));
   if (options_.arrays.empty() && !arrays_.empty()) {
-    say_what_steers({arrays_[0].name}, mesh, {}, context_);
+    say_what_steers({arrays_[0].name}, mesh, regions_in(mesh, options_.regions), context_);
   }
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
   used_.emplace(stream->points());

@@ -273,7 +273,7 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
 std::vector<Step> find_steps_of(const std::string& path,
                                 const std::optional<std::uint64_t>& wanted) {
   const std::vector<double> times = time_steps_of(path);
-  if (times.size() < 2) return {};
+  if (times.empty()) return {};
   std::vector<Step> steps;
   for (std::size_t i = 0; i < times.size(); ++i) {
     steps.push_back({path, std::to_string(i), times[i], "", i, {}});

@@ -84,10 +84,9 @@ class ExodusFile {
     int word = sizeof(double), file_word = 0;
     float version = 0;
     file_ = ex_open(path.c_str(), EX_READ, &word, &file_word, &version);
+    if (file_ < 0) throw Error(ErrorCode::kBadInput, path + ": cannot be opened as an Exodus file");
   }
-  ~ExodusFile() {
-    if (file_ >= 0) ex_close(file_);
-  }
+  ~ExodusFile() { ex_close(file_); }
   ExodusFile(const ExodusFile&) = delete;
   ExodusFile& operator=(const ExodusFile&) = delete;
 

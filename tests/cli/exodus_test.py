@@ -231,6 +231,16 @@ class OneStep(ExodusTest):
                           "'tetfusion simplify IN' with -o OUT_{step}.vtu or -o OUT.pvd all of them)", told)
             self.assertNotIn("time steps", finish(*arguments, "--time-step", "0").stderr.decode())
 
+    def test_other_commands_say_which_one_they_read(self):
+        path = self.steps()
+        step = self.converted(path, 2)
+        said = "of 4 time steps number 0 is read"
+        for arguments in (["check", path], ["compare", path, step], ["compare", step, path]):
+            self.assertIn(said, finish(*arguments).stderr.decode(), arguments)
+            self.assertNotIn(said, finish(*arguments, "--time-step", "2").stderr.decode(), arguments)
+        report = report_of("compare", step, path, "--time-step", "2")
+        self.assertEqual(max(array["max"] for array in report["arrays"]), 0)
+
     def test_a_run_is_not_gone_on_with_at_another_step(self):
         path = self.steps([0, 1, 2], mesh=jittered(24))
         arguments = ["simplify", path, "-o", self.folder / "out.vtu", "--reduction", "80%", "--chunk-tets", "4k", "--threads", "1"]
@@ -346,6 +356,20 @@ class AllSteps(ExodusTest):
                 self.assertEqual([(s["step"], s["time"]) for s in report["steps"]], [("3", 4)])
                 self.assertEqual([p.name for p in self.folder.glob("out_*")], ["out_3.vtu"])
             self.assertTrue(self.outputs("out_3.vtu") == self.outputs("alone.vtu"), mode)
+
+    def test_a_file_with_one_step_counts_like_the_others(self):
+        path = self.steps(times=[0.5], name="run_017.e")
+        self.simplify(path, *GOAL, "--quiet")
+        self.assertEqual(sorted(p.name for p in self.folder.glob("out_*.vtu")), ["out_0.vtu"])
+
+    def test_steps_of_several_formats_are_read_in_turns(self):
+        """The first one in windows, so that two steps are in hand at once; VTK reads one at a time."""
+        path = self.steps()
+        names = [self.converted(path, 0, "m_0.vtu")]
+        names += [self.write(self.steps(times=[i], name="one.e").read_bytes(), f"m_{i}.e") for i in range(1, 7)]
+        for _ in range(3):
+            run("simplify", *names, "-o", self.folder / "mixed_{step}.vtu", "--array", "bump", *GOAL, "--threads", "2", "--quiet")
+        self.assertEqual(len(list(self.folder.glob("mixed_*.vtu"))), 7)
 
     def test_nobody_is_told_of_other_steps(self):
         path = self.steps()

@@ -109,7 +109,7 @@ TEST_F(Estimate, OfAPartWhoseBoundaryMovesIsNotWhatItsCutKeeps) {
     EXPECT_TRUE(e.is_rough);
     EXPECT_EQ(e.reaches_goal(), true);
     const double left = 1 - reached();
-    EXPECT_LT(e.least_reduction(), 1 - left);
+    EXPECT_LT(e.low_reduction(), 1 - left);
     std::filesystem::remove(request.output);
     EXPECT_LT(1 - e.reduction, 2.5 * left);
     EXPECT_GT(1 - e.reduction, left / 2.5);

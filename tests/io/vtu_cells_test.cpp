@@ -162,6 +162,19 @@ TEST_F(VtuCellKinds, CurvedCellsAreTheirCorners) {
   }
 }
 
+// They are read with all that they have, before no more than their corners is kept.
+TEST_F(VtuCellKinds, MemoryCountsAllVerticesOfCurvedCells) {
+  const auto needed = [&](std::size_t vertices) {
+    std::vector<double> ids(vertices);
+    std::iota(ids.begin(), ids.end(), 0.0);
+    VtuText mesh;
+    mesh.pieces = {cell_piece(std::vector<double>(3 * 300, 1.0), std::vector<double>(100, 71),
+                              std::vector<std::vector<double>>(100, ids))};
+    return open(mesh, {.tetrahedralize = false, .linearize = true})->memory_to_read();
+  };
+  EXPECT_EQ(needed(286) - needed(20), 100 * 266 * sizeof(VertexId));
+}
+
 // The unit cube; as a hexahedron its vertices go round its squares.
 const std::vector<double> kCube = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
                                    0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
