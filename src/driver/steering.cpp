@@ -35,10 +35,10 @@ SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
   if (colon != std::string::npos) {
     const auto tolerance = parse_share(text.substr(colon + 1));
     auto choice = find_array(mesh, text.substr(0, colon));
-    if (choice && (!tolerance || !(*tolerance > 0))) {
+    if (choice && !(tolerance && *tolerance > 0 && *tolerance <= 1)) {
       throw Error(ErrorCode::kUsage,
-                  fmt::format("--array {}: the tolerance \"{}\" must be greater than 0, a share of "
-                              "the field's range as in 0.5%",
+                  fmt::format("--array {}: the tolerance \"{}\" must be greater than 0% and at "
+                              "most 100% of the field's range, as in 0.5%",
                               text, text.substr(colon + 1)));
     }
     if (choice) {

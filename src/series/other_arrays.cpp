@@ -51,6 +51,7 @@ class DressedMesh final : public MeshSource {
     description_.point_data = describe(arrays_.points, arrays_.point_markers);
     description_.cell_data = describe(arrays_.cells, arrays_.cell_markers);
     description_.field_data = {};
+    description_.left_out = {};  // who opens the file itself says so, once
     for (const DataArray& array : arrays_.field_data) {
       description_.field_data.arrays.push_back(array.info);
     }

@@ -357,6 +357,12 @@ class AllSteps(ExodusTest):
                 self.assertEqual([p.name for p in self.folder.glob("out_*")], ["out_3.vtu"])
             self.assertTrue(self.outputs("out_3.vtu") == self.outputs("alone.vtu"), mode)
 
+    def test_what_is_left_out_of_a_mesh_is_said_once(self):
+        text = "MeshVersionFormatted 2\nDimension 3\nVertices 4\n0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\nRidges 0\nTetrahedra 1\n1 2 3 4 1\nEnd\n"
+        names = [self.write(text.encode(), f"step_{i}.mesh") for i in range(2)]
+        said = finish("simplify", *names, "-o", self.folder / "o_{step}.vtu", "--reduction", "10%").stderr.decode()
+        self.assertEqual(said.count("left out: Ridges"), 1, said)
+
     def test_a_file_with_one_step_counts_like_the_others(self):
         path = self.steps(times=[0.5], name="run_017.e")
         self.simplify(path, *GOAL, "--quiet")
