@@ -12,7 +12,7 @@ namespace tetfusion {
 struct GmshName {
   static constexpr int kNoDimension = -1;
 
-  int dimension = kNoDimension;  // version 2.0 does not say it
+  int dimension = kNoDimension;  // version 2.0 does not say it, and then 4.0 says -1
   std::int32_t tag = 0;
   std::string name;
 };

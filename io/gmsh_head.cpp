@@ -300,8 +300,8 @@ class GmshHeadParser {
     GmshName group;
     if (!second.empty()) {
       group.dimension = file_.number<std::int32_t>(first);
-      if (group.dimension < 0 || group.dimension > 3) {
-        file_.fail_in_line(text.data(), "expected a dimension of 0 to 3");
+      if (group.dimension < GmshName::kNoDimension || group.dimension > 3) {
+        file_.fail_in_line(text.data(), "expected a dimension of 0 to 3, or -1");
       }
     }
     group.tag = file_.number<std::int32_t>(second.empty() ? first : second);

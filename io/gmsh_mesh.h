@@ -69,7 +69,7 @@ class GmshMesh {
   NumberMap nodes_, elements_;
 };
 
-// Of versions 1 and 2: the dimensions 0 to 3 of the elements that are in physical groups of these
+// The dimensions 0 to 3 of the elements that are in physical groups of these
 // tags. Goes through the whole file.
 using GmshDimensions = std::map<std::int64_t, std::bitset<4>>;
 void find_dimensions(const FormatFile& file, const GmshHead& head, GmshDimensions* of_tags);

@@ -260,6 +260,15 @@ TEST_F(GmshVersions, NamesWithoutADimensionGoWithAllGroupsOfTheirTag) {
                     {"gmsh:physical:known", {4, 3}}}));
 }
 
+// Gmsh 4.0 writes -1 for what a file of version 2.0 did not say.
+TEST_F(GmshVersions, ADimensionOfMinusOneIsNone) {
+  const std::string names = "$PhysicalNames\n1\n-1 9 \"the body\"\n$EndPhysicalNames\n";
+  for (const std::string& text : {kVersion2, kVersion40}) {
+    EXPECT_EQ(groups_of(open_and_compare("a.msh", text + names).get()),
+              (Groups{{"gmsh:physical:the body", {9, 3}}}));
+  }
+}
+
 TEST_F(GmshVersions, WordsBehindANameAreTold) {
   const std::string names =
       "$PhysicalNames\n2\n3 9 \"the \"big\" body\" lower_dimensional_block\n2 7 \"inlet\"  \r\n"
