@@ -42,10 +42,11 @@ def main():
     arguments = parser.parse_args()
     paths = sorted(path for path in arguments.folder.rglob("*")
                    if path.suffix.lower() in SUFFIXES and path.is_file() and path.stat().st_size <= size_of(arguments.largest))
+    ways = arguments.options or WAYS
     refused, faults, read, runs = collections.Counter(), [], 0, 0
     with tempfile.TemporaryDirectory() as folder:
         for path in paths:
-            for way in arguments.options or WAYS:
+            for way in ways:
                 words = [arguments.command, "simplify", path, "-o", f"{folder}/out.vtu", "--verify", "--tetrahedralize", "--linearize", *way.split()]
                 try:
                     result = subprocess.run(words, capture_output=True, timeout=arguments.seconds, check=False)
@@ -57,7 +58,7 @@ def main():
                     refused[reason_of(said, path)] += 1
                     break
                 runs += 1
-                read += way == (arguments.options or WAYS)[0]
+                read += way == ways[0]
                 if result.returncode != 0:
                     faults.append((path, way, f"exit code {result.returncode}: {said.strip()}"))
     print(f"{len(paths)} files: {read} are read, {sum(refused.values())} refused; {runs} runs, {len(faults)} faults\n")

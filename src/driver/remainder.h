@@ -30,9 +30,10 @@ class Remainder {
   // Of the part, at one depth or deeper.
   struct Layer {
     double boundary_vertices = 0;
-    double cells_inside = 0,
-           cells_at_boundary = 0;                  // left: where some of one lies deeper, its share
-    double tets_inside = 0, tets_at_boundary = 0;  // there were where these cells are now
+    // Left: where some of one lies deeper, its share.
+    double cells_inside = 0, cells_at_boundary = 0;
+    // There were where these cells are now.
+    double tets_inside = 0, tets_at_boundary = 0;
   };
   struct Bounds {
     void add(const Vec3<double>& p);
