@@ -101,7 +101,7 @@ void unmark_global_ids(const OpenOptions& options, AttributeSet* cell_data) {
   if (ids) cell_data->active.try_emplace("PedigreeIds", ids.mapped());
 }
 
-std::string refusal(std::uint8_t type) {
+std::string refusal(std::uint8_t type, const OpenOptions& options) {
   const std::uint8_t linear = linear_type(type);
   std::string advice =
       ", which cannot be read: only tetrahedra, and vertices, lines and triangles beside them";
@@ -111,7 +111,7 @@ std::string refusal(std::uint8_t type) {
         "and split them";
   } else if (linear != type) {
     advice = ": use --linearize to keep no more than the corners of such cells";
-  } else if (is_cut(type)) {
+  } else if (is_cut(type) || (type == kVtkPolyhedron && !options.tetrahedralize)) {
     advice = ": use --tetrahedralize to split such cells";
   } else if (type == kVtkConvexPointSet || type == kVtkPolyhedron) {
     advice += "; ParaView's filter Tetrahedralize makes tetrahedra of such cells";

@@ -55,9 +55,9 @@ bool may_have_vertices(std::uint8_t type, std::uint64_t count);
 // another one is.
 void unmark_global_ids(const OpenOptions& options, AttributeSet* cell_data);
 
-// Ends the sentence "cell 7 " for a cell that cannot be read: "is a hexahedron (VTK cell type 12):
-// use --tetrahedralize to split such cells".
-std::string refusal(std::uint8_t type);
+// Ends the sentence "cell 7 " for a cell that cannot be read with these options: "is a hexahedron
+// (VTK cell type 12): use --tetrahedralize to split such cells".
+std::string refusal(std::uint8_t type, const OpenOptions& options);
 
 // Ends the sentence "cell 7 " for a cell with another number of vertices than its type has.
 std::string wrong_vertex_count(std::uint8_t type, std::uint64_t count);

@@ -92,7 +92,7 @@ class FormatSource final : public MeshSource {
     cells.offsets[0] = 0;
     for (std::size_t c = 0; c < cells.types.size(); ++c) {
       if (kept_vertices(cells.types[c], options_) < 0) {
-        fail("cell " + std::to_string(c) + " " + refusal(cells.types[c]));
+        fail("cell " + std::to_string(c) + " " + refusal(cells.types[c], options_));
       }
       cells.offsets[c + 1] = cells.offsets[c] + corners_of(cells.types[c]);
     }

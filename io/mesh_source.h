@@ -45,7 +45,7 @@ inline constexpr std::uint64_t kLastTimeStep = std::numeric_limits<std::uint64_t
 
 struct OpenOptions {
   // Split hexahedra, voxels, wedges and pyramids, and the quadrilaterals on them, by smallest
-  // vertex id.
+  // vertex id; with VTK polyhedra, too, each from a new point behind those of its piece.
   bool tetrahedralize = false;
   // Keep no more than the corners of cells of higher order, as ten-node tetrahedra, and of the
   // faces and edges beside them.

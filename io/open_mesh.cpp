@@ -94,7 +94,13 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   refuse_other_files(path, text);
   if (!may_have_time_steps(file)) choose_time_step(path, 0, options.time_step);
   const std::string_view type = vtk_file_type(text);
-  if (type == "UnstructuredGrid") return open_vtu(std::move(file), options);
+  std::string what;
+  if (type == "UnstructuredGrid") {
+    if (auto source = open_vtu(std::move(file), options, &what)) return source;
+    if (!standard_input) return open_with_vtk(path, options, what);
+    throw Error(ErrorCode::kBadInput,
+                "standard input is " + what + ", which VTK reads, and not from there: give a file");
+  }
   if (is_legacy_grid(text)) return open_legacy_vtk(std::move(file), options);
   if (looks_like_medit(text)) return open_medit(std::move(file), options);
   if (looks_like_gmsh(text)) return open_gmsh(std::move(file), options);
@@ -110,7 +116,6 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
         "standard input is neither a .vtu file, a legacy .vtk file of an unstructured grid nor a "
         "mesh of Medit or Gmsh, the formats that are read from there");
   }
-  std::string what;
   if (type == "PUnstructuredGrid") {
     if (auto source = open_pvtu(file, options, &what)) return source;
   }

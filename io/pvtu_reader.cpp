@@ -125,6 +125,10 @@ bool PvtuSource::add(const std::string& path) {
   if (has_cells_) put_in_order(d.cell_data, &head.cell_data, &head.pieces, &VtuPiece::cell_data);
   for (std::size_t p = 0; p < input.head.pieces.size(); ++p) {
     const VtuPiece& piece = input.head.pieces[p];
+    if (piece.has_faces && options_.tetrahedralize) {
+      obstacle_ = "a .pvtu with polyhedra";
+      return false;
+    }
     if (piece.points > 0 && piece.coordinates.present) {
       const ValueType type = point_type_for(piece.coordinates.info.type);
       if (!has_points_ || type == ValueType::kFloat64) d.point_type = type;

@@ -69,7 +69,7 @@ void ViewCells::look_at(std::uint64_t cell) {
     return;
   }
   const std::uint8_t type = type_of(cell);
-  if (kept_vertices(type, options_) < 0) fail(cell, refusal(type));
+  if (kept_vertices(type, options_) < 0) fail(cell, refusal(type, options_));
   if (!may_have_vertices(type, ids.size())) {
     fail(cell, wrong_vertex_count(type, ids.size()));
   }

@@ -73,8 +73,9 @@ std::string VtuCellArrays::cell_name(std::uint64_t cell) const {
   return "cell " + std::to_string(cell) + input_->of_piece(piece_);
 }
 
-void VtuCellArrays::refuse(std::uint64_t cell, std::uint8_t type) const {
-  input_->fail(ErrorCode::kBadInput, cell_name(cell) + " " + refusal(type));
+void VtuCellArrays::refuse(std::uint64_t cell, std::uint8_t type,
+                           const OpenOptions& options) const {
+  input_->fail(ErrorCode::kBadInput, cell_name(cell) + " " + refusal(type, options));
 }
 
 void VtuCellArrays::read_types(const TypeArray& types, std::uint64_t first, std::uint64_t count,
@@ -174,7 +175,7 @@ void VtuCellArrays::check_cells(const ArrayReader& offsets, const OpenOptions& o
                      std::to_string(limit) + " vertex ids" + offsets.where(cell));
       }
       if (types[i] == kGhost) continue;
-      if (kept_vertices(types[i], options) < 0) refuse(cell, types[i]);
+      if (kept_vertices(types[i], options) < 0) refuse(cell, types[i], options);
       const std::uint64_t vertices = ends[i + 1] - ends[i];
       if (!may_have_vertices(types[i], vertices)) {
         offsets.fail(cell_name(cell) + " " + wrong_vertex_count(types[i], vertices) +

@@ -81,7 +81,7 @@ class VtuCellArrays {
                 const std::function<std::uint64_t(std::uint64_t)>& cell_of, std::uint8_t* used,
                 VertexId* out) const;
 
-  [[noreturn]] void refuse(std::uint64_t cell, std::uint8_t type) const;
+  [[noreturn]] void refuse(std::uint64_t cell, std::uint8_t type, const OpenOptions& options) const;
 
  private:
   const VtuPiece& piece() const { return input_->head.pieces[piece_]; }

@@ -280,7 +280,8 @@ class VtuHeadParser {
       if (name == "connectivity") array = &piece->connectivity;
       if (name == "offsets") array = &piece->offsets;
       if (name == "types") array = &piece->types;
-      if (array == nullptr) continue;  // faces of polyhedra: their cells are refused later
+      piece->has_faces = piece->has_faces || name == "faces" || name == "face_connectivity";
+      if (array == nullptr) continue;
       if (array->present)
         fail("Cells" + of_piece() + " has two arrays called " + std::string(name));
       // Only the last offset tells the length of the connectivity.

@@ -33,6 +33,7 @@ struct VtuPiece {
   VtuArray connectivity;
   VtuArray offsets;
   VtuArray types;
+  bool has_faces = false;  // of polyhedra
 };
 
 struct VtuHead {

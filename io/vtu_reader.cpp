@@ -35,6 +35,11 @@ class VtuSource final : public MeshSource {
 
   const MeshDescription& description() const override { return description_; }
 
+  bool has_faces() const {
+    const auto& pieces = input_.head.pieces;
+    return std::any_of(pieces.begin(), pieces.end(), [](const VtuPiece& p) { return p.has_faces; });
+  }
+
   Geometry read_geometry() override {
     Geometry mesh;
     input_.guarded([&] { read_geometry_into(&mesh); });
@@ -273,6 +278,14 @@ class VtuSource final : public MeshSource {
 
 std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options) {
   return std::make_unique<VtuSource>(std::move(file), options, parse_vtu_head);
+}
+
+std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options,
+                                     std::string* why) {
+  auto source = std::make_unique<VtuSource>(std::move(file), options, parse_vtu_head);
+  if (!options.tetrahedralize || !source->has_faces()) return source;
+  *why = "a .vtu with polyhedra";
+  return nullptr;
 }
 
 std::unique_ptr<MeshSource> open_legacy_vtk(MappedFile file, const OpenOptions& options) {

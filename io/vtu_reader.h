@@ -15,6 +15,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "io/mapped_file.h"
 #include "io/mesh_source.h"
@@ -24,6 +25,10 @@ namespace tetfusion {
 // Reads the head. Throws Error(kBadInput). read_geometry and read_array of the result may be called
 // in any order and again; each keeps nothing.
 std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options = {});
+
+// The same, but null for a file whose polyhedra are to be split, as VTK alone reads their faces:
+// `why` then says so, "a .vtu with polyhedra".
+std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options, std::string* why);
 
 // The same for a legacy .vtk file of an unstructured grid (legacy_head.h).
 std::unique_ptr<MeshSource> open_legacy_vtk(MappedFile file, const OpenOptions& options = {});

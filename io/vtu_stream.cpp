@@ -156,7 +156,7 @@ class VtuStream final : public MeshStream {
     if (type == kVtkTetra) ++found->tets;
     if (type == kVtkTetra || type == VtuCellArrays::kGhost) return;
     const int kept = kept_vertices(type, options_);
-    if (kept < 0) arrays_.refuse(cell, type);
+    if (kept < 0) arrays_.refuse(cell, type, options_);
     const bool lower = type == kVtkVertex || type == kVtkLine || type == kVtkTriangle;
     found->as_they_are = found->as_they_are && lower;
   }

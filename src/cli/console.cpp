@@ -66,8 +66,10 @@ void add_console_options(CLI::App& command, ConsoleOptions* options, const char*
 
 void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize) {
   command
-      .add_flag("--tetrahedralize", *tetrahedralize,
-                "Split hexahedra, voxels, wedges and pyramids into tetrahedra")
+      .add_flag(
+          "--tetrahedralize", *tetrahedralize,
+          "Split hexahedra, voxels, wedges and pyramids into tetrahedra; polyhedra, too, round a "
+          "point in their middle")
       ->group(kInputGroup);
   command
       .add_flag("--linearize", *linearize,

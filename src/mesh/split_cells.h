@@ -24,6 +24,7 @@ enum VtkCellType : std::uint8_t {
   kVtkVertex = 1,
   kVtkLine = 3,
   kVtkTriangle = 5,
+  kVtkPolygon = 7,
   kVtkPixel = 8,
   kVtkQuad = 9,
   kVtkTetra = 10,

@@ -3,6 +3,7 @@
 #include <vtkDataSetAttributes.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
+#include <vtkTetra.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 
@@ -12,12 +13,15 @@
 #include <span>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "base/error.h"
 #include "io/cell_kinds.h"
 #include "io/merge_pieces.h"
 #include "io/vtu_cells.h"
+#include "mesh/polygon_cut.h"
 #include "mesh/split_cells.h"
+#include "vtk/vtk_polyhedra.h"
 
 namespace tetfusion {
 namespace {
@@ -66,6 +70,7 @@ class CellConverter {
 
  private:
   using Corners = std::span<const VertexId>;
+  using Position = std::array<double, 3>;
 
   // Calls f(linear type, cell) for each cell that stays, its corners in corners_: checked, counted
   // through all pieces, mid-edge nodes left out.
@@ -73,42 +78,64 @@ class CellConverter {
   void for_each_cell(F f) {
     vtkNew<vtkIdList> ids;
     for (const Piece& piece : list_.pieces) {
-      vtkUnsignedCharArray* ghosts = piece.data->GetCellGhostArray();
+      vtkUnsignedCharArray* const ghosts = ghosts_of(piece.data);
       const auto cells = static_cast<vtkIdType>(piece.cells());
-      if (ghosts != nullptr && ghosts->GetNumberOfTuples() != cells) ghosts = nullptr;
       // Structured data call cells "empty" that they blank.
       const bool may_be_blank = vtkUnstructuredGrid::SafeDownCast(piece.data) == nullptr;
       for (vtkIdType c = 0; c < cells; ++c) {
         const std::uint64_t cell = piece.first_cell + static_cast<std::uint64_t>(c);
         auto type = static_cast<std::uint8_t>(piece.data->GetCellType(c));
-        if ((may_be_blank && type == kVtkEmptyCell) ||
-            (ghosts != nullptr && (ghosts->GetValue(c) & kGhostDropped) != 0)) {
+        if ((may_be_blank && type == kVtkEmptyCell) || is_dropped(ghosts, c)) {
           ++out_.ghost_cells;
           continue;
         }
         piece.data->GetCellPoints(c, ids);
         type = settled_type(type, static_cast<std::uint64_t>(ids->GetNumberOfIds()));
-        const int kept = kept_vertices(type, options_);
-        if (kept < 0) fail(cell, refusal(type));
-        take_corners(piece, type, cell, kept, ids);
+        if (type == kVtkPolyhedron && has_centre(piece, c)) {
+          take_faces(piece, c, cell, ids);
+        } else if (type == kVtkPolygon && options_.tetrahedralize) {
+          take_corners(piece, cell, ids->GetNumberOfIds(), ids);
+        } else {
+          const int kept = kept_vertices(type, options_);
+          if (kept < 0) fail(cell, refusal(type, options_));
+          const auto count = static_cast<std::uint64_t>(ids->GetNumberOfIds());
+          if (!may_have_vertices(type, count)) fail(cell, wrong_vertex_count(type, count));
+          take_corners(piece, cell, kept, ids);
+        }
         f(linear_type(type), cell);
       }
     }
   }
 
-  void take_corners(const Piece& piece, std::uint8_t type, std::uint64_t cell, int kept,
-                    vtkIdList* ids) {
-    const auto count = static_cast<std::uint64_t>(ids->GetNumberOfIds());
-    if (!may_have_vertices(type, count)) fail(cell, wrong_vertex_count(type, count));
-    corners_.resize(static_cast<std::size_t>(kept));
-    for (int i = 0; i < ids->GetNumberOfIds(); ++i) {
-      const vtkIdType id = ids->GetId(i);
-      if (id < 0 || static_cast<std::uint64_t>(id) >= piece.points()) {
-        throw InvalidMesh(name_of(cell) + wrong_vertex(std::to_string(id), piece.points()));
-      }
-      const std::uint64_t point = piece.first_point + static_cast<std::uint64_t>(id);
-      if (i < kept) corners_[static_cast<std::size_t>(i)] = static_cast<VertexId>(point);
+  static bool has_centre(const Piece& piece, vtkIdType c) {
+    return !piece.centres.empty() && piece.centres[static_cast<std::size_t>(c)] >= 0;
+  }
+
+  VertexId checked(const Piece& piece, std::uint64_t cell, vtkIdType id) const {
+    if (id < 0 || static_cast<std::uint64_t>(id) >= piece.points()) {
+      throw InvalidMesh(name_of(cell) + wrong_vertex(std::to_string(id), piece.points()));
     }
+    return static_cast<VertexId>(piece.first_point + static_cast<std::uint64_t>(id));
+  }
+
+  void take_corners(const Piece& piece, std::uint64_t cell, vtkIdType kept, vtkIdList* ids) {
+    corners_.resize(static_cast<std::size_t>(kept));
+    for (vtkIdType i = 0; i < ids->GetNumberOfIds(); ++i) {
+      const VertexId point = checked(piece, cell, ids->GetId(i));
+      if (i < kept) corners_[static_cast<std::size_t>(i)] = point;
+    }
+  }
+
+  // The vertices of face after face, and the cell's centre.
+  void take_faces(const Piece& piece, vtkIdType c, std::uint64_t cell, vtkIdList* stream) {
+    corners_.clear();
+    face_sizes_.clear();
+    auto* const grid = vtkUnstructuredGrid::SafeDownCast(piece.data);
+    for_each_face(grid, c, stream, [&](std::span<const vtkIdType> face) {
+      for (const vtkIdType id : face) corners_.push_back(checked(piece, cell, id));
+      face_sizes_.push_back(face.size());
+    });
+    corners_.push_back(checked(piece, cell, piece.centres[static_cast<std::size_t>(c)]));
   }
 
   void add(std::uint8_t type, std::uint64_t cell) {
@@ -121,6 +148,11 @@ class CellConverter {
       case kVtkPixel:
       case kVtkQuad:
         return add_quadrilateral(type, {c[0], c[1], c[2], c[3]}, cell);
+      case kVtkPolygon:
+        for (const auto& triangle : cut(c)) add_lower(kVtkTriangle, triangle, cell);
+        return;
+      case kVtkPolyhedron:
+        return add_polyhedron(cell);
       case kVtkTetra:
         return add_tet({c[0], c[1], c[2], c[3]}, cell);
       default: {
@@ -135,6 +167,38 @@ class CellConverter {
     if (out_.tets.size() == kMaxTets) fail_too_many_tets(path_, kMaxTets + std::uint64_t{1});
     out_.tets.push_back(tet);
     out_.tet_source.push_back(cell);
+  }
+
+  // Not all files list a face's vertices counter-clockwise, seen from outside.
+  void add_polyhedron(std::uint64_t cell) {
+    Corners left = corners_;
+    const VertexId centre = left.back();
+    for (const std::size_t size : face_sizes_) {
+      for (const auto& [a, b, c] : cut(left.first(size))) {
+        Position at_a = position(a), at_b = position(b), at_c = position(c), top = position(centre);
+        const bool is_wound_so =
+            vtkTetra::ComputeVolume(at_a.data(), at_b.data(), at_c.data(), top.data()) > 0;
+        add_tet(is_wound_so ? Tet{a, b, c, centre} : Tet{a, c, b, centre}, cell);
+      }
+      left = left.subspan(size);
+    }
+  }
+
+  std::span<const std::array<VertexId, 3>> cut(Corners polygon) {
+    positions_.clear();
+    for (const VertexId v : polygon) {
+      const auto [x, y, z] = position(v);
+      positions_.push_back({x, y, z});
+    }
+    return polygon_cut_.cut(polygon, positions_);
+  }
+
+  Position position(VertexId v) const {
+    return std::visit(
+        [&](const auto& points) {
+          return Position{points[v].x, points[v].y, points[v].z};
+        },
+        out_.points);
   }
 
   void add_lower(std::uint8_t type, Corners corners, std::uint64_t cell) {
@@ -188,6 +252,9 @@ class CellConverter {
   const PieceList& list_;
   const OpenOptions& options_;
   Vector<VertexId> corners_;  // of the cell at hand
+  std::vector<std::size_t> face_sizes_;
+  std::vector<Vec3<double>> positions_;
+  PolygonCut polygon_cut_;
   Geometry out_;
 };
 

@@ -10,6 +10,7 @@
 #include <vtkXMLPUnstructuredGridReader.h>
 #include <vtkXMLPartitionedDataSetCollectionReader.h>
 #include <vtkXMLPartitionedDataSetReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
 
 #include <algorithm>
 #include <set>
@@ -21,6 +22,7 @@
 #include "io/vtk_bridge.h"
 #include "vtk/vtk_collect.h"
 #include "vtk/vtk_exodus.h"
+#include "vtk/vtk_polyhedra.h"
 #include "vtk/vtk_trap.h"
 #include "vtk/vtk_trial.h"
 
@@ -70,8 +72,9 @@ void load_legacy(const std::string& path, const TrapScope& trap, LoadedFile* out
 }
 
 // Piece by piece: VTK's reader would append them and forget which point came from where.
-void load_parallel_grid(const std::string& path, const TrapScope& trap, LoadedFile* out) {
-  vtkNew<vtkXMLPUnstructuredGridReader> reader;
+template <class Reader>
+void load_grid(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+  vtkNew<Reader> reader;
   reader->SetFileName(path.c_str());
   reader->UpdateInformation();
   trap.check(path);
@@ -104,9 +107,9 @@ void load_xml(const std::string& path, const TrapScope& trap, LoadedFile* out) {
   vtkNew<vtkXMLGenericDataObjectReader> reader;
   bool parallel = false;
   const int type = reader->ReadOutputType(path.c_str(), parallel);
-  if (parallel && type == VTK_UNSTRUCTURED_GRID) {
-    load_parallel_grid(path, trap, out);
-    return;
+  if (type == VTK_UNSTRUCTURED_GRID) {
+    if (parallel) return load_grid<vtkXMLPUnstructuredGridReader>(path, trap, out);
+    return load_grid<vtkXMLUnstructuredGridReader>(path, trap, out);
   }
   reader->SetFileName(path.c_str());
   reader->Update();
@@ -132,6 +135,7 @@ LoadedFile load(const std::string& path, const OpenOptions& options, ForeignForm
     case ForeignFormat::kUnknown:
       break;
   }
+  if (options.tetrahedralize) add_centres(path, &out);
   return out;
 }
 

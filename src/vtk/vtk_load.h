@@ -22,6 +22,9 @@ struct LoadedFile {
   int blocks = 0;
   std::vector<std::string> block_names;  // of the first ones; empty: it has none
   bool shared_points = false;            // every piece has the same points, those of the file
+  // For each piece: of each of its cells the point in its middle, or -1; empty: none has one.
+  // add_centres() fills it.
+  std::vector<std::vector<vtkIdType>> centres;
   std::vector<vtkSmartPointer<vtkFieldData>> field_data;  // of the file as a whole
   // For MeshDescription.
   std::vector<std::string> left_out;

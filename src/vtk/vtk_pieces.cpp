@@ -14,6 +14,7 @@
 #include <span>
 
 #include "base/error.h"
+#include "io/cell_kinds.h"
 
 namespace tetfusion {
 namespace {
@@ -84,8 +85,18 @@ Vector<Vec3<Real>> copy_points(const PieceList& list) {
   return out;
 }
 
-// Marked as global ids, or called so: the names that
-// io/vtu_reader.h takes, too.
+}  // namespace
+
+vtkUnsignedCharArray* ghosts_of(vtkDataSet* data) {
+  vtkUnsignedCharArray* const ghosts = data->GetCellGhostArray();
+  const bool fits = ghosts != nullptr && ghosts->GetNumberOfTuples() == data->GetNumberOfCells();
+  return fits ? ghosts : nullptr;
+}
+
+bool is_dropped(vtkUnsignedCharArray* ghosts, vtkIdType cell) {
+  return ghosts != nullptr && (ghosts->GetValue(cell) & kGhostDropped) != 0;
+}
+
 vtkDataArray* global_id_array(vtkDataSet* data) {
   vtkPointData* arrays = data->GetPointData();
   for (vtkDataArray* array :
@@ -97,14 +108,13 @@ vtkDataArray* global_id_array(vtkDataSet* data) {
   return nullptr;
 }
 
-}  // namespace
-
 PieceList number_pieces(const std::string& path, const LoadedFile& file) {
   PieceList list;
   for (const auto& data : file.pieces) {
     check_cells(path, list.pieces.size(), data);
     Piece piece;
     piece.data = data;
+    if (!file.centres.empty()) piece.centres = file.centres[list.pieces.size()];
     piece.first_cell = list.cells;
     list.cells += piece.cells();
     if (!file.shared_points || list.pieces.empty()) {

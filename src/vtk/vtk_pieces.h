@@ -1,10 +1,13 @@
 // The data sets of one file as pieces of one mesh, their points and cells counted through.
 #pragma once
 
+#include <vtkDataArray.h>
 #include <vtkDataSet.h>
 #include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +21,7 @@ struct Piece {
   vtkSmartPointer<vtkDataSet> data;
   std::uint64_t first_point = 0;
   std::uint64_t first_cell = 0;
+  std::span<const vtkIdType> centres;  // LoadedFile's
 
   std::uint64_t points() const { return static_cast<std::uint64_t>(data->GetNumberOfPoints()); }
   std::uint64_t cells() const { return static_cast<std::uint64_t>(data->GetNumberOfCells()); }
@@ -32,8 +36,16 @@ struct PieceList {
       ValueType::kFloat32;  // Float64 if any piece has it, or numbers that are no floats
 };
 
+// vtkGhostType of the cells, if there is a flag for each; and whether it drops the cell.
+vtkUnsignedCharArray* ghosts_of(vtkDataSet* data);
+bool is_dropped(vtkUnsignedCharArray* ghosts, vtkIdType cell);
+
+// The point array marked as global ids, or called so: the names that io/vtu_reader.h takes, too.
+vtkDataArray* global_id_array(vtkDataSet* data);
+
 // Counts the points and cells of the data sets and checks the lists of cells that VTK took from the
-// file on trust. Throws Error(kBadInput), or Error(kMemory) when there are too many points.
+// file on trust. The file outlives the list. Throws Error(kBadInput), or Error(kMemory) when there
+// are too many points.
 PieceList number_pieces(const std::string& path, const LoadedFile& file);
 
 Points all_points(const PieceList& list);

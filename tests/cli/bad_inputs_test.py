@@ -133,7 +133,7 @@ file_case("hexahedra", changed(only_cells_of(12, 8)), BAD, "hexahedron", "--tetr
 file_case("one wedge among tetrahedra", changed(set_value("types", 5, 13)), BAD)
 file_case("quadratic tetrahedra", changed(only_cells_of(24, 10)), BAD, "--linearize")
 file_case("triangles alone", changed(only_cells_of(5, 3)), BAD, "tetrahedr")
-file_case("one polyhedron among tetrahedra", changed(set_value("types", 5, 42)), BAD, "polyhedron", "Tetrahedralize")
+file_case("one polyhedron among tetrahedra", changed(set_value("types", 5, 42)), BAD, "polyhedron", "--tetrahedralize")
 file_case("unknown cell type", changed(set_value("types", 5, 200)), BAD, "200")
 file_case("no cells", changed(no_cells), BAD, "no tetrahedr|no cells")
 file_case("no points", changed(no_points), BAD)

@@ -1,0 +1,128 @@
+#include "mesh/polygon_cut.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace tetfusion {
+namespace {
+
+using Vec = Vec3<double>;
+
+// A triangle of lower quality has no area to speak of: less than a thousandth of its longest side
+// squared.
+constexpr double kFlat = 4e-6;
+
+constexpr std::size_t kMostCorners = 64;
+
+Vec difference(const Vec& a, const Vec& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+double dot(const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Vec cross(const Vec& a, const Vec& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+}  // namespace
+
+std::span<const std::array<VertexId, 3>> PolygonCut::cut(std::span<const VertexId> ids,
+                                                         std::span<const Vec> positions) {
+  triangles_.clear();
+  if (ids.size() < 3 || !take(ids, positions)) return {};
+  const std::size_t n = corners_.size();
+  if (n == 4) {
+    cut_quadrilateral();
+  } else if (n > kMostCorners) {
+    cut_from(0);
+  } else {
+    cut_best();
+  }
+  return triangles_;
+}
+
+// False where a vertex is there twice.
+bool PolygonCut::take(std::span<const VertexId> ids, std::span<const Vec> positions) {
+  const std::size_t n = ids.size();
+  const auto first =
+      static_cast<std::size_t>(std::min_element(ids.begin(), ids.end()) - ids.begin());
+  is_turned_ = ids[(first + n - 1) % n] < ids[(first + 1) % n];
+  corners_.clear();
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t at = (first + (is_turned_ ? n - i : i)) % n;
+    corners_.push_back({ids[at], positions[at]});
+  }
+  normal_ = {};
+  for (std::size_t i = 2; i < n; ++i) {
+    const Vec more = cross(difference(corners_[i - 1].position, corners_[0].position),
+                           difference(corners_[i].position, corners_[0].position));
+    normal_ = {normal_.x + more.x, normal_.y + more.y, normal_.z + more.z};
+  }
+  for (std::size_t i = 1; i < n; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (corners_[i].id == corners_[j].id) return false;
+    }
+  }
+  return true;
+}
+
+// The square of twice the area over that of the longest side's square, at most 3/4; less than 0
+// where the triangle is turned over.
+double PolygonCut::quality(std::size_t i, std::size_t j, std::size_t k) const {
+  const Vec a = difference(corners_[j].position, corners_[i].position);
+  const Vec b = difference(corners_[k].position, corners_[i].position);
+  const Vec c = difference(corners_[k].position, corners_[j].position);
+  const Vec area = cross(a, b);
+  const double longest = std::max({dot(a, a), dot(b, b), dot(c, c)});
+  if (!(longest > 0)) return 0;
+  const double q = dot(area, area) / (longest * longest);
+  return dot(area, normal_) < 0 ? -q : q;
+}
+
+void PolygonCut::add(std::size_t i, std::size_t j, std::size_t k) {
+  if (is_turned_) std::swap(j, k);
+  triangles_.push_back({corners_[i].id, corners_[j].id, corners_[k].id});
+}
+
+void PolygonCut::cut_from(std::size_t first) {
+  const std::size_t n = corners_.size();
+  for (std::size_t i = 1; i + 1 < n; ++i) add(first, (first + i) % n, (first + i + 1) % n);
+}
+
+void PolygonCut::cut_quadrilateral() {
+  const auto worst = [&](std::size_t first) {
+    return std::min(quality(first, first + 1, (first + 2) % 4),
+                    quality(first, (first + 2) % 4, (first + 3) % 4));
+  };
+  cut_from(worst(0) < kFlat && worst(1) > kFlat ? 1 : 0);
+}
+
+// Of all ways to cut it the one whose worst triangle is best, by those of its parts: what lies
+// between two corners is a triangle with a third one and what lies behind its other two sides.
+void PolygonCut::cut_best() {
+  const std::size_t n = corners_.size();
+  worst_.assign(n * n, std::numeric_limits<double>::infinity());
+  third_.assign(n * n, 0);
+  for (std::size_t length = 2; length < n; ++length) {
+    for (std::size_t i = 0; i + length < n; ++i) {
+      const std::size_t j = i + length;
+      double best = -std::numeric_limits<double>::infinity();
+      third_[i * n + j] = i + 1;
+      for (std::size_t k = i + 1; k < j; ++k) {
+        const double q = std::min({quality(i, k, j), worst_[i * n + k], worst_[k * n + j]});
+        if (!(q > best)) continue;
+        best = q;
+        third_[i * n + j] = k;
+      }
+      worst_[i * n + j] = best;
+    }
+  }
+  open_.assign({{0, n - 1}});
+  while (!open_.empty()) {
+    const auto [i, j] = open_.back();
+    open_.pop_back();
+    if (j < i + 2) continue;
+    const std::size_t k = third_[i * n + j];
+    add(i, k, j);
+    open_.push_back({i, k});
+    open_.push_back({k, j});
+  }
+}
+
+}  // namespace tetfusion

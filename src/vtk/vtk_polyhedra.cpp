@@ -1,0 +1,215 @@
+#include "vtk/vtk_polyhedra.h"
+
+#include <vtkDataArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkSmartPointer.h>
+#include <vtkTetra.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "io/cell_kinds.h"
+#include "vtk/vtk_pieces.h"
+
+namespace tetfusion {
+namespace {
+
+using Position = std::array<double, 3>;
+
+// What points in the middles of cells take of the points round them.
+struct Centres {
+  std::vector<std::size_t> begins{0};
+  std::vector<vtkIdType> points;
+  std::vector<double> weights;
+
+  std::size_t size() const { return begins.size() - 1; }
+};
+
+// A polyhedron is made of tetrahedra between the triangles of its faces and the mean of its
+// corners. The centre of its volume is the mean of theirs, each counted by its volume.
+class Weigher {
+ public:
+  explicit Weigher(vtkUnstructuredGrid* grid) : grid_(grid) {}
+
+  void add_centre(vtkIdType cell, Centres* out) {
+    grid_->GetCellPoints(cell, corners_);
+    const auto count = static_cast<std::size_t>(corners_->GetNumberOfIds());
+    shares_.assign(count, 0.0);
+    volume_ = 0;
+    mean_ = {};
+    for (std::size_t i = 0; i < count; ++i) {
+      const Position x = position(corner(i));
+      for (std::size_t a = 0; a < 3; ++a) mean_[a] += x[a] / static_cast<double>(count);
+    }
+    for_each_face(grid_, cell, stream_, [&](std::span<const vtkIdType> face) {
+      for (std::size_t i = 2; i < face.size(); ++i) weigh({face[0], face[i - 1], face[i]});
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      // The mean is a corner of each tetrahedron: a quarter of all is everybody's.
+      const double even = 1.0 / static_cast<double>(count);
+      out->points.push_back(corner(i));
+      out->weights.push_back(volume_ > 0 ? 0.25 * (even + shares_[i] / volume_) : even);
+    }
+    out->begins.push_back(out->points.size());
+  }
+
+ private:
+  vtkIdType corner(std::size_t i) const { return corners_->GetId(static_cast<vtkIdType>(i)); }
+
+  Position position(vtkIdType id) const {
+    if (id < 0 || id >= grid_->GetNumberOfPoints()) {
+      throw InvalidMesh(
+          "a polyhedron " +
+          wrong_vertex(std::to_string(id), static_cast<std::uint64_t>(grid_->GetNumberOfPoints())));
+    }
+    Position x{};
+    grid_->GetPoint(id, x.data());
+    return x;
+  }
+
+  void weigh(const std::array<vtkIdType, 3>& triangle) {
+    std::array<Position, 3> x{};
+    for (std::size_t k = 0; k < 3; ++k) x[k] = position(triangle[k]);
+    const double volume =
+        std::abs(vtkTetra::ComputeVolume(x[0].data(), x[1].data(), x[2].data(), mean_.data()));
+    if (!std::isfinite(volume)) return;
+    volume_ += volume;
+    for (const vtkIdType id : triangle) {
+      const vtkIdType at = corners_->IsId(id);
+      if (at >= 0) shares_[static_cast<std::size_t>(at)] += volume;
+    }
+  }
+
+  vtkUnstructuredGrid* grid_;
+  vtkNew<vtkIdList> corners_, stream_;
+  std::vector<double> shares_;  // of the corners in the volumes that they are of
+  double volume_ = 0;
+  Position mean_{};
+};
+
+// Of each cell the number of its centre, which `centres` gets, from `next` on; -1: it has none.
+// Empty where no cell has one.
+std::vector<vtkIdType> find_centres(vtkDataSet* piece, vtkIdType next, Centres* centres) {
+  auto* const grid = vtkUnstructuredGrid::SafeDownCast(piece);
+  if (grid == nullptr || grid->GetFaces() == nullptr) return {};
+  Weigher weigher(grid);
+  const std::size_t before = centres->size();
+  vtkUnsignedCharArray* const ghosts = ghosts_of(grid);
+  std::vector<vtkIdType> centre_of(static_cast<std::size_t>(grid->GetNumberOfCells()), -1);
+  for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) {
+    if (grid->GetCellType(c) != kVtkPolyhedron || is_dropped(ghosts, c)) continue;
+    if (grid->GetCells()->GetCellSize(c) == 0) continue;  // refused later
+    weigher.add_centre(c, centres);
+    centre_of[static_cast<std::size_t>(c)] = next++;
+  }
+  if (centres->size() == before) centre_of.clear();
+  return centre_of;
+}
+
+// With the values at the centres behind those of the points.
+vtkSmartPointer<vtkDataArray> extended(vtkDataArray* array, const Centres& centres) {
+  const auto longer = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(array->GetDataType()));
+  const vtkIdType points = array->GetNumberOfTuples();
+  longer->SetName(array->GetName());
+  longer->SetNumberOfComponents(array->GetNumberOfComponents());
+  longer->CopyComponentNames(array);
+  if (array->HasInformation()) longer->CopyInformation(array->GetInformation());
+  longer->SetNumberOfTuples(points + static_cast<vtkIdType>(centres.size()));
+  longer->InsertTuples(0, points, 0, array);
+  const bool is_blended = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
+  vtkNew<vtkIdList> ids;
+  for (std::size_t k = 0; k < centres.size(); ++k) {
+    const std::size_t begin = centres.begins[k], end = centres.begins[k + 1];
+    const vtkIdType at = points + static_cast<vtkIdType>(k);
+    if (!is_blended) {
+      longer->SetTuple(at, centres.points[begin], array);
+      continue;
+    }
+    ids->SetNumberOfIds(static_cast<vtkIdType>(end - begin));
+    std::copy(centres.points.data() + begin, centres.points.data() + end, ids->GetPointer(0));
+    // VTK takes them as it would change them.
+    longer->InterpolateTuple(at, ids, array, const_cast<double*>(centres.weights.data() + begin));
+  }
+  return longer;
+}
+
+// A grid like this one that has the centres, too.
+vtkSmartPointer<vtkDataSet> with_centres(vtkDataSet* piece, const Centres& centres) {
+  auto* const set = vtkPointSet::SafeDownCast(piece);
+  const auto grid = vtk::TakeSmartPointer(set->NewInstance());
+  grid->ShallowCopy(set);
+  vtkNew<vtkPoints> points;
+  points->SetDataType(set->GetPoints()->GetDataType());
+  points->SetData(extended(set->GetPoints()->GetData(), centres));
+  grid->SetPoints(points);
+  vtkPointData* const from = piece->GetPointData();
+  vtkPointData* const to = grid->GetPointData();
+  to->Initialize();
+  for (int i = 0; i < from->GetNumberOfArrays(); ++i) {
+    vtkDataArray* const array = from->GetArray(i);
+    // Strings are not read, and what is of no point is refused later.
+    const bool is_of_points =
+        array != nullptr && array->GetNumberOfTuples() == piece->GetNumberOfPoints();
+    const int at =
+        to->AddArray(is_of_points ? extended(array, centres).Get() : from->GetAbstractArray(i));
+    const int attribute = from->IsArrayAnAttribute(i);
+    if (attribute >= 0) to->SetActiveAttribute(at, attribute);
+  }
+  return grid;
+}
+
+// The last rows are new points'.
+void number_centres(vtkDataSet* piece, std::size_t centres, double* next) {
+  vtkDataArray* const ids = global_id_array(piece);
+  if (ids == nullptr) return;
+  const vtkIdType end = ids->GetNumberOfTuples();
+  for (vtkIdType i = end - static_cast<vtkIdType>(centres); i < end; ++i) {
+    ids->SetComponent(i, 0, (*next)++);
+  }
+}
+
+double largest_global_id(const LoadedFile& file) {
+  double largest = -1;
+  for (const auto& piece : file.pieces) {
+    vtkDataArray* const ids = global_id_array(piece);
+    if (ids != nullptr && ids->GetNumberOfTuples() > 0) {
+      largest = std::max(largest, ids->GetRange(0)[1]);
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
+void add_centres(const std::string& path, LoadedFile* file) {
+  try {
+    double next_id = largest_global_id(*file) + 1;
+    Centres all;  // of pieces that share their points
+    for (std::size_t p = 0; p < file->pieces.size(); ++p) {
+      vtkSmartPointer<vtkDataSet>& piece = file->pieces[p];
+      const vtkIdType points = piece->GetNumberOfPoints();
+      Centres own;
+      Centres& centres = file->shared_points ? all : own;
+      file->centres.push_back(
+          find_centres(piece, points + static_cast<vtkIdType>(centres.size()), &centres));
+      if (file->shared_points || own.size() == 0) continue;
+      piece = with_centres(piece, own);
+      number_centres(piece, own.size(), &next_id);
+    }
+    if (all.size() == 0) return;
+    for (auto& piece : file->pieces) {
+      double next = next_id;
+      piece = with_centres(piece, all);
+      number_centres(piece, all.size(), &next);
+    }
+  } catch (const InvalidMesh& error) {
+    throw InvalidMesh(path + ": " + error.what());
+  }
+}
+
+}  // namespace tetfusion
