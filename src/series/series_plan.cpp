@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "base/error.h"
@@ -183,6 +184,18 @@ void check_request(const SeriesRequest& request) {
   only_each(b.conserve, "--conserve");
   for (const std::string& name : b.arrays) {
     only_each(name.starts_with("cell:"), "an array of cells that steers");
+  }
+}
+
+// What is a pipe, or something else that gives its bytes once.
+void refuse_pipes(const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    std::error_code not_there;
+    if (!std::filesystem::is_other(path, not_there)) continue;
+    refuse(
+        fmt::format("{} can be read only once, and this series reads its files several times: copy "
+                    "it to a file first",
+                    path));
   }
 }
 
@@ -388,6 +401,8 @@ SeriesPlan plan_series(const SeriesRequest& request) {
                     "of them: give one name after -o, and not --series each",
                     request.inputs[0]));
   }
+  // --series each reads each step once, but for its time, which a .pvd file wants.
+  if (request.shared || !plan.list.empty()) refuse_pipes(request.inputs);
   const std::optional<std::uint64_t>& time_step = request.job.behaviour.time_step;
   plan.steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays, time_step)
                            : find_steps(request.inputs, time_step);

@@ -2,6 +2,7 @@
 """simplify over the steps of a series. Usage: series_test.py TETFUSION"""
 import itertools
 import json
+import os
 import re
 import resource
 import xml.etree.ElementTree as ElementTree
@@ -620,6 +621,14 @@ class Refused(SeriesTest):
                      '<DataSet timestep="1" file="step_000.vtu"/><DataSet timestep="1" file="step_007.vtu"/>'):
             (self.folder / "a.pvd").write_text(f"<VTKFile><Collection>{rows}</Collection></VTKFile>")
             self.refuse([self.folder / "a.pvd"], code=BAD)
+
+    def test_what_can_be_read_only_once(self):
+        steps, pipe = self.steps(1), self.folder / "pipe"
+        os.mkfifo(pipe)
+        for inputs, options, out in (([*steps, pipe], [], "out_{step}.vtu"), ([pipe], [], "out_{step}.vtu"),
+                                     ([pipe], ["--array", "bump_{step}"], "out.vtu"),
+                                     ([pipe, *steps], ["--series", "each"], "out.pvd")):
+            self.assertIn(f"{pipe} can be read only once", self.refuse(inputs, *options, out=out))
 
     def test_pieces_of_a_step_are_inputs(self):
         steps = []
