@@ -135,6 +135,11 @@ std::vector<std::string> names_that_differ(const std::vector<std::string>& paths
   }
 }
 
+// Counted from 0, all with the same number of digits, so that files sort.
+std::string count_label(std::size_t i, std::size_t all) {
+  return fmt::format("{:0{}}", i, std::to_string(all - 1).size());
+}
+
 bool is_number(const std::string& label) {
   return label.size() < 19 && parse_number(label).has_value();
 }
@@ -289,7 +294,7 @@ std::vector<Step> find_steps_of(const std::string& path,
   if (times.empty()) return {};
   std::vector<Step> steps;
   for (std::size_t i = 0; i < times.size(); ++i) {
-    steps.push_back({path, std::to_string(i), times[i], "", i, {}});
+    steps.push_back({path, count_label(i, times.size()), times[i], "", i, {}});
   }
   if (wanted) steps = {steps[choose_time_step(path, times.size(), wanted)]};
   return steps;
@@ -368,7 +373,7 @@ std::vector<std::string> label_steps(const std::vector<std::string>& paths) {
                         : differences(names);
   const std::set<std::string> different(labels.begin(), labels.end());
   if (different.size() == labels.size() && !different.contains("")) return labels;
-  for (std::size_t i = 0; i < labels.size(); ++i) labels[i] = std::to_string(i);
+  for (std::size_t i = 0; i < labels.size(); ++i) labels[i] = count_label(i, labels.size());
   return labels;
 }
 

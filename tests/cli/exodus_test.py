@@ -363,6 +363,13 @@ class AllSteps(ExodusTest):
         said = finish("simplify", *names, "-o", self.folder / "o_{step}.vtu", "--reduction", "10%").stderr.decode()
         self.assertEqual(said.count("left out: Ridges"), 1, said)
 
+    def test_their_numbers_sort_as_they_do(self):
+        path = self.steps(times=range(11), mesh=TinyVtu(2))
+        self.simplify(path, *GOAL)
+        self.simplify(path, *GOAL, "--time-step", "3", out="alone_{step}.vtu")
+        expected = [*(f"out_{i:02}.vtu" for i in range(11)), path.name]
+        self.assertEqual(self.files(), ["alone_03.vtu", *expected])
+
     def test_a_file_with_one_step_counts_like_the_others(self):
         path = self.steps(times=[0.5], name="run_017.e")
         self.simplify(path, *GOAL, "--quiet")

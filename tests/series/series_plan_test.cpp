@@ -80,6 +80,9 @@ TEST(StepLabels, CountWhereNamesTellNothing) {
   EXPECT_THAT(label_steps({"m.vtu", "m.vtu"}), ElementsAre("0", "1"));
   EXPECT_THAT(label_steps({"aa.vtu", "a.vtu"}), ElementsAre("0", "1"));
   EXPECT_THAT(label_steps({"mesh.vtu"}), ElementsAre("0"));
+  const std::vector<std::string> labels = label_steps(std::vector<std::string>(101, "m.vtu"));
+  EXPECT_EQ(labels.front(), "000");
+  EXPECT_EQ(labels.back(), "100");
 }
 
 TEST(StepNames, SayWhetherItIsASeries) {
