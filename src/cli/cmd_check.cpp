@@ -188,7 +188,8 @@ Answer check(const CheckArguments& a) {
   try {
     context.report("reading", 0);
     const auto source = open_mesh(a.input, a.open);
-    console.tell_time_step(a.open.time_step, source->description());
+    // What --fix leaves out says it, too.
+    if (a.fixed.empty()) console.tell_time_step(a.open.time_step, source->description());
     refuse_piece(a.report, source->description());
     refuse_piece_as_mesh(a.fixed, source->description());
     const Examination examination = examine(source.get(), a.examine, context);

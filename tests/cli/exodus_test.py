@@ -241,6 +241,10 @@ class OneStep(ExodusTest):
         report = report_of("compare", step, path, "--time-step", "2")
         self.assertEqual(max(array["max"] for array in report["arrays"]), 0)
 
+    def test_what_check_leaves_out_is_said_once(self):
+        said = finish("check", self.steps(), "--fix", self.folder / "out.vtu").stderr
+        self.assertEqual(said.count(b"--time-step"), 1, said)
+
     def test_a_run_is_not_gone_on_with_at_another_step(self):
         path = self.steps([0, 1, 2], mesh=jittered(24))
         arguments = ["simplify", path, "-o", self.folder / "out.vtu", "--reduction", "80%", "--chunk-tets", "4k", "--threads", "1"]
