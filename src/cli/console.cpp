@@ -30,11 +30,8 @@ extern "C" void on_interrupt(int signal_number) {
 }
 
 ProgressBar::Style bar_style(const ConsoleOptions& options) {
-  if (options.progress == "never") return ProgressBar::Style::kNone;
-  if (::isatty(STDERR_FILENO) == 1) {
-    const bool wanted = options.progress == "always" || !options.quiet;
-    return wanted ? ProgressBar::Style::kBar : ProgressBar::Style::kNone;
-  }
+  if (options.quiet || options.progress == "never") return ProgressBar::Style::kNone;
+  if (::isatty(STDERR_FILENO) == 1) return ProgressBar::Style::kBar;
   return options.progress == "always" ? ProgressBar::Style::kLines : ProgressBar::Style::kNone;
 }
 

@@ -58,7 +58,7 @@ class Lines(FolderTest):
 
     def test_levels_share_one_scale(self):
         path = self.generate(tets="300k")
-        lines = self.lines("simplify", path, "-o", self.folder / "{lod}.vtu", "--lods", "10%,20%,30%,40%", "--quiet")
+        lines = self.lines("simplify", path, "-o", self.folder / "{lod}.vtu", "--lods", "10%,20%,30%,40%")
         first_written = min(percent for percent, phase in lines if phase == "writing")
         self.assertLess(first_written, 75, "the first of four levels is written, and the run nearly over?")
 
@@ -107,8 +107,8 @@ class Terminal(FolderTest):
 
     def test_a_bar_unless_it_is_not_wanted(self):
         path = self.generate()
-        for options, expected in (([], True), (["--progress", "always", "--quiet"], True), (["--progress", "never"], False),
-                                  (["--quiet"], False)):
+        for options, expected in (([], True), (["--progress", "always"], True), (["--progress", "never"], False),
+                                  (["--quiet"], False), (["--progress", "always", "--quiet"], False)):
             code, seen, _ = self.watch("check", path, *options)
             self.assertEqual(code, 0)
             self.assertEqual(ERASE in seen, expected, options)
@@ -129,10 +129,9 @@ class Terminal(FolderTest):
     def test_no_more_than_ten_updates_a_second_and_one_line(self):
         path = self.generate("--shuffle", tets="600k")
         for columns in (30, 80, 200):
-            code, seen, seconds = self.watch("simplify", path, "-o", self.folder / "a.vtu", "--quiet", "--progress", "always",
-                                             columns=columns)
+            code, seen, seconds = self.watch("simplify", path, "-o", self.folder / "a.vtu", columns=columns)
             self.assertEqual(code, 0)
-            bars = [drawn for drawn in seen.split(ERASE) if drawn]
+            bars = [drawn for drawn in seen.split(ERASE) if drawn and "\n" not in drawn]
             self.assertLessEqual(len(bars), 10 * seconds + 2)
             self.assertGreater(len(bars), 2)
             self.assertLess(max(map(len, bars)), columns, "the line wraps")

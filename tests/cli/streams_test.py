@@ -61,8 +61,9 @@ class Streams(FolderTest):
         path, out = self.write(mesh_of_all_sorts()), self.folder / "out.vtu"
         for arguments in (["simplify", path, "-o", out], ["info", path], ["check", path], ["convert", path, out],
                           ["generate", "five", "--tets", "1k", "-o", out]):
-            result = finish(*arguments, "--quiet")
-            self.assertEqual((result.returncode, result.stdout, result.stderr), (0, b"", b""), arguments)
+            for options in [], ["--progress", "always"]:
+                result = finish(*arguments, "--quiet", *options)
+                self.assertEqual((result.returncode, result.stdout, result.stderr), (0, b"", b""), arguments)
         result = finish("info", self.folder / "missing.vtu", "--quiet")
         self.assertEqual((result.returncode, result.stdout), (IO, b""))
         self.assertIn(b"missing.vtu", result.stderr)
