@@ -126,11 +126,12 @@ MeshFormat output_format(const std::string& path) {
   }
   throw Error(
       ErrorCode::kUsage,
-      fmt::format("cannot write {}: the end of its name says no format that is written; "
-                  "there are .vtu and .vtk (VTK; simplify also writes .pvtu), .mesh and "
-                  ".meshb (Medit), .msh (Gmsh), .node and .ele (TetGen), and - for a .vtu to "
-                  "standard output",
-                  path));
+      fmt::format(
+          "cannot write {}: the end of its name says no format that is written; "
+          "there are .vtu and .vtk (VTK; simplify also writes .pvtu, and .pvd for a series), "
+          ".mesh and .meshb (Medit), .msh (Gmsh), .node and .ele (TetGen), and - for a .vtu "
+          "to standard output",
+          path));
 }
 
 std::vector<std::string> files_of_mesh(const std::string& path) {

@@ -246,7 +246,7 @@ class Formats(FolderTest):
         for name in ("out.stl", "out", "out.meshbb"):
             result = finish("convert", original, self.folder / name)
             self.assertEqual(result.returncode, USAGE)
-            for known in (b".vtu", b".vtk", b".mesh", b".meshb", b".msh", b".node"):
+            for known in (b".vtu", b".pvd", b".vtk", b".mesh", b".meshb", b".msh", b".node"):
                 self.assertIn(known, result.stderr)
             run("simplify", original, "-o", self.folder / name, code=USAGE)
         run("convert", original, self.folder / "out.mesh", "--encoding", "zlib", code=USAGE)
