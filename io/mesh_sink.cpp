@@ -144,8 +144,9 @@ void refuse_piece(const std::string& path, const MeshDescription& mesh) {
   for (const std::string& file : mesh.files) {
     std::error_code not_there;
     if (path.empty() || !std::filesystem::equivalent(path, file, not_there)) continue;
-    throw Error(ErrorCode::kUsage,
-                fmt::format("{}: that is a piece of {}; give another name", path, mesh.path));
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("{}: that is one of the files of {}; give another name", path, mesh.path));
   }
 }
 

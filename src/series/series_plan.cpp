@@ -18,6 +18,7 @@
 #include "driver/export.h"
 #include "driver/stages.h"
 #include "io/encode.h"
+#include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 #include "io/output_file.h"
 #include "io/pieces_output.h"
@@ -331,7 +332,7 @@ void check_outputs(const SeriesPlan& plan, const std::vector<std::string>& input
   std::set<std::string> read;
   for (const std::string& path : inputs) read.insert(plain(path));
   for (const Step& step : steps) {
-    read.insert(plain(step.input));
+    for (const std::string& path : files_of_mesh(step.input)) read.insert(plain(path));
     if (!is_pieces_name(step.input)) continue;
     const auto mesh = open_mesh(step.input);
     for (const std::string& piece : mesh->description().files) read.insert(plain(piece));
@@ -344,7 +345,7 @@ void check_outputs(const SeriesPlan& plan, const std::vector<std::string>& input
   std::map<std::string, std::string> written;  // by their input
   for (const Step& step : steps) {
     if (is_pieces_name(step.output)) refuse("the output of a series is one file a step, no .pvtu");
-    refuse_input(step.output);
+    for (const std::string& path : files_of_mesh(step.output)) refuse_input(path);
     const auto [twin, is_new] = written.emplace(plain(step.output), step.input);
     if (!is_new && !plan.in_one_mesh()) {
       const std::string of = twin->second == step.input

@@ -204,12 +204,12 @@ class Pieces(FolderTest):
         for options in (["-o", piece], ["-o", self.folder / "o.vtu", "--map", piece], ["-o", self.folder / "o.vtu", "--report", piece]):
             said = finish("simplify", many, *options, "--reduction", "10%")
             self.assertEqual(said.returncode, USAGE)
-            self.assertIn("is a piece of", said.stderr.decode())
+            self.assertIn("is one of the files of", said.stderr.decode())
         for command in (["info", many, "--report", piece], ["check", many, "--report", piece], ["check", many, "--fix", piece],
                         ["compare", many, many, "--report", piece], ["convert", many, piece]):
             said = finish(*command)
             self.assertEqual(said.returncode, USAGE, command)
-            self.assertIn("is a piece of", said.stderr.decode())
+            self.assertIn("is one of the files of", said.stderr.decode())
         self.assertEqual(piece.read_bytes(), before)
 
     def test_a_report_is_not_written_over_the_mesh(self):
@@ -225,6 +225,26 @@ class Pieces(FolderTest):
                         ["simplify", path, "-o", self.folder / "o.node", "--report", self.folder / "o.ele"]):
             self.assertEqual(finish(*command).returncode, USAGE, command)
         self.assertEqual((path.read_bytes(), tetgen.read_bytes()), before)
+
+    def test_files_of_the_input_are_written_over_under_its_own_name_alone(self):
+        """A mesh of TetGen is several files."""
+        path = self.generate(tets="3k")
+        names = [self.folder / f"{name}.node" for name in "ab"]
+        for name in names:
+            run("convert", path, name, "--quiet")
+        before = {p: p.read_bytes() for p in self.folder.iterdir()}
+        goal = ["--reduction", "20%", "--regions", "none"]
+        for inputs, out, word in ((names[:1], "a.ele", "is one of the files of"), (names, "{step}.ele", "is an input of the series"),
+                                  (names, "{step}.node", "is an input of the series")):
+            said = finish("simplify", *inputs, "-o", self.folder / out, *goal)
+            self.assertEqual(said.returncode, USAGE, said.stderr)
+            self.assertIn(word, said.stderr.decode())
+            self.assertEqual({p: p.read_bytes() for p in self.folder.iterdir()}, before)
+        run("convert", names[0], self.folder / "c.ele", "--quiet")
+        rows = [p.read_bytes().split(b"\n", 1)[1] for p in (self.folder / "c.node", names[0])]  # after the arrays' names
+        self.assertEqual(rows[0], rows[1])
+        run("simplify", names[0], "-o", names[0], *goal, "--quiet")
+        self.assertLess(report_of("info", names[0])["tets"], report_of("info", self.folder / "c.node")["tets"])
 
     def test_what_is_refused(self):
         path = self.generate()
