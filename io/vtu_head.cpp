@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <pugixml.hpp>
+#include <sstream>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -56,6 +59,7 @@ class VtuHeadParser {
     parse_root(root);
     const pugi::xml_node grid = root.child("UnstructuredGrid");
     if (!grid) fail("no <UnstructuredGrid> element");
+    refuse_time_steps(grid.attribute("TimeValues").value());
     parse_field_data(grid.child("FieldData"));
     const auto pieces = grid.children("Piece");
     piece_count_ = static_cast<std::size_t>(std::distance(pieces.begin(), pieces.end()));
@@ -102,6 +106,18 @@ class VtuHeadParser {
       fail("unknown encoding \"" + std::string(encoding) + "\" of the appended data");
     }
     appended_coding_ = encoding == "raw" ? Coding::kRaw : Coding::kBase64;
+  }
+
+  // VTK writes several steps to one file as arrays of one name, or as one piece after the other:
+  // each of these says that it is step 0, and none tells that it is no part of the first.
+  void refuse_time_steps(const std::string& times) const {
+    std::istringstream words(times);
+    const auto steps = std::distance(std::istream_iterator<std::string>(words), {});
+    if (steps < 2) return;
+    fail(
+        fmt::format("it has {} time steps (TimeValues), which are not read from one .vtu: write "
+                    "each to a file of its own, as ParaView's Save Data does with Write Time Steps",
+                    steps));
   }
 
   void parse_version(std::string_view version) const {

@@ -19,7 +19,7 @@ try:
     from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
     from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
     from vtkmodules.vtkIOExodus import vtkExodusIIWriter
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
 except ImportError:
     vtkExodusIIWriter = None
 
@@ -222,6 +222,28 @@ class OneStep(ExodusTest):
         report = report_of("info", self.without_steps())
         self.assertEqual((report["time_steps"], report["time_step"]), ([], None))
         self.assertIn("\ntime steps    1, at 2\n", run("info", self.steps([2], name="one.e")).decode())
+
+    def test_steps_in_one_vtu_are_not_taken_for_parts_of_a_mesh(self):
+        """VTK writes the arrays of all steps, or all steps as pieces of one mesh; a single step is like any other file."""
+        reader = vtkXMLUnstructuredGridReader()
+        reader.SetFileName(str(self.write(TinyVtu(), "grid.vtu")))
+        reader.Update()
+        path = self.folder / "steps.vtu"
+        for mode, steps in itertools.product(("Appended", "Binary", "Ascii"), (3, 1)):
+            writer = vtkXMLUnstructuredGridWriter()
+            writer.SetFileName(str(path))
+            writer.SetInputData(reader.GetOutput())
+            writer.SetNumberOfTimeSteps(steps)
+            getattr(writer, f"SetDataModeTo{mode}")()
+            writer.Start()
+            for step in range(steps):
+                writer.WriteNextTime(step)
+            writer.Stop()
+            if steps == 1:
+                self.assertEqual(report_of("info", path)["tets"], len(TinyVtu().tets))
+                continue
+            for arguments in (["info", path], ["simplify", path, "-o", self.folder / "out.vtu", *GOAL]):
+                self.assertIn("steps.vtu: it has 3 time steps (TimeValues)", self.refused(*arguments, code=BAD))
 
     def test_the_others_are_named_unless_one_was_asked_for(self):
         path, out = self.steps(), self.folder / "out.vtu"

@@ -145,6 +145,7 @@ TEST_F(VtuDamage, RefusesAHeadThatMakesNoSense) {
            {"header_type=\"UInt64\"", "header_type=\"UInt16\"", "header_type"},
            {"header_type=\"UInt64\"", "compressor=\"vtkBz2\"", "unknown compressor"},
            {"<UnstructuredGrid>", "<PolyData>", "damaged"},
+           {"<UnstructuredGrid>", "<UnstructuredGrid TimeValues=\"\n0\n0.5\n\">", "2 time steps"},
            {"encoding=\"raw\"", "encoding=\"hex\"", "encoding"},
            {"   _", "   ", "underscore"},
            {"offset=\"0\"", "offset=\"zero\"", "expected a number"},
