@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "base/error.h"
@@ -22,6 +24,10 @@ namespace tetfusion {
 
 namespace {
 
+constexpr std::string_view kOneFileAStep =
+    "a step must be one file, a .pvtu if it has several parts: give each step a time of its own, "
+    "and leave other files out of the list";
+
 [[noreturn]] void fail(const MappedFile& file, const std::string& what) {
   throw Error(ErrorCode::kBadInput, file.path() + ": " + what);
 }
@@ -31,6 +37,7 @@ std::vector<ListedStep> read_pvd(const MappedFile& file) {
   const auto list = document.child("VTKFile").child("Collection");
   if (!list) fail(file, "there is no <Collection>: this is no .pvd file");
   std::vector<ListedStep> entries;
+  std::set<std::string> parts;  // of entries without a time, which may be those of one step
   for (const pugi::xml_node node : list.children("DataSet")) {
     const std::string number = fmt::format("DataSet {}", entries.size());
     ListedStep entry{{}, listed_path(file.path(), number, node.attribute("file").value())};
@@ -39,8 +46,14 @@ std::vector<ListedStep> read_pvd(const MappedFile& file) {
       if (!entry.time) {
         fail(file, fmt::format("{}: the timestep \"{}\" is no number", number, time.value()));
       }
+    } else {
+      parts.insert(node.attribute("part").as_string("0"));
     }
     entries.push_back(std::move(entry));
+  }
+  if (parts.size() > 1) {
+    fail(file, fmt::format("it has parts {} without a timestep: {}", fmt::join(parts, ", "),
+                           kOneFileAStep));
   }
   return entries;
 }
@@ -84,7 +97,7 @@ std::vector<ListedStep> read_series_list(const std::string& path) {
   if (std::none_of(steps.begin(), steps.end(), has_time)) return steps;
   const auto without = std::find_if_not(steps.begin(), steps.end(), has_time);
   if (without != steps.end()) {
-    fail(file, fmt::format("{} has no time, but others have", without->path));
+    fail(file, fmt::format("{} has no time, but others have: give each one a time", without->path));
   }
   std::stable_sort(steps.begin(), steps.end(),
                    [](const ListedStep& a, const ListedStep& b) { return a.time < b.time; });
@@ -93,9 +106,7 @@ std::vector<ListedStep> read_series_list(const std::string& path) {
                          [](const ListedStep& a, const ListedStep& b) { return a.time == b.time; });
   if (twin != steps.end()) {
     fail(file,
-         fmt::format("there are several files for the time {}: a step must be one file, a .pvtu if "
-                     "it has several parts",
-                     *twin->time));
+         fmt::format("there are several files for the time {}: {}", *twin->time, kOneFileAStep));
   }
   return steps;
 }

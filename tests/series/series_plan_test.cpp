@@ -118,6 +118,21 @@ TEST(PvdFile, StepsWithoutTimesStayInTheirOrder) {
   EXPECT_EQ(steps[1].time, std::nullopt);
 }
 
+// As programs on Windows write them, and with names that go about.
+TEST(PvdFile, LineEndsAndAMarkOfByteOrderAreNoMatter) {
+  const TempDir dir;
+  const std::string path = dir.file("run.pvd");
+  std::ofstream(path)
+      << "\xEF\xBB\xBF<?xml version=\"1.0\"?>\r\n<VTKFile type='Collection'>\r\n"
+         "<Collection>\r\n<DataSet timestep='2' part='0' file='./sub/../b.vtu'/>\r\n"
+         "<DataSet timestep='1' part='0' file='./a.vtu'/>\r\n</Collection>\r\n"
+         "</VTKFile>\r\n";
+  const std::vector<ListedStep> steps = read_series_list(path);
+  ASSERT_EQ(steps.size(), 2u);
+  EXPECT_EQ(steps[0].path, dir.file("a.vtu"));
+  EXPECT_EQ(steps[1].path, dir.file("b.vtu"));
+}
+
 TEST(SeriesFile, NamesStepsAndTimes) {
   const TempDir dir;
   const std::string path = dir.file("run.vtu.series");
@@ -150,6 +165,8 @@ TEST(PvdFile, BadOnesAreBadInput) {
         "<VTKFile><Collection><DataSet file='a'/><DataSet timestep='1' file='b'/></Collection>"
         "</VTKFile>",
         "<VTKFile><Collection><DataSet timestep='1e999' file='a'/></Collection></VTKFile>",
+        "<VTKFile><Collection><DataSet part='0' file='a'/><DataSet part='1' file='b'/></Collection>"
+        "</VTKFile>",
         "<VTKFile><Collection><DataSet timestep='1'/></Collection></VTKFile>"}) {
     expect_bad(path, text);
   }
