@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/numbers.h"
 #include "io/checksum.h"
 
 namespace tetfusion {
@@ -63,7 +64,7 @@ void ArrayReader::expect_bytes(std::uint64_t bytes) {
   }
   const std::uint64_t values = bytes / value_bytes_;
   if (source_.values != ArraySource::kUnknown && source_.values != values) {
-    fail("expected " + std::to_string(source_.values) + " values of type " +
+    fail("expected " + format_count(source_.values, "value") + " of type " +
          std::string(vtk_name(source_.type)) + ", its header says " + std::to_string(bytes) +
          " bytes" + " (byte " + std::to_string(source_.payload.begin) + ")");
   }
@@ -172,7 +173,7 @@ void ArrayReader::open_ascii() {
   for (std::size_t c = 0; c < chunks_; ++c) first_word_[c + 1] += first_word_[c];
   const std::uint64_t words = first_word_[chunks_];
   if (source_.values != ArraySource::kUnknown && source_.values != words) {
-    fail("expected " + std::to_string(source_.values) + " values, found " + std::to_string(words));
+    fail("expected " + format_count(source_.values, "value") + ", found " + format_count(words));
   }
   source_.values = words;
 }

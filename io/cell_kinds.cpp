@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "base/numbers.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {
@@ -122,7 +123,7 @@ std::string refusal(std::uint8_t type, const OpenOptions& options) {
 std::string wrong_vertex_count(std::uint8_t type, std::uint64_t count) {
   const std::string expected = is_of_any_order(type) ? std::to_string(corners_of(type)) + " or more"
                                                      : std::to_string(vtk_cell_size(type));
-  return "has " + std::to_string(count) + " vertices, expected " + expected + " for " +
+  return "has " + format_count(count, "vertex", "vertices") + ", expected " + expected + " for " +
          with_article(type);
 }
 

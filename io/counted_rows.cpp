@@ -2,14 +2,16 @@
 
 #include <algorithm>
 
+#include "base/numbers.h"
+
 namespace tetfusion {
 
 void fail_of_rows(const FormatFile& file, const std::string& what, std::string_view text,
                   char comment, const TextTokens& found, std::uint64_t rows,
                   std::uint64_t columns) {
-  const std::string message = what + "expected " + std::to_string(rows) + " rows of " +
-                              std::to_string(columns) + " numbers, found " +
-                              std::to_string(found.size()) + " numbers";
+  const std::string message = what + "expected " + format_count(rows, "row") + " of " +
+                              format_count(columns, "number") + ", found " +
+                              format_count(found.size(), "number");
   for (std::string_view left = text; !left.empty();) {
     const std::string_view line = left.substr(0, left.find('\n'));
     TokenCursor cursor(line, comment);

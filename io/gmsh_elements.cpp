@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 
+#include "base/numbers.h"
 #include "io/cell_kinds.h"
 #include "mesh/split_cells.h"
 
@@ -110,8 +111,8 @@ bool GmshElements::find_element() {
     }
     if (head_.is_4) {
       if (place_.blocks == 0) {
-        in_.fail("expected " + std::to_string(announced()) + " elements, found " +
-                 std::to_string(place_.done + head_.seam_elements));
+        in_.fail("expected " + format_count(announced(), "element") + ", found " +
+                 format_count(place_.done + head_.seam_elements));
       }
       begin_block();
     } else if (in_.binary()) {
@@ -183,8 +184,9 @@ void GmshElements::check_node_count() {
   const char* const at = in_.at();
   const std::uint64_t nodes = in_.count();
   if (nodes == static_cast<std::uint64_t>(place_.type.nodes)) return;
-  in_.fail_at(at, "expected " + std::to_string(place_.type.nodes) + " nodes, found " +
-                      std::to_string(nodes));
+  in_.fail_at(at, "expected " +
+                      format_count(static_cast<std::uint64_t>(place_.type.nodes), "node") +
+                      ", found " + format_count(nodes));
 }
 
 void GmshElements::begin_block() {
@@ -240,7 +242,7 @@ std::int32_t GmshElements::small(std::int64_t tag) const {
 }
 
 void GmshElements::fail_too_many() const {
-  in_.fail("there are more than the " + std::to_string(announced()) + " elements announced");
+  in_.fail("there are more elements than the " + format_count(announced()) + " announced");
 }
 
 }  // namespace tetfusion

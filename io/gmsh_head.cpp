@@ -5,6 +5,7 @@
 #include <cstring>
 #include <set>
 
+#include "base/numbers.h"
 #include "io/byte_values.h"
 #include "io/text_tokens.h"
 
@@ -354,8 +355,8 @@ class GmshHeadParser {
   void pass_over_seams() {
     if (head_.seam_elements > head_.element_count) {
       cursor(head_.elements)
-          .fail("there are more than the " + std::to_string(head_.element_count) +
-                " elements announced");
+          .fail("there are more elements than the " + format_count(head_.element_count) +
+                " announced");
     }
     head_.element_count -= head_.seam_elements;
     leave_out("elements between partitions");

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "base/numbers.h"
 #include "io/cell_kinds.h"
 #include "mesh/blocks.h"
 #include "mesh/split_cells.h"
@@ -63,13 +64,12 @@ class NodeWalker : public GmshWalker<GmshNodePlace> {
     if (!head_.is_4) return;
     while (place_.left == 0) {
       if (place_.blocks == 0) {
-        in_.fail("expected " + std::to_string(head_.node_count) + " nodes, found " +
-                 std::to_string(done));
+        in_.fail("expected " + format_count(head_.node_count, "node") + ", found " +
+                 format_count(done));
       }
       begin_block(numbers);
       if (place_.left > head_.node_count - done) {
-        in_.fail("there are more than the " + std::to_string(head_.node_count) +
-                 " nodes announced");
+        in_.fail("there are more nodes than the " + format_count(head_.node_count) + " announced");
       }
     }
   }
@@ -78,8 +78,7 @@ class NodeWalker : public GmshWalker<GmshNodePlace> {
     while (head_.is_4 && place_.blocks > 0) {
       begin_block(numbers);
       if (place_.left > 0) {
-        in_.fail("there are more than the " + std::to_string(head_.node_count) +
-                 " nodes announced");
+        in_.fail("there are more nodes than the " + format_count(head_.node_count) + " announced");
       }
     }
     in_.rest_is_blank();

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/numbers.h"
 #include "io/counted_cells.h"
 #include "io/format_file.h"
 #include "io/legacy_arrays.h"
@@ -221,9 +222,9 @@ class LegacyParser {
     const std::uint64_t tuples = in_.count_of(words[1]);
     const std::uint64_t expected = points ? piece_.points : piece_.cells;
     if (tuples != expected) {
-      in_.fail_at(in_.place_of(words[1]),
-                  in_capitals(words[0]) + " is of " + std::to_string(tuples) + ", but there are " +
-                      std::to_string(expected) + (points ? " points" : " cells"));
+      in_.fail_at(in_.place_of(words[1]), in_capitals(words[0]) + " is of " +
+                                              std::to_string(tuples) + ", but there are " +
+                                              format_count(expected, points ? "point" : "cell"));
     }
     place_ = place;
     described_.reset();

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "io/format_file.h"
 #include "io/legacy_arrays.h"
 #include "io/text_tokens.h"
@@ -211,8 +212,8 @@ std::size_t LegacyText::skip_numbers(const std::string& name, std::uint64_t coun
   for (std::uint64_t i = 0; i < count; ++i) {
     while (at_ < text_.size() && is_blank(text_[at_])) ++at_;
     if (at_ == text_.size() || !begins_number(at_)) {
-      fail_at(at_, name + ": expected " + std::to_string(count) + " numbers, found " +
-                       std::to_string(i));
+      fail_at(at_,
+              name + ": expected " + format_count(count, "number") + ", found " + format_count(i));
     }
     while (at_ < text_.size() && !is_blank(text_[at_])) ++at_;
     if (at_ - released_ < kReleased) continue;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "io/gmsh_head.h"
 #include "io/gmsh_writer.h"
 #include "io/legacy_writer.h"
@@ -192,8 +193,8 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
   if (format == MeshFormat::kTetgen) {
     const std::size_t vertices = mesh.lower_of_type(kVtkVertex).size();
     if (vertices > 0 && options.tell) {
-      options.tell(
-          fmt::format("{} has no place for {} vertex cells, which are left out", path, vertices));
+      options.tell(fmt::format("{} has no place for {}: left out", path,
+                               format_count(vertices, "vertex cell")));
     }
     return write_tetgen(&mesh, path, options.progress);
   }

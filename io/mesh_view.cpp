@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "io/cell_kinds.h"
 #include "io/merge_pieces.h"
 #include "io/view_cells.h"
@@ -36,21 +37,21 @@ class ViewChecks {
   void run() const {
     if (!is_float(view_.points.type)) fail("the coordinates must be Float32 or Float64");
     if (view_.points.size() % 3 != 0) {
-      fail(fmt::format("there are {} coordinates, which is no multiple of three",
-                       view_.points.size()));
+      fail(fmt::format("the points have {}, which is no multiple of three",
+                       format_count(view_.points.size(), "coordinate")));
     }
     if (!is_id(view_.connectivity)) fail("the connectivity must be Int32 or Int64");
     if (view_.tets_only) {
       if (view_.connectivity.size() % 4 != 0) {
-        fail(fmt::format("the connectivity has {} numbers, which is no multiple of four",
-                         view_.connectivity.size()));
+        fail(fmt::format("the connectivity has {}, which is no multiple of four",
+                         format_count(view_.connectivity.size(), "number")));
       }
     } else {
       check_offsets();
     }
     if (!view_.ghosts.empty() && view_.ghosts.size() != view_.cells()) {
-      fail(
-          fmt::format("there are {} ghost flags for {} cells", view_.ghosts.size(), view_.cells()));
+      fail(fmt::format("{} for {}", format_count(view_.ghosts.size(), "ghost flag"),
+                       format_count(view_.cells(), "cell")));
     }
     check_arrays(view_.point_arrays, "point", view_.points.size() / 3);
     check_arrays(view_.cell_arrays, "cell", view_.cells());
@@ -66,8 +67,9 @@ class ViewChecks {
       fail("the offsets must have the type of the connectivity");
     }
     if (view_.offsets.size() != view_.types.size() + 1) {
-      fail(fmt::format("there are {} offsets for {} cells, expected one more than cells",
-                       view_.offsets.size(), view_.types.size()));
+      fail(fmt::format("{} for {}, expected one more than cells",
+                       format_count(view_.offsets.size(), "offset"),
+                       format_count(view_.types.size(), "cell")));
     }
   }
 
@@ -81,8 +83,9 @@ class ViewChecks {
       }
       if (a.components == 0) fail(fmt::format("{} array \"{}\" has no components", kind, a.name));
       if (a.values.size() != tuples * a.components) {
-        fail(fmt::format("{} array \"{}\" has {} values, expected {} with {} a {}", kind, a.name,
-                         a.values.size(), tuples * a.components, a.components, kind));
+        fail(fmt::format("{} array \"{}\" has {}, expected {} with {} a {}", kind, a.name,
+                         format_count(a.values.size(), "value"), tuples * a.components,
+                         a.components, kind));
       }
     }
   }

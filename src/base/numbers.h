@@ -19,6 +19,9 @@ std::optional<std::uint64_t> parse_bytes(std::string_view text);
 std::vector<std::string> split(std::string_view text, char separator);
 
 std::string format_count(std::uint64_t count);  // 1,499,160
+// With what is counted: "1 point", "2,000 points", "1 vertex". Without `many` that is `one` with
+// an s.
+std::string format_count(std::uint64_t count, std::string_view one, std::string_view many = {});
 std::string format_bytes(std::uint64_t bytes);  // 1.4 GiB
 // As parse_bytes() takes it, rounded up to a whole MiB: 1434M.
 std::string format_memory(std::uint64_t bytes);

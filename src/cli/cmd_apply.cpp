@@ -34,7 +34,7 @@ std::string sentence_of(const MovedArray& moved) {
       "{}: off by {:.3g} % of its range in the mean of squares, {:.3g} % at most (point {})",
       info.name, 100 * moved.rms, 100 * moved.max, moved.max_at);
   if (moved.undefined > 0) {
-    text += fmt::format("; {} points have no number any more", format_count(moved.undefined));
+    text += fmt::format("; no number any more at {}", format_count(moved.undefined, "point"));
   }
   return text;
 }
@@ -98,9 +98,9 @@ void run_apply(ApplyArguments* a) {
   for (const MovedArray& moved : arrays) console.say(sentence_of(moved));
   if (stayed.elsewhere > 0) {
     console.say(fmt::format(
-        "{} of {} points that stayed lie elsewhere in {}: the result has the points of the mesh "
-        "that was simplified, and wrong values if those of this one come in another order",
-        format_count(stayed.elsewhere), format_count(stayed.count), a->input));
+        "points that stayed, but lie elsewhere in {}: {} of {}; the result has the points of the "
+        "mesh that was simplified, and wrong values if those of this one come in another order",
+        a->input, format_count(stayed.elsewhere), format_count(stayed.count)));
   }
   if (has_cell_arrays) {
     console.say("arrays of cells do not follow: a map knows where points went");

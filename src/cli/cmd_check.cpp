@@ -77,9 +77,9 @@ std::string table(const std::string& path, const Examination& examination,
   const Quality& q = examination.quality;
   std::string text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "{}: {} points, {} tetrahedra, {} boundary triangles\n", path,
-                 format_count(mesh.points), format_count(mesh.tets),
-                 format_count(mesh.boundary_faces));
+  fmt::format_to(out, "{}: {}, {}, {}\n", path, format_count(mesh.points, "point"),
+                 format_count(mesh.tets, "tetrahedron", "tetrahedra"),
+                 format_count(mesh.boundary_faces, "boundary triangle"));
   for (const Finding& f : findings) {
     if (f.severity == Severity::kNote && f.count == 0) continue;
     const std::string_view mark = f.count == 0                       ? ""
@@ -169,9 +169,9 @@ void fix(const CheckArguments& a, MeshSource* source, const Examination& examina
   MeshSource* const result = can_be_read ? written.get() : mended.source.get();
   const Answer after = answer(a, a.fixed, examine(result, a.examine, context));
   answer_of_input->text +=
-      fmt::format("\nmended: {} cells rewound, {} duplicate cells and {} unused points dropped\n{}",
-                  format_count(r.rewound), format_count(r.duplicate_tets),
-                  format_count(r.unused_points), after.text);
+      fmt::format("\nmended: {} rewound, {} and {} dropped\n{}", format_count(r.rewound, "cell"),
+                  format_count(r.duplicate_tets, "duplicate cell"),
+                  format_count(r.unused_points, "unused point"), after.text);
   Json json{{"path", a.fixed},
             {"rewound", r.rewound},
             {"duplicate_tets_dropped", r.duplicate_tets},

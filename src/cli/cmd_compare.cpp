@@ -57,10 +57,10 @@ std::string percent(double share) {
 
 void add_mesh(std::string_view label, const std::string& path, const MeshSize& size,
               std::string* text) {
-  fmt::format_to(std::back_inserter(*text),
-                 "{:<11}{}: {} points, {} tetrahedra, {} boundary triangles\n", label, path,
-                 format_count(size.points), format_count(size.tets),
-                 format_count(size.boundary_triangles));
+  fmt::format_to(std::back_inserter(*text), "{:<11}{}: {}, {}, {}\n", label, path,
+                 format_count(size.points, "point"),
+                 format_count(size.tets, "tetrahedron", "tetrahedra"),
+                 format_count(size.boundary_triangles, "boundary triangle"));
 }
 
 void add_domain(const Comparison& c, std::string* text) {
@@ -90,13 +90,13 @@ void add_domain(const Comparison& c, std::string* text) {
 // What is special about an array: one line, or none.
 std::string remarks(const ArrayComparison& a) {
   std::string text;
-  const std::string_view items = a.association == Association::kCell ? "cells" : "points";
+  const std::string_view item = a.association == Association::kCell ? "cell" : "point";
   if (a.non_finite > 0) {
-    text += fmt::format("; {} {} left out, not finite", format_count(a.non_finite), items);
+    text += fmt::format("; {} left out, not finite", format_count(a.non_finite, item));
   }
   if (a.undefined > 0) {
-    text += fmt::format("; {} {} left out, not finite in the simplified mesh",
-                        format_count(a.undefined), items);
+    text += fmt::format("; {} left out, not finite in the simplified mesh",
+                        format_count(a.undefined, item));
   }
   if (a.range == 0) text += "; constant: shares of its value";
   return text.empty() ? text : fmt::format("    {}\n", text.substr(2));
@@ -115,8 +115,8 @@ std::string region_line(const ArrayComparison& a) {
     if (share > most) value = r.value;
     most = std::max(most, share);
   }
-  std::string text = fmt::format("    {} regions, whose volumes change by {}",
-                                 format_count(a.regions.size()), percent(most));
+  std::string text = fmt::format("    change of the volumes of {}: {}",
+                                 format_count(a.regions.size(), "region"), percent(most));
   if (most > 0) text += fmt::format(" at most, that of {:.17g}", value);
   return text + "\n";
 }

@@ -52,8 +52,8 @@ void run_generate(GenerateArguments* a) {
   };
   const GeneratedSize size = generate_mesh(a->generate, a->output, a->write);
   context.report("done", 1);
-  console.detail(
-      fmt::format("{} points, {} tetrahedra", format_count(size.points), format_count(size.tets)));
+  console.detail(fmt::format("{}, {}", format_count(size.points, "point"),
+                             format_count(size.tets, "tetrahedron", "tetrahedra")));
   console.detail_resources();
 }
 

@@ -159,7 +159,7 @@ std::string describe_range(const ArrayLine& line) {
     if (!scalar && !s.constant()) text += fmt::format(", range {:.6g}", s.diagonal());
     if (s.constant()) text += ", constant";
   }
-  if (s.non_finite > 0) text += fmt::format(", {} values not finite", format_count(s.non_finite));
+  if (s.non_finite > 0) text += fmt::format(", {} not finite", format_count(s.non_finite, "value"));
   return text;
 }
 
@@ -195,7 +195,7 @@ void add_oddities(const InspectionSummary& mesh, const std::vector<Finding>& fin
   for (const Finding& f : findings) {
     if (f.count == 0) continue;
     const std::string samples = describe_samples(f);
-    fmt::format_to(std::back_inserter(odd), "  {} {}{}{}\n", format_count(f.count), f.label,
+    fmt::format_to(std::back_inserter(odd), "  {}: {}{}{}\n", f.label, format_count(f.count),
                    samples.empty() ? "" : ": ", samples);
   }
   const std::string winding = describe_winding(mesh);
@@ -205,13 +205,12 @@ void add_oddities(const InspectionSummary& mesh, const std::vector<Finding>& fin
 
 std::string describe_lower(const InspectionSummary& mesh) {
   std::string text;
-  const std::array<std::pair<std::uint64_t, std::string_view>, 3> kinds{
-      {{mesh.lower_vertices, "vertices"},
-       {mesh.lower_lines, "lines"},
-       {mesh.lower_triangles, "triangles"}}};
-  for (const auto& [count, name] : kinds) {
-    if (count > 0) text += fmt::format(", {} {}", format_count(count), name);
-  }
+  const auto add = [&](std::uint64_t count, std::string_view one, std::string_view many) {
+    if (count > 0) text += ", " + format_count(count, one, many);
+  };
+  add(mesh.lower_vertices, "vertex", "vertices");
+  add(mesh.lower_lines, "line", "lines");
+  add(mesh.lower_triangles, "triangle", "triangles");
   return text;
 }
 
@@ -234,18 +233,18 @@ std::string table(const MeshDescription& mesh, const InspectionSummary& i,
   if (!mesh.time_steps.empty()) fmt::format_to(out, "time steps    {}\n", describe_steps(mesh));
   if (mesh.pieces != 1) fmt::format_to(out, "pieces        {}\n", format_count(mesh.pieces));
   fmt::format_to(out, "points        {} ({})\n", format_count(i.points), vtk_name(mesh.point_type));
-  fmt::format_to(out, "cells         {} tetrahedra{}\n", format_count(i.tets), describe_lower(i));
+  fmt::format_to(out, "cells         {}{}\n", format_count(i.tets, "tetrahedron", "tetrahedra"),
+                 describe_lower(i));
   fmt::format_to(out, "parts         {}, connected by faces\n",
                  i.components ? format_count(*i.components) : "not counted");
   fmt::format_to(out, "bounding box  x {:.6g} .. {:.6g}, y {:.6g} .. {:.6g}, z {:.6g} .. {:.6g}\n",
                  i.lower[0], i.upper[0], i.lower[1], i.upper[1], i.lower[2], i.upper[2]);
   fmt::format_to(out, "volume        {:.9g}\n", i.volume);
-  fmt::format_to(
-      out,
-      "boundary      {} triangles, {} points ({:.1f} % of all), {} surface{}, Euler number {}\n",
-      format_count(i.boundary_faces), format_count(i.boundary_vertices),
-      100 * static_cast<double>(i.boundary_vertices) / points, format_count(i.surface_components),
-      i.surface_components == 1 ? "" : "s", i.surface_euler());
+  fmt::format_to(out, "boundary      {}, {} ({:.1f} % of all), {}, Euler number {}\n",
+                 format_count(i.boundary_faces, "triangle"),
+                 format_count(i.boundary_vertices, "point"),
+                 100 * static_cast<double>(i.boundary_vertices) / points,
+                 format_count(i.surface_components, "surface"), i.surface_euler());
   add_arrays(arrays, &text);
   if (!mesh.unread.empty()) {
     fmt::format_to(out, "not read      {} (strings or bits)\n", fmt::join(mesh.unread, ", "));

@@ -81,18 +81,18 @@ void run_refine(RefineArguments* a) {
     throw Error(ErrorCode::kUsage, "the mesh and the report cannot both go to standard output");
   }
   const RefineReport r = refine(a->request, context);
-  console.say(fmt::format("{}: {} tetrahedra -> {}: {} of {} in {:.2f} s", a->request.input,
-                          format_count(r.counts.base_tets), a->request.output, format_count(r.tets),
-                          format_count(r.counts.tets), wall_seconds() - start));
+  console.say(fmt::format("{}: {} -> {}: {} of {} in {:.2f} s", a->request.input,
+                          format_count(r.counts.base_tets, "tetrahedron", "tetrahedra"),
+                          a->request.output, format_count(r.tets), format_count(r.counts.tets),
+                          wall_seconds() - start));
   if (!r.reached) {
-    console.say(fmt::format("the file begins with {} tetrahedra: no level of it has fewer",
-                            format_count(r.counts.base_tets)));
+    console.say(fmt::format("the file begins with {}: no level of it has fewer",
+                            format_count(r.counts.base_tets, "tetrahedron", "tetrahedra")));
   }
   if (r.needed && *r.needed > 0) {
-    console.say(fmt::format(
-        "{} points of the original are inside the region: {} of {} fusions "
-        "were undone for them",
-        format_count(*r.inside), format_count(r.undone), format_count(r.counts.fusions)));
+    console.say(fmt::format("inside the region: {} of the original; undone for that: {} of {}",
+                            format_count(*r.inside, "point"), format_count(r.undone),
+                            format_count(r.counts.fusions, "fusion")));
   }
   if (r.inside && *r.inside == 0) {
     console.say(

@@ -67,8 +67,8 @@ std::string describe_winding(const InspectionSummary& mesh) {
     return "All cells are wound the other way than VTK winds them; that is no inversion.";
   }
   return fmt::format(
-      "{} of {} cells are wound the other way than VTK winds them; that alone is no inversion.",
-      format_count(mesh.rewound), format_count(mesh.tets));
+      "wound the other way than VTK winds them: {} of {}; that alone is no inversion.",
+      format_count(mesh.rewound), format_count(mesh.tets, "cell"));
 }
 
 Json counts_json(const InspectionSummary& m) {

@@ -34,8 +34,8 @@ void add_estimate(const RunPlan& plan, std::string* text) {
   const RunEstimate& e = plan.estimate;
   fmt::format_to(to, "boundary   about {:.3g} % of the points\n", 100 * e.boundary_share);
   fmt::format_to(to, "reachable  {}\n", describe_reach(e));
-  fmt::format_to(to, "time       about {:.2g} s with {} thread{}, without waiting for disks\n",
-                 e.seconds, plan.threads, plan.threads == 1 ? "" : "s");
+  fmt::format_to(to, "time       about {:.2g} s with {}, without waiting for disks\n", e.seconds,
+                 format_count(static_cast<std::uint64_t>(plan.threads), "thread"));
   fmt::format_to(
       to, "basis      {}, simplified on one thread in {:.2g} s; the input was read once\n",
       e.is_whole() ? "the whole mesh" : format_count(e.sample_tets) + " tetrahedra from its middle",
@@ -50,8 +50,8 @@ std::string describe(const RunPlan& plan) {
   const auto names = [](const std::vector<std::string>& all) {
     return all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", "));
   };
-  fmt::format_to(to, "input      {}: {} cells, {} points\n", plan.input.path,
-                 format_count(plan.input.tets), format_count(plan.input.points));
+  fmt::format_to(to, "input      {}: {}, {}\n", plan.input.path,
+                 format_count(plan.input.tets, "cell"), format_count(plan.input.points, "point"));
   fmt::format_to(to, "steering   {}\nregions    {}\nchunks     {}\n", names(plan.steering),
                  names(plan.regions), plan.chunks);
   fmt::format_to(to,
@@ -73,14 +73,14 @@ void summarize(const SimplifyReport& r, Console* console) {
     for (std::size_t k = 0; k < kRejectReasons; ++k) {
       if (p.rejected[k] > 0) rejected += fmt::format(", {} {}", kRejectNames[k], p.rejected[k]);
     }
-    console->detail(fmt::format("round {}: {} tetrahedra, {} fused; rejected{}", i + 1,
-                                format_count(p.tets_after), p.fused,
+    console->detail(fmt::format("round {}: {}, {} fused; rejected{}", i + 1,
+                                format_count(p.tets_after, "tetrahedron", "tetrahedra"), p.fused,
                                 rejected.empty() ? " none" : rejected.substr(1)));
   }
   const double change = r.input.volume != 0 ? r.output.volume / r.input.volume - 1 : 0;
-  console->say(fmt::format("{}: {} tetrahedra -> {}: {} ({:.2f} % less) in {:.2f} s", r.input.path,
-                           format_count(r.input.tets), r.output.path, format_count(r.output.tets),
-                           100 * r.reduction(), r.total_seconds));
+  console->say(fmt::format("{}: {} -> {}: {} ({:.2f} % less) in {:.2f} s", r.input.path,
+                           format_count(r.input.tets, "tetrahedron", "tetrahedra"), r.output.path,
+                           format_count(r.output.tets), 100 * r.reduction(), r.total_seconds));
   console->say(fmt::format("boundary triangles {} -> {}; volume {:.6g}, changed by {:.1e}",
                            format_count(r.input.boundary_triangles),
                            format_count(r.output.boundary_triangles), r.input.volume, change));
@@ -92,7 +92,8 @@ void summarize(const SimplifyReport& r, Console* console) {
                                    100 * moved));
   }
   for (const Verification& v : r.verified) {
-    console->say(fmt::format("{}: verified, {} checks hold", v.path, v.checks.size()));
+    console->say(
+        fmt::format("{}: verified, {} hold", v.path, format_count(v.checks.size(), "check")));
     for (const std::string& what : v.not_verified) {
       console->say(fmt::format("{}: not verified: {}", v.path, what));
     }
@@ -128,8 +129,8 @@ void summarize(const SeriesReport& r, const std::string& output, Console* consol
         "to {:.3g} % in the mean of squares (step {})",
         name, 100 * worst.max.first, worst.max.second, 100 * worst.rms.first, worst.rms.second));
   }
-  console->say(fmt::format("{} steps -> {}, on one mesh; in {:.2f} s", r.steps.size(), output,
-                           r.total_seconds));
+  console->say(fmt::format("{} -> {}, on one mesh; in {:.2f} s",
+                           format_count(r.steps.size(), "step"), output, r.total_seconds));
 }
 
 }  // namespace tetfusion

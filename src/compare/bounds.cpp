@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "compare/compare.h"
 
 namespace tetfusion {
@@ -37,8 +38,8 @@ BoundResult judge(const ArrayComparison& a, const Comparison& comparison, bool r
   if (a.undefined > 0) {
     r.broken = true;
     r.sentence = fmt::format(
-        "{} is broken: {} has values that are not finite where the original's are, at {} points",
-        option, a.info.name, a.undefined);
+        "{} is broken: {} has values that are not finite where the original's are, at {}", option,
+        a.info.name, format_count(a.undefined, "point"));
   } else if (is_made_up(a, comparison)) {
     r.broken = true;
     r.sentence = fmt::format(

@@ -56,8 +56,9 @@ void Coarsening<Real>::resume(Checkpoint left) {
   load(left.state, &state_);
   state_.input.mesh.pieces = std::move(left.pieces);
   run_.place.go_on();
-  run_.context.say(fmt::format("going on after {} rounds, with {} tetrahedra left",
-                               state_.lods.size(), format_count(state_.input.mesh.tets)));
+  run_.context.say(fmt::format("going on after {}, with {} left",
+                               format_count(state_.lods.size(), "round"),
+                               format_count(state_.input.mesh.tets, "tetrahedron", "tetrahedra")));
   begin(state_.steering_width);
   if (logs_) logs_->resume(state_.log_slices, &left);
   if (state_.values) state_.values->resume(state_.value_chunks, &left);

@@ -105,31 +105,49 @@ std::string what_could_steer(const MeshDescription& mesh) {
 }
 
 void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context) {
-  const auto say = [&](std::uint64_t count, std::string_view what) {
-    if (count > 0) context.say(fmt::format("{} {}", format_count(count), what));
+  const auto say = [&](std::uint64_t count, std::string_view one, std::string_view many) {
+    if (count > 0) context.say(format_count(count, one, many));
   };
-  say(facts.rewound, "tetrahedra were wound the other way: rewound");
-  say(facts.degenerate, "tetrahedra have no volume: they and their vertices stay as they are");
+  say(facts.rewound, "tetrahedron was wound the other way: rewound",
+      "tetrahedra were wound the other way: rewound");
+  say(facts.degenerate, "tetrahedron has no volume: it and its vertices stay as they are",
+      "tetrahedra have no volume: they and their vertices stay as they are");
   say(facts.inverted,
+      "tetrahedron is inverted: it and its vertices stay where they are, wound like all others",
       "tetrahedra are inverted: they and their vertices stay where they are, wound like all "
       "others");
   say(facts.duplicate_tets,
+      "tetrahedron is a duplicate of another one: it and its vertices stay as they are",
       "tetrahedra are duplicates of others: they and their vertices stay as they are");
-  say(facts.nonconforming_faces, "faces do not conform: their tetrahedra stay as they are");
-  say(facts.nonmanifold_edges, "boundary edges are not manifold: they stay as they are");
-  say(facts.unused_points,
-      linearized
-          ? "points are used by no cell, now that cells have no mid-edge nodes: dropped with "
-            "their values (bounds hold at the corners)"
-          : "points are used by no cell: dropped");
-  say(facts.merged_points, "points at the seams of pieces were merged");
-  say(facts.differing_points,
-      "of these had other values in some array: those of the first piece that has it were taken");
-  say(facts.ghost_cells, "ghost or hidden cells (vtkGhostType) were dropped");
+  say(facts.nonconforming_faces, "face does not conform: its tetrahedra stay as they are",
+      "faces do not conform: their tetrahedra stay as they are");
+  say(facts.nonmanifold_edges, "boundary edge is not manifold: it stays as it is",
+      "boundary edges are not manifold: they stay as they are");
+  if (linearized) {
+    say(facts.unused_points,
+        "point is used by no cell, now that cells have no mid-edge nodes: dropped with its values "
+        "(bounds hold at the corners)",
+        "points are used by no cell, now that cells have no mid-edge nodes: dropped with their "
+        "values (bounds hold at the corners)");
+  } else {
+    say(facts.unused_points, "point is used by no cell: dropped",
+        "points are used by no cell: dropped");
+  }
+  say(facts.merged_points, "point at the seams of pieces was merged",
+      "points at the seams of pieces were merged");
+  constexpr std::string_view kOtherValues =
+      "of these had other values in some array: those of the first piece that has it were taken";
+  say(facts.differing_points, kOtherValues, kOtherValues);
+  say(facts.ghost_cells, "ghost or hidden cell (vtkGhostType) was dropped",
+      "ghost or hidden cells (vtkGhostType) were dropped");
   say(facts.coincident_points,
+      "point lies where another does (a crack, a contact, or points that were not merged): the "
+      "boundary stays as it is there",
       "points lie where others do (cracks, contacts, or points that were not merged): the boundary "
       "stays as it is there");
   say(facts.carried_triangles,
+      "triangle is a cell of the file: it stays, and the boundary with it (where its patch does "
+      "not matter, drop it from the file, and the boundary may move)",
       "triangles are cells of the file: they stay, and the boundary with them (where their patches "
       "do not matter, drop them from the file, and it may move)");
 }

@@ -145,9 +145,9 @@ void include_logs(const SimplifyRequest& request, const MeshDescription& mesh, i
 void refuse_ghosts(const std::string& input, const InputFacts& facts) {
   if (facts.ghost_cells == 0) return;
   throw Error(ErrorCode::kUsage,
-              fmt::format("{}: {} cells are ghosts, which a progressive file cannot bring back: "
-                          "leave out --progressive, or convert the mesh first",
-                          input, format_count(facts.ghost_cells)));
+              fmt::format("{}: it has {}, which a progressive file cannot bring back: leave out "
+                          "--progressive, or convert the mesh first",
+                          input, format_count(facts.ghost_cells, "ghost cell")));
 }
 
 template <class Real>

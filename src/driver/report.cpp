@@ -130,8 +130,8 @@ std::string SimplifyReport::stop_sentence() const {
     const auto most = std::max_element(reasons.begin(), reasons.end());
     const auto all = std::accumulate(reasons.begin(), reasons.end(), std::uint64_t{0});
     if (all == 0) return say("every vertex that is left lies on the boundary, which stays.");
-    return say(fmt::format("of {} vertices that are left inside, {} may not be fused because {}.",
-                           format_count(all), format_count(*most),
+    return say(fmt::format("of {} left inside, {} may not be fused because {}.",
+                           format_count(all, "vertex", "vertices"), format_count(*most),
                            in_words(static_cast<Reject>(most - reasons.begin()))));
   }
   const auto most = std::max_element(last.rejected.begin(), last.rejected.end());
@@ -139,10 +139,10 @@ std::string SimplifyReport::stop_sentence() const {
   const std::string because = fmt::format("for {} of {} this is because {}.", format_count(*most),
                                           format_count(last.tets_after), in_words(reason));
   if (last.fused == 0) return say("no tetrahedron may be fused any more; " + because);
-  return say(
-      fmt::format("next to none may be fused any more (the last round has {} tetrahedra "
-                  "less than the one before); {}",
-                  format_count(last.tets_before - last.tets_after), because));
+  return say(fmt::format(
+      "next to none may be fused any more (the last round has {} less than the one "
+      "before); {}",
+      format_count(last.tets_before - last.tets_after, "tetrahedron", "tetrahedra"), because));
 }
 
 std::string to_json(const SimplifyReport& r) {

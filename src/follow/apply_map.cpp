@@ -280,11 +280,12 @@ std::vector<std::size_t> choose(const MeshDescription& mesh,
 std::unique_ptr<MeshStream> open_for(const MapFile& map, MeshSource* source) {
   auto stream = open_rows(source);
   if (stream->points() != map.counts().original_points) {
-    throw Error(ErrorCode::kBadInput,
-                fmt::format("{}: the mesh has {} points, but {} is of one that had {}: give a file "
-                            "with the points of the mesh that was simplified, in their order",
-                            source->description().path, format_count(stream->points()), map.path(),
-                            format_count(map.counts().original_points)));
+    throw Error(
+        ErrorCode::kBadInput,
+        fmt::format("{}: the mesh has {}, but {} is of one that had {}: give a file with the "
+                    "points of the mesh that was simplified, in their order",
+                    source->description().path, format_count(stream->points(), "point"), map.path(),
+                    format_count(map.counts().original_points)));
   }
   return stream;
 }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "compare/measure.h"
 
 namespace tetfusion {
@@ -84,10 +85,10 @@ CombinedFields::Source CombinedFields::find(const SteeringChoice& array, std::ui
                     mesh.path, array.name));
   }
   if (source.info.components != components) {
-    throw Error(ErrorCode::kBadInput,
-                fmt::format("{}: the array \"{}\", which steers, has {} components in this step, "
-                            "not {}",
-                            mesh.path, array.name, source.info.components, components));
+    throw Error(
+        ErrorCode::kBadInput,
+        fmt::format("{}: the array \"{}\", which steers, has {} in this step, not {}", mesh.path,
+                    array.name, format_count(source.info.components, "component"), components));
   }
   return source;
 }

@@ -58,8 +58,8 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
       report.runs.push_back(simplify(job, part_of(context, i, plan->steps.size())));
       report.runs.back().cpu_seconds -= std::exchange(cpu_before, report.runs.back().cpu_seconds);
     } catch (const Error& error) {
-      throw Error(error.code(), fmt::format("{}; {} of the {} steps are written", error.what(), i,
-                                            plan->steps.size()));
+      throw Error(error.code(),
+                  fmt::format("{}; steps written: {} of {}", error.what(), i, plan->steps.size()));
     }
     report.steps.push_back({step.label, step.input, step.output, step.time, {}});
   }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/numbers.h"
 #include "base/resources.h"
 #include "base/tasks.h"
 #include "driver/error_limits.h"
@@ -241,8 +242,8 @@ BoundSearch::Worst SharedSeries::note_errors(std::size_t step, const std::vector
                                  report.label, name, used, m.max_at)};
     }
     if (m.undefined > 0 && worst.used < kLostValue) {
-      worst = {kLostValue, fmt::format("in step {} {} has no value any more at {} points",
-                                       report.label, name, m.undefined)};
+      worst = {kLostValue, fmt::format("in step {} {} has no value any more at {}", report.label,
+                                       name, format_count(m.undefined, "point"))};
     }
   }
   return worst;

@@ -127,11 +127,11 @@ void require_same_size(const MeshPrint& first_print, const OpenMesh& first,
                        const MeshDescription& step, const MeshStream& stream) {
   const Difference difference(first, step, stream);
   if (stream.points() != first_print.points) {
-    difference.fail(fmt::format("it has {} points, not {}", format_count(stream.points()),
+    difference.fail(fmt::format("it has {}, not {}", format_count(stream.points(), "point"),
                                 format_count(first_print.points)));
   }
   if (stream.cells() != first_print.cells) {
-    difference.fail(fmt::format("it has {} cells, not {}", format_count(stream.cells()),
+    difference.fail(fmt::format("it has {}, not {}", format_count(stream.cells(), "cell"),
                                 format_count(first_print.cells)));
   }
   if (step.point_type != first_print.point_type) {

@@ -110,7 +110,7 @@ void write_steps(const SeriesResult& result, const StepFiles& files, int at_once
     const auto last = std::find(written.rbegin(), written.rend(), 1);
     const auto place = static_cast<std::size_t>(written.rend() - last);
     throw Error(error.code(),
-                fmt::format("{}; {} of the {} steps are written{}", error.what(),
+                fmt::format("{}; steps written: {} of {}{}", error.what(),
                             std::count(written.begin(), written.end(), 1), written.size(),
                             place == 0 ? "" : ", the last is " + steps[place - 1].output));
   }

@@ -84,7 +84,7 @@ class Verifier {
   void count(std::string name, std::uint64_t found, std::uint64_t expected, std::string_view what) {
     add(std::move(name), static_cast<double>(found), static_cast<double>(expected),
         found == expected,
-        fmt::format("it has {} {}, where {} were written", format_count(found), what,
+        fmt::format("{}: it has {}, where {} were written", what, format_count(found),
                     format_count(expected)));
   }
 
@@ -174,8 +174,8 @@ void Verifier::inspect_result(MeshSource* result) {
       std::equal(types.begin(), types.end(), mesh.lower.types.begin(), mesh.lower.types.end());
   add("lower cells", static_cast<double>(mesh.lower.size()), static_cast<double>(types.size()),
       same_lower,
-      fmt::format("it has {} cells of lower dimension, the input {}, or of other kinds",
-                  mesh.lower.size(), types.size()));
+      fmt::format("cells of lower dimension: it has {}, the input {}, or of other kinds",
+                  format_count(mesh.lower.size()), format_count(types.size())));
   judge_cells(mesh);
   const Inspection i = inspect(mesh);
   context_.check();
@@ -204,7 +204,7 @@ void Verifier::judge_defect(const Geometry& mesh, const Inspection& inspection, 
         place(kind == Defect::kNonmanifoldEdge ? point_of(mesh, ids[0]) : centre_of(mesh, ids[0]));
   }
   add(std::move(name), static_cast<double>(found), static_cast<double>(allowed), found <= allowed,
-      fmt::format("it has {} {} (the input {}), the first at {}", format_count(found), what,
+      fmt::format("{}: it has {}, the input {}; the first at {}", what, format_count(found),
                   format_count(allowed), where));
 }
 
@@ -215,8 +215,8 @@ void Verifier::judge_cells(const Geometry& mesh) {
   const OriginalCellFacts facts = survey_cells(original_, promise_.interest, keys, context_);
   if (!promise_.interest.empty()) {
     add("region of interest", static_cast<double>(facts.missing), 0, facts.missing == 0,
-        fmt::format("of the {} cells in the region of interest it lacks {}, the first at {}",
-                    format_count(facts.inside), format_count(facts.missing),
+        fmt::format("of {} in the region of interest it lacks {}, the first at {}",
+                    format_count(facts.inside, "cell"), format_count(facts.missing),
                     place(facts.first_missing)));
   }
   if (!bounded) return;
@@ -263,7 +263,8 @@ void Verifier::judge_topology(const Comparison& comparison) {
   const SurfaceTopology& after = comparison.simplified.boundary;
   add("boundary parts", static_cast<double>(after.parts), static_cast<double>(before.parts),
       after.parts == before.parts,
-      fmt::format("its boundary has {} parts, the input's {}", after.parts, before.parts));
+      fmt::format("its boundary has {}, the input's {}", format_count(after.parts, "part"),
+                  before.parts));
   add("boundary euler number", static_cast<double>(after.euler), static_cast<double>(before.euler),
       after.euler == before.euler,
       fmt::format("the Euler number of its boundary is {}, the input's {}: a hole or a tunnel has "
@@ -305,8 +306,8 @@ void Verifier::judge_array(const Comparison& comparison, const ArrayComparison& 
   if (a.non_finite == 0) {
     add("finite:" + name, static_cast<double>(a.simplified_non_finite), 0,
         a.simplified_non_finite == 0,
-        fmt::format("{} has {} values that are not finite, the input none", name,
-                    format_count(a.simplified_non_finite)));
+        fmt::format("{} is not finite at {}, the input's is everywhere", name,
+                    format_count(a.simplified_non_finite, cells ? "cell" : "point")));
   }
   // Where a region's interfaces may move, what they enclose may change by as much.
   if (promise_.integrals && !(is_region(a) && promise_.distance)) judge_integral(comparison, a);

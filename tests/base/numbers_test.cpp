@@ -45,6 +45,10 @@ TEST(Numbers, Formats) {
   EXPECT_EQ(format_count(0), "0");
   EXPECT_EQ(format_count(999), "999");
   EXPECT_EQ(format_count(1499160), "1,499,160");
+  EXPECT_EQ(format_count(1, "point"), "1 point");
+  EXPECT_EQ(format_count(0, "point"), "0 points");
+  EXPECT_EQ(format_count(1, "vertex", "vertices"), "1 vertex");
+  EXPECT_EQ(format_count(2000, "vertex", "vertices"), "2,000 vertices");
   EXPECT_EQ(format_bytes(10), "10 bytes");
   EXPECT_EQ(format_bytes(1536), "1.5 KiB");
   EXPECT_EQ(format_memory(0), "0M");

@@ -46,7 +46,7 @@ class Convert(FolderTest):
         for name in ("out.vtu", "out.vtk", "out.msh"):
             told = finish("convert", path, self.folder / name)
             self.assertEqual(told.returncode, 0)
-            self.assertIn(b"1 ghost or hidden cells (vtkGhostType) were dropped", told.stderr, name)
+            self.assertIn(b"1 ghost or hidden cell (vtkGhostType) was dropped", told.stderr, name)
             self.assertIn(b"marks of points that are hidden, or another piece's, are left out: vtkGhostType", told.stderr)
         told = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "10%")
         self.assertIn(b"marks of points that are hidden", told.stderr)

@@ -48,10 +48,19 @@ class Info(FolderTest):
         mesh.tets.append(mesh.tets[0])
         path = self.write(rebuilt(mesh))
         text = run("info", path).decode()
-        self.assertIn("1 duplicate cells", text)
-        self.assertIn("1 unused points", text)
+        self.assertIn("duplicate cells: 1", text)
+        self.assertIn("unused points: 1", text)
         self.assertEqual(report_of("info", path)["duplicate_tets"], 1)
         self.assertIn("odd           nothing", run("info", self.write(TinyVtu())).decode())
+
+    def test_what_there_is_one_of(self):
+        path = self.write(ASCII_CELL.format(points=4, xyz="0 0 0 1 0 0 0 1 0 0 0 1", ids="0 1 2 3", type=10).encode())
+        text = run("info", path).decode()
+        self.assertIn("\ncells         1 tetrahedron\n", text)
+        self.assertIn("boundary      4 triangles, 4 points (100.0 % of all), 1 surface, Euler number 2", text)
+        self.assertIn(": 4 points, 1 tetrahedron, 4 boundary triangles\n", run("check", path).decode())
+        said = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "10%").stderr.decode()
+        self.assertIn(": 1 tetrahedron -> ", said)
 
     def test_groups_of_gmsh_are_tags_of_a_dimension(self):
         path = self.folder / "mesh.msh"

@@ -174,7 +174,7 @@ TEST_F(GmshGroups, DamagedPartsAreNoCrash) {
   expect_no_crash("a.msh", binary_parts(false));
   std::string more = kParts;
   more.replace(more.find("5 5 1 12"), 8, "5 1 1 12");
-  expect_error("a.msh", more, "there are more than the 1 elements announced");
+  expect_error("a.msh", more, "there are more elements than the 1 announced");
 }
 
 // Two tetrahedra, each in a group of its own and in that of both; a triangle in a group of one

@@ -340,7 +340,7 @@ TEST_F(Gmsh, SaysWhatIsWrongAndWhere) {
                "line 50: \"flux\" has a value for 13, which is not there");
   expect_error("a.msh", with(kText2, "60 9 9 9", "60 9 9 9 9"), "expected the section's end");
   expect_error("a.msh", with(kText4, "2 6 7 60", "2 7 7 60"), "expected 7 nodes, found 6");
-  expect_error("a.msh", with(kText4, "5 5 1 12", "5 4 1 12"), "more than the 4 elements announced");
+  expect_error("a.msh", with(kText4, "5 5 1 12", "5 4 1 12"), "more elements than the 4 announced");
   expect_error("a.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", "there are no $Nodes");
   expect_error("a.msh", "hello", "expected a section");
   expect_error("a.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n", "there are no $Elements");

@@ -172,9 +172,9 @@ TEST_F(GmshVersions, SayWhatIsWrongAndWhere) {
   expect_error("a.msh", replaced(one, "$ENDNOD", "$EndNOD"), "line 1: $NOD: there is no $ENDNOD");
   const std::string& four = kVersion40;
   expect_error("a.msh", replaced(four, "3 6\n5 3", "3 7\n5 3"), "expected 7 nodes, found 6");
-  expect_error("a.msh", replaced(four, "3 6\n5 3", "3 5\n5 3"), "more than the 5 nodes announced");
+  expect_error("a.msh", replaced(four, "3 6\n5 3", "3 5\n5 3"), "more nodes than the 5 announced");
   expect_error("a.msh", replaced(four, "5 5\n3 2", "5 4\n3 2"),
-               "more than the 4 elements announced");
+               "more elements than the 4 announced");
   expect_error("a.msh", replaced(four, "3 2 1 4", "3 4 1 4"), "expected a dimension of 0 to 3");
   expect_error("a.msh", replaced(four, "40 0 0 1 0.25", "-4 0 0 1 0.25"),
                "line 19: a node has the number -4");

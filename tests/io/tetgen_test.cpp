@@ -227,7 +227,7 @@ TEST_F(Tetgen, TellsOfVertexCells) {
   WriteOptions options;
   options.tell = [&](std::string_view what) { told = what; };
   write_mesh(open_mesh(dir_.file("v.mesh")).get(), dir_.file("v.node"), options);
-  EXPECT_EQ(told, dir_.file("v.node") + " has no place for 2 vertex cells, which are left out");
+  EXPECT_EQ(told, dir_.file("v.node") + " has no place for 2 vertex cells: left out");
 }
 
 TEST_F(Tetgen, SurvivesDamage) {

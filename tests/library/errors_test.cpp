@@ -95,7 +95,7 @@ TEST_F(LibraryErrors, BadMeshesAreNamed) {
   mesh.types = types;
   EXPECT_THAT(message(), HasSubstr("the offsets must have the type of the connectivity"));
   mesh.offsets = std::span(offsets).first(1);
-  EXPECT_THAT(message(), HasSubstr("there are 1 offsets for 1 cells"));
+  EXPECT_THAT(message(), HasSubstr("1 offset for 1 cell"));
   mesh.offsets = offsets;
   EXPECT_TRUE(simplify(mesh, options).status.ok());
   offsets = {0, 3};
@@ -107,7 +107,7 @@ TEST_F(LibraryErrors, BadMeshesAreNamed) {
   offsets = {0, 4};
   const std::vector<std::uint8_t> ghosts = {0, 0};
   mesh.ghosts = ghosts;
-  EXPECT_THAT(message(), HasSubstr("there are 2 ghost flags for 1 cells"));
+  EXPECT_THAT(message(), HasSubstr("2 ghost flags for 1 cell"));
 }
 
 TEST_F(LibraryErrors, BadOptionsAreNamedInItsOwnWords) {

@@ -370,7 +370,7 @@ TEST_F(Series, AFullDiskSaysWhichStepsAreDone) {
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::kIo);
       const std::string what = error.what();
-      seen = what.find("2 of the 3 steps are written, the last is") != std::string::npos;
+      seen = what.find("steps written: 2 of 3, the last is") != std::string::npos;
     }
   }
   EXPECT_TRUE(seen);
