@@ -24,6 +24,7 @@ using testing::dump;
 using ::testing::ElementsAre;
 using testing::read_cell_array;
 using testing::read_point_array;
+using testing::replaced;
 using testing::values;
 
 using Gmsh = testing::FormatTest;
@@ -319,28 +320,26 @@ TEST_F(Gmsh, CellsOfHigherOrderAreLinearized) {
 }
 
 TEST_F(Gmsh, SaysWhatIsWrongAndWhere) {
-  const auto with = [](const std::string& text, const std::string& from, const std::string& to) {
-    std::string bytes = text;
-    return bytes.replace(bytes.find(from), from.size(), to);
-  };
-  expect_error("a.msh", with(kText2, "2.2 0", "1 0"), "a Gmsh file of version '1', expected 2.2");
-  expect_error("a.msh", with(kText2, "2.2 0 8", "2.2 0 4"), "expected 0 or 1 and 8");
-  expect_error("a.msh", with(kText2, "7 0 1 0", "7 0 1x 0"),
+  expect_error("a.msh", replaced(kText2, "2.2 0", "1 0"),
+               "a Gmsh file of version '1', expected 2.2");
+  expect_error("a.msh", replaced(kText2, "2.2 0 8", "2.2 0 4"), "expected 0 or 1 and 8");
+  expect_error("a.msh", replaced(kText2, "7 0 1 0", "7 0 1x 0"),
                "line 13: expected a number, found '1x'");
-  expect_error("a.msh", with(kText2, "7 0 1 0", "10 0 1 0"), "node 10 is there twice");
-  expect_error("a.msh", with(kText2, "50 20 40 7", "51 20 40 7"),
+  expect_error("a.msh", replaced(kText2, "7 0 1 0", "10 0 1 0"), "node 10 is there twice");
+  expect_error("a.msh", replaced(kText2, "50 20 40 7", "51 20 40 7"),
                "line 26: element 11 uses node 51, which is not there");
-  expect_error("a.msh", with(kText2, "$Nodes\n6", "$Nodes\n6666666"),
+  expect_error("a.msh", replaced(kText2, "$Nodes\n6", "$Nodes\n6666666"),
                "line 10: 6666666 rows do not fit into the");
-  expect_error("a.msh", with(kText2, "$Nodes\n6", "$Nodes\n7"), "the section ends too early");
-  expect_error("a.msh", with(kText2, "$Nodes\n6", "$Nodes\n5"), "expected the section's end");
-  expect_error("a.msh", with(kText2, "$EndNodes", "$EndModes"),
+  expect_error("a.msh", replaced(kText2, "$Nodes\n6", "$Nodes\n7"), "the section ends too early");
+  expect_error("a.msh", replaced(kText2, "$Nodes\n6", "$Nodes\n5"), "expected the section's end");
+  expect_error("a.msh", replaced(kText2, "$EndNodes", "$EndModes"),
                "line 9: $Nodes: there is no $EndNodes");
-  expect_error("a.msh", with(kText2, "12 1 2 3", "13 1 2 3"),
+  expect_error("a.msh", replaced(kText2, "12 1 2 3", "13 1 2 3"),
                "line 50: \"flux\" has a value for 13, which is not there");
-  expect_error("a.msh", with(kText2, "60 9 9 9", "60 9 9 9 9"), "expected the section's end");
-  expect_error("a.msh", with(kText4, "2 6 7 60", "2 7 7 60"), "expected 7 nodes, found 6");
-  expect_error("a.msh", with(kText4, "5 5 1 12", "5 4 1 12"), "more elements than the 4 announced");
+  expect_error("a.msh", replaced(kText2, "60 9 9 9", "60 9 9 9 9"), "expected the section's end");
+  expect_error("a.msh", replaced(kText4, "2 6 7 60", "2 7 7 60"), "expected 7 nodes, found 6");
+  expect_error("a.msh", replaced(kText4, "5 5 1 12", "5 4 1 12"),
+               "more elements than the 4 announced");
   expect_error("a.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", "there are no $Nodes");
   expect_error("a.msh", "hello", "expected a section");
   expect_error("a.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n", "there are no $Elements");

@@ -18,6 +18,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using testing::read_cell_array;
 using testing::read_point_array;
+using testing::replaced;
 using testing::values;
 
 using GmshVersions = testing::FormatTest;
@@ -32,10 +33,6 @@ Groups groups_of(MeshSource* source) {
                         values<std::int32_t>(source->read_array(Association::kField, i)));
   }
   return groups;
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  return text.replace(text.find(from), from.size(), to);
 }
 
 const std::string kValues = R"($ElementData

@@ -22,6 +22,7 @@ using testing::dump;
 using ::testing::ElementsAre;
 using testing::read_cell_array;
 using testing::read_point_array;
+using testing::replaced;
 using testing::values;
 
 class Legacy : public testing::FormatTest {
@@ -37,10 +38,6 @@ class Legacy : public testing::FormatTest {
     return bytes_of(dir_.file("out.vtk"));
   }
 };
-
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  return text.replace(text.find(from), from.size(), to);
-}
 
 // Two tetrahedra, a triangle before the second one, a point; a point that nobody uses.
 const std::string kPointSection = R"(POINTS 6 double
@@ -199,12 +196,12 @@ TEST_F(Legacy, ReadsTheSameOfEveryKind) {
   std::string crlf;
   for (const char c : text5()) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
   EXPECT_EQ(dump_of(crlf), expected);
-  const std::string comment = with(text5(), "POINTS", "# points\nPOINTS");
-  EXPECT_EQ(dump_of(with(comment, "CELL_TYPES 4", "cell_types 4")), expected);
+  const std::string comment = replaced(text5(), "POINTS", "# points\nPOINTS");
+  EXPECT_EQ(dump_of(replaced(comment, "CELL_TYPES 4", "cell_types 4")), expected);
 }
 
 TEST_F(Legacy, ComponentsMayHaveNoName) {
-  const auto source = open("a.vtk", with(text5(), "in%20plane\n", "\n"));
+  const auto source = open("a.vtk", replaced(text5(), "in%20plane\n", "\n"));
   EXPECT_THAT(read_cell_array(source.get(), "stress").info.component_names,
               ElementsAre("", "across"));
   EXPECT_THAT(values<std::uint8_t>(read_cell_array(source.get(), "mark")), ElementsAre(1, 0, 0, 1));
@@ -217,7 +214,7 @@ TEST_F(Legacy, ComponentsMayHaveNoName) {
 
 TEST_F(Legacy, WhatDescribesPointsDescribesNoFieldArray) {
   const auto source =
-      open("a.vtk", with(text5(), "9 9 9\n", "9 9 9\nMETADATA\nCOMPONENT_NAMES\nx\ny\nz\n\n"));
+      open("a.vtk", replaced(text5(), "9 9 9\n", "9 9 9\nMETADATA\nCOMPONENT_NAMES\nx\ny\nz\n\n"));
   for (const ArrayInfo& info : source->description().field_data.arrays) {
     EXPECT_THAT(info.component_names, ElementsAre()) << info.name;
   }
@@ -228,17 +225,17 @@ std::string says_units(const std::string& word) {
 }
 
 TEST_F(Legacy, UnitsAreKept) {
-  std::string bytes = with(text5(), "100%25\n",
-                           "100%25\n\nMETADATA\nINFORMATION 1\n" + says_units("language") + "\n");
-  bytes = with(bytes, "across\n",
-               "across\nINFORMATION 3\nNAME OTHER LOCATION vtkDataArray\nDATA x\n" +
-                   says_units("k%20Pa") + "NAME UNITS_LABEL LOCATION another\nDATA y\n");
-  bytes = with(bytes, "DATA 2 1 6\n", "DATA 2 1 6\n" + says_units("%C2%B5m/s"));
+  std::string bytes = replaced(
+      text5(), "100%25\n", "100%25\n\nMETADATA\nINFORMATION 1\n" + says_units("language") + "\n");
+  bytes = replaced(bytes, "across\n",
+                   "across\nINFORMATION 3\nNAME OTHER LOCATION vtkDataArray\nDATA x\n" +
+                       says_units("k%20Pa") + "NAME UNITS_LABEL LOCATION another\nDATA y\n");
+  bytes = replaced(bytes, "DATA 2 1 6\n", "DATA 2 1 6\n" + says_units("%C2%B5m/s"));
   // The points' own are nobody's, and not those of the array before them.
-  bytes = with(bytes, "9 9 9\n", "9 9 9\nMETADATA\nINFORMATION 1\n" + says_units("mm") + "\n");
-  bytes = with(bytes, "10 11 12 13 14 15\n",
-               "10 11 12 13 14 15\nMETADATA\nINFORMATION 2\n" + says_units("") +
-                   "NAME UNITS_LABEL LOCATION vtkDataArray\n\n");
+  bytes = replaced(bytes, "9 9 9\n", "9 9 9\nMETADATA\nINFORMATION 1\n" + says_units("mm") + "\n");
+  bytes = replaced(bytes, "10 11 12 13 14 15\n",
+                   "10 11 12 13 14 15\nMETADATA\nINFORMATION 2\n" + says_units("") +
+                       "NAME UNITS_LABEL LOCATION vtkDataArray\n\n");
   const auto expect_units = [](MeshSource* source) {
     const MeshDescription& d = source->description();
     const auto units = [](const AttributeSet& set, const char* name) {
@@ -280,9 +277,9 @@ TEST_F(Legacy, OneArrayMayBeActiveAsSeveralKinds) {
                         values3 + "NORMALS w double\n" + values3);
   const AttributeSet& set = source->description().point_data;
   EXPECT_EQ(set.active.at("Normals"), "n");
-  const auto twice = open("b.vtk", with(text5(), "NORMALS n float",
-                                        "NORMALS velocity double\n" + values3 +
-                                            "SCALARS n float 3\nLOOKUP_TABLE default"));
+  const auto twice = open("b.vtk", replaced(text5(), "NORMALS n float",
+                                            "NORMALS velocity double\n" + values3 +
+                                                "SCALARS n float 3\nLOOKUP_TABLE default"));
   const MeshDescription& d = twice->description();
   EXPECT_EQ(d.point_data.active.at("Vectors"), "velocity");
   EXPECT_EQ(d.point_data.active.at("Normals"), "velocity");
@@ -352,7 +349,7 @@ NULL_ARRAY
 
 TEST_F(Legacy, GhostsAreDropped) {
   const std::string bytes =
-      with(kDataSection, "mark 1 4 bit\n1 0 0 1", "vtkGhostType 1 4 unsigned_char\n0 0 1 0");
+      replaced(kDataSection, "mark 1 4 bit\n1 0 0 1", "vtkGhostType 1 4 unsigned_char\n0 0 1 0");
   const auto source = open("a.vtk", head("4.2", "ASCII") + kPointSection + kCounted + bytes);
   const Geometry mesh = source->read_geometry();
   EXPECT_EQ(mesh.tets.size(), 1u);
@@ -404,46 +401,50 @@ TEST_F(Legacy, SaysWhatIsWrongAndWhere) {
   const auto expect = [&](const std::string& bytes, const std::string& words) {
     expect_error("a.vtk", bytes, words);
   };
-  expect(with(t4, "Version 4.2", "Version 6.0"), "line 1: version '6.0' is not known");
-  expect(with(t4, "ASCII", "TEXT"), "line 3: expected ASCII or BINARY, found 'TEXT'");
-  expect(with(t4, "DATASET UNS", "DATA UNS"), "line 4: expected DATASET UNSTRUCTURED_GRID");
-  expect(with(t4, "POINTS 6", "POINTS six"), "line 11: expected a count, found 'six'");
-  expect(with(t4, "POINTS 6 double", "POINTS 6"), "line 11: expected POINTS COUNT TYPE");
-  expect(with(t4, "POINTS 6 double", "POINTS 6 quad"), "POINTS: arrays of type 'quad' cannot be");
-  expect(with(t4, "POINTS 6", "POINTS 7"), "line 15: POINTS: expected 21 numbers, found 18");
-  expect(with(t4, "POINTS 6", "POINTS 5"),
+  expect(replaced(t4, "Version 4.2", "Version 6.0"), "line 1: version '6.0' is not known");
+  expect(replaced(t4, "ASCII", "TEXT"), "line 3: expected ASCII or BINARY, found 'TEXT'");
+  expect(replaced(t4, "DATASET UNS", "DATA UNS"), "line 4: expected DATASET UNSTRUCTURED_GRID");
+  expect(replaced(t4, "POINTS 6", "POINTS six"), "line 11: expected a count, found 'six'");
+  expect(replaced(t4, "POINTS 6 double", "POINTS 6"), "line 11: expected POINTS COUNT TYPE");
+  expect(replaced(t4, "POINTS 6 double", "POINTS 6 quad"),
+         "POINTS: arrays of type 'quad' cannot be");
+  expect(replaced(t4, "POINTS 6", "POINTS 7"), "line 15: POINTS: expected 21 numbers, found 18");
+  expect(replaced(t4, "POINTS 6", "POINTS 5"),
          "line 14: expected a section, as POINTS, CELLS or POINT_DATA, found '9 9 9'");
-  expect(with(t4, "POINTS 6", "POINTS 666666666666"), "the file is cut off or damaged");
-  expect(with(t4, "1 0 0.1", "1 0 0.1x"), "\"0.1x\" is not a number of type Float64");
-  expect(with(t4, "4 4 1 3 2", "4 4 1 3 6"), "cell 2 uses point 6, but there are 6 points");
-  expect(with(t4, "4 4 1 3 2", "4 4 1 -3 2"), "cell 2 uses point -3");
-  expect(with(t4, "CELLS 4 16", "CELLS 3 16"),
+  expect(replaced(t4, "POINTS 6", "POINTS 666666666666"), "the file is cut off or damaged");
+  expect(replaced(t4, "1 0 0.1", "1 0 0.1x"), "\"0.1x\" is not a number of type Float64");
+  expect(replaced(t4, "4 4 1 3 2", "4 4 1 3 6"), "cell 2 uses point 6, but there are 6 points");
+  expect(replaced(t4, "4 4 1 3 2", "4 4 1 -3 2"), "cell 2 uses point -3");
+  expect(replaced(t4, "CELLS 4 16", "CELLS 3 16"),
          "CELLS: the list has 16 numbers, but its 3 cells end after 14");
-  expect(with(t4, "4 4 1 3 2", "9 4 1 3 2"), "CELLS: cell 2 has 9 points, but 6 numbers follow");
-  expect(with(t4, "CELLS 4 16", "CELLS 17 16"), "17 cells cannot be listed in 16 numbers");
-  expect(with(t4, "CELL_TYPES 4", "CELL_TYPES 3"), "there are 3 CELL_TYPES, but 4 CELLS");
-  expect(with(t4, "5 10", "6 10"), "cell 1 is a triangle strip");
-  expect(with(t4, "10\n5", "10\n10"), "cell 1 has 3 vertices, expected 4 for a tetrahedron");
-  expect(with(t4, "10\n5", "10\n999"), "cell 1 has the type 999, which VTK does not have");
-  expect(with(t5, "OFFSETS", "offset"), "expected OFFSETS and a type");
-  expect(with(t5, "0 4 7 11 12", "1 4 7 11 12"), "OFFSETS: expected the first one to be 0");
-  expect(with(t5, "0 4 7 11 12", "0 4 7 11 13"), "cell 3 goes from 11 to 13, but there are 12");
-  expect(with(t5, "CONNECTIVITY vtktypeint64", "CONNECTIVITY float"), "expected integers");
-  expect(with(t5, "POINT_DATA 6", "POINT_DATA 5"), "POINT_DATA is of 5, but there are 6 points");
-  expect(with(t5, "mark 1 4", "mark 1 3"), "array \"mark\" has 3 tuples, expected 4");
-  expect(with(t5, "mark", "stress"), "there are two arrays called \"stress\": rename one");
-  expect(with(t5, "NORMALS n", "NORMELS n"), "expected a section");
-  expect(with(t5, "TimeValue 1 1", "TimeValue 0 1"), "0 components cannot be read");
+  expect(replaced(t4, "4 4 1 3 2", "9 4 1 3 2"),
+         "CELLS: cell 2 has 9 points, but 6 numbers follow");
+  expect(replaced(t4, "CELLS 4 16", "CELLS 17 16"), "17 cells cannot be listed in 16 numbers");
+  expect(replaced(t4, "CELL_TYPES 4", "CELL_TYPES 3"), "there are 3 CELL_TYPES, but 4 CELLS");
+  expect(replaced(t4, "5 10", "6 10"), "cell 1 is a triangle strip");
+  expect(replaced(t4, "10\n5", "10\n10"), "cell 1 has 3 vertices, expected 4 for a tetrahedron");
+  expect(replaced(t4, "10\n5", "10\n999"), "cell 1 has the type 999, which VTK does not have");
+  expect(replaced(t5, "OFFSETS", "offset"), "expected OFFSETS and a type");
+  expect(replaced(t5, "0 4 7 11 12", "1 4 7 11 12"), "OFFSETS: expected the first one to be 0");
+  expect(replaced(t5, "0 4 7 11 12", "0 4 7 11 13"), "cell 3 goes from 11 to 13, but there are 12");
+  expect(replaced(t5, "CONNECTIVITY vtktypeint64", "CONNECTIVITY float"), "expected integers");
+  expect(replaced(t5, "POINT_DATA 6", "POINT_DATA 5"),
+         "POINT_DATA is of 5, but there are 6 points");
+  expect(replaced(t5, "mark 1 4", "mark 1 3"), "array \"mark\" has 3 tuples, expected 4");
+  expect(replaced(t5, "mark", "stress"), "there are two arrays called \"stress\": rename one");
+  expect(replaced(t5, "NORMALS n", "NORMELS n"), "expected a section");
+  expect(replaced(t5, "TimeValue 1 1", "TimeValue 0 1"), "0 components cannot be read");
   expect(head("4.2", "ASCII"), "there are no POINTS");
   expect(head("4.2", "ASCII") + kPointSection, "there are no CELLS");
   const std::string cut = binary(true);
   expect(cut.substr(0, 260), "rows of 3 values do not fit into");
-  expect(with(cut, "POINTS 6", "POINTS 5"), "the section before it has another length than its");
+  expect(replaced(cut, "POINTS 6", "POINTS 5"),
+         "the section before it has another length than its");
 }
 
 TEST_F(Legacy, PointsThatNobodyUsesNeedNoNumbers) {
-  dump_of(with(text4(), "9 9 9", "9 9 nan"));
-  expect_error("a.vtk", with(text4(), "1 1 -1", "1 1 inf"), "point 4 has the z coordinate inf");
+  dump_of(replaced(text4(), "9 9 9", "9 9 nan"));
+  expect_error("a.vtk", replaced(text4(), "1 1 -1", "1 1 inf"), "point 4 has the z coordinate inf");
 }
 
 TEST_F(Legacy, SurvivesDamage) {

@@ -22,6 +22,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::read_cell_array;
 using testing::read_point_array;
+using testing::replaced;
 using testing::values;
 
 using Medit = testing::FormatTest;
@@ -194,8 +195,7 @@ TEST_F(Medit, OtherCellsNeedAnOption) {
 
 TEST_F(Medit, SaysWhatIsWrongAndWhere) {
   const auto with = [](const std::string& from, const std::string& to) {
-    std::string text = kText;
-    return text.replace(text.find(from), from.size(), to);
+    return replaced(kText, from, to);
   };
   expect_error("a.mesh", with("0 1 0 3", "0 x1 0 3"),
                "line 6: Vertices: 6 rows of 4 numbers do not fit into the 21 bytes that follow");

@@ -23,6 +23,7 @@ using testing::dump;
 using ::testing::ElementsAre;
 using testing::read_cell_array;
 using testing::read_point_array;
+using testing::replaced;
 using testing::values;
 
 const char* const kNodes = R"(# made by hand
@@ -184,23 +185,19 @@ TEST_F(Tetgen, MarkedFacesMayBeFarApart) {
 }
 
 TEST_F(Tetgen, SaysWhatIsWrongAndWhere) {
-  const auto with = [](const char* text, const std::string& from, const std::string& to) {
-    std::string bytes = text;
-    return bytes.replace(bytes.find(from), from.size(), to);
-  };
-  expect_error("a.node", with(kNodes, "6 3 2 1", "6 2 2 1"), "expected points of 3 dimensions");
-  expect_error("a.node", with(kNodes, "6 3 2 1", "7 3 2 1"),
+  expect_error("a.node", replaced(kNodes, "6 3 2 1", "6 2 2 1"), "expected points of 3 dimensions");
+  expect_error("a.node", replaced(kNodes, "6 3 2 1", "7 3 2 1"),
                "line 9: expected 7 rows of 7 numbers, found 42 numbers");
-  expect_error("a.node", with(kNodes, "3.5 -3  1", "3.5 -3"),
+  expect_error("a.node", replaced(kNodes, "3.5 -3  1", "3.5 -3"),
                "line 5: expected 6 rows of 7 numbers, found 41 numbers, 6 in this line");
-  expect_error("a.node", with(kNodes, "6 3 2 1", "60000000000 3 2 1"), "do not fit into the");
-  expect_error("a.node", with(kNodes, "0.1", "0,1"), "line 4: expected a number, found '0,1'");
-  expect_error("a.node", with(kNodes, "  5  ", "  7  "),
+  expect_error("a.node", replaced(kNodes, "6 3 2 1", "60000000000 3 2 1"), "do not fit into the");
+  expect_error("a.node", replaced(kNodes, "0.1", "0,1"), "line 4: expected a number, found '0,1'");
+  expect_error("a.node", replaced(kNodes, "  5  ", "  7  "),
                "line 7: point 7 stands where 5 is expected");
   write_all();
-  expect_error("a.ele", with(kTets, "2 5 2 4 3", "2 5 2 4 9"),
+  expect_error("a.ele", replaced(kTets, "2 5 2 4 3", "2 5 2 4 9"),
                "a.ele: line 3: uses point 9, but there are points 1 to 6");
-  expect_error("a.ele", with(kTets, "2 4 1", "2 5 1"), "expected tetrahedra of 4 or 10 points");
+  expect_error("a.ele", replaced(kTets, "2 4 1", "2 5 1"), "expected tetrahedra of 4 or 10 points");
   expect_error("a.ele", "# nothing", "there is nothing in it");
   write_all();
   std::filesystem::remove(dir_.file("a.ele"));

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "io/mesh_source.h"
+#include "support/format_files.h"
 #include "support/stream_check.h"
 #include "support/temp_dir.h"
 #include "support/vtu_text.h"
@@ -17,6 +18,7 @@ namespace tetfusion {
 namespace {
 
 using testing::cell_piece;
+using testing::replaced;
 using testing::TempDir;
 using testing::tet_piece;
 using testing::to_vtu;
@@ -98,12 +100,6 @@ class VtuDamage : public ::testing::Test {
   TempDir dir_;
   std::string path_ = dir_.file("mesh.vtu");
 };
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << "the test's file holds no " << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
 
 // A file whose every number is where a text editor would find it.
 VtuStyle ascii() {

@@ -24,6 +24,12 @@ void dump_array(const char* of, const DataArray& array, std::string* text) {
 
 }  // namespace
 
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << "the text holds no " << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
 std::string dump(MeshSource* source) {
   const Geometry mesh = source->read_geometry();
   std::string text;

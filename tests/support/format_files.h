@@ -49,6 +49,9 @@ class Bytes {
   std::string text_;
 };
 
+// The text with the first `from`, which it must have, made `to`.
+std::string replaced(std::string text, std::string_view from, std::string_view to);
+
 // A mesh and all its arrays as text: equal for equal meshes alone.
 std::string dump(MeshSource* source);
 
