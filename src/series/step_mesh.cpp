@@ -81,6 +81,11 @@ class Difference {
     const auto row = [&](const CellWindow& window) {
       return window.tet_rows.empty() ? first + same : window.tet_rows[same];
     };
+    if (row(now) != row(before)) {
+      fail(
+          fmt::format("cell {} is a tetrahedron, and no ghost (vtkGhostType), in one of them alone",
+                      std::min(row(now), row(before))));
+    }
     fail(fmt::format("cell {} has the points {}, not {}", row(now), fmt::join(now.tets[same], " "),
                      fmt::join(before.tets[same], " ")));
   }

@@ -156,13 +156,15 @@ class Refused(SeriesTest):
 
     def test_a_step_that_does_not_go_with_the_others(self):
         first = self.write(wave(jittered(6), 1.0), "s0.vtu")
-        other, moved, turned = (wave(jittered(6), 2.0) for _ in range(3))
+        other, moved, turned, marked = (wave(jittered(6), 2.0) for _ in range(4))
         other.remove("bump")
         moved.array("Points")[4][3 * 200 + 1] += 0.01
         corners = turned.array("connectivity")[4]
         corners[40:43] = corners[41], corners[42], corners[40]
+        marked.arrays.insert(2, ["CellData", "vtkGhostType", "UInt8", 1, [int(i == 10) for i in range(len(marked.tets))]])
         for step, words in ((other, ["bump", "drift"]), (moved, ["point 200 lies at", "--series each"]),
                             (turned, ["cell 10 has the points", "--series each"]),
+                            (marked, ["cell 10 is a tetrahedron, and no ghost (vtkGhostType), in one of them alone"]),
                             (wave(jittered(5), 2.0), ["points, not", "--series each"])):
             for threads in ("1", "2"):
                 said = self.refuse([first, self.write(step, "s1.vtu")], "--threads", threads, code=BAD)
