@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/foreign_format.h"
 #include "io/gmsh_head.h"
 #include "io/gmsh_reader.h"
 #include "io/legacy_head.h"
@@ -34,32 +35,6 @@ bool is_called(const std::string& path, std::initializer_list<std::string_view> 
   return std::find(suffixes.begin(), suffixes.end(), suffix_of(path)) != suffixes.end();
 }
 
-// Throws for what is known by its first bytes, and no mesh.
-void refuse_other_files(const std::string& path, std::string_view text) {
-  struct Kind {
-    std::string_view begin, what;
-  };
-  constexpr Kind kKinds[] = {
-      {"\x1f\x8b", "is packed by gzip: unpack it first"},
-      {"BZh", "is packed by bzip2: unpack it first"},
-      {"\xfd\x37zXZ", "is packed by xz: unpack it first"},
-      {"\x28\xb5\x2f\xfd", "is packed by zstd: unpack it first"},
-      {"PK\x03\x04", "is packed by zip: unpack it first"},
-      {"TFPROGRS", "is a progressive mesh: 'tetfusion refine' makes meshes of it"},
-      {"TFPTSMAP", "says where points went, and holds no mesh: it is for 'tetfusion apply'"},
-  };
-  for (const auto& [begin, what] : kKinds) {
-    if (!text.starts_with(begin)) continue;
-    throw Error(ErrorCode::kBadInput,
-                fmt::format("{} {}", path == "-" ? "standard input" : path, what));
-  }
-}
-
-bool may_have_time_steps(const MappedFile& file) {
-  const ForeignFormat format = guess_format(file.bytes()).format;
-  return format == ForeignFormat::kNetCdf || format == ForeignFormat::kHdf5;
-}
-
 }  // namespace
 
 std::size_t choose_time_step(const std::string& path, std::size_t steps,
@@ -80,8 +55,8 @@ std::size_t choose_time_step(const std::string& path, std::size_t steps,
 std::vector<double> time_steps_of(const std::string& path) {
   std::error_code unknown;
   if (path == "-" || !std::filesystem::is_regular_file(path, unknown)) return {};
-  return may_have_time_steps(MappedFile::open(path)) ? time_steps_with_vtk(path)
-                                                     : std::vector<double>{};
+  if (!may_have_time_steps(guess_format_of(path).format)) return {};
+  return time_steps_with_vtk(path);
 }
 
 // The content decides. Where it says nothing, a file that is only called .vtu or .mesh goes to the
@@ -91,8 +66,9 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   MappedFile file = standard_input ? MappedFile::spool(STDIN_FILENO, path, options.spool_folder)
                                    : MappedFile::open(path, options.spool_folder);
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
-  refuse_other_files(path, text);
-  if (!may_have_time_steps(file)) choose_time_step(path, 0, options.time_step);
+  refuse_unread_formats(path, file.bytes(), false);
+  const ForeignFormat foreign = guess_format(file.bytes()).format;
+  if (!may_have_time_steps(foreign)) choose_time_step(path, 0, options.time_step);
   const std::string_view type = vtk_file_type(text);
   std::string what;
   if (type == "UnstructuredGrid") {
@@ -119,6 +95,7 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   if (type == "PUnstructuredGrid") {
     if (auto source = open_pvtu(file, options, &what)) return source;
   }
+  if (foreign == ForeignFormat::kUnknown) refuse_unread_formats(path, file.bytes(), true);
   return open_with_vtk(path, options, what);
 }
 

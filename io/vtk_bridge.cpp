@@ -3,17 +3,15 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <mutex>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
-#include "io/mapped_file.h"
+#include "io/foreign_format.h"
 #include "io/reading_memory.h"
 #include "io/vtk_plugin.h"
 
@@ -126,19 +124,6 @@ const VtkPlugin& load_plugin(const std::string& file) {
   return *plugin;
 }
 
-// The value of `name="..."` in the first tag that begins with `tag`; empty if there is none.
-std::string_view attribute_of(std::string_view text, std::string_view tag, std::string_view name) {
-  const std::size_t begin = text.find(tag);
-  if (begin == std::string_view::npos) return {};
-  text = text.substr(begin, text.find('>', begin) - begin);
-  std::size_t at = text.find(name);
-  if (at == std::string_view::npos) return {};
-  at = text.find_first_of("\"'", at);
-  if (at == std::string_view::npos) return {};
-  const std::size_t end = text.find(text[at], at + 1);
-  return end == std::string_view::npos ? std::string_view{} : text.substr(at + 1, end - at - 1);
-}
-
 // VTK's readers, their libraries and its window for messages are for one thread, and a child that
 // is forked meanwhile would find their locks taken.
 std::mutex& vtk_readers() {
@@ -146,38 +131,15 @@ std::mutex& vtk_readers() {
   return mutex;
 }
 
-FormatGuess guess_format_of(const std::string& path) {
-  const MappedFile file = MappedFile::open(path);
-  return guess_format(file.bytes());
+[[noreturn]] void throw_unknown(const std::string& path) {
+  throw Error(
+      ErrorCode::kBadInput,
+      path +
+          ": not a mesh file that is read: neither its beginning nor its name says one of the "
+          "formats of VTK (.vtu, .vtk and others), Exodus, Medit, Gmsh and TetGen");
 }
 
 }  // namespace
-
-FormatGuess guess_format(std::span<const std::byte> head) {
-  constexpr std::size_t kEnough = 4096;
-  const std::string_view text(reinterpret_cast<const char*>(head.data()),
-                              std::min(head.size(), kEnough));
-  if (text.starts_with("# vtk DataFile")) return {ForeignFormat::kLegacyVtk, "a legacy VTK file"};
-  if (text.find("<VTKFile") != std::string_view::npos) {
-    const std::string_view type = attribute_of(text, "<VTKFile", "type");
-    if (type == "PUnstructuredGrid") {
-      return {ForeignFormat::kXmlVtk, "a VTK XML unstructured grid in several files"};
-    }
-    return {ForeignFormat::kXmlVtk,
-            "a VTK XML file" + (type.empty() ? "" : " of type " + std::string(type)),
-            type == "Collection"};
-  }
-  if (text.starts_with('{') && text.find("\"file-series-version\"") != std::string_view::npos) {
-    return {ForeignFormat::kUnknown, "", true};
-  }
-  if (text.starts_with("CDF\001") || text.starts_with("CDF\002") || text.starts_with("CDF\005")) {
-    return {ForeignFormat::kNetCdf, "a NetCDF file, as Exodus uses it"};
-  }
-  if (text.starts_with("\x89HDF\r\n")) {
-    return {ForeignFormat::kHdf5, "an HDF5 file, as NetCDF-4 and Exodus use it"};
-  }
-  return {};
-}
 
 std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOptions& options,
                                           const std::string& what) {
@@ -188,6 +150,7 @@ std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOpt
                     ": this is a list of the steps of a series: give one of the files that it "
                     "names ('tetfusion simplify' takes all of them)");
   }
+  if (guess.format == ForeignFormat::kUnknown) throw_unknown(path);
   const VtkPlugin& plugin = load_plugin(path + ": this is " + (what.empty() ? guess.words : what));
   std::unique_ptr<PluginMesh> mesh;
   const std::lock_guard lock(vtk_readers());

@@ -18,8 +18,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "io/mapped_file.h"
-#include "io/vtk_bridge.h"
+#include "io/foreign_format.h"
 #include "vtk/vtk_collect.h"
 #include "vtk/vtk_exodus.h"
 #include "vtk/vtk_polyhedra.h"
@@ -133,7 +132,7 @@ LoadedFile load(const std::string& path, const OpenOptions& options, ForeignForm
       load_exodus(path, options, trap, &out);
       break;
     case ForeignFormat::kUnknown:
-      break;
+      throw Error(ErrorCode::kBadInput, path + ": not a mesh file that VTK reads");
   }
   if (options.tetrahedralize) add_centres(path, &out);
   return out;
@@ -142,17 +141,7 @@ LoadedFile load(const std::string& path, const OpenOptions& options, ForeignForm
 }  // namespace
 
 LoadedFile load_with_vtk(const std::string& path, const OpenOptions& options) {
-  FormatGuess guess;
-  {
-    const MappedFile file = MappedFile::open(path);
-    guess = guess_format(file.bytes());
-  }
-  if (guess.format == ForeignFormat::kUnknown) {
-    throw Error(ErrorCode::kBadInput,
-                path +
-                    ": not a mesh file that VTK reads: it begins neither like VTK's legacy or "
-                    "XML formats nor like NetCDF or HDF5 (Exodus)");
-  }
+  const FormatGuess guess = guess_format_of(path);
   if (!options.was_read) try_in_child(path, [&] { load(path, options, guess.format); });
   LoadedFile out = load(path, options, guess.format);
   out.format = guess.words.substr(guess.words.find(' ') + 1) + ", read with VTK";

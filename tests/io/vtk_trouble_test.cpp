@@ -147,25 +147,5 @@ TEST(VtkBridgeWithoutPlugin, ABrokenPluginIsAnError) {
   ::unsetenv("TETFUSION_PLUGIN_PATH");
 }
 
-FormatGuess guess(std::string_view text) {
-  return guess_format(std::as_bytes(std::span(text.data(), text.size())));
-}
-
-TEST(GuessFormat, KnowsTheFirstBytes) {
-  EXPECT_EQ(guess(kTetsFile).format, ForeignFormat::kLegacyVtk);
-  EXPECT_EQ(guess(kXmlStructured).format, ForeignFormat::kXmlVtk);
-  EXPECT_EQ(guess(kXmlStructured).words, "a VTK XML file of type StructuredGrid");
-  EXPECT_FALSE(guess(kXmlStructured).is_list);
-  EXPECT_TRUE(guess("<VTKFile type=\"Collection\">").is_list);
-  EXPECT_THAT(guess("<VTKFile type=\"PUnstructuredGrid\">").words, HasSubstr("several files"));
-  EXPECT_EQ(guess("<VTKFile").words, "a VTK XML file");
-  EXPECT_EQ(guess("<VTKFile type=").words, "a VTK XML file");
-  EXPECT_EQ(guess("<VTKFile type=\"").words, "a VTK XML file");
-  EXPECT_EQ(guess("CDF\001").format, ForeignFormat::kNetCdf);
-  EXPECT_EQ(guess("\x89HDF\r\n\x1a\n").format, ForeignFormat::kHdf5);
-  EXPECT_EQ(guess("hello").format, ForeignFormat::kUnknown);
-  EXPECT_EQ(guess("").format, ForeignFormat::kUnknown);
-}
-
 }  // namespace
 }  // namespace tetfusion

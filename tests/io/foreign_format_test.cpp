@@ -1,0 +1,72 @@
+// What files are that the core does not read itself.
+#include "io/foreign_format.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "base/error.h"
+#include "io/mesh_source.h"
+#include "support/temp_dir.h"
+#include "support/vtk_file_test.h"
+
+namespace tetfusion {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+FormatGuess guess(std::string_view text) {
+  return guess_format(std::as_bytes(std::span(text.data(), text.size())));
+}
+
+TEST(GuessFormat, KnowsTheFirstBytes) {
+  EXPECT_EQ(guess(testing::kTetsFile).format, ForeignFormat::kLegacyVtk);
+  EXPECT_EQ(guess(testing::kXmlStructured).format, ForeignFormat::kXmlVtk);
+  EXPECT_EQ(guess(testing::kXmlStructured).words, "a VTK XML file of type StructuredGrid");
+  EXPECT_FALSE(guess(testing::kXmlStructured).is_list);
+  EXPECT_TRUE(guess("<VTKFile type=\"Collection\">").is_list);
+  EXPECT_THAT(guess("<VTKFile type=\"PUnstructuredGrid\">").words, HasSubstr("several files"));
+  EXPECT_EQ(guess("<VTKFile").words, "a VTK XML file");
+  EXPECT_EQ(guess("<VTKFile type=").words, "a VTK XML file");
+  EXPECT_EQ(guess("<VTKFile type=\"").words, "a VTK XML file");
+  EXPECT_EQ(guess("CDF\001").format, ForeignFormat::kNetCdf);
+  EXPECT_EQ(guess("\x89HDF\r\n\x1a\n").format, ForeignFormat::kHdf5);
+  EXPECT_EQ(guess("hello").format, ForeignFormat::kUnknown);
+  EXPECT_EQ(guess("").format, ForeignFormat::kUnknown);
+}
+
+TEST(UnreadFormats, AreRefusedWithWhatToDo) {
+  const testing::TempDir dir;
+  const auto told = [&](const std::string& name, const std::string& text) {
+    std::ofstream(dir.file(name), std::ios::binary) << text;
+    try {
+      open_mesh(dir.file(name));
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kBadInput);
+      EXPECT_THAT(error.what(), HasSubstr(dir.file(name)));
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  const auto to_vtu = [](const char* what, const char* by) {
+    return AllOf(HasSubstr(what), HasSubstr(by), HasSubstr(".vtu"));
+  };
+  EXPECT_THAT(told("a.xmf", "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">"),
+              to_vtu("XDMF", "ParaView or meshio"));
+  EXPECT_THAT(told("a.inp", "*HEADING\n*NODE\n"), to_vtu("Abaqus", "meshio"));
+  EXPECT_THAT(told("a.bdf", "SOL 101\n"), to_vtu("NASTRAN", "meshio"));
+  EXPECT_THAT(told("a.su2", "NDIME= 3\n"), to_vtu("SU2", "meshio"));
+  EXPECT_THAT(told("a.gz", "\x1f\x8b\x08"), HasSubstr("unpack it"));
+  // Contents that say a format come before the name.
+  EXPECT_THAT(told("c.bdf", "MeshVersionFormatted 2\nDimension 3\n"),
+              ::testing::Not(HasSubstr("NASTRAN")));
+  EXPECT_THAT(told("a.txt", "hello"), HasSubstr("not a mesh file that is read"));
+}
+
+}  // namespace
+}  // namespace tetfusion
