@@ -83,11 +83,6 @@ vtkDataSetAttributes* attributes_of(const Piece& piece, Association association)
   return piece.data->GetCellData();
 }
 
-// So many pieces, from the first on, have rows of their own.
-std::size_t pieces_with_rows(const PieceList& list, Association association) {
-  return association == Association::kPoint ? list.point_pieces : list.pieces.size();
-}
-
 std::uint64_t rows_of(const Piece& piece, Association association) {
   return association == Association::kPoint ? piece.points() : piece.cells();
 }
@@ -138,6 +133,21 @@ std::string leaves_out(const char* kind, const std::string& name, vtkAbstractArr
   return std::string(kind) + " array '" + name + "' (" + array->GetDataTypeAsString() + ")";
 }
 
+// Of points that an earlier piece brings its arrays are read.
+void leave_out_of_shared_points(const PieceList& list, ArrayTable* table) {
+  std::set<std::string> told;
+  for (const Piece& piece : list.pieces) {
+    if (piece.brings_points) continue;
+    vtkDataSetAttributes* attributes = piece.data->GetPointData();
+    for (int i = 0; i < attributes->GetNumberOfArrays(); ++i) {
+      vtkAbstractArray* array = attributes->GetAbstractArray(i);
+      const std::string name = name_of(array, i);
+      if (is_ghost_array(name) || table->set.find(name) != AttributeSet::npos) continue;
+      if (told.insert(name).second) table->left_out.push_back(leaves_out("point", name, array));
+    }
+  }
+}
+
 void append_strings(vtkStringArray* strings, Vector<std::byte>* out) {
   for (vtkIdType i = 0; i < strings->GetNumberOfValues(); ++i) {
     const std::string value = strings->GetValue(i);
@@ -180,8 +190,9 @@ void fill_missing(ValueType type, std::byte* to, std::uint64_t values) {
 void fill_from_copies(const PieceList& list, const std::vector<vtkAbstractArray*>& parts,
                       const Vector<VertexId>& copy_of, DataArray* out) {
   Vector<std::uint8_t> known(copy_of.size(), std::uint8_t{0});
+  const auto pieces = pieces_with_rows(list, Association::kPoint);
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    const Piece& piece = list.pieces[k];
+    const Piece& piece = *pieces[k];
     if (parts[k] != nullptr) std::fill_n(known.data() + piece.first_point, piece.points(), 1);
   }
   const std::size_t tuple = out->info.components * size_of(out->info.type);
@@ -216,8 +227,9 @@ ArrayTable collect_arrays(const std::string& path, const PieceList& list, Associ
   const bool points = association == Association::kPoint;
   const char* kind = points ? "point" : "cell";
   ArrayTable table;
-  for (std::size_t k = 0; k < pieces_with_rows(list, association); ++k) {
-    const Piece& piece = list.pieces[k];
+  const auto pieces = pieces_with_rows(list, association);
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    const Piece& piece = *pieces[k];
     vtkDataSetAttributes* attributes = attributes_of(piece, association);
     for (int i = 0; i < attributes->GetNumberOfArrays(); ++i) {
       vtkAbstractArray* array = attributes->GetAbstractArray(i);
@@ -233,7 +245,7 @@ ArrayTable collect_arrays(const std::string& path, const PieceList& list, Associ
         at = table.set.arrays.size();
         table.set.arrays.push_back(describe(array, name, *type));
         table.set.arrays.back().tuples = points ? list.points : list.cells;
-        table.parts.emplace_back(pieces_with_rows(list, association), nullptr);
+        table.parts.emplace_back(pieces.size(), nullptr);
       }
       check_part(path, std::string(kind) + " array '" + name + "'", array,
                  rows_of(piece, association), table.set.arrays[at]);
@@ -241,6 +253,7 @@ ArrayTable collect_arrays(const std::string& path, const PieceList& list, Associ
     }
     collect_active(attributes, &table.set);
   }
+  if (points) leave_out_of_shared_points(list, &table);
   return table;
 }
 
@@ -291,9 +304,10 @@ DataArray read_values(const PieceList& list, const ArrayTable& table, Associatio
     copy_values(vtkDataArray::SafeDownCast(parts[0]), out.info.type, out.bytes.data());
     return out;
   }
+  const auto pieces = pieces_with_rows(list, association);
   std::byte* to = out.bytes.data();
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    const std::uint64_t values = rows_of(list.pieces[k], association) * out.info.components;
+    const std::uint64_t values = rows_of(*pieces[k], association) * out.info.components;
     if (vtkAbstractArray* part = parts[k]) {
       copy_values(vtkDataArray::SafeDownCast(part), out.info.type, to);
     } else {

@@ -1,27 +1,22 @@
-#include "vtk/vtk_exodus.h"
+#include "vtk/vtk_reader.h"
 
 #ifdef TETFUSION_HAS_EXODUS
-#include <fcntl.h>
-#include <unistd.h>
 #include <vtkCell.h>
 #include <vtkCellArray.h>
 #include <vtkDataArray.h>
-#include <vtkDoubleArray.h>
 #include <vtkExodusIIReader.h>
-#include <vtkInformation.h>
 #include <vtkIntArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
-#include <vtkStreamingDemandDrivenPipeline.h>
+#include <vtkPointSet.h>
+#include <vtkPoints.h>
 #include <vtkStringArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtk_exodusII.h>
 
 #include <array>
 #include <cctype>
-#include <cstdio>
 #include <optional>
-#include <sstream>
 #include <string_view>
 #include <utility>
 #endif
@@ -34,24 +29,6 @@ namespace tetfusion {
 
 #ifdef TETFUSION_HAS_EXODUS
 namespace {
-
-// The library insists on printing why it cannot open a file, so that standard error is closed to
-// it.
-bool is_exodus(const std::string& path) {
-  vtkNew<vtkExodusIIReader> reader;
-  std::fflush(stderr);
-  const int terminal = ::dup(STDERR_FILENO);
-  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (terminal >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
-  const bool readable = reader->CanReadFile(path.c_str()) != 0;
-  std::fflush(stderr);
-  if (terminal >= 0) {
-    ::dup2(terminal, STDERR_FILENO);
-    ::close(terminal);
-  }
-  if (nowhere >= 0) ::close(nowhere);
-  return readable;
-}
 
 constexpr char kBlockIds[] = "ElementBlockIds";
 
@@ -188,91 +165,83 @@ void tell_of_blocks(vtkExodusIIReader* reader, LoadedFile* out) {
   if (any_named) out->field_data.push_back(field_data_of(names));
 }
 
-std::vector<double> time_steps_in(vtkExodusIIReader* reader) {
-  vtkInformation* const info = reader->GetOutputInformation(0);
-  auto* const key = vtkStreamingDemandDrivenPipeline::TIME_STEPS();
-  if (info->Has(key) == 0) return {};
-  const double* const times = info->Get(key);
-  return {times, times + info->Length(key)};
+// All blocks have the file's points, and so each gets the same array of them.
+void share_points(const std::string& path, const LoadedFile& loaded) {
+  vtkPoints* points = nullptr;
+  for (const auto& piece : loaded.pieces) {
+    auto* const grid = vtkPointSet::SafeDownCast(piece);
+    if (grid == nullptr || grid->GetPoints() == nullptr) continue;
+    if (points == nullptr) points = grid->GetPoints();
+    if (grid->GetNumberOfPoints() != points->GetNumberOfPoints()) {
+      throw Error(ErrorCode::kBadInput, path + ": VTK read blocks with different points from it");
+    }
+    grid->SetPoints(points);
+  }
 }
 
-// Its time is an array, and where nobody has chosen it the others are named.
-void tell_of_steps(bool is_chosen, LoadedFile* out) {
-  const std::vector<double>& times = out->time_steps;
-  if (times.empty()) return;
-  vtkNew<vtkDoubleArray> time;
-  time->SetName("TimeValue");
-  time->InsertNextValue(times[out->time_step]);
-  out->field_data.push_back(field_data_of(time));
-  if (is_chosen || times.size() == 1) return;
-  std::ostringstream text;
-  text << "the time steps from " << times[1] << " to " << times.back() << " (the first of "
-       << times.size() << ", at " << times[0] << ", is read; --time-step takes another one, "
-       << "'tetfusion simplify IN' with -o OUT_{step}.vtu or -o OUT.pvd all of them)";
-  out->left_out.push_back(text.str());
+class ExodusReader : public FileReader {
+ public:
+  ExodusReader(const std::string& path, const TrapScope& trap) : path_(path), trap_(trap) {
+    ex_opts(0);  // print nothing from here on
+    reader_->SetFileName(path.c_str());
+    reader_->UpdateInformation();
+    trap.check(path);
+  }
+
+  std::vector<double> time_steps() override { return time_steps_in(reader_); }
+
+  void load(std::size_t step, LoadedFile* out) override {
+    reader_->SetApplyDisplacements(false);  // the coordinates that the file holds
+    // Squeezed points would be Float32 whatever the file has. So all blocks get all points of the
+    // file, and the cache lets them share one copy.
+    reader_->SetSqueezePoints(false);
+    reader_->SetCacheSize(kCacheMebibytes);
+    reader_->SetTimeStep(static_cast<int>(step));
+    if (!time_steps().empty()) choose_arrays();  // else results have names, but no values
+    for (int i = 0; i < reader_->GetNumberOfObjects(vtkExodusIIReader::ELEM_BLOCK); ++i) {
+      reader_->SetObjectStatus(vtkExodusIIReader::ELEM_BLOCK, i, 1);
+    }
+    reader_->Update();
+    trap_.check(path_);
+    collect(reader_->GetOutput(), path_, out);
+    share_points(path_, *out);
+    mend_curved_elements(path_, *out);
+    tell_of_blocks(reader_, out);
+    tell_of_sets(reader_, out);
+  }
+
+ private:
+  void choose_arrays() {
+    for (const int kind : {vtkExodusIIReader::NODAL, vtkExodusIIReader::ELEM_BLOCK}) {
+      for (int i = 0; i < reader_->GetNumberOfObjectArrays(kind); ++i) {
+        reader_->SetObjectArrayStatus(kind, i, 1);
+      }
+    }
+  }
+
+  const std::string& path_;
+  const TrapScope& trap_;
+  vtkNew<vtkExodusIIReader> reader_;
+};
+
+// The library insists on printing why it cannot open a file.
+bool is_exodus(const std::string& path) {
+  vtkNew<vtkExodusIIReader> reader;
+  const StandardErrorClosed closed;
+  return reader->CanReadFile(path.c_str()) != 0;
 }
 
-// What it says of the file before it reads it.
-vtkNew<vtkExodusIIReader> open_exodus(const std::string& path, const TrapScope& trap) {
+}  // namespace
+
+std::unique_ptr<FileReader> open_exodus(const std::string& path, const TrapScope& trap) {
   if (!is_exodus(path)) {
     throw Error(ErrorCode::kBadInput, path + ": is not an Exodus II file, or is damaged");
   }
-  ex_opts(0);  // print nothing from here on
-  vtkNew<vtkExodusIIReader> reader;
-  reader->SetFileName(path.c_str());
-  reader->UpdateInformation();
-  trap.check(path);
-  return reader;
-}
-
-}  // namespace
-
-std::vector<double> find_time_steps(const std::string& path) {
-  const TrapScope trap;
-  return time_steps_in(open_exodus(path, trap));
-}
-
-void load_exodus(const std::string& path, const OpenOptions& options, const TrapScope& trap,
-                 LoadedFile* out) {
-  const vtkNew<vtkExodusIIReader> reader = open_exodus(path, trap);
-  out->time_steps = time_steps_in(reader);
-  out->time_step = choose_time_step(path, out->time_steps.size(), options.time_step);
-  reader->SetApplyDisplacements(false);  // the coordinates that the file holds
-  // Squeezed points would be Float32 whatever the file has. So all blocks get all points of the
-  // file, and the cache lets them share one copy.
-  reader->SetSqueezePoints(false);
-  reader->SetCacheSize(kCacheMebibytes);
-  reader->SetTimeStep(static_cast<int>(out->time_step));
-  for (const int kind : {vtkExodusIIReader::NODAL, vtkExodusIIReader::ELEM_BLOCK}) {
-    if (out->time_steps.empty()) break;  // results have names, but no values
-    for (int i = 0; i < reader->GetNumberOfObjectArrays(kind); ++i) {
-      reader->SetObjectArrayStatus(kind, i, 1);
-    }
-  }
-  for (int i = 0; i < reader->GetNumberOfObjects(vtkExodusIIReader::ELEM_BLOCK); ++i) {
-    reader->SetObjectStatus(vtkExodusIIReader::ELEM_BLOCK, i, 1);
-  }
-  reader->Update();
-  trap.check(path);
-  collect(reader->GetOutput(), path, out);
-  out->shared_points = true;
-  mend_curved_elements(path, *out);
-  tell_of_blocks(reader, out);
-  tell_of_sets(reader, out);
-  tell_of_steps(options.time_step.has_value(), out);
+  return std::make_unique<ExodusReader>(path, trap);
 }
 #else
-namespace {
-
-[[noreturn]] void refuse_exodus(const std::string& path) {
-  throw Error(ErrorCode::kBadInput, path + ": this build's VTK has no Exodus reader (IOExodus)");
-}
-
-}  // namespace
-
-std::vector<double> find_time_steps(const std::string& path) { refuse_exodus(path); }
-void load_exodus(const std::string& path, const OpenOptions&, const TrapScope&, LoadedFile*) {
-  refuse_exodus(path);
+std::unique_ptr<FileReader> open_exodus(const std::string& path, const TrapScope&) {
+  refuse_without(path, "IOExodus", "Exodus");
 }
 #endif
 

@@ -1,58 +1,27 @@
 #include "vtk/vtk_load.h"
 
-#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
 #include <vtkGenericDataObjectReader.h>
-#include <vtkIntArray.h>
 #include <vtkNew.h>
-#include <vtkStringArray.h>
-#include <vtkUnstructuredGrid.h>
 #include <vtkXMLGenericDataObjectReader.h>
 #include <vtkXMLPUnstructuredGridReader.h>
 #include <vtkXMLPartitionedDataSetCollectionReader.h>
 #include <vtkXMLPartitionedDataSetReader.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
-#include <algorithm>
-#include <set>
-#include <string_view>
-#include <utility>
+#include <memory>
+#include <sstream>
 
 #include "base/error.h"
 #include "io/foreign_format.h"
 #include "vtk/vtk_collect.h"
-#include "vtk/vtk_exodus.h"
 #include "vtk/vtk_polyhedra.h"
+#include "vtk/vtk_reader.h"
 #include "vtk/vtk_trap.h"
 #include "vtk/vtk_trial.h"
 
 namespace tetfusion {
 namespace {
-
-// Says of each cell which block it is of, where several blocks have cells: these are most often
-// materials, and the patches of a boundary. The name is one whose interfaces are kept. The blocks'
-// names go beside it.
-void mark_blocks(LoadedFile* file) {
-  constexpr char kName[] = "block";
-  std::set<int> with_cells;
-  for (std::size_t k = 0; k < file->pieces.size(); ++k) {
-    if (file->pieces[k]->GetCellData()->HasArray(kName) != 0) return;
-    if (file->pieces[k]->GetNumberOfCells() > 0) with_cells.insert(file->block_of[k]);
-  }
-  if (with_cells.size() < 2) return;
-  for (std::size_t k = 0; k < file->pieces.size(); ++k) {
-    vtkNew<vtkIntArray> blocks;
-    blocks->SetName(kName);
-    blocks->SetNumberOfTuples(file->pieces[k]->GetNumberOfCells());
-    blocks->FillValue(file->block_of[k]);
-    file->pieces[k]->GetCellData()->AddArray(blocks);
-  }
-  const auto is_named = [](const std::string& name) { return !name.empty(); };
-  if (std::none_of(file->block_names.begin(), file->block_names.end(), is_named)) return;
-  vtkNew<vtkStringArray> names;
-  names->SetName("block_names");
-  for (const std::string& name : file->block_names) names->InsertNextValue(name);
-  file->field_data.push_back(field_data_of(names));
-}
 
 void load_legacy(const std::string& path, const TrapScope& trap, LoadedFile* out) {
   vtkNew<vtkGenericDataObjectReader> reader;
@@ -70,21 +39,14 @@ void load_legacy(const std::string& path, const TrapScope& trap, LoadedFile* out
   collect(reader->GetOutput(), path, out);
 }
 
-// Piece by piece: VTK's reader would append them and forget which point came from where.
+// Not appended: VTK's reader would forget which point came from where.
 template <class Reader>
 void load_grid(const std::string& path, const TrapScope& trap, LoadedFile* out) {
   vtkNew<Reader> reader;
   reader->SetFileName(path.c_str());
   reader->UpdateInformation();
   trap.check(path);
-  const int pieces = reader->GetNumberOfPieces();
-  for (int i = 0; i < pieces; ++i) {
-    reader->UpdatePiece(i, pieces, 0);
-    trap.check(path);
-    vtkNew<vtkUnstructuredGrid> copy;
-    copy->ShallowCopy(reader->GetOutput());
-    collect(copy, path, out);
-  }
+  collect_pieces(reader, reader->GetNumberOfPieces(), path, trap, out);
 }
 
 // False where the file is of another type.
@@ -99,7 +61,7 @@ bool load_if_readable(const std::string& path, const TrapScope& trap, LoadedFile
   return true;
 }
 
-void load_xml(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+void load_any_xml(const std::string& path, const TrapScope& trap, LoadedFile* out) {
   // VTK 9.1's generic reader knows neither.
   if (load_if_readable<vtkXMLPartitionedDataSetReader>(path, trap, out)) return;
   if (load_if_readable<vtkXMLPartitionedDataSetCollectionReader>(path, trap, out)) return;
@@ -116,41 +78,74 @@ void load_xml(const std::string& path, const TrapScope& trap, LoadedFile* out) {
   collect(reader->GetOutput(), path, out);
 }
 
-LoadedFile load(const std::string& path, const OpenOptions& options, ForeignFormat format) {
-  LoadedFile out;
-  const TrapScope trap;
+void load_xml(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+  load_any_xml(path, trap, out);
+  mark_blocks(out);
+}
+
+std::unique_ptr<FileReader> open_reader(const std::string& path, const TrapScope& trap,
+                                        ForeignFormat format) {
   switch (format) {
     case ForeignFormat::kLegacyVtk:
-      load_legacy(path, trap, &out);
-      break;
+      return without_steps([&](LoadedFile* out) { load_legacy(path, trap, out); });
     case ForeignFormat::kXmlVtk:
-      load_xml(path, trap, &out);
-      mark_blocks(&out);
-      break;
+      return without_steps([&](LoadedFile* out) { load_xml(path, trap, out); });
     case ForeignFormat::kNetCdf:
     case ForeignFormat::kHdf5:
-      load_exodus(path, options, trap, &out);
-      break;
+      return open_exodus(path, trap);
     case ForeignFormat::kUnknown:
-      throw Error(ErrorCode::kBadInput, path + ": not a mesh file that VTK reads");
+      break;
   }
+  throw Error(ErrorCode::kBadInput, path + ": not a mesh file that VTK reads");
+}
+
+// Its time is an array, and where nobody has chosen it the others are named.
+void tell_of_steps(bool is_chosen, LoadedFile* out) {
+  const std::vector<double>& times = out->time_steps;
+  if (times.empty()) return;
+  vtkNew<vtkDoubleArray> time;
+  time->SetName("TimeValue");
+  time->InsertNextValue(times[out->time_step]);
+  out->field_data.push_back(field_data_of(time));
+  if (is_chosen || times.size() == 1) return;
+  std::ostringstream text;
+  text << "the time steps from " << times[1] << " to " << times.back() << " (the first of "
+       << times.size() << ", at " << times[0] << ", is read; --time-step takes another one, "
+       << "'tetfusion simplify IN' with -o OUT_{step}.vtu or -o OUT.pvd all of them)";
+  out->left_out.push_back(text.str());
+}
+
+LoadedFile load(const std::string& path, const OpenOptions& options, const FormatGuess& guess) {
+  LoadedFile out;
+  out.format = guess.words.substr(guess.words.find(' ') + 1);
+  const TrapScope trap;
+  const auto reader = open_reader(path, trap, guess.format);
+  out.time_steps = reader->time_steps();
+  out.time_step = choose_time_step(path, out.time_steps.size(), options.time_step);
+  reader->load(out.time_step, &out);
+  tell_of_steps(options.time_step.has_value(), &out);
   if (options.tetrahedralize) add_centres(path, &out);
+  out.format += ", read with VTK";
   return out;
+}
+
+std::vector<double> find_time_steps(const std::string& path, ForeignFormat format) {
+  const TrapScope trap;
+  return open_reader(path, trap, format)->time_steps();
 }
 
 }  // namespace
 
 LoadedFile load_with_vtk(const std::string& path, const OpenOptions& options) {
   const FormatGuess guess = guess_format_of(path);
-  if (!options.was_read) try_in_child(path, [&] { load(path, options, guess.format); });
-  LoadedFile out = load(path, options, guess.format);
-  out.format = guess.words.substr(guess.words.find(' ') + 1) + ", read with VTK";
-  return out;
+  if (!options.was_read) try_in_child(path, [&] { load(path, options, guess); });
+  return load(path, options, guess);
 }
 
 std::vector<double> load_time_steps(const std::string& path) {
-  try_in_child(path, [&] { find_time_steps(path); });
-  return find_time_steps(path);
+  const ForeignFormat format = guess_format_of(path).format;
+  try_in_child(path, [&] { find_time_steps(path, format); });
+  return find_time_steps(path, format);
 }
 
 }  // namespace tetfusion

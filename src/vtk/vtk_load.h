@@ -15,13 +15,13 @@ namespace tetfusion {
 
 struct LoadedFile {
   std::string format;  // for MeshDescription
+  // Pieces whose coordinates are one array of VTK's have the same points.
   std::vector<vtkSmartPointer<vtkDataSet>> pieces;
   // For each piece the block that it is or belongs to, as the file counts them from 0 on. Parts of
   // one partitioned data set are one block.
   std::vector<int> block_of;
   int blocks = 0;
   std::vector<std::string> block_names;  // of the first ones; empty: it has none
-  bool shared_points = false;            // every piece has the same points, those of the file
   // For each piece: of each of its cells the point in its middle, or -1; empty: none has one.
   // add_centres() fills it.
   std::vector<std::vector<vtkIdType>> centres;
@@ -37,7 +37,7 @@ struct LoadedFile {
 // two threads at once.
 LoadedFile load_with_vtk(const std::string& path, const OpenOptions& options);
 
-// Those of an Exodus file, of which no more is read. The same goes for it.
+// LoadedFile::time_steps, and no more is read. The same goes for it.
 std::vector<double> load_time_steps(const std::string& path);
 
 }  // namespace tetfusion

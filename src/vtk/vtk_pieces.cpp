@@ -11,7 +11,7 @@
 #include <vtkUnstructuredGrid.h>
 
 #include <cstring>
-#include <span>
+#include <map>
 
 #include "base/error.h"
 #include "io/cell_kinds.h"
@@ -59,26 +59,35 @@ vtkPoints* points_of(const Piece& piece) {
   return set != nullptr ? set->GetPoints() : nullptr;
 }
 
-std::span<const Piece> point_pieces(const PieceList& list) {
-  return std::span(list.pieces).first(list.point_pieces);
+std::vector<const Piece*> point_pieces(const PieceList& list) {
+  return pieces_with_rows(list, Association::kPoint);
+}
+
+// The number of the first point that has these coordinates; `first`, and so from now on, where no
+// piece had them yet.
+std::uint64_t first_with(const Piece& piece, std::uint64_t first,
+                         std::map<vtkDataArray*, std::uint64_t>* known) {
+  vtkPoints* const points = points_of(piece);
+  if (points == nullptr || piece.points() == 0) return first;
+  return known->emplace(points->GetData(), first).first->second;
 }
 
 template <class Real>
 Vector<Vec3<Real>> copy_points(const PieceList& list) {
   Vector<Vec3<Real>> out(list.points);
-  for (const Piece& piece : point_pieces(list)) {
-    if (piece.points() == 0) continue;
-    Vec3<Real>* to = out.data() + piece.first_point;
-    vtkPoints* points = points_of(piece);
+  for (const Piece* const piece : point_pieces(list)) {
+    if (piece->points() == 0) continue;
+    Vec3<Real>* to = out.data() + piece->first_point;
+    vtkPoints* points = points_of(*piece);
     constexpr int kType = sizeof(Real) == sizeof(float) ? VTK_FLOAT : VTK_DOUBLE;
     if (points != nullptr && points->GetDataType() == kType &&
         points->GetData()->HasStandardMemoryLayout()) {
-      std::memcpy(to, points->GetVoidPointer(0), piece.points() * sizeof(Vec3<Real>));
+      std::memcpy(to, points->GetVoidPointer(0), piece->points() * sizeof(Vec3<Real>));
       continue;
     }
-    for (std::uint64_t i = 0; i < piece.points(); ++i) {
+    for (std::uint64_t i = 0; i < piece->points(); ++i) {
       double p[3];
-      piece.data->GetPoint(static_cast<vtkIdType>(i), p);
+      piece->data->GetPoint(static_cast<vtkIdType>(i), p);
       to[i] = {static_cast<Real>(p[0]), static_cast<Real>(p[1]), static_cast<Real>(p[2])};
     }
   }
@@ -110,6 +119,7 @@ vtkDataArray* global_id_array(vtkDataSet* data) {
 
 PieceList number_pieces(const std::string& path, const LoadedFile& file) {
   PieceList list;
+  std::map<vtkDataArray*, std::uint64_t> known;
   for (const auto& data : file.pieces) {
     check_cells(path, list.pieces.size(), data);
     Piece piece;
@@ -117,15 +127,11 @@ PieceList number_pieces(const std::string& path, const LoadedFile& file) {
     if (!file.centres.empty()) piece.centres = file.centres[list.pieces.size()];
     piece.first_cell = list.cells;
     list.cells += piece.cells();
-    if (!file.shared_points || list.pieces.empty()) {
-      piece.first_point = list.points;
-      list.points += piece.points();
-      ++list.point_pieces;
-      if (piece.points() > 0 && point_type_of(data) == ValueType::kFloat64) {
-        list.point_type = ValueType::kFloat64;
-      }
-    } else if (piece.points() != list.points) {
-      throw Error(ErrorCode::kBadInput, path + ": VTK read blocks with different points from it");
+    piece.first_point = first_with(piece, list.points, &known);
+    piece.brings_points = piece.first_point == list.points;
+    if (piece.brings_points) list.points += piece.points();
+    if (piece.points() > 0 && point_type_of(data) == ValueType::kFloat64) {
+      list.point_type = ValueType::kFloat64;
     }
     list.pieces.push_back(piece);
   }
@@ -137,6 +143,14 @@ PieceList number_pieces(const std::string& path, const LoadedFile& file) {
   return list;
 }
 
+std::vector<const Piece*> pieces_with_rows(const PieceList& list, Association association) {
+  std::vector<const Piece*> with_rows;
+  for (const Piece& piece : list.pieces) {
+    if (association == Association::kCell || piece.brings_points) with_rows.push_back(&piece);
+  }
+  return with_rows;
+}
+
 Points all_points(const PieceList& list) {
   if (list.point_type == ValueType::kFloat32) return copy_points<float>(list);
   return copy_points<double>(list);
@@ -144,7 +158,7 @@ Points all_points(const PieceList& list) {
 
 std::vector<std::uint64_t> point_begins(const PieceList& list) {
   std::vector<std::uint64_t> begins;
-  for (const Piece& piece : point_pieces(list)) begins.push_back(piece.first_point);
+  for (const Piece* const piece : point_pieces(list)) begins.push_back(piece->first_point);
   begins.push_back(list.points);
   return begins;
 }
@@ -163,8 +177,8 @@ void append_first_components(const T* values, vtkIdType tuples, int width,
 
 std::vector<std::int64_t> global_point_ids(const PieceList& list) {
   std::vector<std::int64_t> ids;
-  for (const Piece& piece : point_pieces(list)) {
-    vtkDataArray* array = global_id_array(piece.data);
+  for (const Piece* const piece : point_pieces(list)) {
+    vtkDataArray* array = global_id_array(piece->data);
     if (array == nullptr) return {};
     // Not component by component, which would be doubles.
     const auto copy = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(array->GetDataType()));

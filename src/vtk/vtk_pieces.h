@@ -21,6 +21,7 @@ struct Piece {
   vtkSmartPointer<vtkDataSet> data;
   std::uint64_t first_point = 0;
   std::uint64_t first_cell = 0;
+  bool brings_points = true;           // not those of an earlier piece
   std::span<const vtkIdType> centres;  // LoadedFile's
 
   std::uint64_t points() const { return static_cast<std::uint64_t>(data->GetNumberOfPoints()); }
@@ -29,7 +30,6 @@ struct Piece {
 
 struct PieceList {
   std::vector<Piece> pieces;
-  std::size_t point_pieces = 0;  // so many of them, from the first on, bring points
   std::uint64_t points = 0;
   std::uint64_t cells = 0;
   ValueType point_type =
@@ -47,6 +47,9 @@ vtkDataArray* global_id_array(vtkDataSet* data);
 // file on trust. The file outlives the list. Throws Error(kBadInput), or Error(kMemory) when there
 // are too many points.
 PieceList number_pieces(const std::string& path, const LoadedFile& file);
+
+// Those that have rows of their own in arrays: all for cells, for points those that bring some.
+std::vector<const Piece*> pieces_with_rows(const PieceList& list, Association association);
 
 Points all_points(const PieceList& list);
 

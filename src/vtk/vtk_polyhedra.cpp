@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "io/cell_kinds.h"
@@ -138,17 +139,17 @@ vtkSmartPointer<vtkDataArray> extended(vtkDataArray* array, const Centres& centr
   return longer;
 }
 
-// A grid like this one that has the centres, too.
-vtkSmartPointer<vtkDataSet> with_centres(vtkDataSet* piece, const Centres& centres) {
-  auto* const set = vtkPointSet::SafeDownCast(piece);
-  const auto grid = vtk::TakeSmartPointer(set->NewInstance());
-  grid->ShallowCopy(set);
+// A piece like this one that has the centres, too.
+vtkSmartPointer<vtkDataSet> with_centres(vtkPointSet* piece, vtkDataArray* coordinates,
+                                         const Centres& centres) {
+  const auto longer = vtk::TakeSmartPointer(piece->NewInstance());
+  longer->ShallowCopy(piece);
   vtkNew<vtkPoints> points;
-  points->SetDataType(set->GetPoints()->GetDataType());
-  points->SetData(extended(set->GetPoints()->GetData(), centres));
-  grid->SetPoints(points);
+  points->SetDataType(coordinates->GetDataType());
+  points->SetData(coordinates);
+  longer->SetPoints(points);
   vtkPointData* const from = piece->GetPointData();
-  vtkPointData* const to = grid->GetPointData();
+  vtkPointData* const to = longer->GetPointData();
   to->Initialize();
   for (int i = 0; i < from->GetNumberOfArrays(); ++i) {
     vtkDataArray* const array = from->GetArray(i);
@@ -160,16 +161,16 @@ vtkSmartPointer<vtkDataSet> with_centres(vtkDataSet* piece, const Centres& centr
     const int attribute = from->IsArrayAnAttribute(i);
     if (attribute >= 0) to->SetActiveAttribute(at, attribute);
   }
-  return grid;
+  return longer;
 }
 
 // The last rows are new points'.
-void number_centres(vtkDataSet* piece, std::size_t centres, double* next) {
+void number_centres(vtkDataSet* piece, std::size_t centres, double next) {
   vtkDataArray* const ids = global_id_array(piece);
   if (ids == nullptr) return;
   const vtkIdType end = ids->GetNumberOfTuples();
   for (vtkIdType i = end - static_cast<vtkIdType>(centres); i < end; ++i) {
-    ids->SetComponent(i, 0, (*next)++);
+    ids->SetComponent(i, 0, next++);
   }
 }
 
@@ -184,28 +185,47 @@ double largest_global_id(const LoadedFile& file) {
   return largest;
 }
 
+vtkDataArray* coordinates_of(vtkDataSet* piece) {
+  auto* const set = vtkPointSet::SafeDownCast(piece);
+  return set != nullptr && set->GetPoints() != nullptr ? set->GetPoints()->GetData() : nullptr;
+}
+
+// The pieces that have points, those that share theirs together.
+std::vector<std::vector<std::size_t>> by_coordinates(const LoadedFile& file) {
+  std::vector<std::vector<std::size_t>> groups;
+  std::map<vtkDataArray*, std::size_t> group_of;
+  for (std::size_t p = 0; p < file.pieces.size(); ++p) {
+    vtkDataArray* const coordinates = coordinates_of(file.pieces[p]);
+    if (coordinates == nullptr) continue;
+    const auto [at, is_new] = group_of.emplace(coordinates, groups.size());
+    if (is_new) groups.emplace_back();
+    groups[at->second].push_back(p);
+  }
+  return groups;
+}
+
 }  // namespace
 
 void add_centres(const std::string& path, LoadedFile* file) {
   try {
     double next_id = largest_global_id(*file) + 1;
-    Centres all;  // of pieces that share their points
-    for (std::size_t p = 0; p < file->pieces.size(); ++p) {
-      vtkSmartPointer<vtkDataSet>& piece = file->pieces[p];
-      const vtkIdType points = piece->GetNumberOfPoints();
-      Centres own;
-      Centres& centres = file->shared_points ? all : own;
-      file->centres.push_back(
-          find_centres(piece, points + static_cast<vtkIdType>(centres.size()), &centres));
-      if (file->shared_points || own.size() == 0) continue;
-      piece = with_centres(piece, own);
-      number_centres(piece, own.size(), &next_id);
-    }
-    if (all.size() == 0) return;
-    for (auto& piece : file->pieces) {
-      double next = next_id;
-      piece = with_centres(piece, all);
-      number_centres(piece, all.size(), &next);
+    file->centres.resize(file->pieces.size());
+    for (const auto& group : by_coordinates(*file)) {
+      vtkDataArray* const coordinates = coordinates_of(file->pieces[group[0]]);
+      const vtkIdType points = coordinates->GetNumberOfTuples();
+      Centres centres;
+      for (const std::size_t p : group) {
+        file->centres[p] = find_centres(file->pieces[p],
+                                        points + static_cast<vtkIdType>(centres.size()), &centres);
+      }
+      if (centres.size() == 0) continue;
+      const auto all = extended(coordinates, centres);
+      for (const std::size_t p : group) {
+        auto& piece = file->pieces[p];
+        piece = with_centres(vtkPointSet::SafeDownCast(piece), all, centres);
+        number_centres(piece, centres.size(), next_id);
+      }
+      next_id += static_cast<double>(centres.size());
     }
   } catch (const InvalidMesh& error) {
     throw InvalidMesh(path + ": " + error.what());

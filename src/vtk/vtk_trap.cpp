@@ -1,7 +1,10 @@
 #include "vtk/vtk_trap.h"
 
+#include <fcntl.h>
+#include <unistd.h>
 #include <vtkObjectFactory.h>
 
+#include <cstdio>
 #include <string_view>
 
 #include "base/error.h"
@@ -50,6 +53,21 @@ TrapScope::~TrapScope() {
 void TrapScope::check(const std::string& path) const {
   if (trap_->error().empty()) return;
   throw Error(ErrorCode::kBadInput, path + ": VTK cannot read it: " + trap_->error());
+}
+
+StandardErrorClosed::StandardErrorClosed() {
+  std::fflush(stderr);
+  before_ = ::dup(STDERR_FILENO);
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (before_ >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+  if (nowhere >= 0) ::close(nowhere);
+}
+
+StandardErrorClosed::~StandardErrorClosed() {
+  std::fflush(stderr);
+  if (before_ < 0) return;
+  ::dup2(before_, STDERR_FILENO);
+  ::close(before_);
 }
 
 }  // namespace tetfusion

@@ -44,4 +44,17 @@ class TrapScope {
   vtkNew<MessageTrap> trap_;
 };
 
+// What libraries print on standard error during its life time goes nowhere, and so does what other
+// threads print.
+class StandardErrorClosed {
+ public:
+  StandardErrorClosed();
+  ~StandardErrorClosed();
+  StandardErrorClosed(const StandardErrorClosed&) = delete;
+  StandardErrorClosed& operator=(const StandardErrorClosed&) = delete;
+
+ private:
+  int before_ = -1;
+};
+
 }  // namespace tetfusion
