@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include <string_view>
 
 #include "base/error.h"
@@ -15,6 +17,31 @@ namespace {
 std::string_view text_of(std::span<const std::byte> head) {
   constexpr std::size_t kEnough = 4096;
   return {reinterpret_cast<const char*>(head.data()), std::min(head.size(), kEnough)};
+}
+
+bool is_blank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
+
+// The next line that has something and is no comment, without blanks round it; empty at the end.
+std::string_view next_line(std::string_view* text) {
+  while (!text->empty()) {
+    std::string_view line = text->substr(0, text->find('\n'));
+    text->remove_prefix(std::min(line.size() + 1, text->size()));
+    while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
+    while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
+    if (!line.empty() && line.front() != '#') return line;
+  }
+  return {};
+}
+
+// So many words, all of them digits, and nothing else?
+bool has_counts(std::string_view line, int wanted) {
+  int counts = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (is_blank(line[i])) continue;
+    if (std::isdigit(static_cast<unsigned char>(line[i])) == 0) return false;
+    if (i == 0 || is_blank(line[i - 1])) ++counts;
+  }
+  return counts == wanted;
 }
 
 // The value of `name="..."` in the first tag that begins with `tag`; empty if there is none.
@@ -40,6 +67,19 @@ FormatGuess guess_xml(std::string_view text) {
           type == "Collection"};
 }
 
+bool is_ensight_case(std::string_view text) {
+  if (!next_line(&text).starts_with("FORMAT")) return false;
+  const std::string_view type = next_line(&text);
+  return type.starts_with("type:") && type.find("ensight") != std::string_view::npos;
+}
+
+// Abaqus has files of that name, too. A binary one begins with the number 7.
+bool is_avs_ucd(const std::string& path, std::string_view text) {
+  const std::string suffix = suffix_of(path);
+  if (suffix != ".inp" && suffix != ".ucd" && suffix != ".avs") return false;
+  return text.starts_with('\x07') || has_counts(next_line(&text), 5);
+}
+
 // All that is given must hold.
 struct UnreadFormat {
   std::string_view begin, inside, suffix;
@@ -55,11 +95,22 @@ constexpr UnreadFormat kUnreadFormats[] = {
     {"TFPROGRS", "", "", "is a progressive mesh: 'tetfusion refine' makes meshes of it"},
     {"TFPTSMAP", "", "", "says where points went, and holds no mesh: it is for 'tetfusion apply'"},
     {"", "<Xdmf", "", "is an XDMF file, which is not read: ParaView or meshio convert it to .vtu"},
+    {"", "master_server", ".case",
+     "is an EnSight server-of-servers file, which is not read: give the .case files that it names"},
+    {"", "master_server", ".sos",
+     "is an EnSight server-of-servers file, which is not read: give the .case files that it names"},
+    // VTK 9.1 reads some of them, and hangs or crashes with those that list faces of a boundary.
+    {"", "** GAMBIT NEUTRAL FILE", "",
+     "is a GAMBIT neutral file, which is not read: let the program that made it export another "
+     "format, as Exodus, CGNS or .msh of Gmsh"},
     {"*", "", ".inp", "is an Abaqus file, which is not read: meshio converts it to .vtu"},
 };
 
 constexpr UnreadFormat kUnreadNames[] = {
     {"", "", ".xdmf", "is an XDMF file, which is not read: ParaView or meshio convert it to .vtu"},
+    {"", "", ".inp",
+     "is no AVS UCD file, and other .inp are not read: meshio converts those of "
+     "Abaqus to .vtu"},
     {"", "", ".bdf", "is a NASTRAN file, which is not read: meshio converts it to .vtu"},
     {"", "", ".nas", "is a NASTRAN file, which is not read: meshio converts it to .vtu"},
     {"", "", ".su2", "is an SU2 file, which is not read: meshio converts it to .vtu"},
@@ -79,7 +130,13 @@ void refuse(const std::string& path, std::string_view text, std::span<const Unre
 
 }  // namespace
 
-FormatGuess guess_format(std::span<const std::byte> head) {
+bool is_openfoam_name(const std::string& path) {
+  const std::string suffix = suffix_of(path);
+  return suffix == ".foam" || suffix == ".openfoam" ||
+         std::filesystem::path(path).filename() == "controlDict";
+}
+
+FormatGuess guess_format(const std::string& path, std::span<const std::byte> head) {
   const std::string_view text = text_of(head);
   if (text.starts_with("# vtk DataFile")) return {ForeignFormat::kLegacyVtk, "a legacy VTK file"};
   if (text.find("<VTKFile") != std::string_view::npos) return guess_xml(text);
@@ -90,18 +147,38 @@ FormatGuess guess_format(std::span<const std::byte> head) {
     return {ForeignFormat::kNetCdf, "a NetCDF file, as Exodus uses it"};
   }
   if (text.starts_with("\x89HDF\r\n")) {
-    return {ForeignFormat::kHdf5, "an HDF5 file, as NetCDF-4 and Exodus use it"};
+    return {ForeignFormat::kHdf5, "an HDF5 file, as VTKHDF, CGNS and Exodus use it"};
   }
+  // Before that "@(#)", whose highest bits may be set.
+  if (text.substr(std::min<std::size_t>(4, text.size())).starts_with("ADF Database")) {
+    return {ForeignFormat::kAdf, "a CGNS file (ADF)"};
+  }
+  if (is_ensight_case(text)) return {ForeignFormat::kEnSight, "an EnSight case"};
+  if (is_avs_ucd(path, text)) return {ForeignFormat::kAvsUcd, "an AVS UCD file"};
+  if (is_openfoam_name(path)) return {ForeignFormat::kOpenFoam, "an OpenFOAM case"};
   return {};
 }
 
 FormatGuess guess_format_of(const std::string& path) {
+  std::error_code not_there;
+  if (is_openfoam_name(path) && std::filesystem::file_size(path, not_there) == 0) {
+    return guess_format(path, {});
+  }
   const MappedFile file = MappedFile::open(path);
-  return guess_format(file.bytes());
+  return guess_format(path, file.bytes());
 }
 
 bool may_have_time_steps(ForeignFormat format) {
-  return format == ForeignFormat::kNetCdf || format == ForeignFormat::kHdf5;
+  switch (format) {
+    case ForeignFormat::kNetCdf:
+    case ForeignFormat::kHdf5:
+    case ForeignFormat::kAdf:
+    case ForeignFormat::kEnSight:
+    case ForeignFormat::kOpenFoam:
+      return true;
+    default:
+      return false;
+  }
 }
 
 void refuse_unread_formats(const std::string& path, std::span<const std::byte> head,

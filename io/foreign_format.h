@@ -12,8 +12,12 @@ enum class ForeignFormat {
   kUnknown,
   kLegacyVtk,
   kXmlVtk,
-  kNetCdf,
-  kHdf5
+  kNetCdf,  // Exodus
+  kHdf5,    // VTKHDF, CGNS or Exodus: the library tells which
+  kAdf,     // CGNS of the old kind
+  kEnSight,
+  kOpenFoam,
+  kAvsUcd
 };
 
 struct FormatGuess {
@@ -22,8 +26,12 @@ struct FormatGuess {
   bool is_list = false;                            // of other files: a .pvd
 };
 
-// What the first bytes of a file (a few thousand are enough) say that it is.
-FormatGuess guess_format(std::span<const std::byte> head);
+// Does the name say an OpenFOAM case? What it names may be empty: the mesh lies beside it.
+bool is_openfoam_name(const std::string& path);
+
+// What the first bytes of a file (a few thousand are enough) say that it is; where they say
+// nothing its name.
+FormatGuess guess_format(const std::string& path, std::span<const std::byte> head);
 
 // Of such a file as is opened for a moment. Throws Error(kIo).
 FormatGuess guess_format_of(const std::string& path);

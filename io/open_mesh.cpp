@@ -62,12 +62,15 @@ std::vector<double> time_steps_of(const std::string& path) {
 // The content decides. Where it says nothing, a file that is only called .vtu or .mesh goes to the
 // native reader: it says best what is wrong with it.
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
+  if (is_openfoam_name(path) && guess_format_of(path).format == ForeignFormat::kOpenFoam) {
+    return open_with_vtk(path, options);
+  }
   const bool standard_input = path == "-";
   MappedFile file = standard_input ? MappedFile::spool(STDIN_FILENO, path, options.spool_folder)
                                    : MappedFile::open(path, options.spool_folder);
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
   refuse_unread_formats(path, file.bytes(), false);
-  const ForeignFormat foreign = guess_format(file.bytes()).format;
+  const ForeignFormat foreign = guess_format(path, file.bytes()).format;
   if (!may_have_time_steps(foreign)) choose_time_step(path, 0, options.time_step);
   const std::string_view type = vtk_file_type(text);
   std::string what;

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs what a build needs on Debian 12. Usage: install_packages.sh [build|test|paraview]
 #   build: compiler and libraries of the command itself (default)
-#   test:  the same, and what the tests use besides: GoogleTest, Python with numpy, VTK (about 500 MB)
+#   test:  the same, and what the tests use besides: GoogleTest, Python with numpy and h5py, VTK (about 500 MB)
 #   paraview: what the plugin's build and tests use, beside ParaView's own packages: MPI, and what ParaView was built with
 # Does nothing where all of it is there already. Needs root, or sudo.
 set -eu
@@ -9,7 +9,7 @@ set -eu
 packages="g++ cmake ninja-build pkg-config libcli11-dev libfmt-dev nlohmann-json3-dev libpugixml-dev zlib1g-dev
   libdeflate-dev libisal-dev liblz4-dev liblzma-dev libxxhash-dev"
 if [ "${1:-build}" = test ]; then
-  packages="$packages libgtest-dev libgmock-dev python3 python3-numpy libvtk9-dev python3-vtk9 dpkg-dev help2man"
+  packages="$packages libgtest-dev libgmock-dev python3 python3-h5py python3-numpy libvtk9-dev python3-vtk9 dpkg-dev help2man"
 fi
 
 if [ "${1:-build}" = paraview ]; then

@@ -156,9 +156,11 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
   command
       .add_option(
           "IN", a->inputs,
-          "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, or - for standard input; "
-          "or the steps of a series over time: several files, a .pvd or .series that names them, "
-          "or one file that has them all (Exodus)")
+          "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, - for standard input, or, "
+          "through VTK, another of its files, VTKHDF, Exodus, CGNS, an EnSight .case, an OpenFOAM "
+          ".foam or system/controlDict, or AVS UCD; or the steps of a series over time: "
+          "several files, a .pvd or .series that names them, "
+          "or one file that has them all (Exodus, EnSight, OpenFOAM, CGNS)")
       ->required();
   command
       .add_option(

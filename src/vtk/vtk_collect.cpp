@@ -26,8 +26,10 @@ bool holds_blocks(vtkDataObject* data) {
 
 std::string name_of_current(vtkCompositeDataIterator* at) {
   if (at->HasCurrentMetaData() == 0) return "";
-  const char* const name = at->GetCurrentMetaData()->Get(vtkCompositeDataSet::NAME());
-  return name != nullptr ? name : "";
+  const char* const told = at->GetCurrentMetaData()->Get(vtkCompositeDataSet::NAME());
+  std::string name = told != nullptr ? told : "";
+  name.erase(name.find_last_not_of(' ') + 1);  // EnSight pads it
+  return name;
 }
 
 }  // namespace
@@ -59,6 +61,14 @@ void collect(vtkDataObject* data, const std::string& path, LoadedFile* out) {
   out->field_data.emplace_back(set->GetFieldData());
   out->pieces.emplace_back(set);
   out->block_of.push_back(out->blocks);
+}
+
+void add_block(vtkDataObject* data, const std::string& name, const std::string& path,
+               LoadedFile* out) {
+  if (data == nullptr) return;
+  out->block_names.push_back(name);
+  collect(data, path, out);
+  ++out->blocks;
 }
 
 void collect_pieces(vtkAlgorithm* reader, int pieces, const std::string& path,

@@ -18,6 +18,10 @@ namespace tetfusion {
 // Throws Error(kBadInput) where there is none, or something else.
 void collect(vtkDataObject* data, const std::string& path, LoadedFile* out);
 
+// The same for what is one block of that name, whatever it is made of. Nothing: it is none.
+void add_block(vtkDataObject* data, const std::string& name, const std::string& path,
+               LoadedFile* out);
+
 // The same, asking VTK's reader for one piece after the other.
 void collect_pieces(vtkAlgorithm* reader, int pieces, const std::string& path,
                     const TrapScope& trap, LoadedFile* out);

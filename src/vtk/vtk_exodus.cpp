@@ -224,14 +224,14 @@ class ExodusReader : public FileReader {
   vtkNew<vtkExodusIIReader> reader_;
 };
 
+}  // namespace
+
 // The library insists on printing why it cannot open a file.
 bool is_exodus(const std::string& path) {
   vtkNew<vtkExodusIIReader> reader;
   const StandardErrorClosed closed;
   return reader->CanReadFile(path.c_str()) != 0;
 }
-
-}  // namespace
 
 std::unique_ptr<FileReader> open_exodus(const std::string& path, const TrapScope& trap) {
   if (!is_exodus(path)) {
@@ -240,6 +240,8 @@ std::unique_ptr<FileReader> open_exodus(const std::string& path, const TrapScope
   return std::make_unique<ExodusReader>(path, trap);
 }
 #else
+bool is_exodus(const std::string&) { return false; }
+
 std::unique_ptr<FileReader> open_exodus(const std::string& path, const TrapScope&) {
   refuse_without(path, "IOExodus", "Exodus");
 }

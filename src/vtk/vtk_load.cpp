@@ -83,6 +83,16 @@ void load_xml(const std::string& path, const TrapScope& trap, LoadedFile* out) {
   mark_blocks(out);
 }
 
+std::unique_ptr<FileReader> open_hdf5(const std::string& path, const TrapScope& trap) {
+  if (is_vtkhdf(path)) return open_vtkhdf(path, trap);
+  if (is_cgns(path)) return open_cgns(path, trap);
+  if (is_exodus(path)) return open_exodus(path, trap);
+  throw Error(ErrorCode::kBadInput,
+              path +
+                  ": is an HDF5 file, but damaged, or none of those that this build's VTK reads: "
+                  "VTKHDF, CGNS and Exodus");
+}
+
 std::unique_ptr<FileReader> open_reader(const std::string& path, const TrapScope& trap,
                                         ForeignFormat format) {
   switch (format) {
@@ -91,8 +101,17 @@ std::unique_ptr<FileReader> open_reader(const std::string& path, const TrapScope
     case ForeignFormat::kXmlVtk:
       return without_steps([&](LoadedFile* out) { load_xml(path, trap, out); });
     case ForeignFormat::kNetCdf:
-    case ForeignFormat::kHdf5:
       return open_exodus(path, trap);
+    case ForeignFormat::kHdf5:
+      return open_hdf5(path, trap);
+    case ForeignFormat::kAdf:
+      return open_cgns(path, trap);
+    case ForeignFormat::kEnSight:
+      return open_ensight(path, trap);
+    case ForeignFormat::kOpenFoam:
+      return open_openfoam(path, trap);
+    case ForeignFormat::kAvsUcd:
+      return open_avs_ucd(path, trap);
     case ForeignFormat::kUnknown:
       break;
   }

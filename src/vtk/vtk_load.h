@@ -27,6 +27,7 @@ struct LoadedFile {
   std::vector<std::vector<vtkIdType>> centres;
   std::vector<vtkSmartPointer<vtkFieldData>> field_data;  // of the file as a whole
   // For MeshDescription.
+  std::vector<std::string> files;
   std::vector<std::string> left_out;
   std::vector<double> time_steps;
   std::size_t time_step = 0;

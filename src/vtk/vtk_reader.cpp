@@ -38,4 +38,12 @@ std::vector<double> time_steps_in(vtkAlgorithm* reader) {
   return {times, times + info->Length(key)};
 }
 
+void update_to_step(vtkAlgorithm* reader, const std::vector<double>& times, std::size_t step) {
+  if (times.empty()) {
+    reader->Update();
+  } else {
+    reader->UpdateTimeStep(times.at(step));
+  }
+}
+
 }  // namespace tetfusion

@@ -33,11 +33,25 @@ std::unique_ptr<FileReader> without_steps(std::function<void(LoadedFile*)> load)
 
 // The path and the trap must outlive the reader.
 std::unique_ptr<FileReader> open_exodus(const std::string& path, const TrapScope& trap);
+std::unique_ptr<FileReader> open_ensight(const std::string& path, const TrapScope& trap);
+std::unique_ptr<FileReader> open_openfoam(const std::string& path, const TrapScope& trap);
+std::unique_ptr<FileReader> open_cgns(const std::string& path, const TrapScope& trap);
+std::unique_ptr<FileReader> open_vtkhdf(const std::string& path, const TrapScope& trap);
+std::unique_ptr<FileReader> open_avs_ucd(const std::string& path, const TrapScope& trap);
+
+// What an HDF5 file is; false where this build's VTK has no reader for that. Nothing is printed.
+bool is_exodus(const std::string& path);
+bool is_cgns(const std::string& path);
+bool is_vtkhdf(const std::string& path);
+
 // Throws Error(kBadInput): VTK was built without this module.
 [[noreturn]] void refuse_without(const std::string& path, const std::string& module,
                                  const std::string& format);
 
 // Those that VTK's reader tells of when it has read the head.
 std::vector<double> time_steps_in(vtkAlgorithm* reader);
+
+// Lets it read that one of them, or what it reads where there are none.
+void update_to_step(vtkAlgorithm* reader, const std::vector<double>& times, std::size_t step);
 
 }  // namespace tetfusion

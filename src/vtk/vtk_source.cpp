@@ -88,6 +88,7 @@ class VtkMesh : public PluginMesh {
   void describe(const std::string& path) {
     description_.path = path;
     description_.format = file_.format;
+    description_.files = file_.files;
     description_.left_out = file_.left_out;
     description_.time_steps = file_.time_steps;
     description_.time_step = file_.time_step;

@@ -37,6 +37,10 @@ void MessageTrap::DisplayErrorText(const char* text) {
   if (error_.empty() && text != nullptr) error_ = tidy(text);
 }
 
+void MessageTrap::DisplayWarningText(const char* text) {
+  if (text != nullptr) warnings_.insert(tidy(text));
+}
+
 TrapScope::TrapScope()
     : before_(vtkOutputWindow::GetInstance()),
       verbosity_before_(vtkLogger::GetCurrentVerbosityCutoff()) {

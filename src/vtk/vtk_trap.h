@@ -6,24 +6,27 @@
 #include <vtkOutputWindow.h>
 #include <vtkSmartPointer.h>
 
+#include <set>
 #include <string>
 
 namespace tetfusion {
 
-// Keeps VTK's first error message instead of printing it.
+// Keeps VTK's first error message, and its warnings, instead of printing them.
 class MessageTrap : public vtkOutputWindow {
  public:
   static MessageTrap* New();
 
   void DisplayText(const char*) override {}
-  void DisplayWarningText(const char*) override {}
+  void DisplayWarningText(const char* text) override;
   void DisplayGenericWarningText(const char*) override {}
   void DisplayDebugText(const char*) override {}
   void DisplayErrorText(const char* text) override;
   const std::string& error() const { return error_; }
+  const std::set<std::string>& warnings() const { return warnings_; }
 
  private:
   std::string error_;
+  std::set<std::string> warnings_;
 };
 
 // Puts a trap in the place of VTK's message window for its life time, and keeps VTK's log quiet,
@@ -37,6 +40,9 @@ class TrapScope {
 
   // Throws Error(kBadInput) with VTK's first error since the beginning.
   void check(const std::string& path) const;
+
+  // VTK's own words, each of them once.
+  const std::set<std::string>& warnings() const { return trap_->warnings(); }
 
  private:
   vtkSmartPointer<vtkOutputWindow> before_;

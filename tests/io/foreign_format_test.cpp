@@ -20,8 +20,8 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-FormatGuess guess(std::string_view text) {
-  return guess_format(std::as_bytes(std::span(text.data(), text.size())));
+FormatGuess guess(std::string_view text, const std::string& name = "mesh") {
+  return guess_format(name, std::as_bytes(std::span(text.data(), text.size())));
 }
 
 TEST(GuessFormat, KnowsTheFirstBytes) {
@@ -36,8 +36,40 @@ TEST(GuessFormat, KnowsTheFirstBytes) {
   EXPECT_EQ(guess("<VTKFile type=\"").words, "a VTK XML file");
   EXPECT_EQ(guess("CDF\001").format, ForeignFormat::kNetCdf);
   EXPECT_EQ(guess("\x89HDF\r\n\x1a\n").format, ForeignFormat::kHdf5);
+  for (const char* mark : {"@(#)", "\xc0\xa8\xa3\xa9"}) {
+    EXPECT_EQ(guess(std::string(mark) + "ADF Database Version A02011").format, ForeignFormat::kAdf);
+  }
   EXPECT_EQ(guess("hello").format, ForeignFormat::kUnknown);
   EXPECT_EQ(guess("").format, ForeignFormat::kUnknown);
+}
+
+TEST(GuessFormat, KnowsEnSightByItsFirstSection) {
+  EXPECT_EQ(guess("FORMAT\ntype: ensight gold\n").format, ForeignFormat::kEnSight);
+  EXPECT_EQ(guess("# by hand\r\n\r\n  FORMAT\r\n\r\ntype:  ensight\r\n").format,
+            ForeignFormat::kEnSight);
+  EXPECT_EQ(guess("FORMAT\ntype: other\n").format, ForeignFormat::kUnknown);
+  EXPECT_EQ(guess("GEOMETRY\nmodel: a.geo\n").format, ForeignFormat::kUnknown);
+  EXPECT_EQ(guess("FORMAT").format, ForeignFormat::kUnknown);
+}
+
+TEST(GuessFormat, ContentsTellAvsFromOthersOfThatName) {
+  EXPECT_EQ(guess("# a\n4 1 0 0 0\n", "a.inp").format, ForeignFormat::kAvsUcd);
+  EXPECT_EQ(guess("  4 1 0 0 0\n", "a.INP").format, ForeignFormat::kAvsUcd);
+  EXPECT_EQ(guess("\x07\x00", "a.inp").format, ForeignFormat::kAvsUcd);
+  EXPECT_EQ(guess("4 1 0 0 0\n", "a.txt").format, ForeignFormat::kUnknown);
+  EXPECT_EQ(guess("4 1 0 0\n", "a.inp").format, ForeignFormat::kUnknown);
+  EXPECT_EQ(guess("4 1 0 0 -1\n", "a.inp").format, ForeignFormat::kUnknown);
+  EXPECT_EQ(guess("*HEADING\n", "a.inp").format, ForeignFormat::kUnknown);
+}
+
+TEST(GuessFormat, TheNameSaysOpenFoamWhereTheContentsSayNothing) {
+  for (const char* name : {"case.foam", "a/b.FOAM", "case.OpenFOAM", "system/controlDict"}) {
+    EXPECT_EQ(guess("", name).format, ForeignFormat::kOpenFoam) << name;
+    EXPECT_EQ(guess("FoamFile\n{\n", name).format, ForeignFormat::kOpenFoam) << name;
+    EXPECT_EQ(guess("# vtk DataFile", name).format, ForeignFormat::kLegacyVtk) << name;
+  }
+  EXPECT_EQ(guess("", "foam").format, ForeignFormat::kUnknown);
+  EXPECT_EQ(guess("", "controlDict.txt").format, ForeignFormat::kUnknown);
 }
 
 TEST(UnreadFormats, AreRefusedWithWhatToDo) {
@@ -59,8 +91,12 @@ TEST(UnreadFormats, AreRefusedWithWhatToDo) {
   EXPECT_THAT(told("a.xmf", "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">"),
               to_vtu("XDMF", "ParaView or meshio"));
   EXPECT_THAT(told("a.inp", "*HEADING\n*NODE\n"), to_vtu("Abaqus", "meshio"));
+  EXPECT_THAT(told("b.inp", "no numbers\n"), to_vtu("no AVS UCD file", "meshio"));
   EXPECT_THAT(told("a.bdf", "SOL 101\n"), to_vtu("NASTRAN", "meshio"));
   EXPECT_THAT(told("a.su2", "NDIME= 3\n"), to_vtu("SU2", "meshio"));
+  EXPECT_THAT(told("a.neu", "        CONTROL INFO 1.2.1\n** GAMBIT NEUTRAL FILE\n"),
+              AllOf(HasSubstr("GAMBIT"), HasSubstr("Exodus")));
+  EXPECT_THAT(told("a.sos", "FORMAT\ntype: master_server gold\n"), HasSubstr("server-of-servers"));
   EXPECT_THAT(told("a.gz", "\x1f\x8b\x08"), HasSubstr("unpack it"));
   // Contents that say a format come before the name.
   EXPECT_THAT(told("c.bdf", "MeshVersionFormatted 2\nDimension 3\n"),

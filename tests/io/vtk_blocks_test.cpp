@@ -13,6 +13,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
+using testing::values_at_points;
 using VtkBlocks = testing::VtkFileTest;
 
 std::string piece_of_two(const std::string& points, const std::string& arrays) {
@@ -41,18 +42,6 @@ std::string two_blocks(const std::string& first, const std::string& second) {
 <vtkMultiBlockDataSet><DataSet index="0" file=")" +
          first + R"("/><DataSet index="1" file=")" + second + R"("/>
 </vtkMultiBlockDataSet></VTKFile>)";
-}
-
-// What points have in the mesh, those of one block after those of the other.
-template <class T>
-std::vector<T> values_at_points(MeshSource* mesh, const std::string& name) {
-  const AttributeSet& set = mesh->description().point_data;
-  const DataArray array = mesh->read_array(Association::kPoint, set.find(name));
-  std::vector<T> values;
-  for (const std::uint64_t row : mesh->read_geometry().point_source) {
-    values.push_back(array.as<T>()[row]);
-  }
-  return values;
 }
 
 TEST_F(VtkBlocks, MergesThePointsOfPieces) {

@@ -4,10 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "io/vtk_bridge.h"
@@ -129,6 +131,36 @@ inline constexpr char kXmlStructured[] = R"(<?xml version="1.0"?>
 
 inline const OpenOptions kSplit = {.tetrahedralize = true, .linearize = false};
 
+// What points have in the mesh, those of one block after those of the other.
+template <class T>
+std::vector<T> values_at_points(MeshSource* mesh, const std::string& name) {
+  const AttributeSet& set = mesh->description().point_data;
+  const DataArray array = mesh->read_array(Association::kPoint, set.find(name));
+  const std::size_t width = array.info.components;
+  std::vector<T> values;
+  for (const std::uint64_t row : mesh->read_geometry().point_source) {
+    for (std::size_t c = 0; c < width; ++c) values.push_back(array.as<T>()[row * width + c]);
+  }
+  return values;
+}
+
+// All rows of an array, those of cells in the order of the file.
+template <class T>
+std::vector<T> rows_of_array(MeshSource* mesh, Association association, const std::string& name) {
+  const MeshDescription& d = mesh->description();
+  const AttributeSet& set = association == Association::kPoint  ? d.point_data
+                            : association == Association::kCell ? d.cell_data
+                                                                : d.field_data;
+  const std::size_t index = set.find(name);
+  if (index == AttributeSet::npos) {
+    ADD_FAILURE() << "there is no array " << name;
+    return {};
+  }
+  const DataArray array = mesh->read_array(association, index);
+  const auto values = array.as<T>();
+  return {values.begin(), values.end()};
+}
+
 // Skipped where the plugin is not built.
 class VtkFileTest : public ::testing::Test {
  protected:
@@ -139,6 +171,7 @@ class VtkFileTest : public ::testing::Test {
   }
 
   std::string write(const std::string& name, const std::string& text) {
+    std::filesystem::create_directories(std::filesystem::path(dir_.file(name)).parent_path());
     std::ofstream(dir_.file(name), std::ios::binary) << text;
     return dir_.file(name);
   }

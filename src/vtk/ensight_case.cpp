@@ -1,0 +1,228 @@
+#include "vtk/ensight_case.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <string_view>
+
+#include "io/mapped_file.h"
+
+namespace tetfusion {
+namespace {
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+std::optional<int> to_int(const std::string& word) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc{} || end != word.data() + word.size()) return {};
+  return value;
+}
+
+// The first of `words` where it is a number and another word follows, taken from them.
+std::optional<int> take_number(std::vector<std::string>* words) {
+  if (words->size() < 2) return {};
+  const auto number = to_int(words->front());
+  if (number) words->erase(words->begin());
+  return number;
+}
+
+bool is_section(const std::vector<std::string>& words) {
+  return words.size() == 1 &&
+         std::all_of(words[0].begin(), words[0].end(), [](char c) { return c >= 'A' && c <= 'Z'; });
+}
+
+std::string with_number(std::string pattern, int number) {
+  const std::size_t begin = pattern.find('*');
+  const std::size_t width = pattern.find_last_of('*') + 1 - begin;
+  const std::string digits = std::to_string(number);
+  const std::size_t zeros = width > digits.size() ? width - digits.size() : 0;
+  return pattern.replace(begin, width, std::string(zeros, '0') + digits);
+}
+
+bool matches(const std::string& name, const std::string& pattern) {
+  const std::size_t begin = pattern.find('*');
+  const std::size_t behind = pattern.size() - (pattern.find_last_of('*') + 1);
+  if (name.size() <= begin + behind) return false;
+  const std::string digits = name.substr(begin, name.size() - begin - behind);
+  return name.starts_with(pattern.substr(0, begin)) &&
+         name.ends_with(pattern.substr(pattern.size() - behind)) && to_int(digits).has_value();
+}
+
+// The files whose names have a number in the place of the asterisks, sorted.
+std::vector<std::string> all_matching(const std::string& path) {
+  const std::filesystem::path pattern(path);
+  std::vector<std::string> found;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(
+           pattern.has_parent_path() ? pattern.parent_path() : ".", ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (matches(name, pattern.filename().string())) {
+      found.push_back((pattern.parent_path() / name).string());
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+bool has_marks(const std::string& path, std::string_view mark, std::size_t wanted) {
+  const MappedFile file = MappedFile::open(path);
+  const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
+  std::size_t at = 0;
+  for (; wanted > 0; --wanted) {
+    at = text.find(mark, at);
+    if (at == std::string_view::npos) return false;
+    at += mark.size();
+  }
+  return true;
+}
+
+}  // namespace
+
+EnSightCase::EnSightCase(const std::string& path)
+    : folder_(std::filesystem::path(path).parent_path().string()) {
+  std::ifstream file(path);
+  std::string section, key;
+  for (std::string line; std::getline(file, line);) {
+    const std::vector<std::string> words = words_of(line);
+    if (words.empty() || words[0].starts_with('#')) continue;
+    if (is_section(words)) {
+      section = words[0];
+      key.clear();
+      continue;
+    }
+    // A line without a key goes on with the values of the one before.
+    const std::size_t colon = line.find(':');
+    if (colon == std::string::npos) {
+      take_line(section, key, words);
+      continue;
+    }
+    key.clear();
+    for (const std::string& word : words_of(line.substr(0, colon))) {
+      key += (key.empty() ? "" : " ") + word;
+    }
+    take_line(section, key, words_of(line.substr(colon + 1)));
+  }
+  for (TimeSet& set : sets_) {
+    for (int i = static_cast<int>(set.numbers.size()); i < set.steps; ++i) {
+      set.numbers.push_back(set.start + i * set.increment);
+    }
+  }
+}
+
+void EnSightCase::take_line(const std::string& section, const std::string& key,
+                            const std::vector<std::string>& words) {
+  if (section == "GEOMETRY" || section == "VARIABLE") take_file(section, key, words);
+  if (section == "TIME") take_time(key, words);
+  if (section == "FILE" && key == "file set") has_file_sets_ = true;
+}
+
+// [time set [file set]] name, and before the name of a variable's file its own.
+void EnSightCase::take_file(const std::string& section, const std::string& key,
+                            std::vector<std::string> words) {
+  if (words.empty() || key.starts_with("constant")) return;
+  if (section == "GEOMETRY" && key != "model" && key != "measured") return;
+  NamedFile file;
+  if (const auto set = take_number(&words)) {
+    file.time_set = *set;
+    file.in_file_set = take_number(&words).has_value();
+  }
+  const std::size_t first = section == "VARIABLE" ? 1 : 0;
+  const std::size_t names = key.starts_with("complex") ? 2 : 1;
+  for (std::size_t i = first; i < words.size() && i < first + names; ++i) {
+    file.pattern = (std::filesystem::path(folder_) / words[i]).string();
+    files_.push_back(file);
+  }
+}
+
+void EnSightCase::take_time(const std::string& key, const std::vector<std::string>& words) {
+  if (words.empty()) return;
+  const int number = to_int(words[0]).value_or(0);
+  if (key == "time set") {
+    sets_.emplace_back();
+    sets_.back().id = number;
+  }
+  if (sets_.empty()) return;
+  TimeSet& set = sets_.back();
+  if (key == "number of steps") set.steps = std::min(number, 1 << 20);
+  if (key == "filename start number") set.start = number;
+  if (key == "filename increment") set.increment = number;
+  for (const std::string& word : words) {
+    if (key == "filename numbers") set.numbers.push_back(to_int(word).value_or(0));
+    if (key == "time values") set.times.push_back(std::strtod(word.c_str(), nullptr));
+  }
+}
+
+std::vector<double> EnSightCase::times() const {
+  std::vector<double> times;
+  for (const TimeSet& set : sets_) times.insert(times.end(), set.times.begin(), set.times.end());
+  return times;
+}
+
+std::size_t EnSightCase::TimeSet::step_at(double time) const {
+  std::size_t step = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    if (static_cast<float>(times[i]) <= static_cast<float>(time)) step = i;
+  }
+  return step;
+}
+
+const EnSightCase::TimeSet* EnSightCase::time_set(int id) const {
+  const auto found =
+      std::find_if(sets_.begin(), sets_.end(), [&](const TimeSet& set) { return set.id == id; });
+  return found != sets_.end() ? &*found : nullptr;
+}
+
+std::vector<std::string> EnSightCase::files_of(const NamedFile& file, double time) const {
+  if (file.pattern.find('*') == std::string::npos) return {file.pattern};
+  if (file.in_file_set) return all_matching(file.pattern);
+  const TimeSet* const set = time_set(file.time_set);
+  if (set == nullptr || set->numbers.empty()) return {};
+  const std::size_t step = std::min(set->step_at(time), set->numbers.size() - 1);
+  return {with_number(file.pattern, set->numbers[step])};
+}
+
+std::vector<std::string> EnSightCase::files_at(double time) const {
+  std::vector<std::string> files;
+  for (const NamedFile& file : files_) {
+    const std::vector<std::string> found = files_of(file, time);
+    files.insert(files.end(), found.begin(), found.end());
+  }
+  return files;
+}
+
+std::string EnSightCase::fault_of_marks(double time) const {
+  if (!has_file_sets_) return "";
+  for (const NamedFile& file : files_) {
+    if (!file.in_file_set) {
+      return file.pattern +
+             " has no file set in this case, and others have: VTK's reader does not take both "
+             "(leave the section FILE out, or give all of them a file set)";
+    }
+    // Several files share the steps: then each has its own first one.
+    const bool has_all = file.pattern.find('*') == std::string::npos;
+    const TimeSet* const set = time_set(file.time_set);
+    const std::size_t before = has_all && set != nullptr ? set->step_at(time) : 0;
+    for (const std::string& path : files_of(file, time)) {
+      if (has_marks(path, "BEGIN TIME STEP", before + 1) &&
+          has_marks(path, "END TIME STEP", before)) {
+        continue;
+      }
+      return path + " has not the marks of " + std::to_string(before + 1) +
+             " time steps, as this case says (BEGIN TIME STEP, END TIME STEP)";
+    }
+  }
+  return "";
+}
+
+}  // namespace tetfusion

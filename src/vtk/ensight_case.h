@@ -1,0 +1,57 @@
+// What an EnSight case says of its files and times, where VTK keeps that to itself.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace tetfusion {
+
+class EnSightCase {
+ public:
+  // Lines that make no sense are passed over: VTK's reader complains of them.
+  explicit EnSightCase(const std::string& path);
+
+  // Of all its sets, one after another, as precisely as they are written: VTK rounds them.
+  std::vector<double> times() const;
+
+  // The files that are read for that time, in the order of the case, which begins with the
+  // geometry. They may be missing.
+  std::vector<std::string> files_at(double time) const;
+
+  // VTK's reader looks for the marks of steps in files until it finds them: without end where they
+  // are missing. What is wrong with these, in words; empty: nothing. Throws Error(kIo).
+  std::string fault_of_marks(double time) const;
+
+ private:
+  struct TimeSet {
+    int id = 0;
+    std::vector<double> times;
+    std::vector<int> numbers;  // in the names of files, for each time
+    int steps = 0, start = 0, increment = 1;
+
+    // The last time that has come, as VTK compares them.
+    std::size_t step_at(double time) const;
+  };
+  // A name may hold asterisks, which stand for the number of a step.
+  struct NamedFile {
+    std::string pattern;
+    int time_set = 1;
+    bool in_file_set = false;  // several steps are in one file
+  };
+
+  void take_line(const std::string& section, const std::string& key,
+                 const std::vector<std::string>& words);
+  void take_file(const std::string& section, const std::string& key,
+                 std::vector<std::string> words);
+  void take_time(const std::string& key, const std::vector<std::string>& words);
+  const TimeSet* time_set(int id) const;
+  std::vector<std::string> files_of(const NamedFile& file, double time) const;
+
+  std::string folder_;
+  std::vector<NamedFile> files_;
+  std::vector<TimeSet> sets_;
+  bool has_file_sets_ = false;
+};
+
+}  // namespace tetfusion

@@ -1,0 +1,92 @@
+// EnSight 6 and Gold: a case that names the files of its geometry and variables.
+
+#include "vtk/vtk_reader.h"
+
+#ifdef TETFUSION_HAS_ENSIGHT
+#include <vtkGenericEnSightReader.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+
+#include <filesystem>
+
+#include "vtk/ensight_case.h"
+#endif
+
+#include "base/error.h"
+#include "vtk/vtk_collect.h"
+
+namespace tetfusion {
+
+#ifdef TETFUSION_HAS_ENSIGHT
+namespace {
+
+class EnSightReader : public FileReader {
+ public:
+  EnSightReader(const std::string& path, const TrapScope& trap)
+      : path_(path), trap_(trap), case_(path) {
+    // VTK looks into it to tell text from numbers.
+    check_there(geometry_at(case_.times().empty() ? 0 : case_.times().front()));
+    reader_->SetCaseFileName(path.c_str());
+    reader_->UpdateInformation();
+    trap.check(path);
+    rounded_ = time_steps_in(reader_);
+  }
+
+  // VTK's are rounded to single precision.
+  std::vector<double> time_steps() override {
+    std::vector<double> times = rounded_;
+    for (double& time : times) {
+      for (const double written : case_.times()) {
+        if (static_cast<float>(written) == static_cast<float>(time)) time = written;
+      }
+    }
+    return times;
+  }
+
+  void load(std::size_t step, LoadedFile* out) override {
+    const double time = rounded_.empty() ? 0 : rounded_[step];
+    out->files = case_.files_at(time);
+    for (const std::string& file : out->files) check_there(file);
+    const std::string fault = case_.fault_of_marks(time);
+    if (!fault.empty()) throw Error(ErrorCode::kBadInput, path_ + ": " + fault);
+    update_to_step(reader_, rounded_, step);
+    trap_.check(path_);
+    collect(reader_->GetOutput(), path_, out);
+    mark_blocks(out);
+  }
+
+ private:
+  std::string geometry_at(double time) const {
+    const std::vector<std::string> files = case_.files_at(time);
+    if (!files.empty()) return files.front();
+    throw Error(ErrorCode::kBadInput,
+                path_ + ": the case names no file of a geometry (GEOMETRY, model:)");
+  }
+
+  // VTK would go on without some of them.
+  void check_there(const std::string& file) const {
+    std::error_code unknown;
+    if (std::filesystem::exists(file, unknown)) return;
+    throw Error(ErrorCode::kBadInput,
+                path_ + ": the file " + file + ", which this case names, is not there");
+  }
+
+  const std::string& path_;
+  const TrapScope& trap_;
+  EnSightCase case_;
+  std::vector<double> rounded_;
+  vtkNew<vtkGenericEnSightReader> reader_;
+};
+
+}  // namespace
+
+std::unique_ptr<FileReader> open_ensight(const std::string& path, const TrapScope& trap) {
+  return std::make_unique<EnSightReader>(path, trap);
+}
+#else
+std::unique_ptr<FileReader> open_ensight(const std::string& path, const TrapScope&) {
+  refuse_without(path, "IOEnSight", "EnSight");
+}
+#endif
+
+}  // namespace tetfusion

@@ -1,0 +1,259 @@
+// OpenFOAM cases: a folder, of which a file in it is given.
+
+#include "vtk/vtk_reader.h"
+
+#ifdef TETFUSION_HAS_GEOMETRY
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCompositeDataSet.h>
+#include <vtkIdList.h>
+#include <vtkInformation.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkOpenFOAMReader.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkStringArray.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <set>
+#include <string_view>
+#endif
+
+#include "base/error.h"
+#include "vtk/vtk_collect.h"
+
+namespace tetfusion {
+
+#ifdef TETFUSION_HAS_GEOMETRY
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kConstant[] = "constant";  // the folder of what is the same at all times
+
+std::string folder_of(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  const bool is_dictionary = fs::path(path).filename().string().starts_with("controlDict");
+  return (is_dictionary ? folder / ".." : folder).lexically_normal().string();
+}
+
+bool is_there(const fs::path& file) {
+  std::error_code unknown;
+  return fs::exists(file, unknown) || fs::exists(file.string() + ".gz", unknown);
+}
+
+void check_case(const std::string& path, const fs::path& folder) {
+  std::error_code unknown;
+  std::error_code end;
+  bool has_mesh = is_there(folder / kConstant / "polyMesh" / "faces");
+  for (const auto& entry : fs::directory_iterator(folder / kConstant, end)) {
+    has_mesh = has_mesh || is_there(entry.path() / "polyMesh" / "faces");
+  }
+  if (has_mesh) return;
+  if (fs::exists(folder / "processor0", unknown) || fs::exists(folder / "processors", unknown)) {
+    throw Error(ErrorCode::kBadInput,
+                path +
+                    ": the case is decomposed (processor0, ...), and only reconstructed ones are "
+                    "read: let reconstructParMesh and reconstructPar join it first");
+  }
+  throw Error(ErrorCode::kBadInput, path + ": there is no mesh in this case: " +
+                                        (folder / kConstant / "polyMesh" / "faces").string() +
+                                        " is missing");
+}
+
+void add_files_in(const fs::path& folder, std::vector<std::string>* files) {
+  std::error_code not_there;
+  std::vector<std::string> found;
+  for (const auto& entry : fs::directory_iterator(folder, not_there)) {
+    std::error_code unknown;
+    if (entry.is_regular_file(unknown)) found.push_back(entry.path().string());
+  }
+  std::sort(found.begin(), found.end());
+  files->insert(files->end(), found.begin(), found.end());
+}
+
+// The faces of a polygon as VTK cuts those of polyhedra, so that what lies on these still fits:
+// quadrilaterals from the first corner on, and a triangle where the number of corners is odd; from
+// the last corner on where that triangle would be flat.
+template <class F>
+void cut_polygon(vtkPoints* points, vtkIdList* corners, F&& add) {
+  const vtkIdType count = corners->GetNumberOfIds();
+  const vtkIdType odd = count % 2;
+  vtkIdType at = 2;
+  if (odd != 0) {
+    std::array<double, 3> last{}, first{}, before{};
+    points->GetPoint(corners->GetId(count - 1), last.data());
+    points->GetPoint(corners->GetId(0), first.data());
+    points->GetPoint(corners->GetId(count - 2), before.data());
+    float first_square = 0, before_square = 0, dot = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const float u = static_cast<float>(first[i]) - static_cast<float>(last[i]);
+      const float v = static_cast<float>(before[i]) - static_cast<float>(last[i]);
+      first_square += u * u;
+      before_square += v * v;
+      dot += u * v;
+    }
+    if (dot * std::fabs(dot) / (first_square * before_square) < -1.0F + 1.0e-3F) at = 1;
+  }
+  const vtkIdType apex = corners->GetId(at == 2 ? 0 : count - 1);
+  for (; at < count - 1 - odd; at += 2) {
+    const std::array<vtkIdType, 4> quad{apex, corners->GetId(at - 1), corners->GetId(at),
+                                        corners->GetId(at + 1)};
+    add(quad.data(), 4);
+  }
+  if (odd != 0) {
+    const std::array<vtkIdType, 3> triangle{apex, corners->GetId(at - 1), corners->GetId(at)};
+    add(triangle.data(), 3);
+  }
+}
+
+// A patch whose polygons are cut.
+vtkSmartPointer<vtkPolyData> without_polygons(vtkPolyData* patch) {
+  auto cut = vtkSmartPointer<vtkPolyData>::New();
+  vtkNew<vtkCellArray> faces;
+  vtkCellData* const from = patch->GetCellData();
+  vtkCellData* const to = cut->GetCellData();
+  to->CopyAllocate(from, patch->GetNumberOfCells());
+  vtkNew<vtkIdList> corners;
+  for (vtkIdType f = 0; f < patch->GetNumberOfCells(); ++f) {
+    patch->GetCellPoints(f, corners);
+    const auto add = [&](const vtkIdType* ids, vtkIdType count) {
+      to->CopyData(from, f, faces->InsertNextCell(count, ids));
+    };
+    if (corners->GetNumberOfIds() > 4) {
+      cut_polygon(patch->GetPoints(), corners, add);
+    } else {
+      add(corners->GetPointer(0), corners->GetNumberOfIds());
+    }
+  }
+  cut->SetPoints(patch->GetPoints());
+  cut->SetPolys(faces);
+  cut->GetPointData()->ShallowCopy(patch->GetPointData());
+  return cut;
+}
+
+class OpenFoamReader : public FileReader {
+ public:
+  OpenFoamReader(const std::string& path, const TrapScope& trap)
+      : path_(path), trap_(trap), folder_(folder_of(path)) {
+    check_case(path, folder_);
+    reader_->SetFileName(path.c_str());
+    reader_->SetCreateCellToPoint(false);  // the arrays of the case alone
+    reader_->SetDecomposePolyhedra(true);
+    reader_->UpdateInformation();
+    trap.check(path);
+  }
+
+  // Where there is no folder of a time VTK takes the fields in 'constant', and says 0.
+  std::vector<double> time_steps() override {
+    vtkStringArray* const names = reader_->GetTimeNames();
+    const bool has_times = names != nullptr && names->GetNumberOfValues() > 0 &&
+                           std::string(names->GetValue(0)) != kConstant;
+    return has_times ? time_steps_in(reader_) : std::vector<double>{};
+  }
+
+  void load(std::size_t step, LoadedFile* out) override {
+    choose_parts(out);
+    reader_->EnableAllCellArrays();
+    reader_->EnableAllPointArrays();
+    update_to_step(reader_, time_steps(), step);
+    trap_.check(path_);
+    add_region(reader_->GetOutput(), "", out);
+    mark_blocks(out);
+    name_files(step, out);
+  }
+
+ private:
+  // The inner mesh and the patches.
+  void choose_parts(LoadedFile* out) {
+    for (int i = 0; i < reader_->GetNumberOfPatchArrays(); ++i) {
+      const std::string name = reader_->GetPatchArrayName(i);
+      const auto has = [&](std::string_view part) { return name.find(part) != std::string::npos; };
+      const bool is_group = has("group/");  // its patches have names of their own
+      const bool wanted = !is_group && (name.ends_with("internalMesh") || has("patch/"));
+      reader_->SetPatchArrayStatus(name.c_str(), wanted ? 1 : 0);
+      if (!wanted && !is_group) out->left_out.push_back("'" + name + "'");
+    }
+  }
+
+  // Of several regions each has a block of blocks of its own.
+  void add_region(vtkMultiBlockDataSet* region, const std::string& prefix, LoadedFile* out) {
+    for (unsigned i = 0; i < region->GetNumberOfBlocks(); ++i) {
+      const char* const told = region->HasMetaData(i) != 0
+                                   ? region->GetMetaData(i)->Get(vtkCompositeDataSet::NAME())
+                                   : nullptr;
+      const std::string name = told != nullptr ? told : "";
+      vtkDataObject* const block = region->GetBlock(i);
+      if (auto* const inner = vtkMultiBlockDataSet::SafeDownCast(block)) {
+        add_region(inner, name == "boundary" ? prefix : prefix + name + "/", out);
+      } else if (auto* const patch = vtkPolyData::SafeDownCast(block)) {
+        add_block(without_polygons(patch), prefix + name, path_, out);
+      } else {
+        add_block(block, prefix + name, path_, out);
+      }
+    }
+  }
+
+  // What VTK looks for: the mesh in 'constant', or in the folder of the last time that has another
+  // one, and the fields in the folder of the time; of each region in a folder below these.
+  void name_files(std::size_t step, LoadedFile* out) {
+    vtkStringArray* const names = reader_->GetTimeNames();
+    if (names == nullptr || static_cast<vtkIdType>(step) >= names->GetNumberOfValues()) return;
+    std::vector<std::string> times{kConstant};
+    for (std::size_t i = 0; i <= step; ++i) {
+      times.push_back(names->GetValue(static_cast<vtkIdType>(i)));
+    }
+    std::set<fs::path> meshes;
+    for (const std::string& region : regions()) {
+      for (const char* const file : {"faces", "points"}) {
+        const auto last = std::find_if(times.rbegin(), times.rend(), [&](const std::string& time) {
+          return is_there(folder_ / time / region / "polyMesh" / file);
+        });
+        if (last == times.rend()) continue;
+        meshes.insert(folder_ / *last / region / "polyMesh");
+      }
+      add_files_in(folder_ / times.back() / region, &out->files);
+    }
+    for (const fs::path& mesh : meshes) {
+      add_files_in(mesh, &out->files);
+      for (const char* const zones : {"cellZones", "faceZones", "pointZones"}) {
+        if (is_there(mesh / zones)) out->left_out.emplace_back(zones);
+      }
+    }
+  }
+
+  std::vector<std::string> regions() const {
+    std::vector<std::string> found{""};
+    std::error_code not_there;
+    for (const auto& entry : fs::directory_iterator(folder_ / kConstant, not_there)) {
+      if (is_there(entry.path() / "polyMesh" / "faces")) {
+        found.push_back(entry.path().filename().string());
+      }
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+  const std::string& path_;
+  const TrapScope& trap_;
+  fs::path folder_;
+  vtkNew<vtkOpenFOAMReader> reader_;
+};
+
+}  // namespace
+
+std::unique_ptr<FileReader> open_openfoam(const std::string& path, const TrapScope& trap) {
+  return std::make_unique<OpenFoamReader>(path, trap);
+}
+#else
+std::unique_ptr<FileReader> open_openfoam(const std::string& path, const TrapScope&) {
+  refuse_without(path, "IOGeometry", "OpenFOAM");
+}
+#endif
+
+}  // namespace tetfusion
