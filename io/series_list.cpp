@@ -52,8 +52,7 @@ std::vector<ListedStep> read_pvd(const MappedFile& file) {
     entries.push_back(std::move(entry));
   }
   if (parts.size() > 1) {
-    fail(file, fmt::format("it has parts {} without a timestep: {}", fmt::join(parts, ", "),
-                           kOneFileAStep));
+    fail(file, fmt::format("it has parts without a timestep: {}", kOneFileAStep));
   }
   return entries;
 }

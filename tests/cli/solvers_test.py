@@ -150,7 +150,7 @@ time values:
         for i in 1, 2:
             (self.folder / f"heat.00{i}").rename(self.folder / f"heat_00{i}.vtu")
         told = self.refused("simplify", path, "-o", self.folder / "heat_000.vtu", *GOAL, code=USAGE)
-        self.assertIn("that is a piece of", told)
+        self.assertIn("that is one of the files of", told)
 
 
 class OpenFoam(SolverTest):

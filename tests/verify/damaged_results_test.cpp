@@ -196,7 +196,8 @@ TEST_F(DamagedResult, AHole) {
 }
 
 TEST_F(DamagedResult, ADuplicateCell) {
-  EXPECT_THAT(complaint([](MeshFile* m) { copy_cell(m, 7); }), HasSubstr("1 duplicate cells"));
+  EXPECT_THAT(complaint([](MeshFile* m) { copy_cell(m, 7); }),
+              HasSubstr("duplicate cells: it has 1, the input 0"));
 }
 
 TEST_F(DamagedResult, ALostArray) {
@@ -221,12 +222,12 @@ TEST_F(DamagedResult, AValueThatIsNone) {
                 array(m->point_arrays, "tensor").as<double>()[6 * inner_vertex(m, false) + 2] =
                     std::numeric_limits<double>::quiet_NaN();
               }),
-              HasSubstr("tensor has 1 values that are not finite"));
+              HasSubstr("tensor is not finite at 1 point"));
   EXPECT_THAT(complaint([](MeshFile* m) {
                 array(m->cell_arrays, "stress").as<double>()[40] =
                     std::numeric_limits<double>::infinity();
               }),
-              HasSubstr("cell:stress has 1 values that are not finite"));
+              HasSubstr("cell:stress is not finite at 1 cell"));
 }
 
 TEST_F(DamagedResult, AValueBeyondItsBound) {
