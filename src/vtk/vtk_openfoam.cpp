@@ -3,22 +3,14 @@
 #include "vtk/vtk_reader.h"
 
 #ifdef TETFUSION_HAS_GEOMETRY
-#include <vtkCellArray.h>
-#include <vtkCellData.h>
 #include <vtkCompositeDataSet.h>
-#include <vtkIdList.h>
 #include <vtkInformation.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkOpenFOAMReader.h>
-#include <vtkPointData.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
 #include <vtkStringArray.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <filesystem>
 #include <set>
 #include <string_view>
@@ -77,66 +69,6 @@ void add_files_in(const fs::path& folder, std::vector<std::string>* files) {
   files->insert(files->end(), found.begin(), found.end());
 }
 
-// The faces of a polygon as VTK cuts those of polyhedra, so that what lies on these still fits:
-// quadrilaterals from the first corner on, and a triangle where the number of corners is odd; from
-// the last corner on where that triangle would be flat.
-template <class F>
-void cut_polygon(vtkPoints* points, vtkIdList* corners, F&& add) {
-  const vtkIdType count = corners->GetNumberOfIds();
-  const vtkIdType odd = count % 2;
-  vtkIdType at = 2;
-  if (odd != 0) {
-    std::array<double, 3> last{}, first{}, before{};
-    points->GetPoint(corners->GetId(count - 1), last.data());
-    points->GetPoint(corners->GetId(0), first.data());
-    points->GetPoint(corners->GetId(count - 2), before.data());
-    float first_square = 0, before_square = 0, dot = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const float u = static_cast<float>(first[i]) - static_cast<float>(last[i]);
-      const float v = static_cast<float>(before[i]) - static_cast<float>(last[i]);
-      first_square += u * u;
-      before_square += v * v;
-      dot += u * v;
-    }
-    if (dot * std::fabs(dot) / (first_square * before_square) < -1.0F + 1.0e-3F) at = 1;
-  }
-  const vtkIdType apex = corners->GetId(at == 2 ? 0 : count - 1);
-  for (; at < count - 1 - odd; at += 2) {
-    const std::array<vtkIdType, 4> quad{apex, corners->GetId(at - 1), corners->GetId(at),
-                                        corners->GetId(at + 1)};
-    add(quad.data(), 4);
-  }
-  if (odd != 0) {
-    const std::array<vtkIdType, 3> triangle{apex, corners->GetId(at - 1), corners->GetId(at)};
-    add(triangle.data(), 3);
-  }
-}
-
-// A patch whose polygons are cut.
-vtkSmartPointer<vtkPolyData> without_polygons(vtkPolyData* patch) {
-  auto cut = vtkSmartPointer<vtkPolyData>::New();
-  vtkNew<vtkCellArray> faces;
-  vtkCellData* const from = patch->GetCellData();
-  vtkCellData* const to = cut->GetCellData();
-  to->CopyAllocate(from, patch->GetNumberOfCells());
-  vtkNew<vtkIdList> corners;
-  for (vtkIdType f = 0; f < patch->GetNumberOfCells(); ++f) {
-    patch->GetCellPoints(f, corners);
-    const auto add = [&](const vtkIdType* ids, vtkIdType count) {
-      to->CopyData(from, f, faces->InsertNextCell(count, ids));
-    };
-    if (corners->GetNumberOfIds() > 4) {
-      cut_polygon(patch->GetPoints(), corners, add);
-    } else {
-      add(corners->GetPointer(0), corners->GetNumberOfIds());
-    }
-  }
-  cut->SetPoints(patch->GetPoints());
-  cut->SetPolys(faces);
-  cut->GetPointData()->ShallowCopy(patch->GetPointData());
-  return cut;
-}
-
 class OpenFoamReader : public FileReader {
  public:
   OpenFoamReader(const std::string& path, const TrapScope& trap)
@@ -144,7 +76,7 @@ class OpenFoamReader : public FileReader {
     check_case(path, folder_);
     reader_->SetFileName(path.c_str());
     reader_->SetCreateCellToPoint(false);  // the arrays of the case alone
-    reader_->SetDecomposePolyhedra(true);
+    reader_->SetDecomposePolyhedra(false);
     reader_->UpdateInformation();
     trap.check(path);
   }
@@ -191,8 +123,6 @@ class OpenFoamReader : public FileReader {
       vtkDataObject* const block = region->GetBlock(i);
       if (auto* const inner = vtkMultiBlockDataSet::SafeDownCast(block)) {
         add_region(inner, name == "boundary" ? prefix : prefix + name + "/", out);
-      } else if (auto* const patch = vtkPolyData::SafeDownCast(block)) {
-        add_block(without_polygons(patch), prefix + name, path_, out);
       } else {
         add_block(block, prefix + name, path_, out);
       }
