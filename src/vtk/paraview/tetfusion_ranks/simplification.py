@@ -48,7 +48,8 @@ def bounds_of_arrays(grid, options, error, ranks):
         rows = ranks.gather(own or (math.inf, -math.inf) * (size // 2))
         whole = [f(rows[:, i]) for i, f in zip(range(size), (min, max) * size)]
         here = diagonal(own) if own else 0
-        bounds[name] = error * diagonal(whole) / here if here > 0 else None
+        # New values stay within the range here, which is then all that they may be off by.
+        bounds[name] = min(error * diagonal(whole) / here, 1) if here > 0 else None
     return bounds
 
 
