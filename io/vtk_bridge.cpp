@@ -39,12 +39,11 @@ class VtkSource : public MeshSource {
   }
 
   std::uint64_t memory_to_read() override {
-    // VTK's grid stays: ids of 8 bytes for corners and ends, a byte for the type, the arrays. So
-    // does what is known of its points: whether a cell uses them, and what they are copies of.
-    constexpr std::uint64_t kCellBytes = 4 * 8 + 8 + 1;
+    // VTK's grid stays, and so does what is known of its points: whether a cell uses them, and
+    // what they are copies of.
     constexpr std::uint64_t kPointBytes = 1 + sizeof(VertexId);
     const MeshDescription& d = description();
-    return MeshSource::memory_to_read() + d.cells * kCellBytes +
+    return tetfusion::memory_to_read(d, mesh_->cell_types()) + mesh_->bytes_of_cells() +
            d.points * (3 * size_of(d.point_type) + kPointBytes) + bytes_of(d.point_data) +
            bytes_of(d.cell_data);
   }

@@ -14,12 +14,13 @@
 
 #include "base/error.h"
 #include "io/mesh_source.h"
+#include "io/reading_memory.h"
 
 namespace tetfusion {
 
 // Raised whenever anything in this header, in io/mesh_source.h or in the types that they use
 // changes.
-inline constexpr std::uint32_t kVtkPluginInterface = 6;
+inline constexpr std::uint32_t kVtkPluginInterface = 7;
 inline constexpr char kVtkPluginFile[] = "tetfusion-vtk.so";
 inline constexpr char kVtkPluginEntry[] = "tetfusion_vtk_plugin";
 
@@ -36,6 +37,9 @@ class PluginMesh {
  public:
   virtual ~PluginMesh() = default;
   virtual const MeshDescription& description() const noexcept = 0;
+  // Polyhedra counted as the tetrahedra that they become.
+  virtual const CellTypeCounts& cell_types() const noexcept = 0;
+  virtual std::uint64_t bytes_of_cells() const noexcept = 0;  // as VTK holds them
   virtual PluginStatus read_geometry(Geometry* out) noexcept = 0;
   virtual PluginStatus read_array(Association association, std::size_t index,
                                   DataArray* out) noexcept = 0;

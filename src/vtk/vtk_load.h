@@ -6,6 +6,7 @@
 #include <vtkSmartPointer.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct LoadedFile {
   // For each piece: of each of its cells the point in its middle, or -1; empty: none has one.
   // add_centres() fills it.
   std::vector<std::vector<vtkIdType>> centres;
+  std::uint64_t tets_round_centres = 0;
   std::vector<vtkSmartPointer<vtkFieldData>> field_data;  // of the file as a whole
   // For MeshDescription.
   std::vector<std::string> files;

@@ -151,6 +151,34 @@ std::vector<const Piece*> pieces_with_rows(const PieceList& list, Association as
   return with_rows;
 }
 
+CellTypeCounts count_types(const LoadedFile& file) {
+  CellTypeCounts counts{};
+  for (const auto& piece : file.pieces) {
+    for (vtkIdType c = 0; c < piece->GetNumberOfCells(); ++c) {
+      ++counts[static_cast<std::uint8_t>(piece->GetCellType(c))];
+    }
+  }
+  counts[kVtkPolyhedron] = 0;
+  counts[kVtkTetra] += file.tets_round_centres;
+  return counts;
+}
+
+std::uint64_t bytes_of_cells(const LoadedFile& file) {
+  std::uint64_t kibibytes = 0;
+  for (const auto& piece : file.pieces) {
+    auto* const grid = vtkUnstructuredGrid::SafeDownCast(piece);
+    if (grid == nullptr) continue;
+    if (grid->GetCells() != nullptr) kibibytes += grid->GetCells()->GetActualMemorySize();
+    for (vtkAbstractArray* const array :
+         {static_cast<vtkAbstractArray*>(grid->GetCellTypesArray()),
+          static_cast<vtkAbstractArray*>(grid->GetFaces()),
+          static_cast<vtkAbstractArray*>(grid->GetFaceLocations())}) {
+      if (array != nullptr) kibibytes += array->GetActualMemorySize();
+    }
+  }
+  return kibibytes * 1024;
+}
+
 Points all_points(const PieceList& list) {
   if (list.point_type == ValueType::kFloat32) return copy_points<float>(list);
   return copy_points<double>(list);

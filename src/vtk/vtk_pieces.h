@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "io/reading_memory.h"
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
 #include "vtk/vtk_load.h"
@@ -50,6 +51,10 @@ PieceList number_pieces(const std::string& path, const LoadedFile& file);
 
 // Those that have rows of their own in arrays: all for cells, for points those that bring some.
 std::vector<const Piece*> pieces_with_rows(const PieceList& list, Association association);
+
+// PluginMesh's.
+CellTypeCounts count_types(const LoadedFile& file);
+std::uint64_t bytes_of_cells(const LoadedFile& file);
 
 Points all_points(const PieceList& list);
 

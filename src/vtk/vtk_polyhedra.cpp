@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct Centres {
   std::vector<std::size_t> begins{0};
   std::vector<vtkIdType> points;
   std::vector<double> weights;
+  std::uint64_t tets = 0;  // that are cut from there
 
   std::size_t size() const { return begins.size() - 1; }
 };
@@ -48,7 +50,10 @@ class Weigher {
       for (std::size_t a = 0; a < 3; ++a) mean_[a] += x[a] / static_cast<double>(count);
     }
     for_each_face(grid_, cell, stream_, [&](std::span<const vtkIdType> face) {
-      for (std::size_t i = 2; i < face.size(); ++i) weigh({face[0], face[i - 1], face[i]});
+      for (std::size_t i = 2; i < face.size(); ++i) {
+        weigh({face[0], face[i - 1], face[i]});
+        ++out->tets;
+      }
     });
     for (std::size_t i = 0; i < count; ++i) {
       // The mean is a corner of each tetrahedron: a quarter of all is everybody's.
@@ -218,6 +223,7 @@ void add_centres(const std::string& path, LoadedFile* file) {
         file->centres[p] = find_centres(file->pieces[p],
                                         points + static_cast<vtkIdType>(centres.size()), &centres);
       }
+      file->tets_round_centres += centres.tets;
       if (centres.size() == 0) continue;
       const auto all = extended(coordinates, centres);
       for (const std::size_t p : group) {

@@ -60,10 +60,15 @@ class VtkMesh : public PluginMesh {
     points_ = collect_arrays(path, pieces_, Association::kPoint);
     cells_ = collect_arrays(path, pieces_, Association::kCell);
     fields_ = collect_field_data(file_.field_data);
+    cell_types_ = count_types(file_);
     describe(path);
   }
 
   const MeshDescription& description() const noexcept override { return description_; }
+  const CellTypeCounts& cell_types() const noexcept override { return cell_types_; }
+  std::uint64_t bytes_of_cells() const noexcept override {
+    return tetfusion::bytes_of_cells(file_);
+  }
 
   PluginStatus read_geometry(Geometry* out) noexcept override {
     return guarded(description_.path, [&] {
@@ -130,6 +135,7 @@ class VtkMesh : public PluginMesh {
   PieceList pieces_;
   ArrayTable points_, cells_, fields_;
   std::optional<PointUse> use_;  // once it was asked for
+  CellTypeCounts cell_types_;
   MeshDescription description_;
 };
 

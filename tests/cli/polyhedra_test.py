@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from harness import BAD, FolderTest, finish, main, report_of, run
+from harness import BAD, FolderTest, finish, least_memory, main, report_of, run, size_of
 from independent_check import Vtu
 
 try:
@@ -175,6 +175,16 @@ class Polyhedra(FolderTest):
         self.assertGreater(report["reduction"], 0.69)
         compared = report_of("compare", path, out, "--tetrahedralize", "--max-error", "1e-12", "--array", "f")
         self.assertTrue(compared["surface"]["identical"])
+
+    def test_the_memory_that_is_asked_for_is_enough(self):
+        n = 24  # 13,824 cubes, of which a fifth are cut
+        _, piece = self.mesh(n=n, cut=[p for p in itertools.product(range(n), repeat=3) if sum(p) % 5 == 0])
+        path, out = self.write(vtu(piece)), self.folder / "out.vtu"
+        options = ["simplify", path, "-o", out, "--tetrahedralize", "--reduction", "50%"]
+        memory = least_memory(*options)
+        report = report_of(*options, "--memory", memory)
+        self.assertLess(report["peak_rss_bytes"], size_of(memory))
+        self.assertGreater(report["input"]["tets"], 300_000)
 
     def test_polygons_on_them_are_cut_alike(self):
         """All faces of the mesh beside its cells: each is two or more triangles, and each of these a tetrahedron's."""
