@@ -154,13 +154,13 @@ void refuse_foreign_options(const CLI::App& command, Method method) {
 // What is read and written.
 void add_file_options(CLI::App& command, SimplifyArguments* a) {
   command
-      .add_option(
-          "IN", a->inputs,
-          "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, - for standard input, or, "
-          "through VTK, another of its files, VTKHDF, Exodus, CGNS, an EnSight .case, an OpenFOAM "
-          ".foam or system/controlDict, or AVS UCD; or the steps of a series over time: "
-          "several files, a .pvd or .series that names them, "
-          "or one file that has them all (Exodus, EnSight, OpenFOAM, CGNS)")
+      .add_option("IN", a->inputs,
+                  "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, or - for standard "
+                  "input; with the VTK plugin also VTK's other files, Exodus, CGNS, VTKHDF, AVS "
+                  "UCD, an EnSight .case, or an OpenFOAM case by its .foam or "
+                  "system/controlDict; or the steps of a series over time: several files, a .pvd "
+                  "or .series that names them, or one file that has them all (Exodus, EnSight, "
+                  "OpenFOAM, CGNS)")
       ->required();
   command
       .add_option(
