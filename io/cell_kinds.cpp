@@ -114,7 +114,8 @@ std::string refusal(std::uint8_t type, const OpenOptions& options) {
     advice = ": use --linearize to keep no more than the corners of such cells";
   } else if (is_cut(type) || (type == kVtkPolyhedron && !options.tetrahedralize)) {
     advice = ": use --tetrahedralize to split such cells";
-  } else if (type == kVtkConvexPointSet || type == kVtkPolyhedron) {
+  } else if (type == kVtkConvexPointSet || type == kVtkPolyhedron || type == kVtkPentagonalPrism ||
+             type == kVtkHexagonalPrism) {
     advice += "; ParaView's filter Tetrahedralize makes tetrahedra of such cells";
   }
   return "is " + with_article(type) + advice;

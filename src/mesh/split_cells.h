@@ -32,6 +32,8 @@ enum VtkCellType : std::uint8_t {
   kVtkHexahedron = 12,
   kVtkWedge = 13,
   kVtkPyramid = 14,
+  kVtkPentagonalPrism = 15,
+  kVtkHexagonalPrism = 16,
   kVtkQuadraticEdge = 21,
   kVtkQuadraticTriangle = 22,
   kVtkQuadraticQuad = 23,
