@@ -433,7 +433,9 @@ class Filter(FilterTest):
         run.AddObserver("ProgressEvent", lambda caller, event: shares.append(caller.GetProgress()))
         run.Update()
         self.assertEqual(shares, sorted(shares))
-        self.assertLess(shares[len(shares) // 3], 0.6)
+        for block in (1, 2):  # each is a third of the way, however often there was something to tell
+            self.assertLess(min(abs(share - block / 3) for share in shares), 1e-6)
+        self.assertTrue(any(share < 0.3 for share in shares))
         self.assertEqual(shares[-1], 1)
         hexahedra = vtkUnstructuredGrid()
         hexahedra.SetPoints(box(1).GetPoints())
