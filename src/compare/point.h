@@ -9,6 +9,7 @@
 #include <span>
 
 #include "mesh/geometry.h"
+#include "mesh/vectors.h"
 
 namespace tetfusion {
 
@@ -20,10 +21,6 @@ inline Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y 
 inline Point operator*(double s, const Point& a) { return {s * a.x, s * a.y, s * a.z}; }
 inline bool operator==(const Point& a, const Point& b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-inline double dot(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Point cross(const Point& a, const Point& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline double length(const Point& a) { return std::sqrt(dot(a, a)); }
 inline double largest_part(const Point& a) {

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
+
+#include "mesh/vectors.h"
 
 namespace tetfusion {
 namespace {
-
-using Vec = Vec3<double>;
 
 // A triangle of lower quality has no area to speak of: less than a thousandth of its longest side
 // squared.
@@ -14,16 +15,10 @@ constexpr double kFlat = 4e-6;
 
 constexpr std::size_t kMostCorners = 64;
 
-Vec difference(const Vec& a, const Vec& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-double dot(const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Vec cross(const Vec& a, const Vec& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 }  // namespace
 
 std::span<const std::array<VertexId, 3>> PolygonCut::cut(std::span<const VertexId> ids,
-                                                         std::span<const Vec> positions) {
+                                                         std::span<const Vec3<double>> positions) {
   triangles_.clear();
   if (ids.size() < 3 || !take(ids, positions)) return {};
   const std::size_t n = corners_.size();
@@ -38,7 +33,7 @@ std::span<const std::array<VertexId, 3>> PolygonCut::cut(std::span<const VertexI
 }
 
 // False where a vertex is there twice.
-bool PolygonCut::take(std::span<const VertexId> ids, std::span<const Vec> positions) {
+bool PolygonCut::take(std::span<const VertexId> ids, std::span<const Vec3<double>> positions) {
   const std::size_t n = ids.size();
   const auto first =
       static_cast<std::size_t>(std::min_element(ids.begin(), ids.end()) - ids.begin());
@@ -50,8 +45,8 @@ bool PolygonCut::take(std::span<const VertexId> ids, std::span<const Vec> positi
   }
   normal_ = {};
   for (std::size_t i = 2; i < n; ++i) {
-    const Vec more = cross(difference(corners_[i - 1].position, corners_[0].position),
-                           difference(corners_[i].position, corners_[0].position));
+    const Vec3<double> more = cross(difference(corners_[i - 1].position, corners_[0].position),
+                                    difference(corners_[i].position, corners_[0].position));
     normal_ = {normal_.x + more.x, normal_.y + more.y, normal_.z + more.z};
   }
   for (std::size_t i = 1; i < n; ++i) {
@@ -65,10 +60,10 @@ bool PolygonCut::take(std::span<const VertexId> ids, std::span<const Vec> positi
 // The square of twice the area over that of the longest side's square, at most 3/4; less than 0
 // where the triangle is turned over.
 double PolygonCut::quality(std::size_t i, std::size_t j, std::size_t k) const {
-  const Vec a = difference(corners_[j].position, corners_[i].position);
-  const Vec b = difference(corners_[k].position, corners_[i].position);
-  const Vec c = difference(corners_[k].position, corners_[j].position);
-  const Vec area = cross(a, b);
+  const Vec3<double> a = difference(corners_[j].position, corners_[i].position);
+  const Vec3<double> b = difference(corners_[k].position, corners_[i].position);
+  const Vec3<double> c = difference(corners_[k].position, corners_[j].position);
+  const Vec3<double> area = cross(a, b);
   const double longest = std::max({dot(a, a), dot(b, b), dot(c, c)});
   if (!(longest > 0)) return 0;
   const double q = dot(area, area) / (longest * longest);

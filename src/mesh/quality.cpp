@@ -6,6 +6,7 @@
 #include "base/resources.h"
 #include "base/tasks.h"
 #include "mesh/blocks.h"
+#include "mesh/vectors.h"
 
 namespace tetfusion {
 
@@ -14,15 +15,6 @@ namespace {
 constexpr std::size_t kTetsPerBlock = 1 << 17;
 
 using Vector3 = Vec3<double>;
-
-template <class Real>
-Vector3 difference(const Vec3<Real>& a, const Vec3<Real>& b) {
-  return {double{a.x} - b.x, double{a.y} - b.y, double{a.z} - b.z};
-}
-double dot(const Vector3& a, const Vector3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 
 // Cosine of the smallest dihedral angle, from the normals of the four faces, all outwards or all
 // inwards. A face without area counts as an angle of nothing.
