@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "io/mapped_file.h"
 #include "io/suffix.h"
+#include "io/text_tokens.h"
 
 namespace tetfusion {
 namespace {
@@ -18,8 +19,6 @@ std::string_view text_of(std::span<const std::byte> head) {
   constexpr std::size_t kEnough = 4096;
   return {reinterpret_cast<const char*>(head.data()), std::min(head.size(), kEnough)};
 }
-
-bool is_blank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 
 // The next line that has something and is no comment, without blanks round it; empty at the end.
 std::string_view next_line(std::string_view* text) {
