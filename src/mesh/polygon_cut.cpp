@@ -1,6 +1,7 @@
 #include "mesh/polygon_cut.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -9,9 +10,9 @@
 namespace tetfusion {
 namespace {
 
-// A triangle of lower quality has no area to speak of: less than a thousandth of its longest side
-// squared.
-constexpr double kFlat = 4e-6;
+// A triangle of lower quality is one of three vertices in line, but for rounding in double
+// precision: other cells that have the face are cut as if it were not, so little must do.
+constexpr double kFlat = 1e-24;
 
 constexpr std::size_t kMostCorners = 64;
 
@@ -20,11 +21,12 @@ constexpr std::size_t kMostCorners = 64;
 std::span<const std::array<VertexId, 3>> PolygonCut::cut(std::span<const VertexId> ids,
                                                          std::span<const Vec3<double>> positions) {
   triangles_.clear();
-  if (ids.size() < 3 || !take(ids, positions)) return {};
+  if (ids.empty()) return {};
+  const bool is_simple = take(ids, positions);
   const std::size_t n = corners_.size();
-  if (n == 4) {
+  if (n == 4 && is_simple) {
     cut_quadrilateral();
-  } else if (n > kMostCorners) {
+  } else if (n > kMostCorners || !is_simple) {
     cut_from(0);
   } else {
     cut_best();
@@ -32,24 +34,26 @@ std::span<const std::array<VertexId, 3>> PolygonCut::cut(std::span<const VertexI
   return triangles_;
 }
 
-// False where a vertex is there twice.
+// False where it comes back to a vertex.
 bool PolygonCut::take(std::span<const VertexId> ids, std::span<const Vec3<double>> positions) {
-  const std::size_t n = ids.size();
-  const auto first =
-      static_cast<std::size_t>(std::min_element(ids.begin(), ids.end()) - ids.begin());
-  is_turned_ = ids[(first + n - 1) % n] < ids[(first + 1) % n];
   corners_.clear();
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t at = (first + (is_turned_ ? n - i : i)) % n;
-    corners_.push_back({ids[at], positions[at]});
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (corners_.empty() || ids[i] != corners_.back().id)
+      corners_.push_back({ids[i], positions[i]});
   }
+  while (corners_.size() > 1 && corners_.front().id == corners_.back().id) corners_.pop_back();
+  const auto by_id = [](const Corner& a, const Corner& b) { return a.id < b.id; };
+  std::rotate(corners_.begin(), std::min_element(corners_.begin(), corners_.end(), by_id),
+              corners_.end());
+  is_turned_ = corners_.size() > 2 && corners_.back().id < corners_[1].id;
+  if (is_turned_) std::reverse(corners_.begin() + 1, corners_.end());
   normal_ = {};
-  for (std::size_t i = 2; i < n; ++i) {
+  for (std::size_t i = 2; i < corners_.size(); ++i) {
     const Vec3<double> more = cross(difference(corners_[i - 1].position, corners_[0].position),
                                     difference(corners_[i].position, corners_[0].position));
     normal_ = {normal_.x + more.x, normal_.y + more.y, normal_.z + more.z};
   }
-  for (std::size_t i = 1; i < n; ++i) {
+  for (std::size_t i = 1; i < corners_.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       if (corners_[i].id == corners_[j].id) return false;
     }
@@ -72,7 +76,8 @@ double PolygonCut::quality(std::size_t i, std::size_t j, std::size_t k) const {
 
 void PolygonCut::add(std::size_t i, std::size_t j, std::size_t k) {
   if (is_turned_) std::swap(j, k);
-  triangles_.push_back({corners_[i].id, corners_[j].id, corners_[k].id});
+  const VertexId a = corners_[i].id, b = corners_[j].id, c = corners_[k].id;
+  if (a != b && b != c && c != a) triangles_.push_back({a, b, c});
 }
 
 void PolygonCut::cut_from(std::size_t first) {
@@ -85,7 +90,7 @@ void PolygonCut::cut_quadrilateral() {
     return std::min(quality(first, first + 1, (first + 2) % 4),
                     quality(first, (first + 2) % 4, (first + 3) % 4));
   };
-  cut_from(worst(0) < kFlat && worst(1) > kFlat ? 1 : 0);
+  cut_from(std::abs(worst(0)) < kFlat && worst(1) > kFlat ? 1 : 0);
 }
 
 // Of all ways to cut it the one whose worst triangle is best, by those of its parts: what lies

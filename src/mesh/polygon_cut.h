@@ -2,9 +2,10 @@
 //
 // Whoever has the polygon cuts it alike, wherever its list of vertices begins and whichever way it
 // goes round: the tetrahedra on its two sides conform. A quadrilateral is cut from its smallest
-// vertex, as the faces of other cells are (split_cells.h), unless that gives a triangle without
-// area and the other diagonal does not. Others are cut so that the worst triangle is as good as it
-// can be: vertices that hang on a straight side cost nothing, and dents are no trouble.
+// vertex, as the faces of other cells are (split_cells.h), unless three vertices in line make one
+// of its triangles flat and the other diagonal's are not. Others are cut so that the worst triangle
+// is as good as it can be: vertices that hang on a straight side cost nothing, and dents are no
+// trouble.
 #pragma once
 
 #include <array>
@@ -19,9 +20,10 @@ namespace tetfusion {
 // Keeps its memory from polygon to polygon. Not thread-safe.
 class PolygonCut {
  public:
-  // The triangles, wound as the polygon is, until the next call. A polygon that names a vertex
-  // twice, or has fewer than three, has none; one of more than 64 is cut from its smallest vertex
-  // whatever comes of it. REQUIRES: as many positions as ids.
+  // The triangles, wound as the polygon is, until the next call. A vertex that follows itself
+  // counts once; a polygon of fewer than three has none. One of more than 64, or that comes back to
+  // a vertex, is cut from its smallest vertex, whatever comes of it. REQUIRES: as many positions as
+  // ids.
   std::span<const std::array<VertexId, 3>> cut(std::span<const VertexId> ids,
                                                std::span<const Vec3<double>> positions);
 

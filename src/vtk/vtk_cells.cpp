@@ -45,7 +45,7 @@ class CellConverter {
     if (begins.size() <= 2) return use;
     const auto ids = global_point_ids(list_);
     const Points points = ids.empty() ? all_points(list_) : Points();
-    use.copy_of = match_points({&points, begins, ids}, use.used);
+    use.copy_of = match_points({&points, begins, ids}, without_centres(use.used));
     return use;
   }
 
@@ -105,6 +105,16 @@ class CellConverter {
         f(linear_type(type), cell);
       }
     }
+  }
+
+  // They are nobody's copies, whatever ids they have.
+  Vector<std::uint8_t> without_centres(Vector<std::uint8_t> used) const {
+    for (const Piece& piece : list_.pieces) {
+      for (const vtkIdType centre : piece.centres) {
+        if (centre >= 0) used[piece.first_point + static_cast<std::uint64_t>(centre)] = 0;
+      }
+    }
+    return used;
   }
 
   static bool has_centre(const Piece& piece, vtkIdType c) {

@@ -1,6 +1,8 @@
 #include "vtk/vtk_polyhedra.h"
 
 #include <vtkDataArray.h>
+#include <vtkDataSetAttributes.h>
+#include <vtkDoubleArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -163,36 +165,27 @@ vtkSmartPointer<vtkDataSet> with_centres(vtkPointSet* piece, vtkDataArray* coord
         array != nullptr && array->GetNumberOfTuples() == piece->GetNumberOfPoints();
     const int at =
         to->AddArray(is_of_points ? extended(array, centres).Get() : from->GetAbstractArray(i));
-    const int attribute = from->IsArrayAnAttribute(i);
-    if (attribute >= 0) to->SetActiveAttribute(at, attribute);
-  }
-  return longer;
-}
-
-// The last rows are new points'.
-void number_centres(vtkDataSet* piece, std::size_t centres, double next) {
-  vtkDataArray* const ids = global_id_array(piece);
-  if (ids == nullptr) return;
-  const vtkIdType end = ids->GetNumberOfTuples();
-  for (vtkIdType i = end - static_cast<vtkIdType>(centres); i < end; ++i) {
-    ids->SetComponent(i, 0, next++);
-  }
-}
-
-double largest_global_id(const LoadedFile& file) {
-  double largest = -1;
-  for (const auto& piece : file.pieces) {
-    vtkDataArray* const ids = global_id_array(piece);
-    if (ids != nullptr && ids->GetNumberOfTuples() > 0) {
-      largest = std::max(largest, ids->GetRange(0)[1]);
+    for (int kind = 0; kind < vtkDataSetAttributes::NUM_ATTRIBUTES; ++kind) {
+      if (from->GetAbstractAttribute(kind) == from->GetAbstractArray(i)) {
+        to->SetActiveAttribute(at, kind);
+      }
     }
   }
-  return largest;
+  return longer;
 }
 
 vtkDataArray* coordinates_of(vtkDataSet* piece) {
   auto* const set = vtkPointSet::SafeDownCast(piece);
   return set != nullptr && set->GetPoints() != nullptr ? set->GetPoints()->GetData() : nullptr;
+}
+
+// Whole numbers have no middles.
+vtkSmartPointer<vtkDataArray> floating(vtkDataArray* coordinates) {
+  const int type = coordinates->GetDataType();
+  if (type == VTK_FLOAT || type == VTK_DOUBLE) return coordinates;
+  const auto numbers = vtkSmartPointer<vtkDoubleArray>::New();
+  numbers->DeepCopy(coordinates);
+  return numbers;
 }
 
 // The pieces that have points, those that share theirs together.
@@ -213,7 +206,6 @@ std::vector<std::vector<std::size_t>> by_coordinates(const LoadedFile& file) {
 
 void add_centres(const std::string& path, LoadedFile* file) {
   try {
-    double next_id = largest_global_id(*file) + 1;
     file->centres.resize(file->pieces.size());
     for (const auto& group : by_coordinates(*file)) {
       vtkDataArray* const coordinates = coordinates_of(file->pieces[group[0]]);
@@ -225,13 +217,11 @@ void add_centres(const std::string& path, LoadedFile* file) {
       }
       file->tets_round_centres += centres.tets;
       if (centres.size() == 0) continue;
-      const auto all = extended(coordinates, centres);
+      const auto all = extended(floating(coordinates), centres);
       for (const std::size_t p : group) {
         auto& piece = file->pieces[p];
         piece = with_centres(vtkPointSet::SafeDownCast(piece), all, centres);
-        number_centres(piece, centres.size(), next_id);
       }
-      next_id += static_cast<double>(centres.size());
     }
   } catch (const InvalidMesh& error) {
     throw InvalidMesh(path + ": " + error.what());

@@ -17,8 +17,8 @@ namespace tetfusion {
 // Gives each polyhedron that stays a point of its own, behind the points of its piece, and says in
 // file->centres which. It lies where the weights of its corners, by the volumes round them, put it;
 // floating-point arrays have the values there that these weights give, so that what is linear stays
-// so, others those of the first corner; global ids go on behind the largest one. Nothing is changed
-// in place. Throws InvalidMesh where a cell has a vertex id that is out of range.
+// so, others those of the first corner. Nothing is changed in place. Throws InvalidMesh where a
+// cell has a vertex id that is out of range.
 void add_centres(const std::string& path, LoadedFile* file);
 
 // Calls f(vertices) for each face of a polyhedron. `stream` is scratch memory.

@@ -110,6 +110,8 @@ class VtkMesh : public PluginMesh {
     description_.point_data = points_.set;
     description_.cell_data = cells_.set;
     unmark_global_ids(options_, &description_.cell_data);
+    // Points in the middle of polyhedra have those of a corner.
+    if (file_.tets_round_centres > 0) unmark_global_ids(options_, &description_.point_data);
     description_.field_data = fields_.set;
   }
 

@@ -144,9 +144,10 @@ class Polyhedra(FolderTest):
                 self.assertLess(np.abs(values(mesh, "point", "f") - linear(mesh.points)).max(), 1e-13)
                 self.assertLess(np.abs(values(mesh, "point", "v") - linear(mesh.points)[:, None]).max(), 1e-5)
                 before = len(made.points)
-                first = [cell[1][0] for cell in made.cells if cell[0] == POLYHEDRON]
-                self.assertEqual(values(mesh, "point", "label")[before:].tolist(), [v % 5 for v in first])
-                self.assertEqual(values(mesh, "point", "ids").tolist(), (1000 + np.arange(len(mesh.points))).tolist())
+                first = np.array([cell[1][0] for cell in made.cells if cell[0] == POLYHEDRON])
+                self.assertEqual(values(mesh, "point", "label")[before:].tolist(), (first % 5).tolist())
+                self.assertEqual(values(mesh, "point", "ids").tolist(), [*range(1000, 1000 + before), *(1000 + first)])
+                self.assertIn(b'PedigreeIds="ids"', out.read_bytes())  # they are not unique any more
 
     def test_may_list_their_faces_either_way_round(self):
         made, _ = self.mesh()
@@ -186,6 +187,31 @@ class Polyhedra(FolderTest):
         self.assertLess(report["peak_rss_bytes"], size_of(memory))
         self.assertGreater(report["input"]["tets"], 300_000)
 
+    def test_conform_to_hexahedra_on_thin_faces(self):
+        """A hexahedron and a polyhedron share a face so thin that its triangles have hardly an area."""
+        corners = [(1, 0, 0), (1, 1, 0), (1, 1.2, .0022), (1, .2, .0022)]
+        for turn in range(4):
+            made = Refined(1, [])
+            face = [(i + turn) % 4 for i in range(4)]
+            made.points = np.array([corners[i] for i in np.argsort(face)]
+                                   + [(x, y, z) for x in (0, 2) for _, y, z in corners])
+            left, right = [4, 5, 6, 7], [8, 9, 10, 11]
+            faces = [face[::-1], right] + [[face[i], face[(i + 1) % 4], right[(i + 1) % 4], right[i]] for i in range(4)]
+            cells = [(HEXAHEDRON, left + face, None), (POLYHEDRON, sorted(face + right), faces)]
+            path = self.write(vtu(made.grid([("f", "Float64", linear(made.points))], [], cells)).replace(b' GlobalIds="ids"', b""))
+            check = report_of("check", path, "--tetrahedralize")
+            self.assertEqual((check["components"], check["boundary_triangles"]), (1, 20))
+
+    def test_take_faces_that_name_a_vertex_twice_and_whole_coordinates(self):
+        wedge = [[0, 2, 1, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]
+        made = Refined(1, [])
+        made.points = np.array([(0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4), (4, 0, 4), (0, 4, 4)])
+        piece = made.grid([], [], [(POLYHEDRON, list(range(6)), wedge)]).replace(' GlobalIds="ids"', "")
+        for text in (piece, re.sub(r'"Float64"( Name="Points")', r'"Int32"\1', piece)):
+            check = report_of("check", self.write(vtu(text)), "--tetrahedralize")
+            self.assertEqual((check["tets"], check["boundary_triangles"], check["degenerate"]), (8, 8, 0))
+            self.assertAlmostEqual(check["volume"], 32, delta=1e-12)
+
     def test_polygons_on_them_are_cut_alike(self):
         """All faces of the mesh beside its cells: each is two or more triangles, and each of these a tetrahedron's."""
         made = Refined(3, [(1, 1, 1)])
@@ -213,7 +239,10 @@ class Polyhedra(FolderTest):
                    b'<PUnstructuredGrid GhostLevel="0"><PPoints><PDataArray type="Float64" NumberOfComponents="3"/></PPoints>'
                    b'<PPointData GlobalIds="ids"><PDataArray type="Float64" Name="f"/><PDataArray type="Int64" Name="ids"/></PPointData>'
                    b'<Piece Source="piece_0.vtu"/><Piece Source="piece_1.vtu"/></PUnstructuredGrid></VTKFile>', "all.pvtu")
-        for name in ("whole.vtu", "all.pvtu"):
+        # Numbers that are none in double precision, for the third of them.
+        self.write(re.sub(rb'(Name="ids"[^>]*>)([^<]*)', lambda m: m[1] + b" ".join(b"%d" % (2**60 + int(v)) for v in m[2].split()),
+                          (self.folder / "whole.vtu").read_bytes()), "large.vtu")
+        for name in ("whole.vtu", "all.pvtu", "large.vtu"):
             with self.subTest(name=name):
                 check = report_of("check", self.folder / name, "--tetrahedralize")
                 self.assertTrue(check["valid"])

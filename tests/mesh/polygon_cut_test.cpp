@@ -102,10 +102,32 @@ TEST(PolygonCut, GoesRoundDents) {
   expect_is_cut({{0, 0, 0}, {5, 0, 0}, {5, 4, 0}, {4, 1, 0}, {3, 4, 0}, {2, 1, 0}, {1, 4, 0}}, 0.4);
 }
 
+TEST(PolygonCut, CutsThinAndBentQuadrilateralsAsOtherCellsDo) {
+  const Positions thin{{1, 0, 0}, {1, 1, 0}, {1, 1.2, .0022}, {1, .2, .0022}};
+  const Positions dart{{0, 0, 0}, {2, 0, 0}, {0.5, 0.5, 0}, {0, 2, 0}};
+  for (const Positions& positions : {thin, dart}) {
+    for (VertexId first = 0; first < 4; ++first) {
+      Ids ids;
+      for (VertexId i = 0; i < 4; ++i) ids.push_back((i + first) % 4);
+      EXPECT_THAT(cut(ids, positions), UnorderedElementsAreArray(Triangles{{0, 1, 2}, {0, 2, 3}}));
+    }
+  }
+}
+
+TEST(PolygonCut, CountsAVertexThatFollowsItselfOnce) {
+  const Positions positions{{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  EXPECT_THAT(cut({0, 1, 1, 2}, positions), ElementsAre(Triangle{0, 1, 2}));
+  EXPECT_THAT(cut({2, 0, 1, 1}, {{0, 1, 0}, {0, 0, 0}, {1, 0, 0}, {1, 0, 0}}),
+              ElementsAre(Triangle{0, 1, 2}));
+  EXPECT_THAT(cut({1, 2, 0, 1}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {1, 0, 0}}),
+              ElementsAre(Triangle{0, 1, 2}));
+}
+
 TEST(PolygonCut, HasNothingOfWhatIsNone) {
   EXPECT_TRUE(cut({0, 1}, {{0, 0, 0}, {1, 0, 0}}).empty());
   EXPECT_TRUE(cut({}, {}).empty());
-  EXPECT_TRUE(cut({0, 1, 2, 1}, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 0, 0}}).empty());
+  EXPECT_TRUE(cut({3, 3, 3}, {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}).empty());
+  EXPECT_TRUE(cut({0, 1, 0, 1}, {{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}}).empty());
 }
 
 TEST(PolygonCut, TakesCoordinatesThatAreNoNumbers) {
