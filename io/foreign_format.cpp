@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <string_view>
 
@@ -30,17 +29,6 @@ std::string_view next_line(std::string_view* text) {
     if (!line.empty() && line.front() != '#') return line;
   }
   return {};
-}
-
-// So many words, all of them digits, and nothing else?
-bool has_counts(std::string_view line, int wanted) {
-  int counts = 0;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    if (is_blank(line[i])) continue;
-    if (std::isdigit(static_cast<unsigned char>(line[i])) == 0) return false;
-    if (i == 0 || is_blank(line[i - 1])) ++counts;
-  }
-  return counts == wanted;
 }
 
 // The value of `name="..."` in the first tag that begins with `tag`; empty if there is none.
@@ -72,13 +60,6 @@ bool is_ensight_case(std::string_view text) {
   return type.starts_with("type:") && type.find("ensight") != std::string_view::npos;
 }
 
-// Abaqus has files of that name, too. A binary one begins with the number 7.
-bool is_avs_ucd(const std::string& path, std::string_view text) {
-  const std::string suffix = suffix_of(path);
-  if (suffix != ".inp" && suffix != ".ucd" && suffix != ".avs") return false;
-  return text.starts_with('\x07') || has_counts(next_line(&text), 5);
-}
-
 // All that is given must hold.
 struct UnreadFormat {
   std::string_view begin, inside, suffix;
@@ -107,9 +88,9 @@ constexpr UnreadFormat kUnreadFormats[] = {
 
 constexpr UnreadFormat kUnreadNames[] = {
     {"", "", ".xdmf", "is an XDMF file, which is not read: ParaView or meshio convert it to .vtu"},
+    // VTK reads those of AVS, and of what is cut off whatever lies in memory.
     {"", "", ".inp",
-     "is no AVS UCD file, and other .inp are not read: meshio converts those of "
-     "Abaqus to .vtu"},
+     "is an AVS UCD or Abaqus file, which is not read: ParaView or meshio convert it to .vtu"},
     {"", "", ".bdf", "is a NASTRAN file, which is not read: meshio converts it to .vtu"},
     {"", "", ".nas", "is a NASTRAN file, which is not read: meshio converts it to .vtu"},
     {"", "", ".su2", "is an SU2 file, which is not read: meshio converts it to .vtu"},
@@ -153,7 +134,6 @@ FormatGuess guess_format(const std::string& path, std::span<const std::byte> hea
     return {ForeignFormat::kAdf, "a CGNS file (ADF)"};
   }
   if (is_ensight_case(text)) return {ForeignFormat::kEnSight, "an EnSight case"};
-  if (is_avs_ucd(path, text)) return {ForeignFormat::kAvsUcd, "an AVS UCD file"};
   if (is_openfoam_name(path)) return {ForeignFormat::kOpenFoam, "an OpenFOAM case"};
   return {};
 }

@@ -16,8 +16,7 @@ enum class ForeignFormat {
   kHdf5,    // VTKHDF, CGNS or Exodus: the library tells which
   kAdf,     // CGNS of the old kind
   kEnSight,
-  kOpenFoam,
-  kAvsUcd
+  kOpenFoam
 };
 
 struct FormatGuess {

@@ -136,7 +136,7 @@ std::mutex& vtk_readers() {
       path +
           ": not a mesh file that is read: neither its beginning nor its name says one of the "
           "formats of VTK (.vtu, .vtk, VTKHDF and others), Exodus, CGNS, EnSight (.case), OpenFOAM "
-          "(.foam), AVS UCD (.inp), Medit, Gmsh and TetGen");
+          "(.foam), Medit, Gmsh and TetGen");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <string_view>
 
@@ -140,7 +141,7 @@ void EnSightCase::take_file(const std::string& section, const std::string& key,
   const std::size_t first = section == "VARIABLE" ? 1 : 0;
   const std::size_t names = key.starts_with("complex") ? 2 : 1;
   for (std::size_t i = first; i < words.size() && i < first + names; ++i) {
-    file.pattern = (std::filesystem::path(folder_) / words[i]).string();
+    file.pattern = words[i];
     files_.push_back(file);
   }
 }
@@ -184,12 +185,12 @@ const EnSightCase::TimeSet* EnSightCase::time_set(int id) const {
 }
 
 std::vector<std::string> EnSightCase::files_of(const NamedFile& file, double time) const {
-  if (file.pattern.find('*') == std::string::npos) return {file.pattern};
-  if (file.in_file_set) return all_matching(file.pattern);
+  if (file.pattern.find('*') == std::string::npos) return {in_folder(file.pattern)};
+  if (file.in_file_set) return all_matching(in_folder(file.pattern));
   const TimeSet* const set = time_set(file.time_set);
   if (set == nullptr || set->numbers.empty()) return {};
   const std::size_t step = std::min(set->step_at(time), set->numbers.size() - 1);
-  return {with_number(file.pattern, set->numbers[step])};
+  return {in_folder(with_number(file.pattern, set->numbers[step]))};
 }
 
 std::vector<std::string> EnSightCase::files_at(double time) const {
@@ -201,11 +202,42 @@ std::vector<std::string> EnSightCase::files_at(double time) const {
   return files;
 }
 
+std::string EnSightCase::in_folder(const std::string& name) const {
+  return (std::filesystem::path(folder_) / name).string();
+}
+
+std::string EnSightCase::fault_of_times() const {
+  std::set<double> times;
+  std::set<float> rounded;
+  for (const TimeSet& set : sets_) {
+    if (static_cast<std::size_t>(std::max(set.steps, 0)) != set.times.size()) {
+      return "time set " + std::to_string(set.id) + " says " + std::to_string(set.steps) +
+             " steps, and gives " + std::to_string(set.times.size()) + " times";
+    }
+    times.insert(set.times.begin(), set.times.end());
+    for (const double time : set.times) rounded.insert(static_cast<float>(time));
+  }
+  if (rounded.size() < times.size()) {
+    return "some times are the same in single precision, in which VTK takes them: give them from "
+           "the first one on";
+  }
+  for (const NamedFile& file : files_) {
+    const TimeSet* const set = time_set(file.time_set);
+    if (file.pattern.find('*') == std::string::npos || file.in_file_set) continue;
+    if (set != nullptr && static_cast<int>(set->numbers.size()) >= set->steps && set->steps > 0) {
+      continue;
+    }
+    return in_folder(file.pattern) +
+           " stands for a file of each step, and no time set of the case counts them (TIME)";
+  }
+  return "";
+}
+
 std::string EnSightCase::fault_of_marks(double time) const {
   if (!has_file_sets_) return "";
   for (const NamedFile& file : files_) {
     if (!file.in_file_set) {
-      return file.pattern +
+      return in_folder(file.pattern) +
              " has no file set in this case, and others have: VTK's reader does not take both "
              "(leave the section FILE out, or give all of them a file set)";
     }

@@ -19,6 +19,9 @@ class EnSightCase {
   // geometry. They may be missing.
   std::vector<std::string> files_at(double time) const;
 
+  // What VTK's reader would not notice, or never come to an end with, in words; empty: nothing.
+  std::string fault_of_times() const;
+
   // VTK's reader looks for the marks of steps in files until it finds them: without end where they
   // are missing. What is wrong with these, in words; empty: nothing. Throws Error(kIo).
   std::string fault_of_marks(double time) const;
@@ -33,7 +36,8 @@ class EnSightCase {
     // The last time that has come, as VTK compares them.
     std::size_t step_at(double time) const;
   };
-  // A name may hold asterisks, which stand for the number of a step.
+  // A name may hold asterisks, which stand for the number of a step. It is told from the folder of
+  // the case.
   struct NamedFile {
     std::string pattern;
     int time_set = 1;
@@ -47,6 +51,7 @@ class EnSightCase {
   void take_time(const std::string& key, const std::vector<std::string>& words);
   const TimeSet* time_set(int id) const;
   std::vector<std::string> files_of(const NamedFile& file, double time) const;
+  std::string in_folder(const std::string& name) const;
 
   std::string folder_;
   std::vector<NamedFile> files_;

@@ -28,9 +28,11 @@ std::string name_of_block(vtkMultiBlockDataSet* blocks, unsigned index) {
 class CgnsReader : public FileReader {
  public:
   CgnsReader(const std::string& path, const TrapScope& trap) : path_(path), trap_(trap) {
+    const StandardErrorCaught caught;
     reader_->SetFileName(path.c_str());
     reader_->UpdateInformation();
     trap.check(path);
+    check(caught);
   }
 
   // VTK says 0 of a file that tells no times.
@@ -48,8 +50,10 @@ class CgnsReader : public FileReader {
     reader_->EnableAllCellArrays();
     reader_->SetDoublePrecisionMesh(1);
     reader_->SetLoadBndPatch(true);
+    const StandardErrorCaught caught;
     update_to_step(reader_, time_steps(), step);
     trap_.check(path_);
+    check(caught);
     out->format = "CGNS file";
     auto* const bases = vtkMultiBlockDataSet::SafeDownCast(reader_->GetOutputDataObject(0));
     for (unsigned b = 0; bases != nullptr && b < bases->GetNumberOfBlocks(); ++b) {
@@ -68,6 +72,13 @@ class CgnsReader : public FileReader {
   }
 
  private:
+  // VTK goes on with what the library complains of.
+  void check(const StandardErrorCaught& caught) const {
+    const std::string words = caught.text();
+    if (words.empty()) return;
+    throw Error(ErrorCode::kBadInput, path_ + ": the CGNS library cannot read it: " + words);
+  }
+
   // A zone that has patches is a block of two: "Internal", and a block of all patches.
   void add_zones(vtkMultiBlockDataSet* base, const std::string& prefix, LoadedFile* out) const {
     for (unsigned z = 0; z < base->GetNumberOfBlocks(); ++z) {
@@ -96,7 +107,7 @@ class CgnsReader : public FileReader {
 
 bool is_cgns(const std::string& path) {
   const TrapScope complaints;  // what is no CGNS file is an error to VTK
-  const StandardErrorClosed closed;
+  const StandardErrorCaught caught;
   vtkNew<vtkCGNSReader> reader;
   return reader->CanReadFile(path.c_str()) != 0;
 }

@@ -8,7 +8,9 @@
 #include <vtkNew.h>
 
 #include <filesystem>
+#include <string_view>
 
+#include "io/mapped_file.h"
 #include "vtk/ensight_case.h"
 #endif
 
@@ -24,6 +26,8 @@ class EnSightReader : public FileReader {
  public:
   EnSightReader(const std::string& path, const TrapScope& trap)
       : path_(path), trap_(trap), case_(path) {
+    const std::string fault = case_.fault_of_times();
+    if (!fault.empty()) throw Error(ErrorCode::kBadInput, path + ": " + fault);
     // VTK looks into it to tell text from numbers.
     check_there(geometry_at(case_.times().empty() ? 0 : case_.times().front()));
     reader_->SetCaseFileName(path.c_str());
@@ -46,7 +50,10 @@ class EnSightReader : public FileReader {
   void load(std::size_t step, LoadedFile* out) override {
     const double time = rounded_.empty() ? 0 : rounded_[step];
     out->files = case_.files_at(time);
-    for (const std::string& file : out->files) check_there(file);
+    for (const std::string& file : out->files) {
+      check_there(file);
+      check_end(file);
+    }
     const std::string fault = case_.fault_of_marks(time);
     if (!fault.empty()) throw Error(ErrorCode::kBadInput, path_ + ": " + fault);
     update_to_step(reader_, rounded_, step);
@@ -69,6 +76,20 @@ class EnSightReader : public FileReader {
     if (std::filesystem::exists(file, unknown)) return;
     throw Error(ErrorCode::kBadInput,
                 path_ + ": the file " + file + ", which this case names, is not there");
+  }
+
+  // VTK takes zeros for what is not there any more. Whole files may lack the end of their last
+  // line, but it is one of numbers of 8, 10 or 12 letters then.
+  void check_end(const std::string& file) const {
+    const MappedFile mapped = MappedFile::open(file);
+    const std::string_view text(reinterpret_cast<const char*>(mapped.bytes().data()),
+                                mapped.size());
+    const bool is_text = text.substr(0, 4096).find('\0') == std::string_view::npos;
+    const std::size_t width = text.size() - (text.rfind('\n') + 1);
+    if (!is_text || width % 8 == 0 || width % 10 == 0 || width % 12 == 0) return;
+    throw Error(ErrorCode::kBadInput,
+                path_ + ": the file " + file +
+                    ", which this case names, ends in the middle of a line: it is cut off");
   }
 
   const std::string& path_;

@@ -229,7 +229,7 @@ class ExodusReader : public FileReader {
 // The library insists on printing why it cannot open a file.
 bool is_exodus(const std::string& path) {
   vtkNew<vtkExodusIIReader> reader;
-  const StandardErrorClosed closed;
+  const StandardErrorCaught caught;
   return reader->CanReadFile(path.c_str()) != 0;
 }
 

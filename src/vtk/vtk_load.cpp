@@ -110,8 +110,6 @@ std::unique_ptr<FileReader> open_reader(const std::string& path, const TrapScope
       return open_ensight(path, trap);
     case ForeignFormat::kOpenFoam:
       return open_openfoam(path, trap);
-    case ForeignFormat::kAvsUcd:
-      return open_avs_ucd(path, trap);
     case ForeignFormat::kUnknown:
       break;
   }

@@ -11,9 +11,12 @@
 #include <vtkStringArray.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <set>
 #include <string_view>
+
+#include "io/mapped_file.h"
 #endif
 
 #include "base/error.h"
@@ -69,6 +72,38 @@ void add_files_in(const fs::path& folder, std::vector<std::string>* files) {
   files->insert(files->end(), found.begin(), found.end());
 }
 
+// Of parentheses and braces that are opened and not closed, comments left out.
+std::int64_t open_brackets(std::string_view text) {
+  std::int64_t open = 0;
+  while (!text.empty()) {
+    const std::size_t at = text.find_first_of("(){}/");
+    if (at == std::string_view::npos) break;
+    const bool is_line = text.substr(at).starts_with("//");
+    const bool is_block = text.substr(at).starts_with("/*");
+    open += text[at] == '(' || text[at] == '{' ? 1 : 0;
+    open -= text[at] == ')' || text[at] == '}' ? 1 : 0;
+    std::size_t next = at + 1;
+    if (is_line) next = text.find('\n', at);
+    if (is_block) next = text.find("*/", at + 2);
+    if (next == std::string_view::npos) break;
+    text.remove_prefix(next);
+  }
+  return open;
+}
+
+// VTK takes a field for one of fewer values where its file is cut off.
+void check_whole(const std::string& path, const std::string& file) {
+  if (file.ends_with(".gz")) return;
+  const MappedFile mapped = MappedFile::open(file);
+  const std::string_view text(reinterpret_cast<const char*>(mapped.bytes().data()), mapped.size());
+  const std::string_view head = text.substr(0, 4096);
+  const bool is_text = head.find("FoamFile") != std::string_view::npos &&
+                       head.find("binary") == std::string_view::npos;
+  if (!is_text || open_brackets(text) == 0) return;
+  throw Error(ErrorCode::kBadInput,
+              path + ": in " + file + " a bracket is not closed: it is cut off or damaged");
+}
+
 class OpenFoamReader : public FileReader {
  public:
   OpenFoamReader(const std::string& path, const TrapScope& trap)
@@ -91,13 +126,14 @@ class OpenFoamReader : public FileReader {
 
   void load(std::size_t step, LoadedFile* out) override {
     choose_parts(out);
+    name_files(step, out);
+    for (const std::string& file : out->files) check_whole(path_, file);
     reader_->EnableAllCellArrays();
     reader_->EnableAllPointArrays();
     update_to_step(reader_, time_steps(), step);
     trap_.check(path_);
     add_region(reader_->GetOutput(), "", out);
     mark_blocks(out);
-    name_files(step, out);
   }
 
  private:

@@ -1,9 +1,10 @@
 #include "vtk/vtk_trap.h"
 
-#include <fcntl.h>
+#include <sys/mman.h>
 #include <unistd.h>
 #include <vtkObjectFactory.h>
 
+#include <array>
 #include <cstdio>
 #include <string_view>
 
@@ -59,19 +60,27 @@ void TrapScope::check(const std::string& path) const {
   throw Error(ErrorCode::kBadInput, path + ": VTK cannot read it: " + trap_->error());
 }
 
-StandardErrorClosed::StandardErrorClosed() {
+StandardErrorCaught::StandardErrorCaught() {
   std::fflush(stderr);
   before_ = ::dup(STDERR_FILENO);
-  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (before_ >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
-  if (nowhere >= 0) ::close(nowhere);
+  caught_ = ::memfd_create("standard error", MFD_CLOEXEC);
+  if (before_ >= 0 && caught_ >= 0) ::dup2(caught_, STDERR_FILENO);
 }
 
-StandardErrorClosed::~StandardErrorClosed() {
+std::string StandardErrorCaught::text() const {
   std::fflush(stderr);
-  if (before_ < 0) return;
-  ::dup2(before_, STDERR_FILENO);
-  ::close(before_);
+  std::array<char, 200> words{};
+  const ssize_t size = caught_ >= 0 ? ::pread(caught_, words.data(), words.size(), 0) : 0;
+  return size > 0 ? tidy({words.data(), static_cast<std::size_t>(size)}) : "";
+}
+
+StandardErrorCaught::~StandardErrorCaught() {
+  std::fflush(stderr);
+  if (before_ >= 0) {
+    ::dup2(before_, STDERR_FILENO);
+    ::close(before_);
+  }
+  if (caught_ >= 0) ::close(caught_);
 }
 
 }  // namespace tetfusion

@@ -50,17 +50,20 @@ class TrapScope {
   vtkNew<MessageTrap> trap_;
 };
 
-// What libraries print on standard error during its life time goes nowhere, and so does what other
-// threads print.
-class StandardErrorClosed {
+// What libraries print on standard error during its life time is kept, and so is what other threads
+// print.
+class StandardErrorCaught {
  public:
-  StandardErrorClosed();
-  ~StandardErrorClosed();
-  StandardErrorClosed(const StandardErrorClosed&) = delete;
-  StandardErrorClosed& operator=(const StandardErrorClosed&) = delete;
+  StandardErrorCaught();
+  ~StandardErrorCaught();
+  StandardErrorCaught(const StandardErrorCaught&) = delete;
+  StandardErrorCaught& operator=(const StandardErrorCaught&) = delete;
+
+  // The beginning of it, in one line.
+  std::string text() const;
 
  private:
-  int before_ = -1;
+  int before_ = -1, caught_ = -1;
 };
 
 }  // namespace tetfusion

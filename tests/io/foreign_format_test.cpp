@@ -52,16 +52,6 @@ TEST(GuessFormat, KnowsEnSightByItsFirstSection) {
   EXPECT_EQ(guess("FORMAT").format, ForeignFormat::kUnknown);
 }
 
-TEST(GuessFormat, ContentsTellAvsFromOthersOfThatName) {
-  EXPECT_EQ(guess("# a\n4 1 0 0 0\n", "a.inp").format, ForeignFormat::kAvsUcd);
-  EXPECT_EQ(guess("  4 1 0 0 0\n", "a.INP").format, ForeignFormat::kAvsUcd);
-  EXPECT_EQ(guess("\x07\x00", "a.inp").format, ForeignFormat::kAvsUcd);
-  EXPECT_EQ(guess("4 1 0 0 0\n", "a.txt").format, ForeignFormat::kUnknown);
-  EXPECT_EQ(guess("4 1 0 0\n", "a.inp").format, ForeignFormat::kUnknown);
-  EXPECT_EQ(guess("4 1 0 0 -1\n", "a.inp").format, ForeignFormat::kUnknown);
-  EXPECT_EQ(guess("*HEADING\n", "a.inp").format, ForeignFormat::kUnknown);
-}
-
 TEST(GuessFormat, TheNameSaysOpenFoamWhereTheContentsSayNothing) {
   for (const char* name : {"case.foam", "a/b.FOAM", "case.OpenFOAM", "system/controlDict"}) {
     EXPECT_EQ(guess("", name).format, ForeignFormat::kOpenFoam) << name;
@@ -91,7 +81,7 @@ TEST(UnreadFormats, AreRefusedWithWhatToDo) {
   EXPECT_THAT(told("a.xmf", "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">"),
               to_vtu("XDMF", "ParaView or meshio"));
   EXPECT_THAT(told("a.inp", "*HEADING\n*NODE\n"), to_vtu("Abaqus", "meshio"));
-  EXPECT_THAT(told("b.inp", "no numbers\n"), to_vtu("no AVS UCD file", "meshio"));
+  EXPECT_THAT(told("b.inp", "no numbers\n"), to_vtu("AVS UCD", "meshio"));
   EXPECT_THAT(told("a.bdf", "SOL 101\n"), to_vtu("NASTRAN", "meshio"));
   EXPECT_THAT(told("a.su2", "NDIME= 3\n"), to_vtu("SU2", "meshio"));
   EXPECT_THAT(told("a.neu", "        CONTROL INFO 1.2.1\n** GAMBIT NEUTRAL FILE\n"),

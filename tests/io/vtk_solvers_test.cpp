@@ -1,4 +1,4 @@
-// Files of solvers that VTK reads: EnSight, OpenFOAM, AVS UCD.
+// Files of solvers that VTK reads: EnSight, OpenFOAM.
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -206,11 +206,32 @@ TEST_F(EnSight, DamagedFilesAreErrorsThatNobodyPrints) {
     const std::string text(std::istreambuf_iterator<char>(file), {});
     for (std::size_t length = 1; length < text.size(); length += text.size() / 7) {
       write(name, text.substr(0, length));
-      error_of(path);  // or none: what is missing may be the end alone
+      const std::string told = error_of(path);  // or none: what is missing may be whole numbers
+      const std::size_t width = length - (text.substr(0, length).rfind('\n') + 1);
+      if (name != "run.case" && width % 8 != 0 && width % 10 != 0 && width % 12 != 0) {
+        EXPECT_NE(told, "no error") << name << " cut at " << length;
+      }
     }
     write(name, text);
   }
   EXPECT_EQ(error_of(path), "no error");
+}
+
+TEST_F(EnSight, TimesMustBeThoseThatVtkCanTellApart) {
+  const std::string path = write_case();
+  std::ifstream file(path);
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const auto told = [&](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return error_of(write("run.case", std::string(text).replace(at, text.size() - at, to)));
+  };
+  const std::size_t begin = text.find("time values:");
+  ASSERT_NE(begin, std::string::npos);
+  EXPECT_THAT(told("time values:", "time values: 10.0000000 10.0000002\n"),
+              HasSubstr("single precision"));
+  EXPECT_THAT(told("time values:", "time values: 1\n"), HasSubstr("and gives 1 time"));
+  EXPECT_THAT(told("TIME", ""), HasSubstr("no time set"));
 }
 
 // Two tetrahedra that share a face; at 0.5 there are more fields.
@@ -310,6 +331,17 @@ TEST_F(OpenFoam, ACaseMayHaveNoTimes) {
   EXPECT_EQ(mesh->read_geometry().tets.size(), 2u);
   EXPECT_THAT(names_of_files(*mesh),
               ElementsAre("boundary", "faces", "neighbour", "owner", "points"));
+}
+
+TEST_F(OpenFoam, AFileThatIsCutOffIsAnError) {
+  const std::string path = write_case();
+  std::ifstream file(dir_.file("0/T"));
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const std::string whole = "/* a ( in a comment */ // and { here\n" + text;
+  write("0/T", whole);
+  EXPECT_EQ(error_of(path), "no error");
+  write("0/T", whole.substr(0, whole.rfind('}')));
+  EXPECT_THAT(error_of(path), AllOf(HasSubstr("0/T"), HasSubstr("is not closed")));
 }
 
 TEST_F(OpenFoam, CasesWithoutAMeshAreToldWhatIsMissing) {
@@ -413,53 +445,6 @@ TEST(OpenFoamWithoutVtk, AnEmptyFileOfThatNameIsNoEmptyInput) {
     EXPECT_EQ(error.code(), ErrorCode::kBadInput);
     EXPECT_THAT(error.what(),
                 AllOf(HasSubstr(dir.file("case.foam")), ::testing::Not(HasSubstr("is empty"))));
-  }
-}
-
-using AvsUcd = testing::VtkFileTest;
-
-TEST_F(AvsUcd, IsOneGrid) {
-  const auto mesh = open_mesh(write("a.inp", R"(# two tetrahedra and a triangle
-5 3 1 1 0
-1 0 0 0
-2 1 0 0
-3 0 1 0
-4 0 0 1
-5 1 1 1
-1 7 tet 1 2 3 4
-2 8 tet 2 3 4 5
-3 9 tri 2 3 4
-1 1
-heat, K
-1 1.5
-2 2.5
-3 3.5
-4 4.5
-5 5.5
-1 1
-stress, Pa
-1 10
-2 20
-3 30
-)"));
-  EXPECT_EQ(mesh->description().format, "AVS UCD file, read with VTK");
-  const Geometry g = mesh->read_geometry();
-  EXPECT_THAT(g.tets, ElementsAre(Tet{0, 1, 2, 3}, Tet{1, 2, 3, 4}));
-  EXPECT_THAT(g.lower.connectivity, ElementsAre(1, 2, 3));
-  EXPECT_THAT(coordinates_of(g), ElementsAre(0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1));
-  EXPECT_THAT(rows_of_array<float>(mesh.get(), Association::kPoint, "heat"),
-              ElementsAre(1.5, 2.5, 3.5, 4.5, 5.5));
-  EXPECT_THAT(rows_of_array<float>(mesh.get(), Association::kCell, "stress"),
-              ElementsAre(10, 20, 30));
-  EXPECT_THAT(rows_of_array<std::int32_t>(mesh.get(), Association::kCell, "Material Id"),
-              ElementsAre(7, 8, 9));
-  OpenOptions options;
-  options.time_step = 1;
-  try {
-    open_mesh(dir_.file("a.inp"), options);
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("no time steps"));
   }
 }
 
