@@ -194,11 +194,15 @@ template <class Real>
 void FieldIntegrals<Real>::find_shares() {
   begins_.assign(1, 0);
   shares_.clear();
+  const Vec3<double> origin = to_double(joining_.position);
+  before_shapes_.clear();
+  for (const TetId t : old_tets_) before_shapes_.emplace_back(corners(t), origin);
   for (const std::uint32_t entry : joining_.affected) {
     TetCorners after = corners(entry >> 2);
-    after[entry & 3u] = to_double(joining_.position);
+    after[entry & 3u] = origin;
+    const OverlapTet shape(after, origin);
     for (std::uint32_t i = 0; i < old_tets_.size(); ++i) {
-      const double volume = overlap(corners(old_tets_[i]), after);
+      const double volume = before_shapes_[i].with(shape);
       if (volume > 0) shares_.push_back({i, volume});
     }
     begins_.push_back(static_cast<std::uint32_t>(shares_.size()));

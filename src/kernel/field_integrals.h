@@ -79,6 +79,7 @@ class FieldIntegrals {
   std::vector<double> rows_;            // what find() has found, column by column
   std::vector<std::uint32_t> begins_;   // of each affected tetrahedron's shares; one more
   std::vector<Share> shares_;
+  std::vector<OverlapTet> before_shapes_;
   std::vector<double> mixed_;
 };
 

@@ -10,14 +10,6 @@ namespace tetfusion {
 
 namespace {
 
-// The points x with normal . (x - at) >= 0.
-struct HalfSpace {
-  Vec3<double> at, normal;
-  double height(const Vec3<double>& x) const {
-    return normal.x * (x.x - at.x) + normal.y * (x.y - at.y) + normal.z * (x.z - at.z);
-  }
-};
-
 HalfSpace through(const Vec3<double>& a, const Vec3<double>& b, const Vec3<double>& c,
                   const Vec3<double>& inside) {
   const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z;
@@ -43,63 +35,91 @@ double clipped(const std::array<Vec3<double>, 3>& a, const std::array<Vec3<doubl
 // What is left of a tetrahedron in all of the half-spaces.
 double clipped(const TetCorners& tet, std::span<const HalfSpace> by) {
   if (by.empty()) return std::abs(determinant(tet[0], tet[1], tet[2], tet[3]).value);
-  struct Corner {
-    double height;
-    Vec3<double> at;
-  };
-  std::array<Corner, 4> c{};
-  for (std::size_t i = 0; i < 4; ++i) c[i] = {by[0].height(tet[i]), tet[i]};
-  // Those inside come first.
-  const auto outside =
-      std::stable_partition(c.begin(), c.end(), [](const Corner& x) { return x.height >= 0; });
+  std::array<double, 4> height{};
+  std::array<std::size_t, 4> order{};  // those inside first
+  std::size_t inside = 0, next = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    height[i] = by[0].height(tet[i]);
+    if (height[i] >= 0) order[inside++] = i;
+  }
+  next = inside;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!(height[i] >= 0)) order[next++] = i;
+  }
+  const auto corner = [&](std::size_t i) { return tet[order[i]]; };
   const auto cut = [&](std::size_t i, std::size_t j) {
-    return between(c[i].at, c[j].at, c[i].height / (c[i].height - c[j].height));
+    const double from = height[order[i]], to = height[order[j]];
+    return between(corner(i), corner(j), from / (from - to));
   };
   const auto rest = by.subspan(1);
-  switch (outside - c.begin()) {
+  switch (inside) {
     case 0:
       return 0;
     case 1:
-      return clipped({c[0].at, cut(0, 1), cut(0, 2), cut(0, 3)}, rest);
+      return clipped({corner(0), cut(0, 1), cut(0, 2), cut(0, 3)}, rest);
     case 2:
-      return clipped({c[0].at, cut(0, 2), cut(0, 3)}, {c[1].at, cut(1, 2), cut(1, 3)}, rest);
+      return clipped({corner(0), cut(0, 2), cut(0, 3)}, {corner(1), cut(1, 2), cut(1, 3)}, rest);
     case 3:
-      return clipped({c[0].at, c[1].at, c[2].at}, {cut(0, 3), cut(1, 3), cut(2, 3)}, rest);
+      return clipped({corner(0), corner(1), corner(2)}, {cut(0, 3), cut(1, 3), cut(2, 3)}, rest);
     default:
       return clipped(tet, rest);
   }
 }
 
-bool apart(const TetCorners& a, const TetCorners& b, double Vec3<double>::*axis) {
-  const auto less = [axis](const Vec3<double>& x, const Vec3<double>& y) {
-    return x.*axis < y.*axis;
-  };
-  const auto [a_lo, a_hi] = std::minmax_element(a.begin(), a.end(), less);
-  const auto [b_lo, b_hi] = std::minmax_element(b.begin(), b.end(), less);
-  return (*a_hi).*axis <= (*b_lo).*axis || (*b_hi).*axis <= (*a_lo).*axis;
+Vec3<double> about(const Vec3<double>& origin, const Vec3<double>& p) {
+  return {p.x - origin.x, p.y - origin.y, p.z - origin.z};
 }
 
 }  // namespace
 
-// About a corner of a, so that where it is cut is not rounded to units of places far away.
-double overlap(const TetCorners& first, const TetCorners& second) {
-  TetCorners a = first, b = second;
-  for (TetCorners* tet : {&a, &b}) {
-    for (Vec3<double>& p : *tet) p = {p.x - first[0].x, p.y - first[0].y, p.z - first[0].z};
+OverlapTet::OverlapTet(const TetCorners& corners, const Vec3<double>& origin)
+    : corners_{about(origin, corners[0]), about(origin, corners[1]), about(origin, corners[2]),
+               about(origin, corners[3])},
+      least_(corners_[0]),
+      most_(corners_[0]),
+      sides_{through(corners_[1], corners_[2], corners_[3], corners_[0]),
+             through(corners_[0], corners_[2], corners_[3], corners_[1]),
+             through(corners_[0], corners_[1], corners_[3], corners_[2]),
+             through(corners_[0], corners_[1], corners_[2], corners_[3])} {
+  for (const Vec3<double>& p : corners_) {
+    least_ = {std::min(least_.x, p.x), std::min(least_.y, p.y), std::min(least_.z, p.z)};
+    most_ = {std::max(most_.x, p.x), std::max(most_.y, p.y), std::max(most_.z, p.z)};
   }
-  if (apart(a, b, &Vec3<double>::x) || apart(a, b, &Vec3<double>::y) ||
-      apart(a, b, &Vec3<double>::z)) {
+  const auto& c = corners_;
+  lanes_ = {{{DoubleLanes{c[0].x, c[1].x}, DoubleLanes{c[2].x, c[3].x}},
+             {DoubleLanes{c[0].y, c[1].y}, DoubleLanes{c[2].y, c[3].y}},
+             {DoubleLanes{c[0].z, c[1].z}, DoubleLanes{c[2].z, c[3].z}}}};
+}
+
+auto OverlapTet::cut(const OverlapTet& other) const -> Cut {
+  Cut cut;
+  for (const HalfSpace& side : sides_) {
+    const auto [first, last] = side.heights(other.lanes_);
+    const auto behind = (first < 0.0) | (last < 0.0), before = (first > 0.0) | (last > 0.0);
+    if ((behind[0] | behind[1]) != 0) cut.sides[cut.count++] = side;
+    cut.all = (before[0] | before[1]) == 0;
+    if (cut.all) break;
+  }
+  return cut;
+}
+
+// Whichever is cut less is cut.
+double OverlapTet::with(const OverlapTet& other) const {
+  if (most_.x <= other.least_.x || other.most_.x <= least_.x || most_.y <= other.least_.y ||
+      other.most_.y <= least_.y || most_.z <= other.least_.z || other.most_.z <= least_.z) {
     return 0;
   }
-  const std::array<HalfSpace, 4> sides{
-      through(b[1], b[2], b[3], b[0]), through(b[0], b[2], b[3], b[1]),
-      through(b[0], b[1], b[3], b[2]), through(b[0], b[1], b[2], b[3])};
-  for (const HalfSpace& side : sides) {
-    if (std::all_of(a.begin(), a.end(), [&](const auto& x) { return side.height(x) <= 0; })) {
-      return 0;
-    }
-  }
-  return clipped(a, sides);
+  const Cut of_other = cut(other);
+  if (of_other.all) return 0;
+  const Cut of_this = other.cut(*this);
+  if (of_this.all) return 0;
+  return of_this.count <= of_other.count
+             ? clipped(corners_, std::span(of_this.sides).first(of_this.count))
+             : clipped(other.corners_, std::span(of_other.sides).first(of_other.count));
+}
+
+double overlap(const TetCorners& a, const TetCorners& b) {
+  return OverlapTet(a, a[0]).with(OverlapTet(b, a[0]));
 }
 
 }  // namespace tetfusion
