@@ -277,7 +277,9 @@ struct Options {
   std::uint64_t chunk_tets = 200'000;
 
   // What follows does not change the result.
-  int threads = 0;  // 0: one a processor
+  // 0: what OMP_NUM_THREADS says, or one for each processor that the process may use. Fewer are
+  // used where the memory is not enough for so many.
+  int threads = 0;
   // Bytes that the run may take, beside the mesh that goes in and the one that comes out. 0: half
   // of what the machine or its control group allows.
   std::uint64_t memory = 0;

@@ -10,9 +10,8 @@
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "base/numbers.h"
+#include "base/control_groups.h"
 #include "base/page_pool.h"
 #include "base/resources.h"
 
@@ -42,49 +41,6 @@ std::optional<std::uint64_t> read_kilobytes(const std::string& path, std::string
   return std::nullopt;
 }
 
-// A hierarchy of control groups that is mounted: the folder shows `group` and what is below.
-struct Hierarchy {
-  std::string folder;
-  std::string group;
-  bool version2;
-};
-
-// proc/self/mountinfo: ID PARENT DEVICE GROUP FOLDER OPTIONS [FIELDS] - TYPE SOURCE OPTIONS
-std::vector<Hierarchy> memory_hierarchies(const std::string& root) {
-  std::vector<Hierarchy> hierarchies;
-  std::ifstream file(root + "/proc/self/mountinfo");
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t dash = line.find(" - ");
-    if (dash == std::string::npos) continue;
-    std::string id, parent, device, group, folder, type, source, options;
-    std::istringstream(line) >> id >> parent >> device >> group >> folder;
-    std::istringstream(line.substr(dash + 3)) >> type >> source >> options;
-    const std::vector<std::string> controllers = split(options, ',');
-    const bool version2 = type == "cgroup2";
-    const bool version1 = type == "cgroup" && std::find(controllers.begin(), controllers.end(),
-                                                        "memory") != controllers.end();
-    if (version1 || version2) hierarchies.push_back({root + folder, group, version2});
-  }
-  return hierarchies;
-}
-
-// The process's group in a hierarchy, from proc/self/cgroup: NUMBER:CONTROLLERS:GROUP
-std::optional<std::string> own_group(const std::string& root, bool version2) {
-  std::ifstream file(root + "/proc/self/cgroup");
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t first = line.find(':');
-    const std::size_t second = line.find(':', first + 1);
-    if (first == std::string::npos || second == std::string::npos) continue;
-    const std::string names = line.substr(first + 1, second - first - 1);
-    const std::vector<std::string> controllers = split(names, ',');
-    const bool found =
-        version2 ? names.empty()
-                 : std::find(controllers.begin(), controllers.end(), "memory") != controllers.end();
-    if (found) return line.substr(second + 1);
-  }
-  return std::nullopt;
-}
-
 std::uint64_t limit_in(const std::string& folder, bool version2) {
   if (!version2) return read_number(folder + "/memory.limit_in_bytes").value_or(kNoLimit);
   // Above memory.high a process is not killed, but slowed down beyond use.
@@ -94,20 +50,9 @@ std::uint64_t limit_in(const std::string& folder, bool version2) {
 
 std::uint64_t limit_of_groups(const std::string& root) {
   std::uint64_t limit = kNoLimit;
-  for (const Hierarchy& hierarchy : memory_hierarchies(root)) {
-    std::string group = own_group(root, hierarchy.version2).value_or("/");
-    // In a container the mount may show the process's group as its root: what lies below it counts.
-    if (hierarchy.group != "/") {
-      const bool inside = group == hierarchy.group || group.starts_with(hierarchy.group + "/");
-      group = inside ? group.substr(hierarchy.group.size()) : "";
-    }
-    while (true) {
-      limit = std::min(limit, limit_in(hierarchy.folder + group, hierarchy.version2));
-      const std::size_t slash = group.rfind('/');
-      if (slash == std::string::npos) break;
-      group.resize(slash);
-    }
-  }
+  for_each_own_group(root, "memory", [&](const std::string& folder, bool version2) {
+    limit = std::min(limit, limit_in(folder, version2));
+  });
   return limit;
 }
 

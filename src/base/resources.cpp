@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <thread>
+#include <cstdlib>
+#include <optional>
 #ifdef _OPENMP
 #include <omp.h>
 #endif
@@ -34,19 +35,33 @@ double cpu_seconds() {
 }
 
 namespace {
-std::atomic<int> chosen_threads{0};  // 0: one a processor
+std::atomic<int> threads_in_use{0};  // 0: not chosen yet
+
+// As OpenMP reads it: "4", or "4,2" with a number for each level of nested loops, of which the
+// first is meant.
+std::optional<int> threads_of_environment() {
+  const char* text = std::getenv("OMP_NUM_THREADS");
+  if (text == nullptr) return std::nullopt;
+  const int threads = std::atoi(text);
+  return threads > 0 ? std::optional(threads) : std::nullopt;
 }
 
+int default_threads() {
+  if (const auto threads = threads_of_environment()) return *threads;
+  return available_processors();
+}
+}  // namespace
+
 void set_thread_count(int threads) {
-  chosen_threads = threads;
+  threads_in_use = threads > 0 ? threads : default_threads();
 #ifdef _OPENMP
   omp_set_num_threads(thread_count());
 #endif
 }
 
 int thread_count() {
-  if (const int chosen = chosen_threads; chosen > 0) return chosen;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (const int threads = threads_in_use; threads > 0) return threads;
+  return default_threads();
 }
 
 LoopThreads::LoopThreads([[maybe_unused]] int threads) {

@@ -1,4 +1,4 @@
-// Clocks, memory and the number of threads.
+// Clocks, memory, processors and the number of threads.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,19 @@ void return_freed_memory();
 // Gives back what small blocks have left. Takes milliseconds; for the end of a phase.
 void trim_memory();
 
-// Threads that loops and tasks use from now on. 0 means one a processor. Results never depend on
-// it. Not to be called while any run.
+// Processors that the process may use: those it is bound to (taskset, cpusets of batch systems),
+// and no more than the smallest quota of its control groups (containers), rounded up. At least 1.
+// `root` as above.
+int available_processors(const std::string& root = "");
+
+// Lets the calling thread run on all of OpenMP's places. Where OpenMP binds its threads
+// (OMP_PROC_BIND) it binds the process's first one, too, and threads that are not OpenMP's inherit
+// that one place.
+void leave_openmp_place();
+
+// Threads that loops and tasks use from now on. 0 means as many as the environment's
+// OMP_NUM_THREADS says, or one for each available processor. Results never depend on it. Not to be
+// called while any run.
 void set_thread_count(int threads);
 int thread_count();
 

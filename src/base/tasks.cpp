@@ -48,7 +48,12 @@ void run_tasks(std::size_t tasks, int threads,
   const std::size_t workers = std::min(tasks, static_cast<std::size_t>(std::max(threads, 1)));
   std::vector<std::jthread> others;
   try {
-    for (std::size_t worker = 1; worker < workers; ++worker) others.emplace_back(run, worker);
+    for (std::size_t worker = 1; worker < workers; ++worker) {
+      others.emplace_back([&run, worker] {
+        leave_openmp_place();
+        run(worker);
+      });
+    }
   } catch (const std::system_error&) {
     // The system gives no more threads: those that are there do the work.
   }

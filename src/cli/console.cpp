@@ -101,8 +101,10 @@ void add_report_option(CLI::App& command, std::string* report) {
 
 void add_thread_option(CLI::App& command, int* threads) {
   command
-      .add_option("--threads", *threads,
-                  "Threads to use; 0 is one for each processor. The result does not depend on it")
+      .add_option(
+          "--threads", *threads,
+          "Threads to use; 0 is what OMP_NUM_THREADS says, or one for each processor that the "
+          "command may use. The result does not depend on it")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str()
       ->group(kPerformanceGroup);

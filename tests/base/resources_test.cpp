@@ -1,11 +1,13 @@
 #include "base/resources.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -42,6 +44,7 @@ class Machine {
   }
   std::string root() const { return dir_.path().string(); }
   std::uint64_t limit_mib() const { return memory_limit(root()) / kMiB; }
+  int processors() const { return available_processors(root()); }
 
  private:
   testing::TempDir dir_;
@@ -119,6 +122,73 @@ TEST(MemoryLimit, HeedsTheProcesssOwnLimit) {
   const std::uint64_t limit = memory_limit(machine.root());
   ASSERT_EQ(::setrlimit(RLIMIT_DATA, &before), 0);
   EXPECT_LE(limit, std::uint64_t{1} << 40);
+}
+
+TEST(Processors, AreThoseTheProcessIsBoundTo) {
+  cpu_set_t before;
+  ASSERT_EQ(::sched_getaffinity(0, sizeof before, &before), 0);
+  const Machine machine;
+  EXPECT_EQ(machine.processors(), CPU_COUNT(&before));
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  for (int i = 0; CPU_COUNT(&one) == 0; ++i) {
+    if (CPU_ISSET(i, &before)) CPU_SET(i, &one);
+  }
+  // In a thread of its own, which takes the bond with it.
+  std::thread([&] {
+    ASSERT_EQ(::sched_setaffinity(0, sizeof one, &one), 0);
+#ifdef _OPENMP
+    EXPECT_EQ(machine.processors(), 1);
+#endif
+  }).join();
+}
+
+TEST(Processors, AreNoMoreThanTheQuota) {
+  Machine machine;
+  const int all = machine.processors();
+  machine.mount(kVersion2, "0::/pod/a\n");
+  machine.put("/sys/fs/cgroup/pod/a/cpu.max", "max 100000\n");
+  EXPECT_EQ(machine.processors(), all);
+  machine.put("/sys/fs/cgroup/pod/cpu.max", "50000 100000\n");
+  EXPECT_EQ(machine.processors(), 1) << "half a processor";
+  machine.put("/sys/fs/cgroup/pod/cpu.max", "100000000 100000\n");
+  EXPECT_EQ(machine.processors(), all) << "more than there are";
+  machine.put("/sys/fs/cgroup/pod/a/cpu.max", "110000 100000\n");
+  EXPECT_EQ(machine.processors(), std::min(all, 2)) << "rounded up";
+  machine.put("/sys/fs/cgroup/pod/a/cpu.max", "much\n");
+  EXPECT_EQ(machine.processors(), all);
+}
+
+TEST(Processors, AreNoMoreThanTheQuotaOfVersion1) {
+  Machine machine;
+  const int all = machine.processors();
+  machine.mount(kVersion1, "4:cpu:/batch\n3:memory:/batch/job\n");
+  machine.put("/sys/fs/cgroup/cpu/batch/cpu.cfs_quota_us", "-1\n");
+  machine.put("/sys/fs/cgroup/cpu/batch/cpu.cfs_period_us", "100000\n");
+  EXPECT_EQ(machine.processors(), all);
+  machine.put("/sys/fs/cgroup/cpu/batch/cpu.cfs_quota_us", "100000\n");
+  EXPECT_EQ(machine.processors(), 1);
+}
+
+TEST(Threads, AreThoseOfTheEnvironmentUnlessTheyAreChosen) {
+  const char* before = std::getenv("OMP_NUM_THREADS");
+  const std::string kept = before != nullptr ? before : "";
+  const auto threads_with = [](const char* text) {
+    ::setenv("OMP_NUM_THREADS", text, 1);
+    set_thread_count(0);
+    return thread_count();
+  };
+  EXPECT_EQ(threads_with("3"), 3);
+  EXPECT_EQ(threads_with("5,2"), 5);
+  for (const char* nonsense : {"", "0", "-4", "many"}) {
+    EXPECT_EQ(threads_with(nonsense), available_processors()) << nonsense;
+  }
+  ::setenv("OMP_NUM_THREADS", "3", 1);
+  set_thread_count(2);
+  EXPECT_EQ(thread_count(), 2);
+  ::unsetenv("OMP_NUM_THREADS");
+  if (before != nullptr) ::setenv("OMP_NUM_THREADS", kept.c_str(), 1);
+  set_thread_count(0);
 }
 
 TEST(ResidentMemory, CountsWhatIsTouched) {

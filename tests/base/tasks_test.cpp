@@ -1,10 +1,16 @@
 #include "base/tasks.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <barrier>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -84,6 +90,38 @@ TEST(RunTasks, RunsEachTaskOnceInAScrambledOrder) {
   std::vector<std::size_t> after;
   note_in(&after);
   EXPECT_EQ(after, in_order);
+}
+
+// Where OpenMP binds its threads it has bound the first one, too, and others inherit that. The
+// child is this same test.
+TEST(RunTasks, UsesAllProcessorsThoughOpenMpBindsItsThreads) {
+  constexpr const char* kIsChild = "TETFUSION_TEST_PRINTS_PROCESSORS";
+  const auto processors = [] {
+    cpu_set_t set;
+    return ::sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 0;
+  };
+  if (std::getenv(kIsChild) != nullptr) {
+    std::barrier both(2);
+    run_tasks(2, 2, [&](std::size_t, std::size_t worker) {
+      both.arrive_and_wait();
+      if (worker == 1) std::cout << "processors=" << processors() << std::endl;
+    });
+    return;
+  }
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+  const std::string command =
+      "OMP_PROC_BIND=true " + std::string(kIsChild) + "=1 '" + self +
+      "' --gtest_filter=RunTasks.UsesAllProcessorsThoughOpenMpBindsItsThreads";
+  std::FILE* child = ::popen(command.c_str(), "r");
+  ASSERT_NE(child, nullptr);
+  std::string text;
+  std::array<char, 4096> buffer{};
+  for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), child)) > 0;) {
+    text.append(buffer.data(), n);
+  }
+  EXPECT_EQ(::pclose(child), 0);
+  EXPECT_NE(text.find("processors=" + std::to_string(processors()) + "\n"), std::string::npos)
+      << text;
 }
 
 // Whatever the caller's loops use before and after.

@@ -270,7 +270,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
-   * Threads to use; 0, the default, is one a processor. The result does not depend on it.
+   * Threads to use; 0, the default, is what OMP_NUM_THREADS says, or one for each processor that
+   * the program may use. The result does not depend on it.
    */
   vtkSetClampMacro(NumberOfThreads, int, 0, VTK_INT_MAX);
   vtkGetMacro(NumberOfThreads, int);
