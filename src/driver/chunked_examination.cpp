@@ -381,12 +381,12 @@ void Examiner<Real>::find_coincident() {
 }  // namespace
 
 MemoryNeeds needs_of_examination(const MeshDescription& mesh, const MeshStream& stream,
-                                 std::uint64_t chunk_tets) {
+                                 std::uint64_t chunk_tets, int threads) {
   MeshDescription bare;
   bare.point_type = mesh.point_type;
   bare.points = mesh.points;
   bare.cells = mesh.cells;
-  MemoryNeeds needs = estimate_needs(bare, {}, chunk_tets, thread_count(), stream.bytes());
+  MemoryNeeds needs = estimate_needs(bare, {}, chunk_tets, threads, stream.bytes());
   for (std::uint64_t* bytes : {&needs.out_of_core, &needs.in_core}) {
     *bytes += kExtraPointBytes * mesh.points;
   }

@@ -13,7 +13,7 @@
 namespace tetfusion {
 
 MemoryNeeds needs_of_examination(const MeshDescription& mesh, const MeshStream& stream,
-                                 std::uint64_t chunk_tets);
+                                 std::uint64_t chunk_tets, int threads);
 
 Examination examine_chunks(const MeshDescription& mesh, const MeshStream& stream,
                            std::uint64_t chunk_tets, const RunContext& context,

@@ -86,12 +86,14 @@ Examination examine(MeshSource* source, const ExamineOptions& options, const Run
   }
   const std::unique_ptr<MeshStream> other = stream == nullptr ? open_stream(source) : nullptr;
   const MeshStream& cells = stream == nullptr ? *other : *stream;
-  const MemoryNeeds needs = needs_of_examination(mesh, cells, options.chunk_tets);
+  const MemoryNeeds needs = fit_threads(
+      total,
+      [&](int threads) { return needs_of_examination(mesh, cells, options.chunk_tets, threads); },
+      context);
   if (needs.out_of_core > total) {
     throw Error(ErrorCode::kMemory,
                 fmt::format("{}: looking at this mesh needs about {} of memory with its chunks on "
-                            "disk, but it may use {}: give --memory {}M or more, or fewer "
-                            "--threads",
+                            "disk, but it may use {}: give --memory {}M or more",
                             mesh.path, format_bytes(needs.out_of_core), format_bytes(total),
                             (needs.out_of_core >> 20) + 1));
   }

@@ -1,8 +1,12 @@
 #include "driver/memory_plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "base/numbers.h"
+#include "base/resources.h"
 #include "driver/carried_arrays.h"
 #include "driver/original_values.h"
 #include "driver/rounds.h"
@@ -62,7 +66,9 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
       steering.point_aside == 0 ? 0
                                 : fit_memory(mesh.points, steering.point_aside / sizeof(double),
                                              std::min(mesh.cells, chunk_tets)));
-  const double work = threads * (std::max(static_cast<double>(kWindows), fit) + 6 * chunk);
+  const double windows = static_cast<double>(threads) * static_cast<double>(kWindows);
+  const double at_work = std::min(static_cast<double>(threads), std::max(chunks, 1.0));
+  const double work = std::max(windows, at_work * fit) + at_work * 6 * chunk;
   const double fixed = static_cast<double>(kProcessBytes) + static_cast<double>(memory_to_read) +
                        std::max(work + std::max(of_points, between), means);
   MemoryNeeds needs;
@@ -75,6 +81,27 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   // read, the one that is written, and the one that is durable, each half as large. Up to 1.95
   // measured; in part of that are files kept to be overwritten, which go where room is short.
   needs.scratch = static_cast<std::uint64_t>(2.0 * pieces + aside * points);
+  return needs;
+}
+
+MemoryNeeds fit_threads(std::uint64_t memory,
+                        const std::function<MemoryNeeds(int threads)>& needs_with,
+                        const RunContext& context) {
+  const int wanted = thread_count();
+  MemoryNeeds needs = needs_with(wanted);
+  if (needs.out_of_core <= memory || wanted == 1) return needs;
+  int enough = 1;  // or there is no such number
+  for (int too_many = wanted; too_many - enough > 1;) {
+    const int middle = enough + (too_many - enough) / 2;
+    (needs_with(middle).out_of_core <= memory ? enough : too_many) = middle;
+  }
+  needs = needs_with(enough);
+  if (needs.out_of_core <= memory) {
+    context.say(fmt::format("uses {} of {} threads: all would need {} of memory, and it may use {}",
+                            enough, wanted, format_bytes(needs_with(wanted).out_of_core),
+                            format_bytes(memory)));
+    set_thread_count(enough);
+  }
   return needs;
 }
 

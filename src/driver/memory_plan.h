@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
+#include "base/run_context.h"
 #include "io/mesh_source.h"
 
 namespace tetfusion {
@@ -29,6 +31,13 @@ struct SteeringBytes {
 // `memory_to_read` is what the reader itself keeps in memory: 0 where it reads in windows.
 MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read);
+
+// What a run needs with as many threads as `memory` is enough for, but no more than thread_count().
+// Where those are fewer the run is told so and uses no more: results do not depend on it. Where it
+// is not enough for one thread, what that needs.
+MemoryNeeds fit_threads(std::uint64_t memory,
+                        const std::function<MemoryNeeds(int threads)>& needs_with,
+                        const RunContext& context);
 
 // Makes them enough for the verification of a result of so many tetrahedra, with so many bytes more
 // for each of its points.

@@ -120,7 +120,7 @@ inline constexpr const char* kOriginalIds = "OriginalPointIds";
 
 // May not change the result.
 struct PerformanceOptions {
-  int threads = 0;  // 0: one a processor
+  int threads = 0;  // as set_thread_count() takes them; fewer where the memory is too little
 
   // Bytes that the process may have resident, mapped pages counted. 0: half of what the machine or
   // its control group allows (memory_limit()), so that the page cache and others have the rest.

@@ -62,7 +62,7 @@ Run open_run(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
   }
   if (sink == nullptr) tell_left_out(request.output, output, context);
   Workplace place(request, mesh, input.steering,
-                  input.stream ? input.stream->bytes() : input.source->memory_to_read());
+                  input.stream ? input.stream->bytes() : input.source->memory_to_read(), context);
   return {request, context, sink, std::move(input), std::move(place), std::move(clock)};
 }
 

@@ -20,32 +20,37 @@ namespace tetfusion {
 namespace {
 
 MemoryNeeds needs_of(const SimplifyRequest& request, const MeshDescription& mesh,
-                     const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes) {
+                     const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes,
+                     int threads) {
   MemoryNeeds needs = estimate_needs(mesh, steering_bytes(request, mesh, steering),
-                                     request.behaviour.chunk_tets, thread_count(), reader_bytes);
+                                     request.behaviour.chunk_tets, threads, reader_bytes);
   // Without a goal nobody knows how large the result will be.
   const auto goal = plan_stages(request, mesh.cells).front().tets;
   if (looks_at_result(request) && goal) {
     include_verification(mesh, *goal, request.map.empty() ? 0 : kMapPointBytes, &needs);
   }
-  if (!request.progressive.empty()) include_logs(request, mesh, thread_count(), &needs);
+  if (!request.progressive.empty()) include_logs(request, mesh, threads, &needs);
   return needs;
 }
 
 }  // namespace
 
 Workplace::Workplace(const SimplifyRequest& request, const MeshDescription& mesh,
-                     const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes)
-    : request_(request), needs_(needs_of(request, mesh, steering, reader_bytes)) {
+                     const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes,
+                     const RunContext& context)
+    : request_(request) {
   const PerformanceOptions& options = request.performance;
   const std::uint64_t total = options.memory != 0 ? options.memory : memory_limit() / 2;
+  needs_ = fit_threads(
+      total, [&](int threads) { return needs_of(request, mesh, steering, reader_bytes, threads); },
+      context);
   on_disk_ = options.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {
     throw Error(
         ErrorCode::kMemory,
         fmt::format("{}: simplifying this mesh needs about {} of memory with its chunks on "
                     "disk (and {} with everything in memory), but it may use {}: give "
-                    "--memory {}M or more, or fewer --threads",
+                    "--memory {}M or more",
                     request.input, format_bytes(needs_.out_of_core), format_bytes(needs_.in_core),
                     format_bytes(total), (needs_.out_of_core >> 20) + 1));
   }

@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/memory_budget.h"
+#include "base/run_context.h"
 #include "driver/memory_plan.h"
 #include "driver/options.h"
 #include "driver/steering.h"
@@ -22,10 +23,12 @@ namespace tetfusion {
 class Workplace {
  public:
   // Plans; nothing is made yet. `reader_bytes` of memory are the reader's own. The request outlives
-  // this. Throws Error(kMemory), saying what would be enough, where the run may use less than it
-  // needs with its mesh on disk.
+  // this. The run uses fewer threads where its memory is not enough for all (fit_threads). Throws
+  // Error(kMemory), saying what would be enough, where it may use less than one thread needs with
+  // the mesh on disk.
   Workplace(const SimplifyRequest& request, const MeshDescription& mesh,
-            const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes);
+            const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes,
+            const RunContext& context);
 
   const MemoryNeeds& needs() const { return needs_; }
   MemoryBudget* budget() const { return budget_.get(); }

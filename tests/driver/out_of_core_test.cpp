@@ -20,6 +20,7 @@
 #include "support/faulty_file_system.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
+#include "support/units.h"
 
 namespace tetfusion {
 namespace {
@@ -52,6 +53,10 @@ class OutOfCore : public ::testing::Test {
       if (entry.path() != request.input) names.insert(entry.path().filename().string());
     }
     return names;
+  }
+  MemoryNeeds needs_with(int threads) const {
+    return estimate_needs(open_mesh(request.input)->description(), {.vertex = sizeof(double)},
+                          request.behaviour.chunk_tets, threads, 0);
   }
   // The output's bytes; the output is removed.
   std::string take_output() {
@@ -181,10 +186,8 @@ TEST_F(OutOfCore, NorDoThoseOfABoundaryThatMoves) {
 
 TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   const std::string expected = run_in_core();
-  const auto source = open_mesh(request.input);
-  request.performance.threads = 2;
-  const MemoryNeeds needs = estimate_needs(source->description(), {.vertex = sizeof(double)},
-                                           request.behaviour.chunk_tets, 2, 0);
+  const MemoryNeeds needs = needs_with(1);
+  request.performance.threads = 1;
   request.performance.memory = needs.in_core;
   EXPECT_EQ(simplify(request).scratch_bytes, 0u);
   EXPECT_EQ(take_output() == expected, true);
@@ -198,6 +201,35 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   EXPECT_EQ(refusal(&message), ErrorCode::kMemory);
   EXPECT_THAT(message, HasSubstr("--memory"));
   EXPECT_TRUE(files().empty());
+}
+
+TEST_F(OutOfCore, TheMemoryDecidesHowManyThreadsThereAre) {
+  const std::string expected = run_in_core();
+  request.performance.threads = 64;
+  const auto run_with = [&](std::uint64_t memory) {
+    request.performance.memory = memory;
+    std::string said;
+    RunContext context;
+    context.notice = [&](std::string_view notice) { said += notice; };
+    const SimplifyReport report = simplify(request, context);
+    EXPECT_EQ(said.find(" of 64 threads") == std::string::npos, report.threads == 64) << said;
+    EXPECT_EQ(take_output() == expected, true);
+    return report.threads;
+  };
+  EXPECT_EQ(run_with(needs_with(64).out_of_core), 64);
+  EXPECT_EQ(run_with(needs_with(64).out_of_core - 1), 63);
+  EXPECT_EQ(run_with(needs_with(5).out_of_core), 5);
+  EXPECT_EQ(run_with(needs_with(1).out_of_core), 1);
+}
+
+// More threads than chunks have none in hand.
+TEST_F(OutOfCore, ThreadsWithoutAChunkTakeLessMemory) {
+  const auto more = [&](int threads) {
+    return needs_with(threads + 1).out_of_core - needs_with(threads).out_of_core;
+  };
+  const std::uint64_t chunks = open_mesh(request.input)->description().cells / 700 + 1;
+  EXPECT_GT(more(1), more(static_cast<int>(chunks)));
+  EXPECT_GE(more(static_cast<int>(chunks)), 30u * testing::kMiB);
 }
 
 // In the end a chunk may be full of them.
