@@ -11,7 +11,8 @@ import sys
 
 ROOMS = {"base": "src/base", "mesh": "src/mesh", "kernel": "src/kernel", "verify": "src/verify", "follow": "src/follow", "refine": "src/refine", "repair": "src/repair", "generate": "src/generate",
          "compare": "src/compare", "driver": "src/driver", "series": "src/series", "cli": "src/cli", "vtk": "src/vtk", "partition": "partition",
-         "io": "io", "library": "src/library", "vtk/filter": "src/vtk/filter"}
+         "io": "io", "library": "src/library", "vtk/filter": "src/vtk/filter",
+         "vtk/versions": "src/vtk/versions"}
 PUBLIC_HEADER = "tetfusion.h"  # of the library; it includes the standard library's headers alone
 
 

@@ -18,6 +18,7 @@
 #include <type_traits>
 
 #include "base/error.h"
+#include "vtk/versions/vtk_versions.h"
 
 namespace tetfusion {
 namespace {
@@ -160,12 +161,10 @@ void append_strings(vtkStringArray* strings, Vector<std::byte>* out) {
 void copy_values(vtkDataArray* part, ValueType type, std::byte* to) {
   const auto values = static_cast<std::uint64_t>(part->GetNumberOfValues());
   if (values == 0) return;
-  if (part->GetDataType() != VTK_BIT && part->HasStandardMemoryLayout()) {
-    std::memcpy(to, part->GetVoidPointer(0), values * size_of(type));
-    return;
-  }
   if (part->GetDataType() != VTK_BIT) {
-    part->ExportToVoidPointer(to);  // of any layout, in the array's own type
+    vtkSmartPointer<vtkDataArray> array = part;
+    if (!part->HasStandardMemoryLayout()) array = vtk_version::in_standard_layout(part);
+    std::memcpy(to, array->GetVoidPointer(0), values * size_of(type));
     return;
   }
   const int width = part->GetNumberOfComponents();

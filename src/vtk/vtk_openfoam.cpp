@@ -20,6 +20,7 @@
 #endif
 
 #include "base/error.h"
+#include "vtk/versions/vtk_versions.h"
 #include "vtk/vtk_collect.h"
 
 namespace tetfusion {
@@ -111,7 +112,7 @@ class OpenFoamReader : public FileReader {
     check_case(path, folder_);
     reader_->SetFileName(path.c_str());
     reader_->SetCreateCellToPoint(false);  // the arrays of the case alone
-    reader_->SetDecomposePolyhedra(false);
+    vtk_version::keep_polyhedra(reader_.Get());
     reader_->UpdateInformation();
     trap.check(path);
   }

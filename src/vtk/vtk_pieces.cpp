@@ -7,7 +7,6 @@
 #include <vtkPoints.h>
 #include <vtkRectilinearGrid.h>
 #include <vtkSmartPointer.h>
-#include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 
 #include <cstring>
@@ -15,6 +14,7 @@
 
 #include "base/error.h"
 #include "io/cell_kinds.h"
+#include "vtk/versions/vtk_versions.h"
 
 namespace tetfusion {
 namespace {
@@ -41,7 +41,7 @@ ValueType point_type_of(vtkDataSet* data) {
 void check_cells(const std::string& path, std::size_t piece, vtkDataSet* data) {
   auto* grid = vtkUnstructuredGrid::SafeDownCast(data);
   if (grid == nullptr || grid->GetNumberOfCells() == 0) return;
-  vtkUnsignedCharArray* types = grid->GetCellTypesArray();
+  vtkDataArray* const types = vtk_version::cell_types(grid);
   vtkCellArray* cells = grid->GetCells();
   if (types == nullptr || types->GetNumberOfTuples() != cells->GetNumberOfCells()) {
     throw Error(ErrorCode::kBadInput, path + ": piece " + std::to_string(piece) +
@@ -82,7 +82,7 @@ Vector<Vec3<Real>> copy_points(const PieceList& list) {
     constexpr int kType = sizeof(Real) == sizeof(float) ? VTK_FLOAT : VTK_DOUBLE;
     if (points != nullptr && points->GetDataType() == kType &&
         points->GetData()->HasStandardMemoryLayout()) {
-      std::memcpy(to, points->GetVoidPointer(0), piece->points() * sizeof(Vec3<Real>));
+      std::memcpy(to, points->GetData()->GetVoidPointer(0), piece->points() * sizeof(Vec3<Real>));
       continue;
     }
     for (std::uint64_t i = 0; i < piece->points(); ++i) {
@@ -167,14 +167,7 @@ std::uint64_t bytes_of_cells(const LoadedFile& file) {
   std::uint64_t kibibytes = 0;
   for (const auto& piece : file.pieces) {
     auto* const grid = vtkUnstructuredGrid::SafeDownCast(piece);
-    if (grid == nullptr) continue;
-    if (grid->GetCells() != nullptr) kibibytes += grid->GetCells()->GetActualMemorySize();
-    for (vtkAbstractArray* const array :
-         {static_cast<vtkAbstractArray*>(grid->GetCellTypesArray()),
-          static_cast<vtkAbstractArray*>(grid->GetFaces()),
-          static_cast<vtkAbstractArray*>(grid->GetFaceLocations())}) {
-      if (array != nullptr) kibibytes += array->GetActualMemorySize();
-    }
+    if (grid != nullptr) kibibytes += vtk_version::kibibytes_of_cells(grid);
   }
   return kibibytes * 1024;
 }
@@ -209,12 +202,9 @@ std::vector<std::int64_t> global_point_ids(const PieceList& list) {
     vtkDataArray* array = global_id_array(piece->data);
     if (array == nullptr) return {};
     // Not component by component, which would be doubles.
-    const auto copy = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(array->GetDataType()));
+    const auto copy = vtk_version::in_standard_layout(array);
     const int width = array->GetNumberOfComponents();
     const vtkIdType tuples = array->GetNumberOfTuples();
-    copy->SetNumberOfComponents(width);
-    copy->SetNumberOfTuples(tuples);
-    if (tuples > 0) array->ExportToVoidPointer(copy->GetVoidPointer(0));
     switch (array->GetDataType()) {
       vtkTemplateMacro(append_first_components(static_cast<VTK_TT*>(copy->GetVoidPointer(0)),
                                                tuples, width, &ids));

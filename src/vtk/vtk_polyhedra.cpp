@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "io/cell_kinds.h"
+#include "vtk/versions/vtk_versions.h"
 #include "vtk/vtk_pieces.h"
 
 namespace tetfusion {
@@ -104,7 +105,7 @@ class Weigher {
 // Empty where no cell has one.
 std::vector<vtkIdType> find_centres(vtkDataSet* piece, vtkIdType next, Centres* centres) {
   auto* const grid = vtkUnstructuredGrid::SafeDownCast(piece);
-  if (grid == nullptr || grid->GetFaces() == nullptr) return {};
+  if (grid == nullptr || !vtk_version::has_polyhedra(grid)) return {};
   Weigher weigher(grid);
   const std::size_t before = centres->size();
   vtkUnsignedCharArray* const ghosts = ghosts_of(grid);

@@ -11,6 +11,8 @@
 #include <set>
 #include <span>
 
+#include "vtk/versions/vtk_versions.h"
+
 namespace {
 
 template <class T>
@@ -91,19 +93,14 @@ std::string GridView::name_of(const vtkAbstractArray* array) const {
 tetfusion::Values GridView::values_of(vtkDataArray* array) {
   auto type = type_of(array->GetDataType());
   if (!type || !array->HasStandardMemoryLayout()) {
-    // Bits become bytes.
-    const int kind = type ? array->GetDataType() : VTK_UNSIGNED_CHAR;
-    const auto copy = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(kind));
-    if (type) {  // DeepCopy() would go through doubles
-      copy->SetNumberOfComponents(array->GetNumberOfComponents());
-      copy->SetNumberOfTuples(array->GetNumberOfTuples());
-      if (array->GetNumberOfValues() > 0) array->ExportToVoidPointer(copy->GetVoidPointer(0));
-    } else {
-      copy->DeepCopy(array);
+    if (type) {
+      copies_.push_back(tetfusion::vtk_version::in_standard_layout(array));
+    } else {  // bits become bytes
+      copies_.push_back(vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(VTK_UNSIGNED_CHAR)));
+      copies_.back()->DeepCopy(array);
     }
-    copies_.push_back(copy);
-    array = copy;
-    type = type_of(kind);
+    array = copies_.back();
+    type = type_of(array->GetDataType());
   }
   return {*type, array->GetVoidPointer(0), static_cast<std::size_t>(array->GetNumberOfValues())};
 }
@@ -145,11 +142,12 @@ void GridView::take_points(vtkUnstructuredGrid* grid) {
 
 void GridView::take_cells(vtkUnstructuredGrid* grid) {
   vtkCellArray* cells = grid->GetCells();
-  vtkUnsignedCharArray* types = grid->GetCellTypesArray();
+  vtkDataArray* types = tetfusion::vtk_version::cell_types(grid);
   if (cells == nullptr || types == nullptr) return;
   mesh_.connectivity = values_of(cells->GetConnectivityArray());
   mesh_.offsets = values_of(cells->GetOffsetsArray());
-  mesh_.types = {types->GetPointer(0), static_cast<std::size_t>(types->GetNumberOfTuples())};
+  const tetfusion::Values bytes = values_of(types);
+  mesh_.types = {static_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
   if (vtkUnsignedCharArray* ghosts = grid->GetCellGhostArray()) {
     mesh_.ghosts = {ghosts->GetPointer(0), static_cast<std::size_t>(ghosts->GetNumberOfTuples())};
   }

@@ -13,6 +13,11 @@ def cells_of(grid):
     return grid.GetNumberOfCells()
 
 
+def types_of(grid):
+    """VTK's type of each cell. Before VTK 9.6 GetCellTypes() was something else."""
+    return grid.GetCellTypesArray() if hasattr(grid, "GetCellTypesArray") else grid.GetCellTypes()
+
+
 def ids_of(grid):
     return vtk_to_numpy(grid.GetPointData().GetGlobalIds())
 
@@ -41,7 +46,7 @@ def join_by_ids(grid, anew=False):
     corners = place.ravel()[vtk_to_numpy(grid.GetCells().GetConnectivityArray())].astype(np.int64)
     cells = vtkCellArray()
     cells.SetData(numpy_to_vtk(vtk_to_numpy(grid.GetCells().GetOffsetsArray()).astype(np.int64), deep=1), numpy_to_vtk(corners, deep=1))
-    out.SetCells(grid.GetCellTypesArray(), cells)
+    out.SetCells(types_of(grid), cells)
     kept = vtkIdList()
     kept.SetNumberOfIds(first.size)
     for to, of in enumerate(first):
@@ -64,7 +69,7 @@ def take_cells(grid, chosen):
     points.SetData(numpy_to_vtk(vtk_to_numpy(grid.GetPoints().GetData())[used], deep=1))
     out.SetPoints(points)
     cells.SetData(numpy_to_vtk(offsets.astype(np.int64), deep=1), numpy_to_vtk(corners.ravel().astype(np.int64), deep=1))
-    out.SetCells(numpy_to_vtk(vtk_to_numpy(grid.GetCellTypesArray())[chosen], deep=1), cells)
+    out.SetCells(numpy_to_vtk(vtk_to_numpy(types_of(grid))[chosen], deep=1), cells)
     for to, data, rows in ((out.GetPointData(), grid.GetPointData(), used), (out.GetCellData(), grid.GetCellData(), np.flatnonzero(chosen))):
         ids = vtkIdList()
         ids.SetNumberOfIds(rows.size)
