@@ -24,6 +24,8 @@ std::optional<double> parse_share(std::string_view text) {
   return value;
 }
 
+bool is_bare_one(std::string_view text) { return parse_number(text) == 1.0; }
+
 namespace {
 
 // k, m, g, t in either case are 1 to 4; 0 for anything else.

@@ -11,6 +11,7 @@ namespace tetfusion {
 
 std::optional<double> parse_number(std::string_view text);  // all of the text, or nothing; finite
 std::optional<double> parse_share(std::string_view text);   // "0.5%" is 0.005, "0.005" too
+bool is_bare_one(std::string_view text);  // "1": a share of all, though 1% may be what is meant
 // Whole numbers: "1000000", "1M", "2.5k", "1G" (powers of 1000).
 std::optional<std::uint64_t> parse_count(std::string_view text);
 // Sizes: "512M", "1.5G", "2GiB", "4096" (bytes); K, M, G and T are powers of 1024. Parts of a byte

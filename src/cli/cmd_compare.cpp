@@ -35,6 +35,9 @@ struct CompareArguments {
 std::optional<double> take_bound(std::string_view option, const std::string& text) {
   if (text.empty()) return std::nullopt;
   const auto share = parse_share(text);
+  if (share && is_bare_one(text)) {
+    throw Error(ErrorCode::kUsage, fmt::format("{} {}: give 100% or 1%", option, text));
+  }
   if (share && *share >= 0 && *share <= 1) return share;
   throw Error(ErrorCode::kUsage,
               fmt::format("{} {}: give a share from 0 to 100%, as in 1% or 0.01", option, text));
@@ -173,7 +176,7 @@ std::string table(const CompareArguments& a, const Comparison& c,
   }
   if (!bounds.empty() && broken == 0) text += "All bounds are kept\n";
   if (bounds.empty() && !(a.max_rms.empty() && a.max_error.empty())) {
-    text += "The original has no floating-point point array to hold against the bounds\n";
+    text += "The original has no floating-point array to hold against the bounds\n";
   }
   return text;
 }
@@ -319,9 +322,10 @@ void run_compare(const CompareArguments& a) {
 void add_bound_options(CLI::App& command, CompareArguments* a) {
   constexpr const char* kGroup = "Bounds (exit code 1 if one is broken)";
   command
-      .add_option("--max-error", a->max_error,
-                  "The largest error at any point of the original, as share of the array's range: "
-                  "1% or 0.01")
+      .add_option(
+          "--max-error", a->max_error,
+          "The largest error at any point of the original (of a cell array: at any centre of "
+          "its cells), as share of the array's range: 1% or 0.01")
       ->check(not_empty)
       ->group(kGroup);
   command
@@ -336,8 +340,8 @@ void add_bound_options(CLI::App& command, CompareArguments* a) {
       ->group(kGroup);
   command
       .add_option("--array", a->arrays,
-                  "The point array that the first two are for (may be repeated). Default: all "
-                  "floating-point ones")
+                  "The point array that the first two are for, or cell:NAME (may be repeated). "
+                  "Default: all floating-point point arrays")
       ->check(not_empty)
       ->allow_extra_args(false)
       ->group(kGroup);

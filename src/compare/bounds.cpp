@@ -13,57 +13,68 @@ namespace {
 
 std::string percent(double share) { return fmt::format("{:.4g} %", 100 * share); }
 
-// The point arrays that bounds are for.
+constexpr std::string_view kOfCells = "cell:";
+
+// As bounds and messages call it.
+std::string name_of(const ArrayComparison& a) {
+  return (a.association == Association::kCell ? std::string(kOfCells) : "") + a.info.name;
+}
+
+// The arrays that bounds are for.
 std::vector<const ArrayComparison*> bounded_arrays(const Comparison& comparison,
                                                    const Bounds& bounds) {
   std::vector<const ArrayComparison*> arrays;
   for (const ArrayComparison& a : comparison.arrays) {
-    if (a.association != Association::kPoint) continue;
     const auto& names = bounds.arrays;
-    const bool named = std::find(names.begin(), names.end(), a.info.name) != names.end();
-    if (named || (names.empty() && !a.integer)) arrays.push_back(&a);
+    const bool named = std::find(names.begin(), names.end(), name_of(a)) != names.end();
+    const bool by_default = names.empty() && !a.integer && a.association == Association::kPoint;
+    if (named || by_default) arrays.push_back(&a);
   }
   return arrays;
 }
 
 // Nothing could be compared, but there is something now.
 bool is_made_up(const ArrayComparison& a, const Comparison& comparison) {
-  return a.non_finite > 0 && a.non_finite == comparison.original.points &&
-         a.simplified_non_finite < comparison.simplified.points;
+  const auto size = [&](const MeshSize& mesh) {
+    return a.association == Association::kCell ? mesh.tets : mesh.points;
+  };
+  return a.non_finite > 0 && a.non_finite == size(comparison.original) &&
+         a.simplified_non_finite < size(comparison.simplified);
 }
 
 BoundResult judge(const ArrayComparison& a, const Comparison& comparison, bool rms, double limit) {
-  BoundResult r{rms ? "max_rms" : "max_error", a.info.name, limit, rms ? a.rms : a.max, false, {}};
+  const std::string name = name_of(a);
+  BoundResult r{rms ? "max_rms" : "max_error", name, limit, rms ? a.rms : a.max, false, {}};
   const char* option = rms ? "--max-rms" : "--max-error";
   if (a.undefined > 0) {
     r.broken = true;
     r.sentence = fmt::format(
         "{} is broken: {} has values that are not finite where the original's are, at {}", option,
-        a.info.name, format_count(a.undefined, "point"));
+        name, format_count(a.undefined, a.association == Association::kCell ? "cell" : "point"));
   } else if (is_made_up(a, comparison)) {
     r.broken = true;
     r.sentence = fmt::format(
         "{} is broken: no value of {} in the original is finite, but the simplified mesh has such",
-        option, a.info.name);
+        option, name);
   } else if (!(r.value <= limit + a.rounding)) {
     r.broken = true;
-    r.sentence =
-        fmt::format("{} is broken: the {} error of {} is {}, above {}", option,
-                    rms ? "rms" : "largest", a.info.name, percent(r.value), percent(limit));
+    r.sentence = fmt::format("{} is broken: the {} error of {} is {}, above {}", option,
+                             rms ? "rms" : "largest", name, percent(r.value), percent(limit));
   }
   return r;
 }
 
 BoundResult lost(const std::string& array, bool rms, double limit) {
-  return {
-      rms ? "max_rms" : "max_error",
-      array,
-      limit,
-      std::numeric_limits<double>::infinity(),
-      true,
-      fmt::format("{} is broken: the simplified mesh has no point array {}, or one with another "
-                  "number of components",
-                  rms ? "--max-rms" : "--max-error", array)};
+  const bool of_cells = array.starts_with(kOfCells);
+  return {rms ? "max_rms" : "max_error",
+          array,
+          limit,
+          std::numeric_limits<double>::infinity(),
+          true,
+          fmt::format("{} is broken: the simplified mesh has no {} array {}, or one with another "
+                      "number of components",
+                      rms ? "--max-rms" : "--max-error", of_cells ? "cell" : "point",
+                      of_cells ? array.substr(kOfCells.size()) : array)};
 }
 
 // Of those that bounds are for.
@@ -71,28 +82,42 @@ std::vector<std::string> lost_arrays(const Comparison& comparison, const Bounds&
   if (bounds.arrays.empty()) return comparison.lost_fields;
   std::vector<std::string> names = bounds.arrays;
   for (const ArrayComparison* a : bounded_arrays(comparison, bounds)) {
-    std::erase(names, a->info.name);
+    std::erase(names, name_of(*a));
   }
   return names;
+}
+
+bool has_numbers(const AttributeSet& set, const std::string& name) {
+  const std::size_t i = set.find(name);
+  return i != AttributeSet::npos && set.arrays[i].type != ValueType::kString;
+}
+
+// Null where there is none.
+const ArrayInfo* first_float(const AttributeSet& set) {
+  const auto at = std::find_if(set.arrays.begin(), set.arrays.end(),
+                               [](const ArrayInfo& array) { return is_float(array.type); });
+  return at != set.arrays.end() ? &*at : nullptr;
 }
 
 }  // namespace
 
 void require_arrays(const Bounds& bounds, const MeshDescription& original) {
   for (const std::string& name : bounds.arrays) {
-    const std::size_t i = original.point_data.find(name);
-    if (i != AttributeSet::npos && original.point_data.arrays[i].type != ValueType::kString) {
-      continue;
-    }
-    if (name.starts_with("cell:")) {
-      throw Error(ErrorCode::kUsage,
-                  fmt::format("--array {}: bounds are for point arrays; the errors of cell arrays "
-                              "stand in the table and the report",
-                              name));
-    }
-    throw Error(ErrorCode::kUsage, fmt::format("--array {}: {} has no numeric point array of that "
-                                               "name; see 'tetfusion info'",
+    const bool is_of_cells =
+        name.starts_with(kOfCells) && has_numbers(original.cell_data, name.substr(kOfCells.size()));
+    if (is_of_cells || has_numbers(original.point_data, name)) continue;
+    throw Error(ErrorCode::kUsage, fmt::format("--array {}: {} has no numeric array of that name; "
+                                               "see 'tetfusion info'",
                                                name, original.path));
+  }
+  const bool limits_errors = bounds.max_rms || bounds.max_error;
+  if (!limits_errors || !bounds.arrays.empty() || first_float(original.point_data)) return;
+  if (const ArrayInfo* const array = first_float(original.cell_data)) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{} has no floating-point point array that {} could be for; of cell "
+                            "arrays name those that are meant, as in --array {}{}",
+                            original.path, bounds.max_error ? "--max-error" : "--max-rms", kOfCells,
+                            array->name));
   }
 }
 

@@ -100,7 +100,8 @@ Comparison compare_meshes(MeshSource* original, MeshSource* simplified, const Ru
 
 struct Bounds {
   std::optional<double> max_rms, max_error, surface;  // shares
-  // Point arrays for max_rms and max_error; empty: all floating-point ones.
+  // Arrays for max_rms and max_error, of cells as "cell:NAME"; empty: all floating-point ones of
+  // points.
   std::vector<std::string> arrays;
 };
 
@@ -112,7 +113,8 @@ struct BoundResult {
   std::string sentence;  // if it is broken
 };
 
-// Throws Error(kUsage) for a name of bounds.arrays that is no numeric point array of the original.
+// Throws Error(kUsage) for a name of bounds.arrays that is no numeric array of the original; and
+// where none is named, nothing but cell arrays could be held against the bounds, and there are such.
 void require_arrays(const Bounds& bounds, const MeshDescription& original);
 
 // What rounding to the type of the array or the coordinates can do is not held against them. A

@@ -9,6 +9,8 @@ TEST(Numbers, Shares) {
   EXPECT_DOUBLE_EQ(*parse_share("90%"), 0.9);
   EXPECT_DOUBLE_EQ(*parse_share("0.9"), 0.9);
   EXPECT_DOUBLE_EQ(*parse_share("0.5%"), 0.005);
+  EXPECT_TRUE(is_bare_one("1") && is_bare_one("1.0"));
+  EXPECT_FALSE(is_bare_one("1%") || is_bare_one("100%") || is_bare_one("0.5") || is_bare_one(""));
   for (const char* bad : {"", "%", "9O%", "0.9 ", "nan", "inf", "1e999", "--1"}) {
     EXPECT_FALSE(parse_share(bad)) << bad;
   }
