@@ -91,6 +91,7 @@ double parse_error(std::string_view option, const std::string& text, std::string
     refuse(fmt::format("{} {}: that is {:.6g} % of the range; give 100% or less, as in 5% or 0.05",
                        option, text, 100 * *share));
   }
+  if (is_bare_one(text)) refuse(fmt::format("{} {}: give 100% or 1%", option, text));
   return *share;
 }
 
@@ -327,9 +328,10 @@ void add_limit_options(CLI::App& command, SimplifyArguments* a) {
           "whose values cells keep. With a boundary that is exact or planar")
       ->group(kCriteriaGroup);
   command
-      .add_option("--min-quality", a->min_quality,
-                  "With --method fuse: no new tetrahedron has a lower mean ratio (1 is regular, 0 "
-                  "flat), unless there was a worse one in its place; 0 switches that off")
+      .add_option(
+          "--min-quality", a->min_quality,
+          "With --method fuse: no new tetrahedron has a lower mean ratio (1 is regular, 0 "
+          "flat), unless there was a worse one in its place; 0 switches that off. Default: 0.22")
       ->check(not_empty)
       ->group(kCriteriaGroup);
 }
@@ -422,6 +424,11 @@ void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
   add_field_options(command, a);
   BehaviourOptions& behaviour = a->request.behaviour;
   add_cell_options(command, &behaviour.tetrahedralize, &behaviour.linearize);
+  command
+      .add_flag("--drop-patches", behaviour.drop_patches,
+                "Leave cells of lower dimension out, as triangles of boundary patches, which hold "
+                "the boundary where they lie")
+      ->group(kInputGroup);
   add_time_step_option(command, &behaviour.time_step,
                        ", or all of them where OUT is named as that of a series");
   add_encoding_option(command, &a->request.encoding);

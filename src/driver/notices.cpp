@@ -97,8 +97,11 @@ void say_what_steers(std::vector<std::string> arrays, const MeshDescription& mes
                   list_names(others, kMostNames)));
 }
 
-std::string what_could_steer(const MeshDescription& mesh) {
-  const std::vector<std::string> fields = fields_beside({}, mesh);
+std::string what_could_steer(const std::vector<SteeringChoice>& tried,
+                             const MeshDescription& mesh) {
+  std::vector<std::string> names;
+  for (const SteeringChoice& choice : tried) names.push_back(choice.name);
+  const std::vector<std::string> fields = fields_beside(names, mesh);
   return fields.empty()
              ? ""
              : fmt::format(" (--array NAME makes one: {})", list_names(fields, kMostNames));
@@ -140,6 +143,11 @@ void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext&
   say(facts.differing_points, kOtherValues, kOtherValues);
   say(facts.ghost_cells, "ghost or hidden cell (vtkGhostType) was dropped",
       "ghost or hidden cells (vtkGhostType) were dropped");
+  if (facts.tets > 1 && facts.boundary_faces == 4 * facts.tets) {
+    context.say(
+        "no two tetrahedra share a face, as each has points of its own: there is nothing to fuse "
+        "(ParaView's Clean to Grid merges points)");
+  }
   say(facts.coincident_points,
       "point lies where another does (a crack, a contact, or points that were not merged): the "
       "boundary stays as it is there",
@@ -147,9 +155,9 @@ void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext&
       "stays as it is there");
   say(facts.carried_triangles,
       "triangle is a cell of the file: it stays, and the boundary with it (where its patch does "
-      "not matter, drop it from the file, and the boundary may move)",
+      "not matter: --drop-patches)",
       "triangles are cells of the file: they stay, and the boundary with them (where their patches "
-      "do not matter, drop them from the file, and it may move)");
+      "do not matter: --drop-patches)");
 }
 
 void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream,

@@ -7,6 +7,7 @@
 #include "base/run_context.h"
 #include "driver/input_facts.h"
 #include "driver/options.h"
+#include "driver/steering.h"
 #include "io/mesh_source.h"
 #include "io/mesh_stream.h"
 
@@ -20,8 +21,9 @@ std::string boundary_name(const BehaviourOptions& behaviour);
 void say_what_steers(std::vector<std::string> arrays, const MeshDescription& mesh,
                      const std::vector<std::size_t>& regions, const RunContext& context);
 
-// Where none steers: behind a sentence that says so, the arrays that could; empty if there is none.
-std::string what_could_steer(const MeshDescription& mesh);
+// Where none steers, though some were tried: behind a sentence that says so, the others that could;
+// empty if there is none.
+std::string what_could_steer(const std::vector<SteeringChoice>& tried, const MeshDescription& mesh);
 
 // What was turned, dropped, or left as it is; `linearized`: cells have lost their mid-edge nodes.
 void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context);

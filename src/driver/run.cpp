@@ -11,6 +11,7 @@
 #include "driver/scratch_place.h"
 #include "driver/stages.h"
 #include "io/output_file.h"
+#include "io/tets_alone.h"
 
 namespace tetfusion {
 
@@ -32,6 +33,7 @@ RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> 
   }
   const MeshDescription& mesh = source->description();
   std::unique_ptr<MeshStream> stream = source->stream();
+  if (stream && b.drop_patches) stream = tets_alone(std::move(stream));
   std::vector<SteeringChoice> steering = choose_steering(mesh, b.arrays);
   std::vector<std::size_t> regions = choose_regions(mesh, b.regions);
   CarriedArrays carried(mesh);
@@ -70,7 +72,10 @@ Steering read_steering(Run* run) {
   const BehaviourOptions& b = run->request.behaviour;
   const RunContext& context = run->context;
   RunInput& input = run->input;
-  if (!input.stream) input.stream = open_stream(input.source.get());
+  if (!input.stream) {
+    input.stream = open_stream(input.source.get());
+    if (b.drop_patches) input.stream = tets_alone(std::move(input.stream));
+  }
   context.check();
   const MeshDescription& mesh = input.description();
   Steering steering(input.steering, mesh, *input.stream, context);
@@ -78,14 +83,19 @@ Steering read_steering(Run* run) {
     if (b.arrays.empty()) say_what_steers(steering.names(), mesh, input.regions, context);
     return steering;
   }
-  if (b.method == Method::kFuse && !b.reduction && !b.tets && b.lods.empty()) {
+  const bool has_end = b.method != Method::kFuse || b.reduction || b.tets || !b.lods.empty();
+  const std::string others = what_could_steer(input.steering, mesh);
+  if (!has_end && b.arrays.empty()) {
     throw Error(ErrorCode::kUsage,
                 fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
                             "--reduction or --tets{}",
-                            run->request.input, what_could_steer(mesh)));
+                            run->request.input, others));
   }
-  context.say(fmt::format("no array steers{}: geometry alone decides{}", what_could_steer(mesh),
-                          b.max_error || b.max_rms ? ", and no error is limited" : ""));
+  // What is the same everywhere keeps each bound, and the user has said that nothing else counts.
+  context.say(fmt::format("no array steers{}: geometry alone decides{}", others,
+                          !has_end                   ? ", as far as it can"
+                          : b.max_error || b.max_rms ? ", and no error is limited"
+                                                     : ""));
   return steering;
 }
 

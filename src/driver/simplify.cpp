@@ -33,8 +33,11 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
                       facts.merged_points,  facts.differing_points,    facts.ghost_cells,
                       facts.locked_vertices};
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
-  report->locks = {facts.between_regions > 0, !run.request.behaviour.interest.empty(),
-                   facts.carried_vertices > 0, facts.coincident_points > 0};
+  // Where surfaces may move, the corners between regions stay, which are not counted as locks.
+  const bool has_corners = surfaces_move(run.request.behaviour) && !run.input.regions.empty();
+  report->locks = {facts.between_regions > 0 || has_corners,
+                   !run.request.behaviour.interest.empty(), facts.carried_vertices > 0,
+                   facts.coincident_points > 0};
 }
 
 // They may be gone, and what is wanted of them now may not have been when they were written.
@@ -79,6 +82,20 @@ void say_what_is_left(const Run& run) {
   }
 }
 
+// That a level could not be reached, so that those behind it are not written. What lies under their
+// names is of an earlier run, and the user's.
+void tell_of_missing_levels(const std::vector<Stage>& stages, std::size_t level, const Run& run) {
+  run.context.say(
+      fmt::format("level {} of {} could not be reached: {} is as far as it got, and no "
+                  "further level is written",
+                  level + 1, stages.size(), stages[level].path));
+  for (std::size_t i = level + 1; i < stages.size() && run.sink == nullptr; ++i) {
+    std::error_code unknown;
+    if (!std::filesystem::exists(stages[i].path, unknown)) continue;
+    run.context.say(fmt::format("{} was there before and is no level of this run", stages[i].path));
+  }
+}
+
 // From the input, or what an earlier run has left of it, to the last of the outputs.
 template <class Real>
 void coarsen(std::optional<Checkpoint> left, Run* run, SimplifyReport* report) {
@@ -96,10 +113,7 @@ void coarsen(std::optional<Checkpoint> left, Run* run, SimplifyReport* report) {
     reached = coarsening.reach(stages[i].tets);
     const bool is_final = i + 1 == stages.size();
     if (!reached && !is_final) {
-      run->context.say(
-          fmt::format("level {} of {} could not be reached: {} holds the last macroLoD, and no "
-                      "further level is written",
-                      i + 1, stages.size(), stages[i].path));
+      tell_of_missing_levels(stages, i, *run);
     }
     StageOutput done = write_stage(stages[i], is_final || !reached, run, &coarsening);
     report->output = done.mesh;

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """The formats of Medit, Gmsh and TetGen from outside, and what these programs say to our files. Usage: formats_test.py
 TETFUSION"""
+import collections
+import itertools
 import shutil
 import subprocess
 import unittest
@@ -139,6 +141,34 @@ class Formats(FolderTest):
         self.assertIn("theirs lies between regions of tetgen:ref or is held by a cell of lower", simplify(lambda i: i, 7))
         self.assertIn("a vertex of theirs lies between regions of tetgen:ref, and stays.", simplify(lambda i: i, 0))
         self.assertIn(held, simplify(lambda i: i, 7, "--regions", "none"))
+
+    def test_patches_hold_the_boundary_unless_they_are_dropped(self):
+        mesh, out = self.folder / "mesh.ele", self.folder / "out.vtu"
+        source = self.generate("--jitter", "0.3", tets="20k")
+        run("convert", source, mesh)
+        summary = report_of("info", source)
+        points, tets = Vtu(source).points, Vtu(source).tets
+        faces = collections.Counter(tuple(sorted(f)) for t in tets.tolist() for f in itertools.combinations(t, 3))
+        outer = [f for f, n in faces.items() if n == 1 and all(points[v][2] == points[:, 2].min() for v in f)]
+        base = int(mesh.read_text().split("\n")[1].split()[0])
+        (self.folder / "mesh.face").write_text(
+            f"{len(outer)} 1\n" + "".join(f"{i} {' '.join(str(v + base) for v in f)} 5\n" for i, f in enumerate(outer)))
+        options = ["simplify", mesh, "-o", out, "--reduction", "80%", "--boundary", "planar", "--regions", "none", "--chunk-tets", "6k"]
+        kept = report_of(*options)
+        self.assertEqual(len(Vtu(out).others), len(outer))
+        said = finish(*options)
+        self.assertIn(b"triangles are cells of the file: they stay, and the boundary with them (where their patches do not matter: "
+                      b"--drop-patches)", said.stderr)
+        first = None
+        for more in ([], ["--memory", "170M", "--threads", "2"]):
+            dropped = report_of(*options, "--drop-patches", "--verify", *more)
+            self.assertEqual(len(Vtu(out).others), 0)
+            self.assertLess(dropped["output"]["boundary_triangles"], kept["output"]["boundary_triangles"] - len(outer) / 2)
+            self.assertEqual(first or out.read_bytes(), out.read_bytes())
+            first = out.read_bytes()
+        self.assertEqual(summary["tets"], dropped["input"]["tets"])
+        said = finish("simplify", mesh, "-o", out, "--progressive", self.folder / "p.tfp", "--drop-patches", "--reduction", "50%")
+        self.assertEqual(said.returncode, USAGE)
 
     def test_lists_of_all_faces_do_not_hold_the_mesh(self):
         mesh, faces = self.folder / "mesh.ele", self.folder / "mesh.face"

@@ -80,6 +80,47 @@ class Fuse(FolderTest):
         said = finish("simplify", self.write(tiny), "-o", self.folder / "out.vtu").stderr
         self.assertIn(b"give --reduction or --tets (--array NAME makes one: cell:heat)\n", said)
 
+    def test_a_field_that_is_the_same_everywhere(self):
+        """Any bound holds for it. Where the user has named it the run goes as far as it can; else nobody has said how far."""
+        mesh = TinyVtu(6)
+        mesh.array("temperature")[4] = [3.5] * len(mesh.points)
+        mesh.arrays.insert(1, ["PointData", "flow", "Float32", 1, [p[0] for p in mesh.points]])
+        path, out = self.write(mesh), self.folder / "out.vtu"
+        said = finish("simplify", path, "-o", out)
+        self.assertEqual(said.returncode, USAGE)
+        self.assertIn(b"give --reduction or --tets (--array NAME makes one: flow)\n", said.stderr)
+        said = finish("simplify", path, "-o", out, "--array", "temperature", "--max-error", "1%")
+        self.assertEqual(said.returncode, 0)
+        self.assertIn(b"no array steers (--array NAME makes one: flow): geometry alone decides, as far as it can\n", said.stderr)
+        out, report = self.fuse(path, "--array", "temperature")
+        self.assertEqual((report["stop_reason"], report["steering"]), ("saturated", []))
+        self.assertLess(report["output"]["tets"], report["input"]["tets"])
+        self.compare(path, out)
+
+    def test_cells_with_points_of_their_own(self):
+        mesh, soup = TinyVtu(), TinyVtu()
+        points = [mesh.points[v] for tet in mesh.tets for v in tet]
+        soup.counts["NumberOfPoints"] = str(len(points))
+        soup.array("temperature")[4] = [p[0] for p in points]
+        soup.array("Points")[4] = [x for p in points for x in p]
+        soup.array("connectivity")[4] = list(range(len(points)))
+        said = finish("simplify", self.write(soup), "-o", self.folder / "out.vtu", "--reduction", "50%")
+        self.assertEqual(said.returncode, 0)
+        self.assertIn(b"no two tetrahedra share a face", said.stderr)
+        said = finish("simplify", self.write(mesh), "-o", self.folder / "out.vtu", "--reduction", "50%")
+        self.assertNotIn(b"share a face", said.stderr)
+
+    def test_levels_that_are_not_reached(self):
+        """Files under the names of those that are not written are of an earlier run, and stay."""
+        path, old = self.write(TinyVtu(6)), self.folder / "l_3.vtu"
+        old.write_text("mine")
+        said = finish("simplify", path, "-o", self.folder / "l_{lod}.vtu", "--lods", "5%,98%,99%,99.5%")
+        self.assertEqual(said.returncode, 0)
+        self.assertIn(b"level 2 of 4 could not be reached: ", said.stderr)
+        self.assertIn(b"l_3.vtu was there before and is no level of this run", said.stderr)
+        self.assertNotIn(b"l_4.vtu", said.stderr)
+        self.assertEqual(old.read_text(), "mine")
+
     def test_a_boundary_that_moves(self):
         path = self.generate("--jitter", "0.5", tets="60k")
         _, exact = self.fuse(path, "--reduction", "90%")

@@ -351,6 +351,8 @@ TEST_F(Simplify, SaysWhyVerticesStay) {
               HasSubstr("lies between regions of material or in the region of interest, and"));
   request.behaviour.interest = {};
   EXPECT_THAT(run(file).stop_sentence(), HasSubstr("lies between regions of material, and stays."));
+  request.behaviour.boundary = Boundary::kPlanar;
+  EXPECT_THAT(run(file).stop_sentence(), HasSubstr("lies between regions of material, and stays."));
 }
 
 // The second level takes from all over the mesh, too, though the first one ended with single
