@@ -36,29 +36,30 @@ void count_locks(std::uint8_t marks, bool between_regions, InputFacts* facts) {
   if ((marks & kCarried) != 0) ++facts->carried_vertices;
 }
 
+// What a chunk contributes to the whole.
+struct ChunkShare {
+  ChunkFindings findings;
+  Vector<InterfaceReport> interface;
+  Vector<RegionReport> regions;
+  Vector<TetId> rewound;  // their numbers
+  std::uint64_t tets = 0;
+  std::uint64_t free_vertices = 0;
+  InputFacts locks;  // of these: see count_locks()
+};
+
 template <class Real>
 class Assembler {
  public:
   explicit Assembler(const ChunkParts<Real>& parts)
       : parts_(parts), loader_(parts.layout, parts.from.box), mesh_(parts.layout) {}
 
-  // What a chunk contributes to the whole.
-  struct Share {
-    ChunkFindings findings;
-    Vector<InterfaceReport> interface;
-    Vector<RegionReport> regions;
-    Vector<TetId> rewound;  // their numbers
-    std::uint64_t tets = 0;
-    std::uint64_t free_vertices = 0;
-    InputFacts locks;  // of these: see count_locks()
-  };
-  Share assemble(std::uint32_t chunk);
+  ChunkShare assemble(std::uint32_t chunk);
   WorkMesh<Real>& mesh() { return mesh_; }
   ChunkScatter<Real>& scatter() { return scatter_; }
 
  private:
-  void inspect(Share* share);
-  void mark_regions(Share* share);
+  void inspect(ChunkShare* share);
+  void mark_regions(ChunkShare* share);
 
   const ChunkParts<Real>& parts_;
   ChunkLoader<Real> loader_;
@@ -70,11 +71,11 @@ class Assembler {
 };
 
 template <class Real>
-typename Assembler<Real>::Share Assembler<Real>::assemble(std::uint32_t chunk) {
+ChunkShare Assembler<Real>::assemble(std::uint32_t chunk) {
   loader_.load(chunk, *parts_.from.tets, *parts_.from.points, &mesh_);
   parts_.from.points->forget(chunk);
   parts_.from.tets->forget(chunk);
-  Share share;
+  ChunkShare share;
   share.tets = mesh_.tets.size();
   inspect(&share);
   mark_regions(&share);
@@ -97,7 +98,7 @@ typename Assembler<Real>::Share Assembler<Real>::assemble(std::uint32_t chunk) {
 }
 
 template <class Real>
-void Assembler<Real>::inspect(Share* share) {
+void Assembler<Real>::inspect(ChunkShare* share) {
   Vector<std::uint8_t> on_interface(mesh_.vertex_count());
   for (std::size_t v = 0; v < on_interface.size(); ++v) {
     on_interface[v] = sharing_of(mesh_.marks[v]);
@@ -129,7 +130,7 @@ void give_empty_quadrics(std::uint32_t width, WorkMesh<Real>* mesh) {
 
 // A tetrahedron's region is what all the region arrays together say.
 template <class Real>
-void Assembler<Real>::mark_regions(Share* share) {
+void Assembler<Real>::mark_regions(ChunkShare* share) {
   mixed_.assign(mesh_.vertex_count(), 0);
   if (parts_.regions.empty()) return;
   Vector<std::uint64_t> region_of_vertex;
@@ -211,6 +212,53 @@ void lock_between_regions(std::vector<Vector<RegionReport>> reports,
   count_up_to(interface.end());
 }
 
+// Joins the shares of all chunks, which come in the order of the chunks.
+template <class Real>
+class ShareJoiner {
+ public:
+  // So many cells are numbered (ChunkParts); `out` outlives this.
+  ShareJoiner(std::uint64_t numbered, Assembly<Real>* out) : numbered_(numbered), out_(out) {}
+
+  void add(ChunkShare share);
+  // After the last one: judges what lies between the chunks.
+  void finish();
+
+ private:
+  const std::uint64_t numbered_;
+  Assembly<Real>* out_;
+  InterfaceInspection between_;
+  std::vector<Vector<InterfaceReport>> interface_;
+  std::vector<Vector<RegionReport>> regions_;
+};
+
+template <class Real>
+void ShareJoiner<Real>::add(ChunkShare share) {
+  between_.add(&share.findings);
+  interface_.push_back(std::move(share.interface));
+  regions_.push_back(std::move(share.regions));
+  if (!share.rewound.empty()) out_->rewound.resize(numbered_);
+  for (const TetId t : share.rewound) out_->rewound[t] = true;
+  out_->mesh.tets += share.tets;
+  InputFacts& facts = out_->facts;
+  facts.points += share.free_vertices;
+  facts.locked_vertices += share.locks.locked_vertices;
+  facts.between_regions += share.locks.between_regions;
+  facts.carried_vertices += share.locks.carried_vertices;
+}
+
+template <class Real>
+void ShareJoiner<Real>::finish() {
+  InterfaceTable& table = out_->mesh.interface;
+  table = InterfaceTable(std::move(interface_));
+  apply_verdict(between_.finish(), out_);
+  lock_between_regions(std::move(regions_), table.entries(), &out_->facts);
+  out_->facts.tets = out_->mesh.tets;
+  out_->facts.points += table.entries().size();
+  for (InterfaceReport& entry : table.entries()) {
+    entry.marks &= static_cast<std::uint8_t>(~kCarried);
+  }
+}
+
 }  // namespace
 
 template <class Real>
@@ -228,22 +276,8 @@ Assembly<Real> assemble_chunks(const ChunkParts<Real>& parts, const ChunkWork<Re
   for (int i = 0; i < thread_count(); ++i) {
     workers.push_back(std::make_unique<Assembler<Real>>(parts));
   }
-  using Share = typename Assembler<Real>::Share;
-  InterfaceInspection between;
-  std::vector<Vector<InterfaceReport>> reports;
-  std::vector<Vector<RegionReport>> region_reports;
-  InOrder<Share> join([&](Share share) {
-    between.add(&share.findings);
-    reports.push_back(std::move(share.interface));
-    region_reports.push_back(std::move(share.regions));
-    if (!share.rewound.empty()) out.rewound.resize(parts.numbered);
-    for (const TetId t : share.rewound) out.rewound[t] = true;
-    out.mesh.tets += share.tets;
-    out.facts.points += share.free_vertices;
-    out.facts.locked_vertices += share.locks.locked_vertices;
-    out.facts.between_regions += share.locks.between_regions;
-    out.facts.carried_vertices += share.locks.carried_vertices;
-  });
+  ShareJoiner<Real> shares(parts.numbered, &out);
+  InOrder<ChunkShare> join([&](ChunkShare share) { shares.add(std::move(share)); });
   std::atomic<std::size_t> done{0};
   run_tasks(chunks, thread_count(), [&](std::size_t c, std::size_t w) {
     place.context.check();
@@ -252,7 +286,7 @@ Assembly<Real> assemble_chunks(const ChunkParts<Real>& parts, const ChunkWork<Re
         place.budget->wait_for(chunk_memory(parts.bytes(chunk)), "a chunk to be put together");
     place.context.check();  // that may have taken long
     Assembler<Real>& worker = *workers[w];
-    Share share = worker.assemble(chunk);
+    ChunkShare share = worker.assemble(chunk);
     const ChunkSize size{share.free_vertices, share.tets};
     join.put(c, std::move(share));
     if (whole) {
@@ -270,15 +304,7 @@ Assembly<Real> assemble_chunks(const ChunkParts<Real>& parts, const ChunkWork<Re
   workers.clear();
   trim_memory();
   if (out.mesh.pieces) out.mesh.pieces->seal();
-
-  out.mesh.interface = InterfaceTable(std::move(reports));
-  apply_verdict(between.finish(), &out);
-  lock_between_regions(std::move(region_reports), out.mesh.interface.entries(), &out.facts);
-  out.facts.tets = out.mesh.tets;
-  out.facts.points += out.mesh.interface.entries().size();
-  for (InterfaceReport& entry : out.mesh.interface.entries()) {
-    entry.marks &= static_cast<std::uint8_t>(~kCarried);
-  }
+  shares.finish();
   return out;
 }
 
