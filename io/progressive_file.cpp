@@ -74,6 +74,15 @@ std::span<const T> part_of(const Vector<T>& all, std::size_t begin, std::size_t 
   return std::span(all).subspan(begin, count);
 }
 
+// Corners that are named elsewhere.
+std::size_t count_elsewhere(std::span<const std::array<CornerCode, 4>> corners) {
+  std::size_t count = 0;
+  for (const auto& codes : corners) {
+    count += static_cast<std::size_t>(std::count(codes.begin(), codes.end(), kNoCode));
+  }
+  return count;
+}
+
 }  // namespace
 
 std::size_t ProgressiveDescription::point_row_bytes() const {
@@ -98,12 +107,55 @@ FusionRecord FusionBlock::next() {
   r.tet_rows = part_of(tet_rows_, at_.tet * cell_row_, tets * cell_row_);
   r.corners = part_of(corners_, at_.tet, tets);
   r.tets = take(tets_, &at_.tet, tets);
-  std::size_t elsewhere = 0;
-  for (const auto& codes : r.corners) {
-    elsewhere += static_cast<std::size_t>(std::count(codes.begin(), codes.end(), kNoCode));
-  }
-  r.elsewhere = take(elsewhere_, &at_.elsewhere, elsewhere);
+  r.elsewhere = take(elsewhere_, &at_.elsewhere, count_elsewhere(r.corners));
   return r;
+}
+
+bool FusionBlock::agrees(std::uint64_t fusions, std::size_t packed_bytes) const {
+  if (heads_.size() != fusions || kept_.size() != fusions || errors_.size() != fusions ||
+      chunks_.size() != fusions) {
+    return false;
+  }
+  std::uint64_t rows = 0, points = 0, bits = 0, tets = 0;
+  for (const auto& [head, own_points, own_star, own_tets] : heads_) {
+    const std::uint32_t gone = head & 0xFF, own_row = head >> 8;
+    if (own_row > 1 || gone < 1 || gone > kMaxGone || gone > own_points) return false;
+    rows += std::uint64_t{own_points} + own_row;
+    points += own_points;
+    bits += std::uint64_t{own_star} * star_bits(gone);
+    tets += own_tets;
+  }
+  return rows_.size() / point_row_ == rows && points_.size() == points &&
+         packed_bytes == (bits + 7) / 8 && tets_.size() == tets && corners_.size() == tets &&
+         tet_rows_.size() == tets * cell_row_ && elsewhere_.size() == count_elsewhere(corners_);
+}
+
+void FusionBlock::undo_differences() {
+  std::size_t point = 0, tet = 0;
+  for (std::size_t i = 0; i < size(); ++i) {
+    const auto& [head, own_points, own_star, own_tets] = heads_[i];
+    for (std::uint32_t k = 0; k < own_points; ++k) points_[point++] += kept_[i];
+    TetId before = 0;
+    for (std::uint32_t k = 0; k < own_tets; ++k) before = tets_[tet++] += before;
+  }
+}
+
+bool FusionBlock::unpack_star(std::span<const std::uint8_t> packed) {
+  std::size_t count = 0, bit = 0;
+  for (const auto& head : heads_) count += head[2];
+  star_.reserve(count);
+  for (const auto& head : heads_) {
+    const std::uint32_t gone = head[0] & 0xFF, width = star_bits(gone);
+    for (std::uint32_t k = 0; k < head[2]; ++k) {
+      std::uint32_t whose = 0;
+      for (std::uint32_t b = 0; b < width; ++b, ++bit) {
+        whose |= (packed[bit / 8] >> bit % 8 & 1U) << b;
+      }
+      if (whose > gone) return false;
+      star_.push_back(static_cast<std::uint8_t>(whose));
+    }
+  }
+  return true;
 }
 
 ProgressiveFile::ProgressiveFile(MappedFile file) : file_(std::move(file)) {}
@@ -338,46 +390,10 @@ FusionBlock ProgressiveFile::block(std::size_t part) const {
   columns.take_all(&block.elsewhere_);
   columns.take(block.cell_row_, &block.tet_rows_);
   columns.end();
-  const auto require = [this](bool holds) {
-    if (!holds) fail("a block of fusions has not as many rows as it says to hold");
-  };
-  require(block.heads_.size() == fusions_of(part) && block.kept_.size() == fusions_of(part) &&
-          block.errors_.size() == block.kept_.size() && block.chunks_.size() == block.kept_.size());
-  std::uint64_t rows = 0, points = 0, star = 0, tets = 0, bits = 0;
-  for (const auto& head : block.heads_) {
-    const std::uint32_t gone = head[0] & 0xFF;
-    require(head[0] >> 8 <= 1 && gone >= 1 && gone <= kMaxGone && gone <= head[1]);
-    rows += std::uint64_t{head[1]} + (head[0] >> 8);
-    points += head[1];
-    star += head[2];
-    bits += std::uint64_t{head[2]} * (gone > 1 ? 2 : 1);
-    tets += head[3];
+  if (!block.agrees(fusions_of(part), packed.size()) || !block.unpack_star(packed)) {
+    fail("a block of fusions has not as many rows as it says to hold");
   }
-  require(block.rows_.size() / block.point_row_ == rows && block.points_.size() == points &&
-          (bits + 7) / 8 == packed.size() && block.tets_.size() == tets &&
-          block.corners_.size() == tets && block.tet_rows_.size() == tets * block.cell_row_);
-  std::uint64_t elsewhere = 0;
-  for (const auto& codes : block.corners_) {
-    elsewhere += static_cast<std::uint64_t>(std::count(codes.begin(), codes.end(), kNoCode));
-  }
-  require(block.elsewhere_.size() == elsewhere);
-  block.star_.reserve(star);
-  std::size_t point = 0, tet = 0, bit = 0;
-  for (std::size_t i = 0; i < block.size(); ++i) {
-    const auto& [head, own_points, own_star, own_tets] = block.heads_[i];
-    for (std::uint32_t k = 0; k < own_points; ++k) block.points_[point++] += block.kept_[i];
-    TetId before = 0;
-    for (std::uint32_t k = 0; k < own_tets; ++k) before = block.tets_[tet++] += before;
-    const std::uint32_t width = (head & 0xFF) > 1 ? 2 : 1;
-    for (std::uint32_t k = 0; k < own_star; ++k) {
-      std::uint32_t whose = 0;
-      for (std::uint32_t b = 0; b < width; ++b, ++bit) {
-        whose |= (packed[bit / 8] >> bit % 8 & 1U) << b;
-      }
-      require(whose <= (head & 0xFF));
-      block.star_.push_back(static_cast<std::uint8_t>(whose));
-    }
-  }
+  block.undo_differences();
   return block;
 }
 

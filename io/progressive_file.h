@@ -126,6 +126,13 @@ class FusionBlock {
 
  private:
   friend class ProgressiveFile;
+  // Are there so many fusions, and as many rows as they say?
+  bool agrees(std::uint64_t fusions, std::size_t packed_bytes) const;
+  // These two where they agree. False where a tetrahedron was no one's that is gone.
+  bool unpack_star(std::span<const std::uint8_t> packed);
+  // The file has numbers of points less the kept one's, of tetrahedra less the one before.
+  void undo_differences();
+
   Vector<VertexId> kept_, points_, elsewhere_;
   Vector<std::array<std::uint32_t, 4>> heads_;  // gone and flags, points, star, tetrahedra
   Vector<float> errors_;

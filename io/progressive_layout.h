@@ -44,6 +44,10 @@ struct Header {
 };
 static_assert(sizeof(Header) == 112 && std::has_unique_object_representations_v<Header>);
 
+// Bits that say of a tetrahedron of the star whose it was, where so many were fused into the kept
+// point.
+inline std::uint32_t star_bits(std::uint32_t gone) { return gone > 1 ? 2 : 1; }
+
 using TableRow = std::array<std::uint64_t, 6>;
 
 inline std::uint64_t header_sum(const Header& header) {

@@ -230,7 +230,7 @@ void ProgressiveWriter::end_block() {
     heads.push_back({r.gone | changed << 8, count(r.points), count(r.star), count(r.tets)});
     for (const VertexId v : r.points) points.push_back(v - r.kept);
     join(r.rows, &rows);
-    const std::uint32_t width = r.gone > 1 ? 2 : 1;
+    const std::uint32_t width = star_bits(r.gone);
     for (const std::uint8_t whose : r.star) {
       for (std::uint32_t b = 0; b < width; ++b, ++bits) {
         if (bits % 8 == 0) star.push_back(0);
