@@ -1,14 +1,12 @@
 #include "mesh/chunk_inspection.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 
-#include "mesh/cell_state.h"
+#include "mesh/cell_states.h"
 #include "mesh/faces.h"
 #include "mesh/inspect.h"
-#include "mesh/predicates.h"
 #include "mesh/sums.h"
 #include "mesh/surface.h"
 #include "mesh/union_find.h"
@@ -41,7 +39,6 @@ class ChunkInspector::Scratch {
  private:
   std::size_t points() const { return chunk_->point_ids.size(); }
   bool is_free(VertexId v) const { return chunk_->on_interface[v] == kOwn; }
-  bool has_volume(TetId t) const { return (states_[t] & kNoVolume) == 0; }
   void mark_cell(TetId t, std::uint8_t flag) {
     for (const VertexId v : (*tets_)[t]) out_.vertex_flags[v] |= flag;
   }
@@ -55,9 +52,6 @@ class ChunkInspector::Scratch {
   void judge_free_face(VertexId v, std::span<const FaceSide> sides);
   void judge_interface_face(VertexId v, std::span<const FaceSide> sides);
   void find_duplicates(std::span<const FaceSide> sides);
-  bool folds(const FaceSide& a, const FaceSide& b) const {
-    return a.odd == b.odd && a.apex != b.apex && has_volume(a.tet) && has_volume(b.tet);
-  }
   void add_boundary(const Triangle& t);
   void add_side(const Triangle& t, TetId cell, VertexId apex);
   void add_pair(const Triangle& t, TetId a, TetId b);
@@ -76,7 +70,7 @@ class ChunkInspector::Scratch {
   Vector<Tet>* tets_ = nullptr;
   ChunkFindings out_;
   bool regular_ = true;  // see is_regular()
-  Vector<std::uint8_t> states_;
+  CellStates states_;
   FaceMatcher matcher_;
   Vector<std::uint32_t> interface_number_;
   Vector<std::int32_t> sums_;  // of each vertex: twice its neighbours, less its cells
@@ -94,20 +88,14 @@ void ChunkInspector::Scratch::judge_cells() {
   states_.resize(tets_->size());
   CompensatedSum six_volumes;
   const auto judge = [&](const auto& p) {
-    for (std::size_t i = 0; i < tets_->size(); ++i) {
-      Tet& t = (*tets_)[i];
-      const Determinant det = determinant(p, t);
-      const int sign = names_vertex_twice(t) ? 0 : det.sign();
-      states_[i] = sign > 0 ? kSound : (sign < 0 ? kRewound : kNoVolume);
-      if (sign == 0) {
+    for (TetId t = 0; t < tets_->size(); ++t) {
+      const double six_volume = states_.judge(p, t, &(*tets_)[t]);
+      if (states_.has_volume(t)) {
+        six_volumes.add(six_volume);
+        out_.rewound += states_.is_rewound(t) ? 1 : 0;
+      } else {
         ++out_.degenerate;
-        mark_cell(static_cast<TetId>(i), kBrokenVertex);
-        continue;
-      }
-      six_volumes.add(std::abs(det.value));
-      if (sign < 0) {
-        std::swap(t[2], t[3]);
-        ++out_.rewound;
+        mark_cell(t, kBrokenVertex);
       }
     }
   };
@@ -233,8 +221,8 @@ void ChunkInspector::Scratch::add_side(const Triangle& t, TetId cell, VertexId a
   out_.interface.sides.push_back(
       {{interface_number_[t[0]], interface_number_[t[1]], interface_number_[t[2]]},
        chunk_->point_ids[apex],
-       has_volume(cell) ? cell : InterfaceFindings::kFlat});
-  if (has_volume(cell)) open_.push_back(cell);
+       states_.has_volume(cell) ? cell : InterfaceFindings::kFlat});
+  if (states_.has_volume(cell)) open_.push_back(cell);
 }
 
 void ChunkInspector::Scratch::add_pair(const Triangle& t, TetId a, TetId b) {
@@ -242,7 +230,7 @@ void ChunkInspector::Scratch::add_pair(const Triangle& t, TetId a, TetId b) {
       {{interface_number_[t[0]], interface_number_[t[1]], interface_number_[t[2]]},
        kNoVertex,
        InterfaceFindings::kPair});
-  if (has_volume(a) && has_volume(b)) pairs_.push_back({a, b});
+  if (states_.has_volume(a) && states_.has_volume(b)) pairs_.push_back({a, b});
 }
 
 // Duplicates have the same vertices: if one is free, they are all here.
@@ -265,7 +253,7 @@ void ChunkInspector::Scratch::judge_free_face(VertexId v, std::span<const FaceSi
   if (sides.size() > 2) {
     ++out_.overfull_faces;
     for (const VertexId w : face) out_.vertex_flags[w] |= kBrokenVertex;
-  } else if (folds(sides[0], sides[1])) {
+  } else if (states_.fold(sides[0], sides[1])) {
     ++out_.foldover_faces;
     mark_cell(sides[0].tet, kBrokenVertex);
     mark_cell(sides[1].tet, kBrokenVertex);
@@ -292,10 +280,10 @@ void ChunkInspector::Scratch::find_neighbours() {
     matcher_.for_each_face(v, [&](std::span<const FaceSide> sides) {
       if (sides.size() != 2) return;
       const FaceSide &a = sides[0], &b = sides[1];
-      if (!has_volume(a.tet) || !has_volume(b.tet)) return;
+      if (!states_.has_volume(a.tet) || !states_.has_volume(b.tet)) return;
       const bool is_shared = !is_free(v) && !is_free(a.middle()) && !is_free(a.largest());
       if (is_shared && a.odd == b.odd) return;
-      (folds(a, b) ? folds_ : pairs_).push_back({a.tet, b.tet});
+      (states_.fold(a, b) ? folds_ : pairs_).push_back({a.tet, b.tet});
     });
   }
 }
@@ -336,7 +324,7 @@ void ChunkInspector::Scratch::count_clusters() {
       }
     }
     const std::uint64_t id = chunk_->cell_ids.empty() ? t : chunk_->cell_ids[t];
-    sum.add({1, (states_[t] & kRewound) != 0 ? 1u : 0u, id});
+    sum.add({1, states_.is_rewound(t) ? 1u : 0u, id});
   }
   add_sum();
 }

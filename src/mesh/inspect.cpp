@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -14,11 +13,10 @@
 
 #include "base/error.h"
 #include "mesh/blocks.h"
-#include "mesh/cell_state.h"
+#include "mesh/cell_states.h"
 #include "mesh/clusters.h"
 #include "mesh/coincident.h"
 #include "mesh/faces.h"
-#include "mesh/predicates.h"
 #include "mesh/sums.h"
 #include "mesh/surface.h"
 #include "mesh/union_find.h"
@@ -130,7 +128,6 @@ class Inspector {
     const std::atomic_ref<std::uint8_t> flags(out_.vertex_flags[v]);
     return (flags.load(std::memory_order_relaxed) & flag) != 0;
   }
-  bool has_volume(TetId t) const { return (states_[t] & kNoVolume) == 0; }
 
   template <class F>
   void for_each_range(F f);
@@ -139,7 +136,6 @@ class Inspector {
   void judge_star(VertexId v, FaceMatcher* matcher, FaceFindings* found);
   void judge_face(VertexId v, std::span<const FaceSide> sides, FaceFindings* found);
   void find_duplicates(std::span<const FaceSide> sides, FaceFindings* found);
-  bool folds(const FaceSide& a, const FaceSide& b) const;
   void join_face_findings(std::vector<FaceFindings>* blocks);
   bool ball_is_sound(VertexId v) const;
   bool is_good(VertexId v) const { return good_[v] != 0; }
@@ -157,7 +153,7 @@ class Inspector {
   Geometry& geometry_;
   Vector<Tet>& tets_;
   const std::size_t points_;
-  Vector<std::uint8_t> states_;  // CellState bits
+  CellStates states_;
   std::optional<CellsByRange> ranges_;
   MatcherPool matchers_;
   Vector<std::int32_t> sums_;         // of each vertex: twice its neighbours, less its cells
@@ -186,20 +182,16 @@ void Inspector::judge_cells() {
     for_each_block(tets_.size(), kCellBlock,
                    [&](std::size_t b, std::size_t begin, std::size_t end) {
                      CellFindings& found = blocks[b];
-                     for (std::size_t t = begin; t < end; ++t) {
-                       const Determinant det = determinant(points, tets_[t]);
-                       const int sign = names_vertex_twice(tets_[t]) ? 0 : det.sign();
-                       states_[t] = sign > 0 ? kSound : (sign < 0 ? kRewound : kNoVolume);
-                       if (sign == 0) {
+                     for (std::size_t i = begin; i < end; ++i) {
+                       const auto t = static_cast<TetId>(i);
+                       const double six_volume = states_.judge(points, t, &tets_[t]);
+                       if (states_.has_volume(t)) {
+                         found.six_volumes.add(six_volume);
+                         found.rewound += states_.is_rewound(t) ? 1 : 0;
+                       } else {
                          ++found.degenerate;
-                         found.degenerate_samples.add(static_cast<TetId>(t));
-                         mark_cell(static_cast<TetId>(t), kBrokenVertex);
-                         continue;
-                       }
-                       found.six_volumes.add(std::abs(det.value));
-                       if (sign < 0) {
-                         std::swap(tets_[t][2], tets_[t][3]);
-                         ++found.rewound;
+                         found.degenerate_samples.add(t);
+                         mark_cell(t, kBrokenVertex);
                        }
                      }
                    });
@@ -213,12 +205,6 @@ void Inspector::judge_cells() {
     six_volumes.add(found.six_volumes);
   }
   out_.volume = six_volumes.value() / 6;
-}
-
-// Do two cells of a face lie on the same side of it? The copies of one cell do not count: they are
-// duplicates.
-bool Inspector::folds(const FaceSide& a, const FaceSide& b) const {
-  return a.odd == b.odd && a.apex != b.apex && has_volume(a.tet) && has_volume(b.tet);
 }
 
 void Inspector::find_duplicates(std::span<const FaceSide> sides, FaceFindings* found) {
@@ -242,7 +228,7 @@ void Inspector::judge_face(VertexId v, std::span<const FaceSide> sides, FaceFind
     ++found->overfull;
     found->overfull_samples.add(first.tet);
     for (const VertexId w : {v, first.middle(), first.largest()}) mark(w, kBrokenVertex);
-  } else if (folds(first, sides[1])) {
+  } else if (states_.fold(first, sides[1])) {
     ++found->foldovers;
     found->foldover_samples.add(first.tet);
     mark_cell(first.tet, kBrokenVertex);
@@ -385,12 +371,12 @@ void Inspector::find_inverted() {
   std::vector<std::array<TetId, 2>> folded;
   UnionFind sets = connect_cells([&](std::span<const FaceSide> sides) {
     if (sides.size() != 2) return false;
-    if (folds(sides[0], sides[1])) {
+    if (states_.fold(sides[0], sides[1])) {
       const std::lock_guard lock(mutex);
       folded.push_back({sides[0].tet, sides[1].tet});
       return false;
     }
-    return has_volume(sides[0].tet) && has_volume(sides[1].tet);
+    return states_.has_volume(sides[0].tet) && states_.has_volume(sides[1].tet);
   });
   Vector<std::uint32_t> number(points_ + tets_.size(), kNoVertex);
   Vector<std::uint32_t> cluster_of(tets_.size());
@@ -402,7 +388,7 @@ void Inspector::find_inverted() {
       clusters.push_back({});
     }
     cluster_of[t] = cluster;
-    clusters[cluster].add({1, (states_[t] & kRewound) != 0 ? 1u : 0u, t});
+    clusters[cluster].add({1, states_.is_rewound(t) ? 1u : 0u, t});
   }
   Vector<Fold> folds_between;
   for (const auto& [a, b] : folded) folds_between.push_back({cluster_of[a], cluster_of[b]});
@@ -410,7 +396,7 @@ void Inspector::find_inverted() {
   for (TetId t = 0; t < tets_.size(); ++t) {
     if (inverted[cluster_of[t]] == 0) continue;
     ++out_.inverted;
-    if ((states_[t] & kRewound) != 0) --out_.rewound;
+    if (states_.is_rewound(t)) --out_.rewound;
     samples(Defect::kInverted).add(t);
     if (clusters[cluster_of[t]].cells <= kMaxBrokenCluster) mark_cell(t, kBrokenVertex);
   }
