@@ -37,9 +37,11 @@ void FusePlanner<Real>::begin(const FuseLimits& limits, std::span<const Steering
   slid_ = 0;
   not_slid_ = 0;
   if (!limits.sheets_move()) return;
-  sheet_fusion_.begin(mesh, &vertices->sheets(),
-                      {limits.unit, limits.max_deviation, limits.deviation_before, limits.facing,
-                       &triangles_, values_.have_bounds()});
+  sheet_fusion_.begin(
+      mesh, &vertices->sheets(),
+      {limits.unit,
+       limits.max_deviation,
+       {limits.deviation_before, limits.facing, &triangles_, values_.have_bounds()}});
   if (limits.facing == nullptr) return;
   triangles_.begin(*limits.facing);
   for (VertexId v = 0; v < mesh->vertex_count(); ++v) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "kernel/criteria.h"
+#include "kernel/local_frame.h"
 
 namespace tetfusion {
 
@@ -82,8 +83,7 @@ void NearSurface<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls, doub
 
 template <class Real>
 Point3 NearSurface<Real>::about_v(const Vec3<Real>& p) const {
-  const Vec3<Real>& o = mesh_->positions[joining_.v];
-  return {(double{p.x} - o.x) * unit_, (double{p.y} - o.y) * unit_, (double{p.z} - o.z) * unit_};
+  return LocalFrame<Real>{mesh_->positions[joining_.v], unit_}.local(p);
 }
 
 template <class Real>

@@ -4,22 +4,12 @@
 #include <cmath>
 #include <limits>
 
-#include "kernel/near_surface.h"
-
 namespace tetfusion {
 
 namespace {
 
 // Heights up to this share of the width are what coordinates of single precision make of a plane.
 constexpr double kFlat = 1e-5;
-
-// In the unit. So little is no rise; so far may a part of the boundary move in a round and count as
-// still, as where flat parts and straight edges meet at an angle, and a vertex goes along the edge
-// but for what single precision and the pull of best_position() make of it; and so far may one move
-// that rises: a quarter to a half of a cell of the grid.
-constexpr double kRoundingOfHeights = 1e-12;
-constexpr double kStill = 0x1p-20;
-constexpr double kReach = 1.0 / 256;
 
 }  // namespace
 
@@ -29,15 +19,8 @@ void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets,
   mesh_ = mesh;
   sheets_ = sheets;
   limits_ = limits;
+  surroundings_.begin(mesh, limits.surroundings);
   moved_.assign(mesh->vertex_count(), 0.0F);
-}
-
-// In the unit.
-template <class Real>
-Point3 SheetFusion<Real>::about_v(const Vec3<Real>& p) const {
-  const Vec3<Real>& o = mesh_->positions[v_];
-  return {(double{p.x} - o.x) * limits_.unit, (double{p.y} - o.y) * limits_.unit,
-          (double{p.z} - o.z) * limits_.unit};
 }
 
 template <class Real>
@@ -46,6 +29,7 @@ bool SheetFusion<Real>::choose(VertexId v, VertexId partner, bool fixed, Along a
   partner_ = partner;
   fixed_ = fixed;
   along_ = along;
+  frame_ = {mesh_->positions[v], limits_.unit};
   if (!sheets_->find_fan(v, &fan_v_) || !fan_v_.turn_to(partner)) return false;
   if (!fixed && (!sheets_->find_fan(partner, &fan_partner_) || !fan_partner_.turn_to(v))) {
     return false;
@@ -57,6 +41,7 @@ bool SheetFusion<Real>::choose(VertexId v, VertexId partner, bool fixed, Along a
   if (!fixed) find_places(fan_partner_, &pair_.partner_ring);
   deviation_before_ = largest(mesh_->deviations);
   moved_before_ = largest(moved_);
+  surroundings_.choose(frame_, v, partner, fixed);
   return true;
 }
 
@@ -107,7 +92,7 @@ template <class Real>
 Vec3<Real> SheetFusion<Real>::flattened(const Vec3<Real>& position) const {
   if (along_ == Along::kLine) {
     const Point3& edge = pair_.partner();
-    return on_edge(dot(about_v(position), edge) / dot(edge, edge));
+    return on_edge(dot(frame_.local(position), edge) / dot(edge, edge));
   }
   Point3 normal{};
   const std::size_t n = pair_.ring.size();
@@ -126,7 +111,7 @@ Vec3<Real> SheetFusion<Real>::flattened(const Vec3<Real>& position) const {
     }
   }
   if (!(height <= kFlat * std::sqrt(width))) return position;
-  const Point3 p = about_v(position);
+  const Point3 p = frame_.local(position);
   const double off = dot(p, normal) / limits_.unit;
   return {static_cast<Real>(position.x - off * normal[0]),
           static_cast<Real>(position.y - off * normal[1]),
@@ -135,7 +120,7 @@ Vec3<Real> SheetFusion<Real>::flattened(const Vec3<Real>& position) const {
 
 template <class Real>
 bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
-  position_ = about_v(position);
+  position_ = frame_.local(position);
   double distance = 0;
   if (!(along_ == Along::kSheet ? measure_disc(&distance) : measure_line(&distance))) return false;
   const auto sum = [distance](float before) {
@@ -149,12 +134,12 @@ bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
 
 template <class Real>
 bool SheetFusion<Real>::measure_disc(double* distance) {
-  collect_disc(pair_, position_, &change_);
-  old_ = change_.triangles;
-  outline_moves_ = false;
-  const auto disc = measure(change_);
+  collect_disc(pair_, position_, &patch_.change);
+  patch_.old = patch_.change.triangles;
+  patch_.outline_moved = 0;
+  const auto disc = measure(patch_.change);
   if (disc) *distance = disc->distance;
-  return disc && !may_meet_another(*disc, disc->rise) && is_alone(disc->distance);
+  return disc && may_move(*disc);
 }
 
 // First the line goes to its new place, and draws the triangles with it: they move no further than
@@ -162,149 +147,32 @@ bool SheetFusion<Real>::measure_disc(double* distance) {
 template <class Real>
 bool SheetFusion<Real>::measure_line(double* distance) {
   const MovedLine line = move_line(pair_, position_);
-  const double moved = distance_of(pair_, line);
+  patch_.outline_moved = distance_of(pair_, line);
   double sides = 0;
-  outline_moves_ = moved > kStill;
   for (const LineSide side : {LineSide::kLeft, LineSide::kRight}) {
-    collect_side(pair_, line, side, &change_);
-    collect_old_side(pair_, side, &old_);
-    const auto patch = measure(change_);
-    if (!patch || may_meet_another(*patch, patch->rise + moved)) return false;
-    if (!is_alone(patch->distance + moved)) return false;
+    collect_side(pair_, line, side, &patch_.change);
+    collect_old_side(pair_, side, &patch_.old);
+    const auto patch = measure(patch_.change);
+    if (!patch || !may_move(*patch)) return false;
     sides = std::max(sides, patch->distance);
   }
-  *distance = moved + sides;
+  *distance = patch_.outline_moved + sides;
   return true;
 }
 
-// What a patch that rises would meet is another part of the boundary, somewhere above, that looks
-// down at it: a way up that enters the volume there crosses such a triangle. Parts that other
-// chunks have may have risen, too, since the round began: none may when it has moved by more than
-// kReach, or there are some that it may not know as near as it has moved. Where it knows all of
-// them, as far as they may have come, it looks at the triangles.
+// As far as other parts of the boundary go.
 template <class Real>
-bool SheetFusion<Real>::may_meet_another(const PatchDistance& patch, double rise) const {
-  if (limits_.facing == nullptr || !(rise > kRoundingOfHeights)) return false;
-  if ((mesh_->marks[v_] & kOnBoundary) == 0) return false;  // volume on both sides
-  const double moved = moved_before_ + patch.distance + rise;
-  if (moved <= kStill) return false;
-  const bool is_near = moved <= kReach;
-  if (is_near && !limits_.facing->may_face(in_mesh(box_of_patch(kReach)), patch.normal))
-    return false;
-  if (limits_.stays_alone && !is_near) return true;
-  return !limits_.triangles->knows(in_mesh(box_of_patch(std::max(kReach, moved)))) ||
-         meets_another(patch.normal);
+bool SheetFusion<Real>::may_move(const PatchDistance& distance) const {
+  return !surroundings_.may_meet_another(patch_, distance, moved_before_) &&
+         surroundings_.is_alone(patch_, distance.distance + patch_.outline_moved,
+                                deviation_before_);
 }
 
-// Does a triangle reach into what lies between the patch and its fan? Where the outline moves, what
-// is behind one of them must be behind both.
-template <class Real>
-bool SheetFusion<Real>::meets_another(const Point3& normal) const {
-  const FacingBox box = box_of_patch(0);
-  const Heights heights = heights_along(normal);
-  return limits_.triangles->any(in_mesh(box), [&](const BoundaryTriangles::Corners& corners) {
-    return is_in_the_way(corners, box, normal, heights);
-  });
-}
-
-// Nothing is below or above them where a triangle shows its back: that is looked at more closely.
-template <class Real>
-auto SheetFusion<Real>::heights_along(const Point3& normal) const -> Heights {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Heights heights{kInfinity, -kInfinity};
-  bool is_seen = true;
-  const auto look = [&](const Triangle3& t, bool is_of_fan) {
-    is_seen = is_seen && dot(cross(minus(t[1], t[0]), minus(t[2], t[0])), normal) > 0;
-    for (const Point3& p : t) {
-      heights.least = std::min(heights.least, dot(p, normal));
-      if (is_of_fan) heights.most_of_fan = std::max(heights.most_of_fan, dot(p, normal));
-    }
-    return true;
-  };
-  for (const Triangle3& t : old_) look(t, false);
-  for_each_of_fan([&](const Triangle3& t) { return look(t, true); });
-  return is_seen ? heights : Heights{-kInfinity, kInfinity};
-}
-
-// Until use() says false of a triangle; whether it did of none.
-template <class Real>
-template <class Use>
-bool SheetFusion<Real>::for_each_of_fan(Use use) const {
-  const auto& chain = change_.chain;
-  for (std::size_t i = 0; i + (change_.closed ? 0 : 1) < chain.size(); ++i) {
-    if (!use(Triangle3{change_.apex, chain[i], chain[(i + 1) % chain.size()]})) return false;
-  }
-  return true;
-}
-
-template <class Real>
-bool SheetFusion<Real>::is_in_the_way(const BoundaryTriangles::Corners& corners,
-                                      const FacingBox& box, const Point3& normal,
-                                      const Heights& heights) const {
-  for (const VertexId u : corners) {
-    const bool goes = u == v_ || (u == partner_ && !fixed_);
-    if (goes || mesh_->incidence[u] == 0) return false;
-  }
-  const Triangle3 triangle{at(corners[0]), at(corners[1]), at(corners[2])};
-  const FacingBox around = box_round(triangle[0], triangle[1], triangle[2]);
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (around.lo[i] > box.hi[i] || around.hi[i] < box.lo[i]) return false;
-  }
-  // The other side of a wall is as clear as that.
-  const auto [low, high] =
-      std::minmax({dot(triangle[0], normal), dot(triangle[1], normal), dot(triangle[2], normal)});
-  if (high < heights.least - 2 * kStill || low > heights.most_of_fan + 2 * kStill) return false;
-  const auto is_on = [&](Side side) {
-    return for_each_of_fan(
-        [&](const Triangle3& one) { return lies_on_side(triangle, one, normal, side, kStill); });
-  };
-  const bool is_behind = std::all_of(old_.begin(), old_.end(), [&](const Triangle3& one) {
-    return lies_on_side(triangle, one, normal, Side::kBehind, kStill);
-  });
-  return !(is_behind && (!outline_moves_ || is_on(Side::kBehind))) && !is_on(Side::kBefore);
-}
-
-// The new triangles of the boundary, for those who come after.
 template <class Real>
 void SheetFusion<Real>::note_fused(VertexId kept) {
   moved_[kept] = moved_here_;
-  if (limits_.facing == nullptr || (mesh_->marks[v_] & kOnBoundary) == 0) return;
-  const auto add = [&](const SheetFan& fan) {
-    for (std::size_t i = 1; i + 1 < fan.size(); ++i) {
-      const VertexId a = fan.ring[i], b = fan.ring[i + 1];
-      limits_.triangles->add({kept, a, b}, in_mesh(box_round(position_, at(a), at(b))));
-    }
-  };
-  add(fan_v_);
-  if (!fixed_) add(fan_partner_);
-}
-
-// A point that comes to lie outside is then nearest to what is round its own place.
-template <class Real>
-bool SheetFusion<Real>::is_alone(double distance) const {
-  if (!limits_.stays_alone || limits_.facing == nullptr || distance <= kOnSurface) return true;
-  if ((mesh_->marks[v_] & kOnBoundary) == 0) return true;
-  const double furthest = std::max(limits_.deviation_before, double{deviation_before_} + distance);
-  return limits_.facing->looks_one_way(in_mesh(box_of_patch(2 * furthest + kReach)));
-}
-
-template <class Real>
-FacingBox SheetFusion<Real>::box_of_patch(double wider) const {
-  FacingBox box{change_.apex, change_.apex};
-  for (const auto* triangles : {&change_.triangles, &old_}) {
-    for (const Triangle3& triangle : *triangles) {
-      for (const Point3& p : triangle) box.add(p);
-    }
-  }
-  box.widen(wider);
-  return box;
-}
-
-// Back from about_v().
-template <class Real>
-Point3 SheetFusion<Real>::in_mesh(const Point3& p) const {
-  const Vec3<Real>& o = mesh_->positions[v_];
-  return {p[0] / limits_.unit + o.x, p[1] / limits_.unit + o.y, p[2] / limits_.unit + o.z};
+  surroundings_.note_fused(kept, position_, fan_v_);
+  if (!fixed_) surroundings_.note_fused(kept, position_, fan_partner_);
 }
 
 template class SheetFusion<float>;

@@ -1,12 +1,12 @@
 // Two vertices of a sheet become one: may they, and how far does the sheet move?
 #pragma once
 
-#include <optional>
-#include <span>
+#include <vector>
 
-#include "kernel/boundary_triangles.h"
 #include "kernel/edge_costs.h"
+#include "kernel/local_frame.h"
 #include "kernel/patch_distance.h"
+#include "kernel/patch_surroundings.h"
 #include "kernel/sheet_patch.h"
 #include "kernel/sheets.h"
 #include "mesh/work_mesh.h"
@@ -14,14 +14,9 @@
 namespace tetfusion {
 
 struct SheetLimits {
-  double unit = 1;              // of lengths
-  double max_deviation = 0;     // so far may a sheet move, in the unit
-  double deviation_before = 0;  // so far has one moved at most
-  // As in FuseLimits, and the triangles by its cells. Null: nothing is in the way.
-  const FacingGrid* facing = nullptr;
-  BoundaryTriangles* triangles = nullptr;
-  // The boundary moves but where it is the only part of it that is in reach.
-  bool stays_alone = false;
+  double unit = 1;           // of lengths
+  double max_deviation = 0;  // so far may a sheet move, in the unit
+  SurroundingsLimits surroundings;
 };
 
 // Keeps its memory from pair to pair. Not thread-safe.
@@ -50,38 +45,24 @@ class SheetFusion {
   void note_fused(VertexId kept);
 
  private:
-  Point3 about_v(const Vec3<Real>& p) const;
-  Point3 in_mesh(const Point3& p) const;
-  Point3 at(VertexId u) const { return about_v(mesh_->positions[u]); }
+  Point3 at(VertexId u) const { return frame_.local(mesh_->positions[u]); }
   void find_places(const SheetFan& fan, std::vector<Point3>* ring) const;
   bool find_sides();
   bool measure_disc(double* distance);
   bool measure_line(double* distance);
-  bool may_meet_another(const PatchDistance& patch, double rise) const;
-  bool meets_another(const Point3& normal) const;
-  // Along the patch's normal.
-  struct Heights {
-    double least;  // of the old patch and of the fan
-    double most_of_fan;
-  };
-  Heights heights_along(const Point3& normal) const;
-  template <class Use>
-  bool for_each_of_fan(Use use) const;
-  bool is_in_the_way(const BoundaryTriangles::Corners& corners, const FacingBox& box,
-                     const Point3& normal, const Heights& heights) const;
-  bool is_alone(double distance) const;
-  FacingBox box_of_patch(double wider) const;
-  FacingBox in_mesh(const FacingBox& box) const { return {in_mesh(box.lo), in_mesh(box.hi)}; }
+  bool may_move(const PatchDistance& distance) const;
   float largest(const Vector<float>& values) const;
 
   const WorkMesh<Real>* mesh_ = nullptr;
   Sheets<Real>* sheets_ = nullptr;
   SheetLimits limits_;
+  PatchSurroundings<Real> surroundings_;
 
   VertexId v_ = kNoVertex, partner_ = kNoVertex;
   bool fixed_ = false;
   Along along_{};
   SheetFan fan_v_, fan_partner_;  // each begins with the other one
+  LocalFrame<Real> frame_;        // about v
   SheetPair pair_;                // where they lie
   float deviation_before_ = 0;
   float deviation_ = 0;
@@ -91,11 +72,7 @@ class SheetFusion {
   float moved_before_ = 0, moved_here_ = 0;
 
   Point3 position_{};
-  PatchChange change_;
-  // What goes, as it is: for a line, the triangles on the side in hand. With a line the outline may
-  // move, too.
-  std::vector<Triangle3> old_;
-  bool outline_moves_ = false;
+  MovingPatch patch_;
 };
 
 extern template class SheetFusion<float>;
