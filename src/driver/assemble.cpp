@@ -99,21 +99,15 @@ ChunkShare Assembler<Real>::assemble(std::uint32_t chunk) {
 
 template <class Real>
 void Assembler<Real>::inspect(ChunkShare* share) {
-  Vector<std::uint8_t> on_interface(mesh_.vertex_count());
-  for (std::size_t v = 0; v < on_interface.size(); ++v) {
-    on_interface[v] = sharing_of(mesh_.marks[v]);
-  }
   thirds_.clear();
   for (std::size_t t = 0; parts_.numbered > 0 && t < mesh_.tets.size(); ++t) {
     thirds_.push_back(mesh_.tets[t][2]);
   }
-  Points points = std::move(mesh_.positions);
-  share->findings = inspector_.inspect({&points, mesh_.point_ids, on_interface, {}}, &mesh_.tets);
-  mesh_.positions = std::move(std::get<Vector<Vec3<Real>>>(points));
+  share->findings = inspect_as_marked(&mesh_, false, &inspector_);
   for (std::size_t t = 0; t < thirds_.size(); ++t) {
     if (mesh_.tets[t][2] != thirds_[t]) share->rewound.push_back(original_numbers(mesh_)[t]);
   }
-  for (std::size_t v = 0; v < on_interface.size(); ++v) {
+  for (std::size_t v = 0; v < mesh_.vertex_count(); ++v) {
     const std::uint8_t flags = share->findings.vertex_flags[v];
     if ((flags & kBoundaryVertex) != 0) mesh_.marks[v] |= kOnBoundary;
     if ((flags & kBrokenVertex) != 0) mesh_.marks[v] |= kLocked;

@@ -62,13 +62,19 @@ class Examiner {
   };
 
   void judge_chunks(const ScatteredMesh<Real>& from);
-  Share judge_chunk(const Points& points, WorkMesh<Real>* mesh, ChunkInspector* inspector,
-                    UnionFind* surfaces);
+  Share judge_chunk(WorkMesh<Real>* mesh, ChunkInspector* inspector, UnionFind* surfaces);
   void take(const InterfaceVerdict& verdict);
   void count_points(const LowerPart<Real>& lower);
   bool is_good(VertexId v) const { return (flags_[v] & (kBrokenVertex | kUnusedVertex)) == 0; }
   void look_at_cells();
   void count_components(UnionFind* sets);
+  // The odd cells alone, as a mesh. Its points with which something is wrong come first.
+  struct OddPart {
+    Geometry mesh;
+    Vector<VertexId> ids;  // of its points
+    VertexId odd_points = 0;
+  };
+  OddPart odd_part() const;
   void find_samples();
   Vector<Vec3<Real>> positions_of(const Vector<VertexId>& ascending) const;
   void find_coincident();
@@ -139,8 +145,7 @@ void Examiner<Real>::judge_chunks(const ScatteredMesh<Real>& from) {
     loaders[w].load(chunk, *from.tets, *from.points, &meshes[w]);
     from.tets->forget(chunk);
     from.points->forget(chunk);
-    const Points points = std::move(meshes[w].positions);
-    join.put(c, judge_chunk(points, &meshes[w], &inspectors[w], &surfaces));
+    join.put(c, judge_chunk(&meshes[w], &inspectors[w], &surfaces));
     context_.report("inspecting", 0.12, 0.7, ++done, from.chunks);
   });
   const InterfaceVerdict verdict = between.finish();
@@ -156,24 +161,20 @@ void Examiner<Real>::judge_chunks(const ScatteredMesh<Real>& from) {
 }
 
 template <class Real>
-typename Examiner<Real>::Share Examiner<Real>::judge_chunk(const Points& points,
-                                                           WorkMesh<Real>* mesh,
+typename Examiner<Real>::Share Examiner<Real>::judge_chunk(WorkMesh<Real>* mesh,
                                                            ChunkInspector* inspector,
                                                            UnionFind* surfaces) {
-  Vector<std::uint8_t> sharing(mesh->point_ids.size());
-  for (std::size_t v = 0; v < sharing.size(); ++v) sharing[v] = sharing_of(mesh->marks[v]);
   Share share;
-  share.findings = inspector->inspect({&points, mesh->point_ids, sharing, {}, true}, &mesh->tets);
-  for (std::size_t v = 0; v < sharing.size(); ++v) {
-    if (sharing[v] == kOwn) flags_[mesh->point_ids[v]] = share.findings.vertex_flags[v];
+  share.findings = inspect_as_marked(mesh, true, inspector);
+  for (std::size_t v = 0; v < mesh->vertex_count(); ++v) {
+    if (sharing_of(mesh->marks[v]) != kOwn) continue;
+    flags_[mesh->point_ids[v]] = share.findings.vertex_flags[v];
   }
   for (const auto& triangle : share.findings.boundary) unite_corners(triangle, surfaces);
   share.findings.boundary = {};
   share.findings.vertex_flags = {};
-  share.quality.add(points, mesh->tets);
-  for (const Vec3<Real>& p : std::get<Vector<Vec3<Real>>>(points)) {
-    share.box.add({p.x, p.y, p.z});
-  }
+  for (const Vec3<Real>& p : mesh->positions) share.box.add({p.x, p.y, p.z});
+  share.quality.add(std::move(mesh->positions), mesh->tets);
   share.tets = mesh->tets.size();
   return share;
 }
@@ -280,48 +281,52 @@ void Examiner<Real>::count_components(UnionFind* sets) {
   out_.mesh.components = components;
 }
 
-// The odd cells alone, as a mesh: all that is wrong lies there. Its points with which something is
-// wrong come first, so that those of its own rim, which has nothing to say, are never sampled.
 template <class Real>
-void Examiner<Real>::find_samples() {
-  if (odd_.empty()) return;
+auto Examiner<Real>::odd_part() const -> OddPart {
   Vector<VertexId> ids;
   for (const OddCell& cell : odd_) ids.insert(ids.end(), cell.tet.begin(), cell.tet.end());
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   const Vector<Vec3<Real>> positions = positions_of(ids);
   Vector<VertexId> places(ids.size());
-  VertexId odd_points = 0;
+  OddPart part;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (!is_good(ids[i])) places[i] = odd_points++;
+    if (!is_good(ids[i])) places[i] = part.odd_points++;
   }
-  VertexId next = odd_points;
+  VertexId next = part.odd_points;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (is_good(ids[i])) places[i] = next++;
   }
 
-  Geometry part;
   Vector<Vec3<Real>> points(ids.size());
-  Vector<VertexId> id_at(ids.size());
+  part.ids.resize(ids.size());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     points[places[i]] = positions[i];
-    id_at[places[i]] = ids[i];
+    part.ids[places[i]] = ids[i];
   }
-  part.points = std::move(points);
+  part.mesh.points = std::move(points);
   for (const OddCell& cell : odd_) {
     Tet tet;
     for (std::size_t k = 0; k < 4; ++k) {
       tet[k] = places[static_cast<std::size_t>(
           std::lower_bound(ids.begin(), ids.end(), cell.tet[k]) - ids.begin())];
     }
-    part.tets.push_back(tet);
+    part.mesh.tets.push_back(tet);
   }
-  const Inspection inspection = inspect(part);
+  return part;
+}
 
+// All that is wrong lies at odd cells. The rim of their mesh, which has nothing to say, is of sound
+// points, which are never sampled.
+template <class Real>
+void Examiner<Real>::find_samples() {
+  if (odd_.empty()) return;
+  OddPart part = odd_part();
+  const Inspection inspection = inspect(part.mesh);
   const auto take = [&](Defect kind, std::uint32_t id, std::uint64_t in_file) {
     const auto k = static_cast<std::size_t>(kind);
     out_.mesh.samples[k].push_back(in_file);
-    out_.mesh.places[k].push_back(place_of(part, kind, id));
+    out_.mesh.places[k].push_back(place_of(part.mesh, kind, id));
   };
   const auto take_cells = [&](Defect kind, std::uint64_t in_part, std::uint64_t in_all) {
     if (in_part != in_all) return;
@@ -336,7 +341,7 @@ void Examiner<Real>::find_samples() {
   if (description_.pieces != 1) return;
   for (const Defect kind : {Defect::kNonmanifoldEdge, Defect::kNonmanifoldVertex}) {
     for (const std::uint32_t v : inspection.first(kind).ids()) {
-      if (v < odd_points) take(kind, v, id_at[v]);
+      if (v < part.odd_points) take(kind, v, part.ids[v]);
     }
   }
 }

@@ -97,6 +97,22 @@ void ExportChunks<Real>::note_original_ids(const Chunk& chunk) const {
   }
 }
 
+// For as long as the reservation is held.
+template <class Real>
+MemoryBudget::Reservation ExportChunks<Real>::take_mesh(std::size_t next, Chunk* chunk) {
+  const MacroLod<Real>& mesh = job_.mesh;
+  if (mesh.whole) {
+    chunk->mesh = *mesh.whole;
+    return {};
+  }
+  const std::uint64_t fit = job_.fitted != nullptr ? job_.fitted->memory(chunk->number) : 0;
+  auto memory = job_.budget->wait_for(chunk_memory(mesh.pieces->bytes(chunk->number)) + fit,
+                                      "a chunk to be written");
+  if (next < mesh.chunks) mesh.pieces->will_read(static_cast<std::uint32_t>(next));
+  Rounds<Real>::gather(mesh, chunk->number, &chunk->gather, &chunk->mesh);
+  return memory;
+}
+
 template <class Real>
 void ExportChunks<Real>::for_each(double share, const Emit& emit) {
   const MacroLod<Real>& mesh = job_.mesh;
@@ -114,17 +130,7 @@ void ExportChunks<Real>::for_each(double share, const Emit& emit) {
     job_.context.check();
     Chunk& chunk = *workers[w];
     chunk.number = static_cast<std::uint32_t>(c);
-    MemoryBudget::Reservation memory;
-    if (mesh.whole) {
-      chunk.mesh = *mesh.whole;
-    } else {
-      const std::uint64_t fit = job_.fitted != nullptr ? job_.fitted->memory(chunk.number) : 0;
-      memory = job_.budget->wait_for(chunk_memory(mesh.pieces->bytes(chunk.number)) + fit,
-                                     "a chunk to be written");
-      const std::size_t ahead = c + workers.size();
-      if (ahead < mesh.chunks) mesh.pieces->will_read(static_cast<std::uint32_t>(ahead));
-      Rounds<Real>::gather(mesh, chunk.number, &chunk.gather, &chunk.mesh);
-    }
+    const auto memory = take_mesh(c + workers.size(), &chunk);
     if (job_.settings.has_numbers) chunk.mesh.cell_columns.pop_back();
     if (job_.fitted != nullptr) job_.fitted->fit(chunk.number, &chunk.fit, &chunk.mesh);
     name_vertices(&chunk);
@@ -136,12 +142,7 @@ void ExportChunks<Real>::for_each(double share, const Emit& emit) {
     } else {
       emit(chunk);
     }
-    Vector<std::uint8_t> sharing(chunk.mesh.vertex_count());
-    for (std::size_t v = 0; v < sharing.size(); ++v) sharing[v] = sharing_of(chunk.mesh.marks[v]);
-    Points points = std::move(chunk.mesh.positions);
-    join.put(
-        c, chunk.inspector.inspect({&points, chunk.mesh.point_ids, sharing, {}}, &chunk.mesh.tets));
-    chunk.mesh.positions = std::move(std::get<Vector<Vec3<Real>>>(points));
+    join.put(c, inspect_as_marked(&chunk.mesh, false, &chunk.inspector));
     if (job_.settings.has_numbers) chunk.mesh.cell_columns.push_back(number_column());
     job_.report(share * static_cast<double>(++done) / static_cast<double>(mesh.chunks));
   });

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "io/piece_store.h"
@@ -19,6 +21,20 @@ namespace tetfusion {
 inline std::uint8_t sharing_of(std::uint8_t marks) {
   if ((marks & kOnInterface) == 0) return kOwn;
   return (marks & kLast) != 0 ? kSharedLast : kShared;
+}
+
+// Judges a chunk whose vertices say by their marks how it shares them. Rewinds tetrahedra, and
+// leaves all else as it is.
+template <class Real>
+ChunkFindings inspect_as_marked(WorkMesh<Real>* mesh, bool wants_boundary,
+                                ChunkInspector* inspector) {
+  Vector<std::uint8_t> sharing(mesh->vertex_count());
+  for (std::size_t v = 0; v < sharing.size(); ++v) sharing[v] = sharing_of(mesh->marks[v]);
+  Points points = std::move(mesh->positions);
+  ChunkFindings findings =
+      inspector->inspect({&points, mesh->point_ids, sharing, {}, wants_boundary}, &mesh->tets);
+  mesh->positions = std::move(std::get<Vector<Vec3<Real>>>(points));
+  return findings;
 }
 
 // How much of the mesh a chunk will have.
