@@ -228,6 +228,34 @@ std::optional<std::string> label_in(const std::string& name, const std::string& 
   return name.substr(begin, name.size() - begin - end.size());
 }
 
+// The arrays whose names are like that, with {step}: the labels of their steps, and their names.
+using LabelledArrays = std::vector<std::pair<std::string, std::string>>;
+LabelledArrays find_labelled(const AttributeSet& set, const std::string& pattern) {
+  LabelledArrays found;
+  for (const ArrayInfo& array : set.arrays) {
+    if (const auto label = label_in(array.name, pattern)) found.emplace_back(*label, array.name);
+  }
+  // Of p_0, p_1 and p_mean the last is no step.
+  const auto is_step = [](const auto& one) { return is_number(one.first); };
+  if (std::any_of(found.begin(), found.end(), is_step)) {
+    std::erase_if(found, [&](const auto& one) { return !is_step(one); });
+  }
+  return found;
+}
+
+// The same of a name from the user, whose last colon may, as everywhere, begin a share: *pattern
+// is without it.
+LabelledArrays find_named(const AttributeSet& set, const std::string& name, std::string* pattern) {
+  *pattern = name;
+  LabelledArrays found = find_labelled(set, name);
+  const std::size_t colon = name.rfind(':');
+  if (found.empty() && colon != std::string::npos && colon > name.find(kStepField)) {
+    *pattern = name.substr(0, colon);
+    found = find_labelled(set, *pattern);
+  }
+  return found;
+}
+
 // The steps are point arrays of one mesh. `names` are as the user has them, with {step} and maybe a
 // share behind.
 std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::string>& names,
@@ -245,27 +273,8 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
                       "steers holds {}",
                       name, kStepField));
     }
-    // As everywhere the last colon may begin a share.
-    std::string pattern = name;
-    const auto find = [&] {
-      std::vector<std::pair<std::string, std::string>> found;
-      for (const ArrayInfo& array : mesh.point_data.arrays) {
-        if (const auto label = label_in(array.name, pattern))
-          found.emplace_back(*label, array.name);
-      }
-      // Of p_0, p_1 and p_mean the last is no step.
-      const auto is_step = [](const auto& one) { return is_number(one.first); };
-      if (std::any_of(found.begin(), found.end(), is_step)) {
-        std::erase_if(found, [&](const auto& one) { return !is_step(one); });
-      }
-      return found;
-    };
-    auto found = find();
-    const std::size_t colon = name.rfind(':');
-    if (found.empty() && colon != std::string::npos && colon > name.find(kStepField)) {
-      pattern = name.substr(0, colon);
-      found = find();
-    }
+    std::string pattern;
+    const LabelledArrays found = find_named(mesh.point_data, name, &pattern);
     if (found.empty()) {
       refuse(fmt::format("{}: no point array is named like {}; the point arrays are: {}", path,
                          pattern, names_of(mesh.point_data)));
