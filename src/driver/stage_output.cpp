@@ -86,6 +86,18 @@ Verification verify(const WrittenResult& result, const InputFacts& facts, const 
   return verify_output(result.file, promise, in.source.get(), context, run->place.budget());
 }
 
+ExportSettings settings_of(const Stage& stage, const Run& run) {
+  ExportSettings settings;
+  settings.path = stage.path;
+  settings.encoding = run.request.encoding;
+  settings.threads = thread_count();
+  settings.pieces = run.request.pieces;
+  settings.sink = run.sink;
+  settings.original_ids = run.request.behaviour.original_ids;
+  settings.has_numbers = run.keeps_logs();
+  return settings;
+}
+
 }  // namespace
 
 template <class Real>
@@ -95,14 +107,7 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
   const SimplifyRequest& request = run->request;
   const RunState<Real>& state = coarsening->state();
   StageOutput done;
-  ExportSettings out;
-  out.path = stage.path;
-  out.encoding = request.encoding;
-  out.threads = thread_count();
-  out.pieces = request.pieces;
-  out.sink = run->sink;
-  out.original_ids = request.behaviour.original_ids;
-  out.has_numbers = run->keeps_logs();
+  ExportSettings out = settings_of(stage, *run);
   const double begin = coarsening->share_done();
   const double end = is_last ? 1 : begin;
   const double half = looks_at_result(request) ? (begin + end) / 2 : end;
