@@ -17,9 +17,9 @@ namespace {
 
 using testing::Bytes;
 using testing::bytes_of;
+using testing::cell_values;
 using testing::dump;
 using ::testing::ElementsAre;
-using testing::read_cell_array;
 using testing::values;
 
 using GmshGroups = testing::FormatTest;
@@ -129,10 +129,8 @@ TEST_F(GmshGroups, PartsOfAnEntityArePutTogether) {
   expect_sample(mesh);
   EXPECT_THAT(mesh.lower.types, ElementsAre(5));
   EXPECT_THAT(mesh.lower.connectivity, ElementsAre(0, 1, 2));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical")),
-              ElementsAre(7, 9, 9));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:geometrical")),
-              ElementsAre(3, 5, 5));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "gmsh:physical"), ElementsAre(7, 9, 9));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "gmsh:geometrical"), ElementsAre(3, 5, 5));
   for (const bool swapped : {false, true}) {
     EXPECT_EQ(dump(open_and_compare("b.msh", binary_parts(swapped)).get()), dump(source.get()));
   }
@@ -226,8 +224,7 @@ $EndElements
 
 TEST_F(GmshGroups, OfSeveralGroupsTheSmallestIsTakenAndTheOthersAreTold) {
   const auto source = open_and_compare("a.msh", kSeveral);
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical")),
-              ElementsAre(4, 7, 2, 3));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "gmsh:physical"), ElementsAre(4, 7, 2, 3));
   EXPECT_THAT(source->description().left_out,
               ElementsAre("elements of the physical groups 7, all that are in another one, too"));
   std::string one = kSeveral;
@@ -300,7 +297,7 @@ TEST_F(GmshGroups, Version2RepeatsElementsThatAreInSeveral) {
       "$ElementData\n1\n\"q\"\n0\n3\n0\n1\n4\n2 2.5\n3 3.5\n5 5.5\n7 7.5\n$EndElementData\n";
   const auto source = open_and_compare("b.msh", kRepeated + data);
   ASSERT_NE(source->stream(), nullptr);
-  EXPECT_THAT(values<double>(read_cell_array(source.get(), "q")), ElementsAre(2.5, 3.5, 5.5, 7.5));
+  EXPECT_THAT(cell_values<double>(source.get(), "q"), ElementsAre(2.5, 3.5, 5.5, 7.5));
 }
 
 // Faults of the mesh stay: cells of one group, of none, or of different entities.
@@ -326,8 +323,8 @@ TEST_F(GmshGroups, ManyElementsMayBeRepeated) {
   }
   const auto source = open_and_compare("a.msh", mesh + "$EndElements\n");
   EXPECT_EQ(source->description().cells, static_cast<std::uint64_t>(kElements));
-  const auto groups = values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical"));
-  const auto entities = values<std::int32_t>(read_cell_array(source.get(), "gmsh:geometrical"));
+  const auto groups = cell_values<std::int32_t>(source.get(), "gmsh:physical");
+  const auto entities = cell_values<std::int32_t>(source.get(), "gmsh:geometrical");
   for (std::size_t i = 0; i < groups.size(); ++i) {
     ASSERT_EQ(groups[i], i % 2 == 0 ? 1 : 3) << i;
     ASSERT_EQ(entities[i], static_cast<std::int32_t>(i % 3)) << i;
@@ -348,7 +345,7 @@ TEST_F(GmshGroups, ValuesBetweenPartitionsArePassedOver) {
   const std::string all = kParts + head + rows + "12 2\n11 4\n$EndElementData\n";
   const auto source = open_and_compare("a.msh", all);
   ASSERT_NE(source->stream(), nullptr);
-  EXPECT_THAT(values<double>(read_cell_array(source.get(), "q")), ElementsAre(0.5, 2, 4));
+  EXPECT_THAT(cell_values<double>(source.get(), "q"), ElementsAre(0.5, 2, 4));
 }
 
 // A tetrahedron and a triangle.

@@ -20,10 +20,10 @@ namespace {
 
 using testing::Bytes;
 using testing::bytes_of;
+using testing::cell_values;
 using testing::dump;
 using ::testing::ElementsAre;
-using testing::read_cell_array;
-using testing::read_point_array;
+using testing::point_values;
 using testing::replaced;
 using testing::values;
 
@@ -148,15 +148,14 @@ TEST_F(Gmsh, ReadsText) {
   EXPECT_THAT(mesh.lower.types, ElementsAre(5, 1, 3));
   EXPECT_THAT(mesh.lower.connectivity, ElementsAre(1, 2, 3, 2, 0, 1));
   EXPECT_THAT(mesh.tet_source, ElementsAre(2, 3));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical")),
-              ElementsAre(7, 0, 9, 9, 0));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:geometrical")),
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "gmsh:physical"), ElementsAre(7, 0, 9, 9, 0));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "gmsh:geometrical"),
               ElementsAre(3, 1, 5, 6, 4));
-  const auto t = values<double>(read_point_array(source.get(), "T"));
+  const auto t = point_values<double>(source.get(), "T");
   EXPECT_EQ(t[0], -2);
   EXPECT_EQ(t[1], 1.5);
   EXPECT_TRUE(std::isnan(t[2]));
-  const auto flux = values<double>(read_cell_array(source.get(), "flux"));
+  const auto flux = cell_values<double>(source.get(), "flux");
   EXPECT_EQ(flux.size(), 15u);
   EXPECT_EQ(flux[7], 2);
   EXPECT_TRUE(std::isnan(flux[0]));
@@ -169,8 +168,8 @@ TEST_F(Gmsh, ReadsText) {
 
 TEST_F(Gmsh, ArraysComeInAnyOrder) {
   const auto source = open_and_compare("a.msh", kText4);
-  const auto flux = values<double>(read_cell_array(source.get(), "flux"));
-  const auto tags = values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical"));
+  const auto flux = cell_values<double>(source.get(), "flux");
+  const auto tags = cell_values<std::int32_t>(source.get(), "gmsh:physical");
   EXPECT_EQ(flux[8], 3);
   EXPECT_THAT(tags, ElementsAre(7, 0, 9, 9, 0));
   EXPECT_EQ(dump(source.get()), dump(open_and_compare("b.msh", kText4).get()));
@@ -427,7 +426,7 @@ TEST_F(Gmsh, RowsWithoutNumbersAreNotWritten) {
   text.replace(text.find(some), some.size(), "3\n12 1 nan 3\n3 nan nan nan\n2 4 5 6\n");
   const std::string none = "$NodeData\n1\n\"none\"\n0\n3\n0\n1\n1\n7 nan\n$EndNodeData\n";
   const auto source = open("a.msh", text + none);
-  const auto flux = values<double>(read_cell_array(source.get(), "flux"));
+  const auto flux = cell_values<double>(source.get(), "flux");
   for (const Encoding encoding : {Encoding::kAscii, Encoding::kRaw}) {
     WriteOptions options;
     options.encoding = encoding;
@@ -437,13 +436,13 @@ TEST_F(Gmsh, RowsWithoutNumbersAreNotWritten) {
     EXPECT_NE(bytes.find("\"none\"\n1\n0.5\n3\n0\n1\n0\n"), std::string::npos);
     const auto back = open_and_compare("c.msh", bytes);
     ASSERT_NE(back->stream(), nullptr);
-    const auto again = values<double>(read_cell_array(back.get(), "flux"));
+    const auto again = cell_values<double>(back.get(), "flux");
     const std::vector<std::size_t> order = {2, 3, 0, 1, 4};  // tetrahedra come first
     for (std::size_t i = 0; i < flux.size(); ++i) {
       const double before = flux[3 * order[i / 3] + i % 3];
       EXPECT_TRUE(again[i] == before || (std::isnan(again[i]) && std::isnan(before))) << i;
     }
-    for (const double value : values<double>(read_point_array(back.get(), "none"))) {
+    for (const double value : point_values<double>(back.get(), "none")) {
       EXPECT_TRUE(std::isnan(value));
     }
   }
@@ -575,13 +574,12 @@ TEST_F(Gmsh, KeepsAllArrays) {
   EXPECT_EQ(before.lower.types, after.lower.types);
   EXPECT_EQ(before.lower.connectivity, after.lower.connectivity);
   EXPECT_EQ(testing::coordinates<double>(before), testing::coordinates<double>(after));
-  const auto materials = values<std::int32_t>(read_cell_array(source.get(), "material"));
-  EXPECT_EQ(values<std::int32_t>(read_cell_array(back.get(), "gmsh:physical")), materials);
-  EXPECT_EQ(values<std::int32_t>(read_cell_array(back.get(), "gmsh:geometrical")), materials);
-  EXPECT_EQ(values<double>(read_cell_array(back.get(), "stress")),
-            values<double>(read_cell_array(source.get(), "stress")));
-  const auto tensor = values<double>(read_point_array(source.get(), "tensor"));
-  const auto again = values<double>(read_point_array(back.get(), "tensor"));
+  const auto materials = cell_values<std::int32_t>(source.get(), "material");
+  EXPECT_EQ(cell_values<std::int32_t>(back.get(), "gmsh:physical"), materials);
+  EXPECT_EQ(cell_values<std::int32_t>(back.get(), "gmsh:geometrical"), materials);
+  EXPECT_EQ(cell_values<double>(back.get(), "stress"), cell_values<double>(source.get(), "stress"));
+  const auto tensor = point_values<double>(source.get(), "tensor");
+  const auto again = point_values<double>(back.get(), "tensor");
   for (std::size_t v = 0; v < testing::coordinates<double>(before).size() / 3; ++v) {
     const std::uint64_t row = before.point_source.empty() ? v : before.point_source[v];
     const std::uint64_t other = after.point_source.empty() ? v : after.point_source[v];

@@ -13,11 +13,10 @@
 namespace tetfusion {
 namespace {
 
+using testing::cell_values;
 using testing::dump;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-using testing::read_cell_array;
-using testing::read_point_array;
 using testing::replaced;
 using testing::values;
 
@@ -133,11 +132,10 @@ TEST_F(GmshVersions, AllMeanTheSame) {
   EXPECT_EQ(first->description().format, "Gmsh mesh, 1, text");
   EXPECT_THAT(first->description().left_out, IsEmpty());
   expect_sample(first->read_geometry());
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(first.get(), "gmsh:physical")),
-              ElementsAre(7, 0, 9, 9, 0));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(first.get(), "gmsh:geometrical")),
+  EXPECT_THAT(cell_values<std::int32_t>(first.get(), "gmsh:physical"), ElementsAre(7, 0, 9, 9, 0));
+  EXPECT_THAT(cell_values<std::int32_t>(first.get(), "gmsh:geometrical"),
               ElementsAre(3, 1, 5, 6, 4));
-  EXPECT_EQ(values<double>(read_cell_array(first.get(), "flux"))[2], 2.5);
+  EXPECT_EQ(cell_values<double>(first.get(), "flux")[2], 2.5);
   EXPECT_EQ(dump(first.get()), dump(open_and_compare("b.msh", kVersion2).get()));
   const auto fourth = open_and_compare("c.msh", kVersion40);
   EXPECT_EQ(fourth->description().format, "Gmsh mesh, 4.0, text");
@@ -230,8 +228,7 @@ TEST_F(GmshVersions, RepeatedElementsAreOne) {
   EXPECT_EQ(source->description().cells, 5u);
   EXPECT_THAT(source->description().left_out,
               ElementsAre("elements of the physical group 9 that are in another one, too"));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "gmsh:physical")),
-              ElementsAre(7, 0, 8, 9, 0));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "gmsh:physical"), ElementsAre(7, 0, 8, 9, 0));
 }
 
 TEST_F(GmshVersions, NamesWithoutADimensionGoWithAllGroupsOfTheirTag) {
@@ -295,7 +292,7 @@ TEST_F(GmshVersions, NamesOfDataNeedNoQuotes) {
   for (const std::string name : {"flux", "  two words \r", "\"flux\""}) {
     const auto source = open_and_compare("a.msh", replaced(kVersion2, "\"flux\"", name));
     const std::string expected = name.find("two") == name.npos ? "flux" : "two words";
-    EXPECT_EQ(values<double>(read_cell_array(source.get(), expected))[2], 2.5);
+    EXPECT_EQ(cell_values<double>(source.get(), expected)[2], 2.5);
   }
   expect_error("a.msh", replaced(kVersion2, "\"flux\"\n0", "\n0\n0"),
                "line 24: expected a text in quotes");

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,10 @@ namespace {
 
 using testing::Bytes;
 using testing::bytes_of;
+using testing::cell_values;
 using testing::dump;
 using ::testing::ElementsAre;
+using testing::point_values;
 using testing::read_cell_array;
 using testing::read_point_array;
 using testing::replaced;
@@ -27,12 +30,14 @@ using testing::values;
 
 class Legacy : public testing::FormatTest {
  protected:
-  // The dump of a file that is the same mesh in windows.
-  std::string dump_of(const std::string& bytes, const OpenOptions& options = {}) {
-    const auto source = open("a.vtk", bytes, options);
+  // Opens a file, which is the same mesh in windows.
+  std::unique_ptr<MeshSource> open_both_ways(const std::string& bytes,
+                                             const OpenOptions& options = {}) {
+    auto source = open("a.vtk", bytes, options);
     testing::expect_windows_like_whole(dir_.file("a.vtk"), options);
-    return dump(source.get());
+    return source;
   }
+  std::string dump_of(const std::string& bytes) { return dump(open_both_ways(bytes).get()); }
   std::string text_of(MeshSource* source, Encoding encoding) {
     write_mesh(source, dir_.file("out.vtk"), {encoding, {}});
     return bytes_of(dir_.file("out.vtk"));
@@ -170,16 +175,13 @@ TEST_F(Legacy, ReadsText) {
                                                                      {"Vectors", "velocity"},
                                                                      {"Normals", "n"},
                                                                      {"GlobalIds", "gid"}}));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "region")),
-              ElementsAre(7, 0, 8, 0));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "region"), ElementsAre(7, 0, 8, 0));
   const DataArray stress = read_cell_array(source.get(), "stress");
   EXPECT_THAT(values<float>(stress), ElementsAre(1, 2, 3, 4, 5, 6, 7, 8));
   EXPECT_THAT(stress.info.component_names, ElementsAre("in plane", "across"));
-  EXPECT_THAT(values<std::uint8_t>(read_cell_array(source.get(), "mark")), ElementsAre(1, 0, 0, 1));
-  EXPECT_THAT(values<std::int16_t>(read_point_array(source.get(), "first one")),
-              ElementsAre(1, 2, 3, 4, 5, 6));
-  EXPECT_THAT(values<std::int32_t>(read_point_array(source.get(), "gid")),
-              ElementsAre(10, 11, 12, 13, 14, 15));
+  EXPECT_THAT(cell_values<std::uint8_t>(source.get(), "mark"), ElementsAre(1, 0, 0, 1));
+  EXPECT_THAT(point_values<std::int16_t>(source.get(), "first one"), ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_THAT(point_values<std::int32_t>(source.get(), "gid"), ElementsAre(10, 11, 12, 13, 14, 15));
   const DataArray title = source->read_array(Association::kField, 0);
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(title.bytes.data()), title.bytes.size()),
             std::string("two words\0"
@@ -204,7 +206,7 @@ TEST_F(Legacy, ComponentsMayHaveNoName) {
   const auto source = open("a.vtk", replaced(text5(), "in%20plane\n", "\n"));
   EXPECT_THAT(read_cell_array(source.get(), "stress").info.component_names,
               ElementsAre("", "across"));
-  EXPECT_THAT(values<std::uint8_t>(read_cell_array(source.get(), "mark")), ElementsAre(1, 0, 0, 1));
+  EXPECT_THAT(cell_values<std::uint8_t>(source.get(), "mark"), ElementsAre(1, 0, 0, 1));
   for (const Encoding encoding : {Encoding::kRaw, Encoding::kAscii}) {
     const auto back = open("b.vtk", text_of(source.get(), encoding));
     EXPECT_THAT(read_cell_array(back.get(), "stress").info.component_names,
@@ -287,7 +289,7 @@ TEST_F(Legacy, OneArrayMayBeActiveAsSeveralKinds) {
   const auto back = open("c.vtk", text_of(twice.get(), Encoding::kAscii));
   EXPECT_EQ(back->description().point_data.active, d.point_data.active);
   EXPECT_EQ(back->description().point_data.arrays.size(), 4u);
-  EXPECT_THAT(values<double>(read_point_array(back.get(), "velocity")),
+  EXPECT_THAT(point_values<double>(back.get(), "velocity"),
               ElementsAre(1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0, 0, 5, 0, 0, 6, 0, 0));
   expect_error("d.vtk", text5() + "VECTORS n double\n" + values3,
                "two arrays called \"n\", of different types");
@@ -331,7 +333,7 @@ NULL_ARRAY
   EXPECT_EQ(d.format, "VTK legacy unstructured grid, 2.0, ascii");
   EXPECT_THAT(d.unread, ElementsAre("names"));
   EXPECT_EQ(d.point_type, ValueType::kFloat64);
-  EXPECT_THAT(values<std::uint8_t>(read_point_array(source.get(), "colour")),
+  EXPECT_THAT(point_values<std::uint8_t>(source.get(), "colour"),
               ElementsAre(0, 128, 255, 255, 0, 0, 77, 178));
   EXPECT_EQ(read_point_array(source.get(), "t9").info.components, 9u);
   EXPECT_EQ(read_point_array(source.get(), "t6").info.components, 6u);
@@ -340,21 +342,18 @@ NULL_ARRAY
                                                                      {"TCoords", "uv"},
                                                                      {"PedigreeIds", "pid"},
                                                                      {"EdgeFlag", "edge"}}));
-  EXPECT_THAT(values<float>(read_point_array(source.get(), "without_table")),
-              ElementsAre(1, 2, 3, 4));
-  EXPECT_THAT(values<std::int32_t>(read_point_array(source.get(), "of_freefem")),
-              ElementsAre(5, 6, 7, 8));
+  EXPECT_THAT(point_values<float>(source.get(), "without_table"), ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(point_values<std::int32_t>(source.get(), "of_freefem"), ElementsAre(5, 6, 7, 8));
   dump_of(bytes);
 }
 
 TEST_F(Legacy, GhostsAreDropped) {
   const std::string bytes =
       replaced(kDataSection, "mark 1 4 bit\n1 0 0 1", "vtkGhostType 1 4 unsigned_char\n0 0 1 0");
-  const auto source = open("a.vtk", head("4.2", "ASCII") + kPointSection + kCounted + bytes);
+  const auto source = open_both_ways(head("4.2", "ASCII") + kPointSection + kCounted + bytes);
   const Geometry mesh = source->read_geometry();
   EXPECT_EQ(mesh.tets.size(), 1u);
   EXPECT_EQ(mesh.ghost_cells, 1u);
-  testing::expect_windows_like_whole(dir_.file("a.vtk"), {});
 }
 
 TEST_F(Legacy, SplitsCells) {
@@ -366,9 +365,7 @@ CELL_TYPES 1
 12
 )";
   expect_error("a.vtk", bytes, "cell 0 is a hexahedron (VTK cell type 12): use --tetrahedralize");
-  const OpenOptions split{true, false, {}};
-  EXPECT_GE(open("a.vtk", bytes, split)->read_geometry().tets.size(), 5u);
-  testing::expect_windows_like_whole(dir_.file("a.vtk"), split);
+  EXPECT_GE(open_both_ways(bytes, {true, false, {}})->read_geometry().tets.size(), 5u);
 }
 
 // More cells than are counted in one go.
@@ -390,9 +387,7 @@ TEST_F(Legacy, ReadsLongListsInWindows) {
   }
   out.text("\nCELLS " + std::to_string(types.size()) + " " + std::to_string(list.size()) + "\n");
   out.put_all(list).text("\nCELL_TYPES " + std::to_string(types.size()) + "\n").put_all(types);
-  const auto source = open("a.vtk", out.str());
-  EXPECT_EQ(source->read_geometry().tets, cube.tets);
-  testing::expect_windows_like_whole(dir_.file("a.vtk"), {});
+  EXPECT_EQ(open_both_ways(out.str())->read_geometry().tets, cube.tets);
 }
 
 TEST_F(Legacy, SaysWhatIsWrongAndWhere) {

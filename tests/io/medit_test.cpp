@@ -16,14 +16,13 @@ namespace {
 
 using testing::Bytes;
 using testing::bytes_of;
+using testing::cell_values;
 using ::testing::Contains;
 using testing::dump;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::read_cell_array;
-using testing::read_point_array;
+using testing::point_values;
 using testing::replaced;
-using testing::values;
 
 using Medit = testing::FormatTest;
 
@@ -74,10 +73,8 @@ TEST_F(Medit, ReadsText) {
   EXPECT_THAT(mesh.lower.connectivity, ElementsAre(1, 2, 3, 2, 0, 1));
   EXPECT_THAT(mesh.tet_source, ElementsAre(2, 3));
   EXPECT_THAT(mesh.lower_source, ElementsAre(0, 1, 4));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "medit:ref")),
-              ElementsAre(7, 0, 10, -20, 30));
-  EXPECT_THAT(values<std::int32_t>(read_point_array(source.get(), "medit:ref")),
-              ElementsAre(1, 2, 3, 4, 5, 9));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "medit:ref"), ElementsAre(7, 0, 10, -20, 30));
+  EXPECT_THAT(point_values<std::int32_t>(source.get(), "medit:ref"), ElementsAre(1, 2, 3, 4, 5, 9));
 }
 
 TEST_F(Medit, TheVersionOfATextSaysTheTypes) {
@@ -88,7 +85,7 @@ TEST_F(Medit, TheVersionOfATextSaysTheTypes) {
   text.replace(text.find("-20"), 3, "-99999999999");
   const auto source = open_and_compare("a.mesh", text);
   EXPECT_EQ(source->description().point_type, ValueType::kFloat64);
-  EXPECT_THAT(values<std::int64_t>(read_cell_array(source.get(), "medit:ref")),
+  EXPECT_THAT(cell_values<std::int64_t>(source.get(), "medit:ref"),
               ElementsAre(7, 0, 10, -99999999999, 30));
 }
 
@@ -189,7 +186,7 @@ TEST_F(Medit, OtherCellsNeedAnOption) {
     volume += six / 6;
   }
   EXPECT_DOUBLE_EQ(volume, 1);
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "medit:ref")), ElementsAre(1, 2));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "medit:ref"), ElementsAre(1, 2));
   expect_error("a.mesh", head + "HexahedraQ2 1\n1 2 3\nEnd", "HexahedraQ2 cannot be read");
 }
 
@@ -329,8 +326,7 @@ TEST_F(Medit, WritesWhatItReads) {
       const Geometry after = back->read_geometry();
       EXPECT_EQ(before.points.index(), after.points.index());
       EXPECT_EQ(before.tets, after.tets);
-      EXPECT_THAT(values<std::int32_t>(
-                      read_point_array(open("d.meshb", binary(2, false)).get(), "medit:ref")),
+      EXPECT_THAT(point_values<std::int32_t>(open("d.meshb", binary(2, false)).get(), "medit:ref"),
                   ElementsAre(1, 2, 3, 4, 5, 9));
     }
   }
@@ -352,8 +348,8 @@ TEST_F(Medit, TakesMaterialsAsReferences) {
     const Geometry after = back->read_geometry();
     EXPECT_EQ(before.tets, after.tets) << name;
     EXPECT_EQ(testing::coordinates<double>(before), testing::coordinates<double>(after)) << name;
-    const auto old_values = values<std::int32_t>(read_cell_array(source.get(), "material"));
-    const auto new_values = values<std::int32_t>(read_cell_array(back.get(), "medit:ref"));
+    const auto old_values = cell_values<std::int32_t>(source.get(), "material");
+    const auto new_values = cell_values<std::int32_t>(back.get(), "medit:ref");
     for (std::size_t t = 0; t < before.tets.size(); ++t) ASSERT_EQ(old_values[t], new_values[t]);
   }
 }

@@ -19,12 +19,11 @@ namespace tetfusion {
 namespace {
 
 using testing::bytes_of;
+using testing::cell_values;
 using testing::dump;
 using ::testing::ElementsAre;
-using testing::read_cell_array;
-using testing::read_point_array;
+using testing::point_values;
 using testing::replaced;
-using testing::values;
 
 const char* const kNodes = R"(# made by hand
 6 3 2 1
@@ -67,11 +66,10 @@ TEST_F(Tetgen, ReadsAllFiles) {
     expect_sample(mesh);
     EXPECT_THAT(mesh.lower.types, ElementsAre(5, 3));
     EXPECT_THAT(mesh.lower.connectivity, ElementsAre(1, 2, 3, 0, 1));
-    EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref")),
-                ElementsAre(10, 20, 7, -8));
-    EXPECT_THAT(values<std::int32_t>(read_point_array(source.get(), "tetgen:ref")),
+    EXPECT_THAT(cell_values<std::int32_t>(source.get(), "tetgen:ref"), ElementsAre(10, 20, 7, -8));
+    EXPECT_THAT(point_values<std::int32_t>(source.get(), "tetgen:ref"),
                 ElementsAre(1, 0, 1, 1, -2, 0));
-    EXPECT_THAT(values<double>(read_point_array(source.get(), "tetgen:attr2")),
+    EXPECT_THAT(point_values<double>(source.get(), "tetgen:attr2"),
                 ElementsAre(-1, -2, -3, -4, -5, 0));
   }
 }
@@ -88,10 +86,8 @@ TEST_F(Tetgen, NumbersMayBeginWithZero) {
 TEST_F(Tetgen, AttributesMayBeFractions) {
   write("a.ele", "2 4 2\n1 1 2 3 4 10 5\n2 5 2 4 3 0.5 6\n");
   const auto source = open_named("a.node");
-  EXPECT_THAT(values<double>(read_cell_array(source.get(), "tetgen:ref")),
-              ElementsAre(10, 0.5, 7, -8));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref2")),
-              ElementsAre(5, 6, 0, 0));
+  EXPECT_THAT(cell_values<double>(source.get(), "tetgen:ref"), ElementsAre(10, 0.5, 7, -8));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "tetgen:ref2"), ElementsAre(5, 6, 0, 0));
   EXPECT_EQ(left_out_of("c.ele", source->description()),
             "c.ele has no place for these arrays, which are left out: tetgen:ref2");
   convert(source.get(), "c.ele");
@@ -120,15 +116,13 @@ TEST_F(Tetgen, WholeAttributesAreIntegersHoweverTheyAreWritten) {
 TEST_F(Tetgen, MoreColumns) {
   write("a.face", "1 1\n1 2 3 4 7 1 -1\n");
   const auto source = open_named("a.node");
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref")),
-              ElementsAre(10, 20, 7, -8));
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "tetgen:ref"), ElementsAre(10, 20, 7, -8));
   write("a.ele", "1 10 1\n1 1 2 3 4 5 6 1 2 3 4 10\n");
   write("a.face", "1 1\n1 2 3 4 5 6 1 7\n");
   write("a.edge", "1 1\n1 1 2 3 -8\n");
   const auto curved = open_mesh(dir_.file("a.ele"), {false, true});
   EXPECT_THAT(curved->read_geometry().lower.connectivity, ElementsAre(1, 2, 3, 0, 1));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(curved.get(), "tetgen:ref")),
-              ElementsAre(10, 7, -8));
+  EXPECT_THAT(cell_values<std::int32_t>(curved.get(), "tetgen:ref"), ElementsAre(10, 7, -8));
   expect_error("a.ele", "1 10 1\n1 1 2 3 4 5 6 1 2 3 4 10\n", "use --linearize");
 }
 
@@ -147,7 +141,7 @@ TEST_F(Tetgen, OfListsOfAllFacesAndEdgesTheMarkedOnesAreCells) {
   expect_sample(mesh);
   EXPECT_THAT(mesh.lower.types, ElementsAre(5, 5, 3, 3));
   EXPECT_THAT(mesh.lower.connectivity, ElementsAre(1, 2, 3, 0, 1, 3, 0, 1, 4, 3));
-  EXPECT_THAT(values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref")),
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "tetgen:ref"),
               ElementsAre(10, 20, 7, -1, -8, 9));
   write("a.face", "4 0\n1 1 2 3\n2 2 3 4\n3 1 3 4\n4 1 2 4\n");
   write("a.edge", "7 1\n1 1 2 0\n2 1 3 0\n3 1 4 0\n4 2 3 0\n5 2 4 0\n6 3 4 0\n7 5 2 0\n");
@@ -172,7 +166,7 @@ TEST_F(Tetgen, MarkedFacesMayBeFarApart) {
   write("a.face", faces);
   write("a.edge", "0 0\n");
   const auto source = open_and_compare("a.node", kNodes);
-  const auto found = values<std::int32_t>(read_cell_array(source.get(), "tetgen:ref"));
+  const auto found = cell_values<std::int32_t>(source.get(), "tetgen:ref");
   EXPECT_EQ(std::vector<std::int32_t>(found.begin(), found.end()), expected);
   const auto stream = source->stream();
   ASSERT_NE(stream, nullptr);
@@ -278,8 +272,8 @@ TEST_F(Tetgen, WritesOtherMeshes) {
   const Geometry before = source->read_geometry();
   const Geometry after = back->read_geometry();
   EXPECT_EQ(before.tets, after.tets);
-  const auto old_values = values<std::int32_t>(read_cell_array(source.get(), "material"));
-  const auto new_values = values<std::int32_t>(read_cell_array(back.get(), "tetgen:ref"));
+  const auto old_values = cell_values<std::int32_t>(source.get(), "material");
+  const auto new_values = cell_values<std::int32_t>(back.get(), "tetgen:ref");
   for (std::size_t t = 0; t < before.tets.size(); ++t) ASSERT_EQ(old_values[t], new_values[t]);
 }
 

@@ -56,6 +56,22 @@ MeshFile read_mesh_file(const std::string& path);
 DataArray read_point_array(MeshSource* source, const std::string& name);
 DataArray read_cell_array(MeshSource* source, const std::string& name);
 
+template <class T>
+std::vector<T> values(const DataArray& array) {
+  const auto span = array.as<T>();
+  return {span.begin(), span.end()};
+}
+
+// Of the array of that name.
+template <class T>
+std::vector<T> point_values(MeshSource* source, const std::string& name) {
+  return values<T>(read_point_array(source, name));
+}
+template <class T>
+std::vector<T> cell_values(MeshSource* source, const std::string& name) {
+  return values<T>(read_cell_array(source, name));
+}
+
 // Of a file. Throws where it cannot be read.
 std::string bytes_of(const std::string& path);
 

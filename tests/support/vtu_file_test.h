@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "io/mesh_source.h"
+#include "support/mesh_file.h"
 #include "support/stream_check.h"
 #include "support/temp_dir.h"
 #include "support/vtu_text.h"
@@ -40,12 +41,6 @@ class VtuFileTest : public ::testing::Test {
   TempDir dir_;
   std::string path_ = dir_.file("mesh.vtu");
 };
-
-template <class T>
-std::vector<T> values(const DataArray& array) {
-  const auto span = array.as<T>();
-  return {span.begin(), span.end()};
-}
 
 template <class Real>
 std::vector<double> coordinates(const Geometry& mesh) {
