@@ -309,16 +309,23 @@ TEST(ChunkInspection, AFlatCellAndItsCopyFitTogetherAndAreDuplicates) {
             1u);
 }
 
-TEST(ChunkInspection, AnUnsoundBallDoesNotCountWhereAFoldBreaksTheVertexAnyway) {
-  // Two balls round vertex 0, in one chunk; vertex 0 is also the apex of a cell that another
-  // chunk's cell is folded over.
+// Vertex 0, with 20 cells each; the second ball is twice as large.
+Geometry two_balls_round_one_vertex() {
   Geometry mesh = testing::icosahedron_ball();
   auto& points = std::get<Vector<Vec3<double>>>(mesh.points);
-  const Geometry one = mesh;
   for (VertexId v = 1; v <= 12; ++v) {
     points.push_back({2 * points[v].x, 2 * points[v].y, 2 * points[v].z});
   }
-  for (const Tet& t : one.tets) mesh.tets.push_back({t[0], t[1] + 12, t[2] + 12, t[3] + 12});
+  const Vector<Tet> first = mesh.tets;
+  for (const Tet& t : first) mesh.tets.push_back({t[0], t[1] + 12, t[2] + 12, t[3] + 12});
+  return mesh;
+}
+
+TEST(ChunkInspection, AnUnsoundBallDoesNotCountWhereAFoldBreaksTheVertexAnyway) {
+  // Both balls are in one chunk; vertex 0 is also the apex of a cell that another
+  // chunk's cell is folded over.
+  Geometry mesh = two_balls_round_one_vertex();
+  auto& points = std::get<Vector<Vec3<double>>>(mesh.points);
   Tet folded = mesh.tets[0];
   points.push_back({0.1, 0.1, 0.1});
   folded[0] = static_cast<VertexId>(points.size() - 1);
@@ -371,15 +378,8 @@ TEST(ChunkInspection, CellsThatShareOnlyAnEdgeOrAVertexAcrossChunks) {
 }
 
 TEST(ChunkInspection, TwoBallsRoundOneVertexInTwoChunks) {
-  Geometry mesh = testing::icosahedron_ball();
-  auto& points = std::get<Vector<Vec3<double>>>(mesh.points);
-  const Geometry one = mesh;
-  for (VertexId v = 1; v <= 12; ++v) {
-    points.push_back({2 * points[v].x, 2 * points[v].y, 2 * points[v].z});
-  }
-  for (const Tet& t : one.tets) mesh.tets.push_back({t[0], t[1] + 12, t[2] + 12, t[3] + 12});
   const InterfaceVerdict v = expect_same(
-      mesh, 2, [](std::size_t t) { return t < 20 ? 0u : 1u; }, 3);
+      two_balls_round_one_vertex(), 2, [](std::size_t t) { return t < 20 ? 0u : 1u; }, 3);
   EXPECT_EQ(v.nonmanifold_vertices, 1u);
   EXPECT_THAT(v.ids, ElementsAre(0));
   EXPECT_THAT(v.flags, ElementsAre(kBrokenVertex));

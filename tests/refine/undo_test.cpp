@@ -95,40 +95,49 @@ void undo_all(const FusionLog& log, RefinableMesh* mesh) {
   for (std::size_t i = log.size(); i > 0; --i) mesh->undo(log[i - 1]);
 }
 
-TEST(Undo, OneFusionOfTwoNeighbours) {
-  auto s = steered(five_split_cube(3), testing::smooth);
-  give_rows(&s.mesh);
-  const WorkMesh<double> original = s.mesh;
+// A mesh before and after a round, with its log.
+struct NotedRound {
+  NotedRound(testing::Steered steered, const FuseLimits& limits) {
+    give_rows(&steered.mesh);
+    original = steered.mesh;
+    fused = FuseRound<double>().run(limits, steered.fields(), &steered.mesh, &log).pass.fused;
+    mesh = std::move(steered.mesh);
+  }
+
+  WorkMesh<double> original, mesh;
   FusionLog log;
-  FuseRound<double> round;
+  std::uint64_t fused = 0;
+};
+
+NotedRound one_fusion() {
   FuseLimits limits = limits_of();
   limits.quota = 7;  // no two fusions
-  const FuseStatistics statistics = round.run(limits, s.fields(), &s.mesh, &log);
-  ASSERT_EQ(statistics.pass.fused, 1U);
+  return {steered(five_split_cube(3), testing::smooth), limits};
+}
+
+TEST(Undo, OneFusionOfTwoNeighbours) {
+  const auto [original, mesh, log, fused] = one_fusion();
+  ASSERT_EQ(fused, 1U);
   ASSERT_EQ(log.size(), 1U);
   const FusionRecord record = log[0];
   EXPECT_EQ(record.gone, 1U);
   EXPECT_EQ(record.points.size(), 1U);
-  EXPECT_EQ(record.tets.size(), original.tets.size() - s.mesh.tets.size());
+  EXPECT_EQ(record.tets.size(), original.tets.size() - mesh.tets.size());
   EXPECT_EQ(log.tets(), record.tets.size());
   EXPECT_TRUE(record.elsewhere.empty());
   Undone undone(original);
-  undone.begin(s.mesh);
+  undone.begin(mesh);
   undone.mesh.undo(record);
   undone.expect(original);
 }
 
 TEST(Undo, AllFusionsOfARound) {
-  auto s = steered(five_split_cube(7, 0.15, 2), testing::rough);
-  give_rows(&s.mesh);
-  const WorkMesh<double> original = s.mesh;
-  FusionLog log;
-  FuseRound<double> round;
-  const FuseStatistics statistics = round.run(limits_of(), s.fields(), &s.mesh, &log);
-  ASSERT_GT(statistics.pass.fused, 60U);
-  ASSERT_EQ(log.size(), statistics.pass.fused);
+  const auto [original, mesh, log, fused] =
+      NotedRound(steered(five_split_cube(7, 0.15, 2), testing::rough), limits_of());
+  ASSERT_GT(fused, 60U);
+  ASSERT_EQ(log.size(), fused);
   Undone undone(original);
-  undone.begin(s.mesh);
+  undone.begin(mesh);
   undo_all(log, &undone.mesh);
   undone.expect(original);
 }
@@ -168,17 +177,11 @@ TEST(Undo, AllPassesOfTetFuse) {
 
 // What a file with the right checksums may still say.
 TEST(Undo, ARecordThatDoesNotFitIsRefused) {
-  auto s = steered(five_split_cube(3), testing::smooth);
-  give_rows(&s.mesh);
-  const WorkMesh<double> original = s.mesh;
-  FusionLog log;
-  FuseRound<double> round;
-  FuseLimits limits = limits_of();
-  limits.quota = 7;
-  round.run(limits, s.fields(), &s.mesh, &log);
+  const NotedRound round = one_fusion();
+  const FusionLog& log = round.log;
   const auto refuses = [&](const auto& change) {
-    Undone undone(original);
-    undone.begin(s.mesh);
+    Undone undone(round.original);
+    undone.begin(round.mesh);
     FusionRecord record = log[0];
     change(&record);
     EXPECT_THROW(undone.mesh.undo(record), std::runtime_error);
@@ -188,7 +191,7 @@ TEST(Undo, ARecordThatDoesNotFitIsRefused) {
   refuses([](FusionRecord* r) { r->star = r->star.first(r->star.size() - 1); });
   const VertexId kept = log[0].kept;
   refuses([&](FusionRecord* r) { r->points = {&kept, 1}; });
-  const Vector<TetId> there(log[0].tets.size(), original_numbers(s.mesh)[0]);
+  const Vector<TetId> there(log[0].tets.size(), original_numbers(round.mesh)[0]);
   refuses([&](FusionRecord* r) { r->tets = there; });
   Vector<std::array<CornerCode, 4>> codes(log[0].corners.begin(), log[0].corners.end());
   codes.back()[2] = 500;
