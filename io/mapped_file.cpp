@@ -127,20 +127,11 @@ MappedFile::MappedFile(MappedFile&& other) noexcept
       data_(std::exchange(other.data_, nullptr)),
       spooled_checksum_(other.spooled_checksum_) {}
 
-MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
-  if (this != &other) {
-    release();
-    path_ = std::move(other.path_);
-    fd_ = std::exchange(other.fd_, -1);
-    guard_ = std::exchange(other.guard_, -1);
-    size_ = std::exchange(other.size_, 0);
-    data_ = std::exchange(other.data_, nullptr);
-    spooled_checksum_ = other.spooled_checksum_;
-  }
-  return *this;
+MappedFile::~MappedFile() {
+  unguard_mapping(guard_);
+  if (data_ != nullptr) file_system().munmap(const_cast<std::byte*>(data_), size_);
+  if (fd_ >= 0) file_system().close(fd_);
 }
-
-MappedFile::~MappedFile() { release(); }
 
 void MappedFile::check() const {
   // The end of the last page reads as zeros without a fault.
@@ -154,15 +145,6 @@ void MappedFile::check() const {
               path_ + ": byte " + std::to_string(*missing) + " of " + std::to_string(size_) +
                   " could not be read any more: the file was shortened while it was being read, or "
                   "its disk fails; run again when it is whole");
-}
-
-void MappedFile::release() noexcept {
-  unguard_mapping(guard_);
-  guard_ = -1;
-  if (data_ != nullptr) file_system().munmap(const_cast<std::byte*>(data_), size_);
-  if (fd_ >= 0) file_system().close(fd_);
-  data_ = nullptr;
-  fd_ = -1;
 }
 
 void MappedFile::will_need(std::uint64_t offset, std::uint64_t count) const {

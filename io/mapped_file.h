@@ -28,7 +28,6 @@ class MappedFile {
   static MappedFile of_descriptor(int fd, const std::string& name);
 
   MappedFile(MappedFile&& other) noexcept;
-  MappedFile& operator=(MappedFile&& other) noexcept;
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;
   ~MappedFile();
@@ -56,7 +55,6 @@ class MappedFile {
  private:
   MappedFile(std::string path, int fd, std::uint64_t size);  // takes `fd`
   void advise(std::uint64_t offset, std::uint64_t count, int advice) const;
-  void release() noexcept;
 
   std::string path_;
   int fd_ = -1;

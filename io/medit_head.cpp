@@ -280,8 +280,6 @@ class MeditHeadParser {
 
 }  // namespace
 
-std::span<const MeditKeyword> medit_keywords() { return kKeywords; }
-
 const MeditKeyword* find_medit_keyword(int number) {
   const auto found = std::find_if(kKeywords.begin(), kKeywords.end(), [&](const MeditKeyword& k) {
     return k.number == number && number != 0;

@@ -16,7 +16,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,8 +35,7 @@ struct MeditKeyword {
   std::uint8_t type = 0;  // VTK's, of kCells and kPoints
 };
 
-// All that this program knows of.
-std::span<const MeditKeyword> medit_keywords();
+// Null: this program does not know of it.
 const MeditKeyword* find_medit_keyword(int number);
 const MeditKeyword* find_medit_keyword(std::string_view name);
 

@@ -25,22 +25,6 @@ MemoryBudget::Reservation& MemoryBudget::Reservation::operator=(Reservation&& ot
   return *this;
 }
 
-void MemoryBudget::Reservation::resize(std::uint64_t bytes, std::string_view what) {
-  if (bytes > bytes_) {
-    const std::uint64_t more = bytes - bytes_;
-    const std::lock_guard lock(budget_->mutex_);
-    const std::uint64_t used = budget_->used_locked();
-    if (more > budget_->total_ - used || reservation_seam().refuses())
-      budget_->refuse(bytes, used - bytes_, what);
-    budget_->add_locked(more, passing_);
-  } else {
-    const std::lock_guard lock(budget_->mutex_);
-    (passing_ ? budget_->passing_ : budget_->staying_) -= bytes_ - bytes;
-  }
-  budget_->changed_.notify_all();
-  bytes_ = bytes;
-}
-
 void MemoryBudget::Reservation::release() noexcept {
   if (budget_ == nullptr) return;
   {

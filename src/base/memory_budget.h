@@ -26,9 +26,6 @@ class MemoryBudget {
     Reservation& operator=(Reservation&& other) noexcept;
 
     std::uint64_t bytes() const { return bytes_; }
-    // Never waits. Throws Error(kMemory) when more is asked for than is free, and then changes
-    // nothing; not for an object that holds nothing.
-    void resize(std::uint64_t bytes, std::string_view what);
     void release() noexcept;
 
    private:

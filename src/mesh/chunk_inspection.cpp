@@ -441,15 +441,9 @@ void ChunkInspector::Scratch::report() {
 
 ChunkInspector::ChunkInspector() : scratch_(std::make_unique<Scratch>()) {}
 ChunkInspector::~ChunkInspector() = default;
-ChunkInspector::ChunkInspector(ChunkInspector&&) noexcept = default;
-ChunkInspector& ChunkInspector::operator=(ChunkInspector&&) noexcept = default;
 
 ChunkFindings ChunkInspector::inspect(const ChunkToInspect& chunk, Vector<Tet>* tets) {
   return scratch_->run(chunk, tets);
-}
-
-ChunkFindings inspect_chunk(const ChunkToInspect& chunk, Vector<Tet>* tets) {
-  return ChunkInspector().inspect(chunk, tets);
 }
 
 }  // namespace tetfusion

@@ -97,8 +97,6 @@ class ChunkInspector {
  public:
   ChunkInspector();
   ~ChunkInspector();
-  ChunkInspector(ChunkInspector&&) noexcept;
-  ChunkInspector& operator=(ChunkInspector&&) noexcept;
 
   // Rewinds the chunk's tetrahedra in place and judges it. Starts no threads. The points of `tets`
   // index the chunk's, and must be in range; points and tetrahedra together are countable in 32
@@ -110,8 +108,5 @@ class ChunkInspector {
   class Scratch;
   std::unique_ptr<Scratch> scratch_;
 };
-
-// The same for a single chunk. Safe to call from several threads at once.
-ChunkFindings inspect_chunk(const ChunkToInspect& chunk, Vector<Tet>* tets);
 
 }  // namespace tetfusion

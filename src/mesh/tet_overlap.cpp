@@ -118,8 +118,4 @@ double OverlapTet::with(const OverlapTet& other) const {
              : clipped(other.corners_, std::span(of_other.sides).first(of_other.count));
 }
 
-double overlap(const TetCorners& a, const TetCorners& b) {
-  return OverlapTet(a, a[0]).with(OverlapTet(b, a[0]));
-}
-
 }  // namespace tetfusion

@@ -53,7 +53,4 @@ class OverlapTet {
   std::array<HalfSpace, 4> sides_;  // it is what is in all of them
 };
 
-// The same for two alone.
-double overlap(const TetCorners& a, const TetCorners& b);
-
 }  // namespace tetfusion

@@ -222,7 +222,7 @@ TEST(ChunkInspection, AChunkOfItsOwnReportsNothing) {
   testing::flip_winding(&mesh.tets[3]);
   const Vector<VertexId> ids = count_up<VertexId>(point_count(mesh.points));
   const Vector<std::uint8_t> own(ids.size(), kOwn);
-  ChunkFindings findings = inspect_chunk({&mesh.points, ids, own, {}}, &mesh.tets);
+  ChunkFindings findings = ChunkInspector().inspect({&mesh.points, ids, own, {}}, &mesh.tets);
   EXPECT_EQ(findings.rewound, 1u);
   EXPECT_EQ(findings.boundary_faces, 6u * 16 * 2);
   EXPECT_THAT(findings.interface.points, IsEmpty());
@@ -242,7 +242,7 @@ TEST(ChunkInspection, AChunkOfItsOwnReportsNothing) {
 TEST(ChunkInspection, NothingAtAll) {
   Points none = Vector<Vec3<float>>();
   Vector<Tet> tets;
-  ChunkFindings findings = inspect_chunk({&none, {}, {}, {}}, &tets);
+  ChunkFindings findings = ChunkInspector().inspect({&none, {}, {}, {}}, &tets);
   InterfaceInspection interface;
   interface.add(&findings);
   EXPECT_EQ(interface.finish().boundary_faces, 0u);
@@ -346,8 +346,8 @@ TEST(ChunkInspection, WithoutIdsCellsCountThroughTheChunks) {
   InterfaceInspection interface;
   for (Chunk& chunk : cut(
            mesh, 2, [](std::size_t t) { return t < 2 ? 0u : 1u; }, 3)) {
-    ChunkFindings findings =
-        inspect_chunk({&chunk.points, chunk.point_ids, chunk.on_interface, {}}, &chunk.tets);
+    ChunkFindings findings = ChunkInspector().inspect(
+        {&chunk.points, chunk.point_ids, chunk.on_interface, {}}, &chunk.tets);
     interface.add(&findings);
   }
   const InterfaceVerdict v = interface.finish();
@@ -475,8 +475,8 @@ TEST(ChunkInspection, WhatIsSettledIsNotHeld) {
   InterfaceInspection interface(1);
   std::size_t most = 0;
   for (Chunk& chunk : cut(mesh, chunks, slab, 3)) {
-    ChunkFindings findings =
-        inspect_chunk({&chunk.points, chunk.point_ids, chunk.on_interface, {}}, &chunk.tets);
+    ChunkFindings findings = ChunkInspector().inspect(
+        {&chunk.points, chunk.point_ids, chunk.on_interface, {}}, &chunk.tets);
     interface.add(&findings);
     most = std::max(most, interface.pending());
   }
@@ -489,7 +489,7 @@ TEST(ChunkInspection, APointMustNotComeBack) {
   const Vector<VertexId> ids = count_up<VertexId>(4);
   const Vector<std::uint8_t> last(4, kSharedLast);
   InterfaceInspection interface;
-  ChunkFindings once = inspect_chunk({&mesh.points, ids, last, {}}, &mesh.tets);
+  ChunkFindings once = ChunkInspector().inspect({&mesh.points, ids, last, {}}, &mesh.tets);
   ChunkFindings twice = once;
   interface.add(&once);
   EXPECT_THROW(interface.add(&twice), std::logic_error);
