@@ -60,6 +60,7 @@ class ChunkInspector::Scratch {
   std::uint32_t cluster_of(TetId t);
   void count_clusters();
   void find_clusters();
+  void report_clusters(const Vector<Fold>& folds, const Vector<std::uint8_t>& open);
   void judge_surface();
   bool ball_is_sound(VertexId v) const;
   bool is_regular() const;
@@ -345,8 +346,12 @@ void ChunkInspector::Scratch::find_clusters() {
   Vector<std::uint8_t> open(clusters_.size(), 0);
   for (const TetId t : open_) open[groups.find(cluster_of(t))] = 1;
   for (std::uint32_t c = 0; c < open.size(); ++c) open[c] = open[groups.find(c)];
+  report_clusters(folds, open);
+}
 
-  // What is not open is settled here.
+// Of the clusters that are open; what is not is settled here.
+void ChunkInspector::Scratch::report_clusters(const Vector<Fold>& folds,
+                                              const Vector<std::uint8_t>& open) {
   const Vector<std::uint8_t> inverted = find_inverted_clusters(clusters_, folds);
   Vector<std::uint32_t> reported(clusters_.size());
   auto& out = out_.interface;
