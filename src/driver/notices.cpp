@@ -97,6 +97,11 @@ void say_what_steers(std::vector<std::string> arrays, const MeshDescription& mes
                   list_names(others, kMostNames)));
 }
 
+void say_means_steer(const std::string& name, const RunContext& context) {
+  context.say(
+      fmt::format("array {} steers by its means at the points: bounds are for these", name));
+}
+
 std::string what_could_steer(const std::vector<SteeringChoice>& tried,
                              const MeshDescription& mesh) {
   std::vector<std::string> names;

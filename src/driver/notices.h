@@ -21,6 +21,9 @@ std::string boundary_name(const BehaviourOptions& behaviour);
 void say_what_steers(std::vector<std::string> arrays, const MeshDescription& mesh,
                      const std::vector<std::size_t>& regions, const RunContext& context);
 
+// Of an array of cells that steers.
+void say_means_steer(const std::string& name, const RunContext& context);
+
 // Where none steers, though some were tried: behind a sentence that says so, the others that could;
 // empty if there is none.
 std::string what_could_steer(const std::vector<SteeringChoice>& tried, const MeshDescription& mesh);

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
+#include "driver/notices.h"
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
@@ -72,10 +73,11 @@ Vector<Vec3<double>> read_positions(const MeshDescription& mesh, const MeshStrea
   return positions;
 }
 
-// Volume-weighted means of a cell array round each point.
-Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
-                             const MeshStream& stream, const RunContext& context) {
-  const ArrayInfo& info = mesh.cell_data.arrays[index];
+}  // namespace
+
+Vector<double> means_at_points(std::size_t cell_array, const MeshDescription& mesh,
+                               const MeshStream& stream, const RunContext& context) {
+  const ArrayInfo& info = mesh.cell_data.arrays[cell_array];
   const std::size_t components = info.components;
   const Vector<Vec3<double>> positions = read_positions(mesh, stream, context);
   Vector<double> sums, weights;
@@ -88,7 +90,7 @@ Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
     const std::uint64_t count = std::min(kSteeringWindow, stream.cells() - first);
     stream.read_cells(first, count, &window);
     rows.resize(count * components * size_of(info.type));
-    stream.read_rows(Association::kCell, index, first, count, rows);
+    stream.read_rows(Association::kCell, cell_array, first, count, rows);
     const Vector<double> values = to_doubles(info.type, rows);
     for (std::size_t t = 0; t < window.tets.size(); ++t) {
       const Tet& tet = window.tets[t];
@@ -108,8 +110,6 @@ Vector<double> average_cells(std::size_t index, const MeshDescription& mesh,
   }
   return sums;
 }
-
-}  // namespace
 
 std::uint32_t components_of(const std::vector<SteeringChoice>& choices,
                             const MeshDescription& mesh) {
@@ -216,7 +216,10 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
     const bool of_cells = choice.association == Association::kCell;
     const ArrayInfo& info = (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index];
     Array array{choice.index, info.type, info.components, 0, {}};
-    if (of_cells) array.averages = average_cells(choice.index, mesh, stream, context);
+    if (of_cells) {
+      say_means_steer(choice.name, context);
+      array.averages = means_at_points(choice.index, mesh, stream, context);
+    }
     const double range = measure(&array, context);
     if (range > 0) {
       fields_.push_back(

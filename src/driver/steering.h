@@ -33,6 +33,11 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
 std::uint32_t components_of(const std::vector<SteeringChoice>& choices,
                             const MeshDescription& mesh);
 
+// Of a cell array, at every point: means of the cells round it, weighted by volume; 0 where there
+// are none.
+Vector<double> means_at_points(std::size_t cell_array, const MeshDescription& mesh,
+                               const MeshStream& stream, const RunContext& context);
+
 // The values of the arrays that steer, at any window of points, each field in a unit of its own
 // that is a power of two: its range lies between a half and one.
 class Steering {

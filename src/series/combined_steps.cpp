@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <span>
@@ -69,8 +70,15 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
   used_.emplace(stream->points());
   print_ = print_of(mesh, *stream, context_, &*used_);
-  tell_left_out(files_[0].output,
-                files_.are_one_mesh() ? files_.open_whole(0)->description() : mesh, context_);
+  const auto& arrays = mesh.point_data.arrays;
+  const bool has_means = std::any_of(arrays.begin(), arrays.end(),
+                                     [](const ArrayInfo& array) { return array.steers_only; });
+  for (const ArrayInfo& array : arrays) {
+    if (array.steers_only) say_means_steer(array.name, context_);
+  }
+  const bool is_dressed = files_.are_one_mesh() || has_means;
+  tell_left_out(files_[0].output, is_dressed ? files_.open_whole(0)->description() : mesh,
+                context_);
   context_.report_size(mesh.cells);
   regions_->add(0, mesh, *stream, context_);
   interest_.emplace(options_.interest, mesh);

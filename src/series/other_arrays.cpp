@@ -72,6 +72,10 @@ class DressedMesh final : public MeshSource {
     return array;
   }
 
+  std::optional<std::uint64_t> mesh_checksum(const RunContext& context) override {
+    return mesh_->mesh_checksum(context);
+  }
+
   // Also where the mesh must be read whole: here, before anybody looks at its size.
   std::unique_ptr<MeshStream> stream() override {
     std::uint64_t bytes = 0;

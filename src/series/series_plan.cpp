@@ -188,9 +188,6 @@ void check_request(const SeriesRequest& request) {
   only_each(job.performance.resume, "--resume");
   only_each(job.verify, "--verify");
   only_each(b.conserve, "--conserve");
-  for (const std::string& name : b.arrays) {
-    only_each(name.starts_with("cell:"), "an array of cells that steers");
-  }
 }
 
 // What is a pipe, or something else that gives its bytes once.
@@ -415,6 +412,16 @@ SeriesPlan plan_series(const SeriesRequest& request) {
         fmt::format("{}: where steps are the arrays of one mesh, the result is one mesh with all "
                     "of them: give one name after -o, and not --series each",
                     request.inputs[0]));
+  }
+  if (in_one_mesh) {
+    for (const std::string& array : arrays) {
+      if (array.starts_with("cell:")) {
+        refuse(
+            fmt::format("--array {}: where steps are the arrays of one mesh those of points "
+                        "steer; leave it out",
+                        array));
+      }
+    }
   }
   // --series each reads each step once, but for its time, which a .pvd file wants.
   if (request.shared || !plan.list.empty()) refuse_pipes(request.inputs);

@@ -37,13 +37,15 @@ std::optional<std::size_t> find_fitted(const SeriesResult& result, const std::st
   return std::nullopt;
 }
 
+bool is_written(const ArrayInfo& array) { return !array.steers_only && !is_ghost_mark(array.name); }
+
 // The arrays of points, fitted where place_of() says so, and the field data.
 StepArrays moved_arrays(const SeriesResult& result, MeshSource* source, const PlaceOf& place_of,
                         const RunContext& context) {
   const AttributeSet& all = source->description().point_data;
   std::vector<std::string> others;
   for (const ArrayInfo& info : all.arrays) {
-    if (!place_of(info.name) && !is_ghost_mark(info.name)) others.push_back(info.name);
+    if (is_written(info) && !place_of(info.name)) others.push_back(info.name);
   }
   RunContext quiet = context;
   quiet.progress = {};
@@ -52,7 +54,7 @@ StepArrays moved_arrays(const SeriesResult& result, MeshSource* source, const Pl
   StepArrays arrays;
   std::size_t next = 0;
   for (const ArrayInfo& info : all.arrays) {
-    if (is_ghost_mark(info.name)) continue;
+    if (!is_written(info)) continue;
     const std::optional<Fitted> place = place_of(info.name);
     arrays.points.push_back(place ? result.fitted->read(place->step, place->array, info)
                                   : std::move(moved[next++].array));

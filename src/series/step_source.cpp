@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "series/other_arrays.h"
+#include "series/point_means.h"
 
 namespace tetfusion {
 
@@ -25,7 +26,7 @@ std::unique_ptr<MeshSource> StepFiles::open_whole(std::size_t step) const {
 
 std::unique_ptr<MeshSource> StepFiles::open(std::size_t step) const {
   auto file = open_whole(step);
-  if (!plan_.in_one_mesh()) return file;
+  if (!plan_.in_one_mesh()) return with_point_means(std::move(file), behaviour_.arrays);
   const MeshDescription& mesh = file->description();
   OtherArrays arrays;
   for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {

@@ -32,8 +32,8 @@ class StepFiles {
   bool are_one_mesh() const { return plan_.in_one_mesh(); }
 
   // Where steps are arrays of one mesh, other steps' arrays are left out (but not the weights), and
-  // the step's own ones have the names that hold {step}. Else it is the file itself. Throw what
-  // open_mesh() throws.
+  // the step's own ones have the names that hold {step}. Else it is the file itself, with arrays of
+  // cells that steer as arrays of points (point_means.h). Throw what open_mesh() throws.
   std::unique_ptr<MeshSource> open(std::size_t step) const;
   std::unique_ptr<MeshSource> open_whole(std::size_t step) const;  // the file itself
 

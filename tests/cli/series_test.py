@@ -10,6 +10,7 @@ from harness import BAD, USAGE, FolderTest, finish, least_memory, main, report_o
 from independent_check import Vtu
 from roi_test import cells_inside
 from sample_meshes import mesh_of_all_sorts
+from tiny_vtu import TinyVtu
 
 GOAL = ["--reduction", "60%", "--quiet"]
 
@@ -254,6 +255,49 @@ class Shared(SeriesTest):
             self.assertEqual(cells.keys(), original.keys())
             np.testing.assert_array_equal(cells["when"], original["when"][0])
             self.assertEqual(len(np.unique(cells["where"])), len(after.tets))
+
+    def test_arrays_of_cells_steer_by_their_means_at_points(self):
+        """As an array of points that holds these does: on a grid whose cells are of one size means have no rounding of their own."""
+        def make(time, points):
+            mesh = TinyVtu(10)
+            centres = np.array(mesh.points)[np.array(mesh.tets)].mean(axis=1)
+            p = np.floor(64 * np.exp(-0.3 * (centres[:, 0] - time) ** 2 - 0.1 * centres[:, 1]))
+            u = np.stack([p, centres[:, 0] // 1, p % 3], axis=1)
+            for name, of_cells in (("p", p), ("u", u)):
+                sums, counts = np.zeros((len(mesh.points), *of_cells.shape[1:])), np.zeros(len(mesh.points))
+                for k in range(4):
+                    np.add.at(sums, np.array(mesh.tets)[:, k], of_cells)
+                    np.add.at(counts, np.array(mesh.tets)[:, k], 1)
+                means = sums / counts.reshape(-1, *[1] * (sums.ndim - 1))
+                width = 1 if of_cells.ndim == 1 else 3
+                mesh.arrays.insert(1, ["CellData", name, "Float64", width, of_cells.ravel().tolist()])
+                if points:
+                    mesh.arrays.insert(1, ["PointData", name, "Float64", width, means.ravel().tolist()])
+            mesh.remove("temperature")
+            return mesh
+        steps = [self.write(make(3.0 * i, False), f"cells_{i}.vtu") for i in range(4)]
+        others = [self.write(make(3.0 * i, True), f"points_{i}.vtu") for i in range(4)]
+        options = ["--reduction", "70%", "--max-error", "10%", "--threads", "2"]
+        report = self.simplify(steps, *options, "--array", "cell:p", "--array", "cell:u:20%")
+        by_points = self.simplify(others, *options, "--array", "p", "--array", "u:20%", out="p_{step}.vtu")
+        self.assertEqual((report["steering"], by_points["steering"]), (["cell:p", "cell:u"], ["p", "u"]))
+        for path, other, step, entry in zip(self.outputs(), self.outputs("p_*.vtu"), steps, report["steps"], strict=True):
+            expect_the_same(path, other)
+            after, before = Vtu(path), Vtu(step)
+            self.assertEqual((after.arrays["point"].keys(), set(after.arrays["cell"])), (before.arrays["point"].keys(), {"p", "u", "id"}))
+            cells, old = ({k: np.squeeze(v) for k, (_, v) in mesh.arrays["cell"].items()} for mesh in (after, before))
+            np.testing.assert_array_equal(cells["p"], old["p"][cells["id"]])
+            self.assertEqual([a["name"] for a in entry["arrays"]], ["cell:p", "cell:u"])
+            for array, bound in zip(entry["arrays"], (0.1, 0.2)):
+                self.assertLessEqual(array["max"], bound * (1 + 1e-12))
+        out = self.outputs()
+        first = [p.read_bytes() for p in out]
+        self.simplify(steps, *options[:-1], "1", "--array", "cell:p", "--array", "cell:u:20%")
+        self.assertEqual([p.read_bytes() for p in out], first)
+        lacks = TinyVtu(10)
+        said = finish("simplify", steps[0], self.write(lacks, "cells_9.vtu"), "-o", self.folder / "o_{step}.vtu", "--array", "cell:p", *GOAL)
+        self.assertEqual(said.returncode, BAD)
+        self.assertIn(b'"cell:p"', said.stderr)
 
     def test_regions_that_change_from_step_to_step(self):
         """What any step tells apart stays so, in each step's own values."""
