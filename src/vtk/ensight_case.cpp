@@ -1,8 +1,10 @@
 #include "vtk/ensight_case.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -88,7 +90,36 @@ bool has_marks(const std::string& path, std::string_view mark, std::size_t wante
   return true;
 }
 
+std::string_view without_blanks(std::string_view line) {
+  constexpr std::string_view kBlanks = " \t\r";
+  line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+  return line.substr(0, line.find_last_not_of(kBlanks) + 1);
+}
+
+// Does a line with how many there are follow?
+bool is_counted(std::string_view line) {
+  constexpr std::array<std::string_view, 18> kKinds{
+      "coordinates", "point",  "bar2",   "bar3",    "tria3",    "tria6",
+      "quad4",       "quad8",  "tetra4", "tetra10", "pyramid5", "pyramid13",
+      "hexa8",       "hexa20", "penta6", "penta15", "nsided",   "nfaced"};
+  if (line.starts_with("g_")) line.remove_prefix(2);  // ghosts
+  return std::find(kKinds.begin(), kKinds.end(), line) != kKinds.end();
+}
+
+// Could that many lines of a digit or more be in the text? True of what is no number.
+bool is_count_of_lines(std::string_view number, std::size_t bytes) {
+  std::int64_t count = 0;
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), count);
+  if (error == std::errc::invalid_argument) return true;
+  if (error != std::errc{} || count < 0) return false;
+  return static_cast<std::uint64_t>(count) <= (bytes + 1) / 2;
+}
+
 }  // namespace
+
+bool is_ensight_text(std::string_view file) {
+  return file.substr(0, 4096).find('\0') == std::string_view::npos;
+}
 
 EnSightCase::EnSightCase(const std::string& path)
     : folder_(std::filesystem::path(path).parent_path().string()) {
@@ -253,6 +284,26 @@ std::string EnSightCase::fault_of_marks(double time) const {
       return path + " has not the marks of " + std::to_string(before + 1) +
              " time steps, as this case says (BEGIN TIME STEP, END TIME STEP)";
     }
+  }
+  return "";
+}
+
+std::string EnSightCase::fault_of_counts(double time) const {
+  const std::vector<std::string> files = files_at(time);
+  if (files.empty()) return "";
+  const MappedFile file = MappedFile::open(files.front());
+  std::string_view rest(reinterpret_cast<const char*>(file.bytes().data()), file.size());
+  if (!is_ensight_text(rest)) return "";
+  std::string_view before;
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find('\n'), rest.size());
+    const std::string_view line = without_blanks(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    if (is_counted(before) && !is_count_of_lines(line, rest.size())) {
+      return files.front() + " says that of '" + std::string(before) + "' there are " +
+             std::string(line) + ", and has not so many lines: it is damaged or cut off";
+    }
+    before = line;
   }
   return "";
 }

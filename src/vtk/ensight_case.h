@@ -3,9 +3,13 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tetfusion {
+
+// Or numbers in binary form, of a file that a case names?
+bool is_ensight_text(std::string_view file);
 
 class EnSightCase {
  public:
@@ -25,6 +29,10 @@ class EnSightCase {
   // VTK's reader looks for the marks of steps in files until it finds them: without end where they
   // are missing. What is wrong with these, in words; empty: nothing. Throws Error(kIo).
   std::string fault_of_marks(double time) const;
+
+  // VTK's reader takes so many lines of a geometry written as text as a count says, behind its end,
+  // too. What is wrong with these, in words; empty: nothing. Throws Error(kIo).
+  std::string fault_of_counts(double time) const;
 
  private:
   struct TimeSet {

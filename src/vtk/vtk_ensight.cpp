@@ -54,8 +54,9 @@ class EnSightReader : public FileReader {
       check_there(file);
       check_end(file);
     }
-    const std::string fault = case_.fault_of_marks(time);
-    if (!fault.empty()) throw Error(ErrorCode::kBadInput, path_ + ": " + fault);
+    for (const std::string& fault : {case_.fault_of_marks(time), case_.fault_of_counts(time)}) {
+      if (!fault.empty()) throw Error(ErrorCode::kBadInput, path_ + ": " + fault);
+    }
     update_to_step(reader_, rounded_, step);
     trap_.check(path_);
     collect(reader_->GetOutput(), path_, out);
@@ -84,9 +85,8 @@ class EnSightReader : public FileReader {
     const MappedFile mapped = MappedFile::open(file);
     const std::string_view text(reinterpret_cast<const char*>(mapped.bytes().data()),
                                 mapped.size());
-    const bool is_text = text.substr(0, 4096).find('\0') == std::string_view::npos;
     const std::size_t width = text.size() - (text.rfind('\n') + 1);
-    if (!is_text || width % 8 == 0 || width % 10 == 0 || width % 12 == 0) return;
+    if (!is_ensight_text(text) || width % 8 == 0 || width % 10 == 0 || width % 12 == 0) return;
     throw Error(ErrorCode::kBadInput,
                 path_ + ": the file " + file +
                     ", which this case names, ends in the middle of a line: it is cut off");

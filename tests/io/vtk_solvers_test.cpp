@@ -217,6 +217,30 @@ TEST_F(EnSight, DamagedFilesAreErrorsThatNobodyPrints) {
   EXPECT_EQ(error_of(path), "no error");
 }
 
+// VTK's reader would take lines behind the end of the file, for minutes.
+TEST_F(EnSight, CountsOfMoreThanTheFileHasAreErrors) {
+  const std::string path = write_case();
+  std::ifstream file(dir_.file("mesh.geo07"));
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const auto with_count = [&](const std::string& kind, const std::string& from,
+                              const std::string& to) {
+    const std::string before = kind + "\n" + from + "\n";
+    const std::size_t at = text.find(before);
+    EXPECT_NE(at, std::string::npos) << kind;
+    write("mesh.geo07", std::string(text).replace(at, before.size(), kind + " \n " + to + "\r\n"));
+    return error_of(path);
+  };
+  for (const std::string many : {"400", "2000000000", "99999999999999999999", "-1"}) {
+    for (const auto& [kind, count] :
+         {std::pair<std::string, std::string>{"coordinates", "4"}, {"tetra4", "1"}}) {
+      EXPECT_THAT(with_count(kind, count, many),
+                  AllOf(HasSubstr("mesh.geo07 says that of '" + kind + "' there are " + many),
+                        HasSubstr("damaged")));
+    }
+  }
+  EXPECT_EQ(with_count("tetra4", "1", "1"), "no error");
+}
+
 TEST_F(EnSight, TimesMustBeThoseThatVtkCanTellApart) {
   const std::string path = write_case();
   std::ifstream file(path);
