@@ -290,4 +290,21 @@ std::string xml_escape(std::string_view text) {
   return out;
 }
 
+std::string for_message(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
+    const bool is_control = (length == 1 && (byte(0) < 0x20 || byte(0) == 0x7F)) ||
+                            (length == 2 && byte(0) == 0xC2 && byte(1) < 0xA0);
+    if (length == 0 || is_control) {
+      out += '?';
+    } else {
+      out += text.substr(0, length);
+    }
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return out;
+}
+
 }  // namespace tetfusion

@@ -68,4 +68,8 @@ class BlockCompressor {
 // UTF-8) becomes a question mark.
 std::string xml_escape(std::string_view text);
 
+// Text of a file for a message of one line, whatever its bytes are: question marks for the same,
+// and for all that moves a terminal's cursor.
+std::string for_message(std::string_view text);
+
 }  // namespace tetfusion

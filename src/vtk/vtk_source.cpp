@@ -1,29 +1,33 @@
 // The module's entry: a mesh that VTK has read, behind the interface of io/vtk_plugin.h.
 
-#include <exception>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <new>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/error.h"
 #include "io/cell_kinds.h"
+#include "io/encode.h"
 #include "io/vtk_plugin.h"
 #include "vtk/vtk_arrays.h"
 #include "vtk/vtk_cells.h"
 #include "vtk/vtk_load.h"
 #include "vtk/vtk_pieces.h"
+#include "vtk/vtk_trial.h"
 
 namespace tetfusion {
 namespace {
 
-PluginStatus failure(ErrorCode code, const std::string& message) noexcept {
+// What comes behind the path may be text of a damaged file.
+PluginStatus failure(const std::string& path, const Error& error) {
+  const std::string message = error.what();
+  const std::size_t kept = message.starts_with(path) ? path.size() : 0;
   PluginStatus status;
   status.failed = true;
-  status.code = code;
-  status.message = message;
+  status.code = error.code();
+  status.message = message.substr(0, kept) + for_message(message.substr(kept));
   return status;
 }
 
@@ -34,20 +38,11 @@ PluginStatus guarded(const std::string& path, Work&& work) noexcept {
     work();
     return {};
   } catch (const InvalidMesh& error) {
-    PluginStatus status = failure(error.code(), error.what());
+    PluginStatus status = failure(path, error);
     status.invalid_mesh = true;
     return status;
-  } catch (const Error& error) {
-    return failure(error.code(), error.what());
-  } catch (const std::bad_alloc&) {
-    return failure(ErrorCode::kMemory,
-                   path +
-                       ": there is not enough memory to read it with VTK, which holds all of it "
-                       "at once, or a count in it is wrong");
-  } catch (const std::exception& error) {
-    return failure(ErrorCode::kBadInput, path + ": VTK cannot read it: " + error.what());
   } catch (...) {
-    return failure(ErrorCode::kBadInput, path + ": VTK cannot read it");
+    return failure(path, caught_error(path));
   }
 }
 
@@ -101,6 +96,7 @@ class VtkMesh : public PluginMesh {
       description_.left_out.insert(description_.left_out.end(), t->left_out.begin(),
                                    t->left_out.end());
     }
+    for (std::string& words : description_.left_out) words = for_message(words);
     description_.pieces = pieces_.pieces.size();
     description_.points = pieces_.points;
     description_.cells = pieces_.cells;

@@ -11,6 +11,9 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdlib>
+#include <exception>
+#include <new>
+#include <stdexcept>
 #include <string_view>
 
 #include "base/error.h"
@@ -44,15 +47,15 @@ void send(int pipe, const Error& error) {
   [[maybe_unused]] const ssize_t sent = ::write(pipe, text.data(), text.size());
 }
 
-[[noreturn]] void work_in_child(int pipe, const std::function<void()>& work) {
+[[noreturn]] void work_in_child(int pipe, const std::string& path,
+                                const std::function<void()>& work) noexcept {
   make_expendable();
   std::atexit(give_up);
   try {
     work();
   } catch (const InvalidMesh&) {  // NOLINT(bugprone-empty-catch): the parent will meet it again
-  } catch (const Error& error) {
-    send(pipe, error);
-  } catch (...) {  // NOLINT(bugprone-empty-catch): the parent will meet it again
+  } catch (...) {
+    send(pipe, caught_error(path));
   }
   ::_exit(0);
 }
@@ -83,11 +86,36 @@ std::string receive(int pipe) {
 
 }  // namespace
 
+Error caught_error(const std::string& path) {
+  const auto damaged = [&](const std::string& what) {
+    return Error(ErrorCode::kBadInput, path + ": " + what + ": the file is damaged");
+  };
+  const std::string too_many = "a count in it is larger than any memory, or less than nothing";
+  try {
+    throw;
+  } catch (const Error& error) {
+    return error;
+  } catch (const std::bad_array_new_length&) {
+    return damaged(too_many);
+  } catch (const std::length_error&) {
+    return damaged(too_many);
+  } catch (const std::bad_alloc&) {
+    return {ErrorCode::kMemory,
+            path +
+                ": there is not enough memory to read it with VTK, which holds all of it at once; "
+                "or the file is damaged, and a count in it is wrong"};
+  } catch (const std::exception& error) {
+    return damaged(std::string("VTK gives up when it reads it (") + error.what() + ")");
+  } catch (...) {
+    return damaged("VTK gives up when it reads it");
+  }
+}
+
 void try_in_child(const std::string& path, const std::function<void()>& work) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return;
   const pid_t child = ::fork();
-  if (child == 0) work_in_child(ends[1], work);
+  if (child == 0) work_in_child(ends[1], path, work);
   ::close(ends[1]);
   const std::string told = child > 0 ? receive(ends[0]) : "";
   ::close(ends[0]);

@@ -4,14 +4,20 @@
 #include <functional>
 #include <string>
 
+#include "base/error.h"
+
 namespace tetfusion {
 
 // Runs `work` in a child process, where a crash does no harm and what libraries print is not seen,
-// and forgets its result. An Error that `work` throws is thrown here, too; what else it throws is
-// forgotten, as it will be thrown again when the caller does the same work itself. Where no child
-// can be had, nothing is tried. Throws Error if the child was killed by a signal:
-// kMemory for SIGKILL (the system was out of memory), kInterrupted for SIGINT and SIGTERM,
-// otherwise kBadInput, as where a library ends the process.
+// and forgets its result. What `work` throws is thrown here, too, as an Error; only an InvalidMesh
+// is forgotten, as it will be thrown again when the caller does the same work itself. Where no
+// child can be had, nothing is tried. Throws Error if the child was killed by a signal: kMemory for
+// SIGKILL (the system was out of memory), kInterrupted for SIGINT and SIGTERM, otherwise kBadInput,
+// as where a library ends the process.
 void try_in_child(const std::string& path, const std::function<void()>& work);
+
+// The exception that is being handled as an Error, for a catch (...). One of a C++ library says in
+// its own words which of its functions was called wrongly: what that means for the file is said.
+Error caught_error(const std::string& path);
 
 }  // namespace tetfusion

@@ -241,6 +241,12 @@ TEST_F(EnSight, CountsOfMoreThanTheFileHasAreErrors) {
   EXPECT_EQ(with_count("tetra4", "1", "1"), "no error");
 }
 
+TEST_F(EnSight, BytesOfADamagedCaseDoNotReachTheTerminal) {
+  const std::string path =
+      write("wrong.case", "FORMAT\ntype: ensight gold\nGEOMETRY\nmodel: me\x1Bsh\xFF.geo\n");
+  EXPECT_THAT(error_of(path), HasSubstr("me?sh?.geo, which this case names, is not there"));
+}
+
 TEST_F(EnSight, TimesMustBeThoseThatVtkCanTellApart) {
   const std::string path = write_case();
   std::ifstream file(path);
@@ -366,6 +372,15 @@ TEST_F(OpenFoam, AFileThatIsCutOffIsAnError) {
   EXPECT_EQ(error_of(path), "no error");
   write("0/T", whole.substr(0, whole.rfind('}')));
   EXPECT_THAT(error_of(path), AllOf(HasSubstr("0/T"), HasSubstr("is not closed")));
+}
+
+TEST_F(OpenFoam, BytesOfADamagedFileDoNotReachTheTerminal) {
+  const std::string path = write_case();
+  for (const std::string byte : {"\x1B", "\x9B", "\xFF"}) {
+    write_field("0", "volScalarField", "T", "nonuniform List<scalar> 2(8 " + byte + ")",
+                "uniform 6", "uniform 7");
+    EXPECT_THAT(error_of(path), EndsWith("found a non-digit character ?"));
+  }
 }
 
 TEST_F(OpenFoam, CasesWithoutAMeshAreToldWhatIsMissing) {
