@@ -58,6 +58,10 @@ struct OpenOptions {
   std::optional<std::uint64_t> time_step = {};
   // The file was read before, and this step of it: that it does no harm is known.
   bool was_read = false;
+  // Bytes that the caller may take. Of a file that VTK reads, and that may be damaged, the first
+  // try ends when it takes twice as much, but 256 MiB are always free to it. 0: as much as the
+  // machine has to spare. Other files' readers do not look at it.
+  std::uint64_t memory = 0;
 };
 
 class MeshStream;
@@ -99,9 +103,9 @@ class MeshSource {
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options = {});
 
 // MeshDescription::time_steps, without reading the mesh. None of what is no file, as a pipe, of
-// which nothing is taken, or is not there. Throws Error where the file cannot be opened, or is of a
-// format with time steps and damaged.
-std::vector<double> time_steps_of(const std::string& path);
+// which nothing is taken, or is not there. Of the options `memory` counts. Throws
+// Error where the file cannot be opened, or is of a format with time steps and damaged.
+std::vector<double> time_steps_of(const std::string& path, const OpenOptions& options = {});
 
 // Which of so many `wanted` says, as in OpenOptions. Throws Error(kUsage) where it is not there.
 std::size_t choose_time_step(const std::string& path, std::size_t steps,

@@ -52,11 +52,11 @@ std::size_t choose_time_step(const std::string& path, std::size_t steps,
                   steps == 1 ? "number 0" : fmt::format("from 0 to {}", steps - 1)));
 }
 
-std::vector<double> time_steps_of(const std::string& path) {
+std::vector<double> time_steps_of(const std::string& path, const OpenOptions& options) {
   std::error_code unknown;
   if (path == "-" || !std::filesystem::is_regular_file(path, unknown)) return {};
   if (!may_have_time_steps(guess_format_of(path).format)) return {};
-  return time_steps_with_vtk(path);
+  return time_steps_with_vtk(path, options);
 }
 
 // The content decides. Where it says nothing, a file that is only called .vtu or .mesh goes to the

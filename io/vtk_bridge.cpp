@@ -158,11 +158,11 @@ std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOpt
   return std::make_unique<VtkSource>(std::move(mesh), what);
 }
 
-std::vector<double> time_steps_with_vtk(const std::string& path) {
+std::vector<double> time_steps_with_vtk(const std::string& path, const OpenOptions& options) {
   const VtkPlugin& plugin = load_plugin(path + ": this is " + guess_format_of(path).words);
   std::vector<double> times;
   const std::lock_guard lock(vtk_readers());
-  throw_if_failed(plugin.time_steps(path, &times));
+  throw_if_failed(plugin.time_steps(path, options, &times));
   return times;
 }
 

@@ -17,13 +17,14 @@ namespace tetfusion {
 // ..."; empty: what its first bytes say.
 //
 // Throws Error(kIo) if the file cannot be opened, and Error(kBadInput) if the module is missing,
-// cannot be loaded or is of another version, or if VTK does not make sense of the file. To be
-// called from one thread at a time: VTK's message window is the process's.
+// cannot be loaded or is of another version, or if VTK does not make sense of the file;
+// Error(kMemory) if VTK takes more memory than it may. To be called from one thread at a time:
+// VTK's message window is the process's.
 std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOptions& options = {},
                                           const std::string& what = "");
 
 // The times of its steps, of a file of a format that may_have_time_steps(). Throws as
 // open_with_vtk().
-std::vector<double> time_steps_with_vtk(const std::string& path);
+std::vector<double> time_steps_with_vtk(const std::string& path, const OpenOptions& options);
 
 }  // namespace tetfusion

@@ -20,7 +20,7 @@ namespace tetfusion {
 
 // Raised whenever anything in this header, in io/mesh_source.h or in the types that they use
 // changes.
-inline constexpr std::uint32_t kVtkPluginInterface = 7;
+inline constexpr std::uint32_t kVtkPluginInterface = 8;
 inline constexpr char kVtkPluginFile[] = "tetfusion-vtk.so";
 inline constexpr char kVtkPluginEntry[] = "tetfusion_vtk_plugin";
 
@@ -51,7 +51,8 @@ struct VtkPlugin {
   const char* program_version;
   PluginStatus (*open)(const std::string& path, const OpenOptions& options,
                        std::unique_ptr<PluginMesh>* out) noexcept;
-  PluginStatus (*time_steps)(const std::string& path, std::vector<double>* out) noexcept;
+  PluginStatus (*time_steps)(const std::string& path, const OpenOptions& options,
+                             std::vector<double>* out) noexcept;
 };
 
 using VtkPluginEntry = const VtkPlugin* (*)();

@@ -80,6 +80,17 @@ std::uint64_t memory_limit(const std::string& root) {
   return std::min({total ? *total : installed_memory(), limit_of_groups(root), own_limit()});
 }
 
+std::uint64_t available_memory(const std::string& root) {
+  const std::string file = root + "/proc/meminfo";
+  const auto memory = read_kilobytes(file, "MemAvailable");
+  return memory ? *memory + read_kilobytes(file, "SwapFree").value_or(0) : kNoLimit;
+}
+
+std::uint64_t written_memory(int process) {
+  const std::string file = "/proc/" + std::to_string(process) + "/status";
+  return read_kilobytes(file, "RssAnon").value_or(0) + read_kilobytes(file, "VmSwap").value_or(0);
+}
+
 // ru_maxrss is no substitute where there is no /proc but a bound: an exec inherits it.
 std::uint64_t peak_rss_bytes() {
   if (const auto peak = read_kilobytes("/proc/self/status", "VmHWM")) return *peak;

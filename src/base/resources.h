@@ -19,6 +19,14 @@ std::uint64_t current_rss_bytes();
 // /proc and /sys lie, for tests.
 std::uint64_t memory_limit(const std::string& root = "");
 
+// What processes could take now before the system has to end one of them: memory that is free or
+// soon would be, and swap space. The largest number where the system does not tell.
+std::uint64_t available_memory(const std::string& root = "");
+
+// What that process has of its own, in memory and swapped out: what it has written to, and nothing
+// of what it has only asked for. 0 where the system does not tell.
+std::uint64_t written_memory(int process);
+
 // Sets up the allocator so that large blocks go back to the system when they are freed, and a bound
 // on memory can be kept. For the start of a program, before other threads.
 void return_freed_memory();

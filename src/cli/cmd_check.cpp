@@ -187,7 +187,9 @@ Answer check(const CheckArguments& a) {
   const RunContext context = console.context();
   try {
     context.report("reading", 0);
-    const auto source = open_mesh(a.input, a.open);
+    OpenOptions open = a.open;
+    open.memory = a.examine.memory;
+    const auto source = open_mesh(a.input, open);
     // What --fix leaves out says it, too.
     if (a.fixed.empty()) console.tell_time_step(a.open.time_step, source->description());
     refuse_piece(a.report, source->description());

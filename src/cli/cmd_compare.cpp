@@ -273,8 +273,9 @@ Comparison compare(const CompareArguments& a, const Bounds& bounds) {
   Console console(a.console);
   const RunContext context = console.context();
   OpenOptions open = a.open;
-  const bool is_for_both = time_steps_of(a.simplified).size() > 1;
-  if (is_for_both && time_steps_of(a.original).empty()) open.time_step.reset();
+  open.memory = a.memory;
+  const bool is_for_both = time_steps_of(a.simplified, open).size() > 1;
+  if (is_for_both && time_steps_of(a.original, open).empty()) open.time_step.reset();
   const auto original = open_mesh(a.original, open);
   open.time_step = is_for_both ? a.open.time_step : std::nullopt;
   const auto simplified = open_mesh(a.simplified, open);

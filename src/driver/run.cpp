@@ -28,8 +28,9 @@ void check_outputs(const SimplifyRequest& request) {
 RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> source) {
   const BehaviourOptions& b = request.behaviour;
   if (!source) {
-    source = open_mesh(request.input,
-                       {b.tetrahedralize, b.linearize, spool_folder(request), b.time_step});
+    OpenOptions open{b.tetrahedralize, b.linearize, spool_folder(request), b.time_step};
+    open.memory = request.performance.memory;
+    source = open_mesh(request.input, open);
   }
   const MeshDescription& mesh = source->description();
   std::unique_ptr<MeshStream> stream = source->stream();

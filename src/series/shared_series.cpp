@@ -53,6 +53,7 @@ class SharedSeries {
   void simplify_once(std::optional<double> share);
   SimplifyRequest job(std::optional<double> share) const;
   bool tries_without_bounds() const;
+  OpenOptions open_options() const;  // of the steps' files
   bool has_goal() const { return job_.behaviour.reduction || job_.behaviour.tets; }
   double bound_of(const SteeringChoice& array) const;
   BoundSearch::Worst fit_steps();
@@ -65,7 +66,7 @@ class SharedSeries {
   RunContext context_;
   std::atomic<bool> failed_{false};
   const WorkFolder folder_;
-  const StepFiles files_{job_.behaviour, plan_, folder_.path()};
+  const StepFiles files_{job_.behaviour, plan_, open_options()};
   BoundSearch search_{has_goal(), files_.count()};
   std::optional<CombinedSteps> steps_;  // when they have been read
   int at_once_ = 1;                     // so many steps are in hand together: 1 or 2
@@ -74,6 +75,12 @@ class SharedSeries {
   PhaseClock clock_;
   SeriesReport report_;
 };
+
+OpenOptions SharedSeries::open_options() const {
+  OpenOptions open{job_.behaviour.tetrahedralize, job_.behaviour.linearize, folder_.path()};
+  open.memory = job_.performance.memory;
+  return open;
+}
 
 SeriesReport SharedSeries::run() {
   set_thread_count(job_.performance.threads);

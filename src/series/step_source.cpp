@@ -17,8 +17,9 @@ std::optional<std::string> pattern_of(const Step& step, const std::string& name)
 }
 
 std::unique_ptr<MeshSource> StepFiles::open_whole(std::size_t step) const {
-  const OpenOptions options{behaviour_.tetrahedralize, behaviour_.linearize, folder_,
-                            plan_.steps[step].time_step, was_read_[step]};
+  OpenOptions options = open_;
+  options.time_step = plan_.steps[step].time_step;
+  options.was_read = was_read_[step];
   auto source = open_mesh(plan_.steps[step].input, options);
   was_read_[step] = true;
   return source;

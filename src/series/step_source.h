@@ -20,12 +20,9 @@ std::optional<std::string> pattern_of(const Step& step, const std::string& name)
 // Safe to use from several threads. What it is made of outlives it.
 class StepFiles {
  public:
-  // `folder`: for copies of what can be read only once.
-  StepFiles(const BehaviourOptions& behaviour, const SeriesPlan& plan, std::string folder)
-      : behaviour_(behaviour),
-        plan_(plan),
-        folder_(std::move(folder)),
-        was_read_(plan.steps.size()) {}
+  // `open`: how to open each of them, but for its time step and whether it was read.
+  StepFiles(const BehaviourOptions& behaviour, const SeriesPlan& plan, OpenOptions open)
+      : behaviour_(behaviour), plan_(plan), open_(std::move(open)), was_read_(plan.steps.size()) {}
 
   std::size_t count() const { return plan_.steps.size(); }
   const Step& operator[](std::size_t step) const { return plan_.steps[step]; }
@@ -40,7 +37,7 @@ class StepFiles {
  private:
   const BehaviourOptions& behaviour_;
   const SeriesPlan& plan_;
-  const std::string folder_;
+  const OpenOptions open_;
   mutable std::vector<std::atomic<bool>> was_read_;  // one for each step: OpenOptions::was_read
 };
 

@@ -155,13 +155,13 @@ std::vector<double> find_time_steps(const std::string& path, ForeignFormat forma
 
 LoadedFile load_with_vtk(const std::string& path, const OpenOptions& options) {
   const FormatGuess guess = guess_format_of(path);
-  if (!options.was_read) try_in_child(path, [&] { load(path, options, guess); });
+  if (!options.was_read) try_in_child(path, options, [&] { load(path, options, guess); });
   return load(path, options, guess);
 }
 
-std::vector<double> load_time_steps(const std::string& path) {
+std::vector<double> load_time_steps(const std::string& path, const OpenOptions& options) {
   const ForeignFormat format = guess_format_of(path).format;
-  try_in_child(path, [&] { find_time_steps(path, format); });
+  try_in_child(path, options, [&] { find_time_steps(path, format); });
   return find_time_steps(path, format);
 }
 

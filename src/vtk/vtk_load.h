@@ -35,12 +35,12 @@ struct LoadedFile {
   std::size_t time_step = 0;
 };
 
-// Throws Error(kBadInput) with VTK's own words if a reader complains, Error(kMemory) if memory runs
-// out, Error(kUsage) for a time step that is not there. Nothing is printed. Not to be called from
-// two threads at once.
+// Throws Error(kBadInput) with VTK's own words if a reader complains, Error(kMemory) if it takes
+// more memory than it may, Error(kUsage) for a time step that is not there.
+// Nothing is printed. Not to be called from two threads at once.
 LoadedFile load_with_vtk(const std::string& path, const OpenOptions& options);
 
 // LoadedFile::time_steps, and no more is read. The same goes for it.
-std::vector<double> load_time_steps(const std::string& path);
+std::vector<double> load_time_steps(const std::string& path, const OpenOptions& options);
 
 }  // namespace tetfusion

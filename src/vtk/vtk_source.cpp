@@ -142,8 +142,9 @@ PluginStatus open_mesh_with_vtk(const std::string& path, const OpenOptions& opti
   return guarded(path, [&] { *out = std::make_unique<VtkMesh>(path, options); });
 }
 
-PluginStatus time_steps_of_file(const std::string& path, std::vector<double>* out) noexcept {
-  return guarded(path, [&] { *out = load_time_steps(path); });
+PluginStatus time_steps_of_file(const std::string& path, const OpenOptions& options,
+                                std::vector<double>* out) noexcept {
+  return guarded(path, [&] { *out = load_time_steps(path, options); });
 }
 
 constexpr VtkPlugin kPlugin = {kVtkPluginInterface, TETFUSION_VERSION, open_mesh_with_vtk,

@@ -1,15 +1,18 @@
 #include "vtk/vtk_trial.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <exception>
 #include <new>
@@ -17,6 +20,8 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "base/numbers.h"
+#include "base/resources.h"
 
 namespace tetfusion {
 namespace {
@@ -60,11 +65,100 @@ void send(int pipe, const Error& error) {
   ::_exit(0);
 }
 
-// All that the child sent, when it has ended.
-std::string receive(int pipe) {
+// What a child may write to beside what it has from its parent.
+class Watch {
+ public:
+  Watch(const std::string& path, const OpenOptions& options)
+      : path_(path), inherited_(written_memory(::getpid())) {
+    const std::uint64_t limit = memory_limit();
+    spare_ = std::min(available_memory(), limit - std::min(inherited_, limit));
+    // VTK holds more while it reads than the plan of a run counts, which is of what stays.
+    granted_ = options.memory > 0 && options.memory < spare_ / 2 ? 2 * options.memory : spare_;
+  }
+
+  void check(pid_t child) const {
+    const std::uint64_t bound = std::max(granted_, kAlwaysFree);
+    if (written_memory(child) <= inherited_ + bound) return;
+    const std::string advice =
+        granted_ < spare_ ? ": give --memory " + format_memory(bound) + " or more"
+                          : ", and that is what this machine has to spare: end other programs, or "
+                            "take a larger one";
+    throw Error(ErrorCode::kMemory, path_ + ": VTK takes more than " + format_bytes(bound) +
+                                        " of memory to read it" + advice +
+                                        "; or the file is damaged, and a count in it is wrong");
+  }
+
+ private:
+  // So that a run with too small a --memory is told how much it needs, where the file is small.
+  static constexpr std::uint64_t kAlwaysFree = std::uint64_t{256} << 20;
+
+  const std::string& path_;
+  std::uint64_t inherited_, spare_ = 0, granted_ = 0;
+};
+
+class Pipe {
+ public:
+  Pipe() {
+    if (::pipe2(ends_.data(), O_CLOEXEC) != 0) ends_ = {-1, -1};
+  }
+  ~Pipe() {
+    close_entry();
+    if (ends_[0] >= 0) ::close(ends_[0]);
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+
+  bool is_open() const { return ends_[0] >= 0; }
+  int exit() const { return ends_[0]; }
+  int entry() const { return ends_[1]; }
+  void close_entry() {
+    if (ends_[1] >= 0) ::close(ends_[1]);
+    ends_[1] = -1;
+  }
+
+ private:
+  std::array<int, 2> ends_{};
+};
+
+// Ended, if it has not ended by itself, with its object.
+class Child {
+ public:
+  explicit Child(pid_t id) : id_(id) {}
+  ~Child() {
+    if (id_ <= 0) return;
+    ::kill(id_, SIGKILL);
+    wait();
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  pid_t id() const { return id_; }
+  // As waitpid() says it; 0 where nobody knows.
+  int wait() {
+    int status = 0;
+    while (::waitpid(id_, &status, 0) < 0) {
+      if (errno == EINTR) continue;
+      status = 0;
+      break;
+    }
+    id_ = 0;
+    return status;
+  }
+
+ private:
+  pid_t id_;
+};
+
+// All that the child sent, when it has ended. Throws what watch.check() throws.
+std::string receive(int pipe, const Child& child, const Watch& watch) {
+  constexpr int kMillisecondsBetweenLooks = 20;  // in which a processor writes to about 100 MiB
   std::string text;
   std::array<char, 4096> part{};
   for (;;) {
+    watch.check(child.id());
+    pollfd waiting{pipe, POLLIN, 0};
+    const int ready = ::poll(&waiting, 1, kMillisecondsBetweenLooks);
+    if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
     const ssize_t got = ::read(pipe, part.data(), part.size());
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return text;
@@ -111,19 +205,17 @@ Error caught_error(const std::string& path) {
   }
 }
 
-void try_in_child(const std::string& path, const std::function<void()>& work) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return;
-  const pid_t child = ::fork();
-  if (child == 0) work_in_child(ends[1], path, work);
-  ::close(ends[1]);
-  const std::string told = child > 0 ? receive(ends[0]) : "";
-  ::close(ends[0]);
-  if (child < 0) return;
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return;
-  }
+void try_in_child(const std::string& path, const OpenOptions& options,
+                  const std::function<void()>& work) {
+  const Watch watch(path, options);
+  Pipe pipe;
+  if (!pipe.is_open()) return;
+  Child child(::fork());
+  if (child.id() < 0) return;
+  if (child.id() == 0) work_in_child(pipe.entry(), path, work);
+  pipe.close_entry();
+  const std::string told = receive(pipe.exit(), child, watch);
+  const int status = child.wait();
   if (WIFSIGNALED(status)) throw_killed(path, WTERMSIG(status));
   if (!told.empty())
     throw Error(static_cast<ErrorCode>(static_cast<unsigned char>(told[0])), told.substr(1));

@@ -191,6 +191,26 @@ TEST(Threads, AreThoseOfTheEnvironmentUnlessTheyAreChosen) {
   set_thread_count(0);
 }
 
+TEST(AvailableMemory, IsWhatIsFreeOrSoonWouldBe) {
+  Machine machine;
+  machine.put("/proc/meminfo", "MemFree: 1 kB\nMemAvailable:  3072 kB\nSwapFree: 2048 kB\n");
+  EXPECT_EQ(available_memory(machine.root()), 5 * kMiB);
+  machine.put("/proc/meminfo", "MemAvailable:  3072 kB\n");
+  EXPECT_EQ(available_memory(machine.root()), 3 * kMiB);
+  EXPECT_GT(available_memory(machine.root() + "/missing"), std::uint64_t{1} << 60);
+}
+
+TEST(WrittenMemory, IsNotWhatIsOnlyAskedFor) {
+  constexpr std::size_t kBytes = 64 * kMiB;
+  const std::uint64_t before = written_memory(::getpid());
+  void* block = ::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(block, MAP_FAILED);
+  EXPECT_LT(written_memory(::getpid()), before + kBytes / 2);
+  std::memset(block, 1, kBytes);
+  EXPECT_GE(written_memory(::getpid()), before + kBytes - 8 * kMiB);
+  ::munmap(block, kBytes);
+}
+
 TEST(ResidentMemory, CountsWhatIsTouched) {
   constexpr std::size_t kBytes = 64 * kMiB;
   const std::uint64_t before = current_rss_bytes();

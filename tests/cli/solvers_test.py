@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 
 from follow_test import jittered, values
-from harness import BAD, USAGE, FolderTest, command, finish, least_memory, main, report_of, run
+from harness import BAD, MEMORY, USAGE, FolderTest, command, finish, least_memory, main, report_of, run
 from independent_check import Vtu
 
 try:
@@ -221,6 +221,13 @@ class OpenFoam(SolverTest):
         path = self.write_case()
         path.write_text("not empty")
         self.expect_resumed_only_as_it_was(path, self.folder / "constant/polyMesh/points")
+
+    def test_memory_bounds_vtk_too(self):
+        path = self.write_case()
+        file = self.folder / "0" / "number"
+        file.write_text(file.read_text().replace("uniform 0", "nonuniform List<scalar> 200000000{5}"))
+        told = self.refused("info", path, "--memory", "1M", code=MEMORY)
+        self.assertIn("VTK takes more than 256.0 MiB of memory to read it: give --memory 256M or more; or the file is damaged", told)
 
     def test_damaged_files_are_errors(self):
         path = self.write_case()

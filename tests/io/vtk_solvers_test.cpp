@@ -374,6 +374,27 @@ TEST_F(OpenFoam, AFileThatIsCutOffIsAnError) {
   EXPECT_THAT(error_of(path), AllOf(HasSubstr("0/T"), HasSubstr("is not closed")));
 }
 
+// A short way of saying that a list has the same value so many times: VTK makes the list.
+TEST_F(OpenFoam, AListThatTakesMoreMemoryThanMayBeTakenIsAnError) {
+  const std::string path = write_case();
+  const auto field_of = [&](const std::string& list) {
+    write_field("0", "volScalarField", "T", "nonuniform List<scalar> " + list, "uniform 6",
+                "uniform 7");
+  };
+  OpenOptions options;
+  options.memory = 1;
+  field_of("2{5}");
+  EXPECT_EQ(error_of(path, options), "no error");
+  field_of("200000000{5}");
+  EXPECT_THAT(error_of(path, options, ErrorCode::kMemory),
+              AllOf(HasSubstr("more than 256.0 MiB"), HasSubstr("give --memory 256M or more"),
+                    HasSubstr("damaged")));
+  // Twice what the run may take.
+  options.memory = std::uint64_t{200} << 20;
+  EXPECT_THAT(error_of(path, options, ErrorCode::kMemory),
+              AllOf(HasSubstr("more than 400.0 MiB"), HasSubstr("give --memory 400M or more")));
+}
+
 TEST_F(OpenFoam, BytesOfADamagedFileDoNotReachTheTerminal) {
   const std::string path = write_case();
   for (const std::string byte : {"\x1B", "\x9B", "\xFF"}) {
