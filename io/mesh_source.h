@@ -5,6 +5,7 @@
 // one carried array needs to be in memory at a time.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -62,6 +63,8 @@ struct OpenOptions {
   // try ends when it takes twice as much, but 256 MiB are always free to it. 0: as much as the
   // machine has to spare. Other files' readers do not look at it.
   std::uint64_t memory = 0;
+  // RunContext::cancelled: becomes true when the caller wants that try to end.
+  const std::atomic<bool>* cancelled = nullptr;
 };
 
 class MeshStream;
@@ -103,7 +106,7 @@ class MeshSource {
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options = {});
 
 // MeshDescription::time_steps, without reading the mesh. None of what is no file, as a pipe, of
-// which nothing is taken, or is not there. Of the options `memory` counts. Throws
+// which nothing is taken, or is not there. Of the options `memory` and `cancelled` count. Throws
 // Error where the file cannot be opened, or is of a format with time steps and damaged.
 std::vector<double> time_steps_of(const std::string& path, const OpenOptions& options = {});
 

@@ -76,6 +76,7 @@ void run_apply(ApplyArguments* a) {
   }
   context.report("reading", 0);
   const MapFile map = MapFile::open(a->map);
+  a->open.cancelled = context.cancelled;
   auto source = open_mesh(a->input, a->open);
   console.tell_time_step(a->open.time_step, source->description());
   refuse_piece_as_mesh(a->output, source->description());

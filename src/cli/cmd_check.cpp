@@ -189,6 +189,7 @@ Answer check(const CheckArguments& a) {
     context.report("reading", 0);
     OpenOptions open = a.open;
     open.memory = a.examine.memory;
+    open.cancelled = context.cancelled;
     const auto source = open_mesh(a.input, open);
     // What --fix leaves out says it, too.
     if (a.fixed.empty()) console.tell_time_step(a.open.time_step, source->description());

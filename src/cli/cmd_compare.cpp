@@ -274,6 +274,7 @@ Comparison compare(const CompareArguments& a, const Bounds& bounds) {
   const RunContext context = console.context();
   OpenOptions open = a.open;
   open.memory = a.memory;
+  open.cancelled = context.cancelled;
   const bool is_for_both = time_steps_of(a.simplified, open).size() > 1;
   if (is_for_both && time_steps_of(a.original, open).empty()) open.time_step.reset();
   const auto original = open_mesh(a.original, open);

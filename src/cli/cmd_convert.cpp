@@ -26,6 +26,7 @@ void run_convert(ConvertArguments* a) {
   set_thread_count(a->threads);
   check_mesh_output(a->output, a->write.encoding);
   context.report("reading", 0);
+  a->open.cancelled = context.cancelled;
   const auto source = open_mesh(a->input, a->open);
   refuse_piece_as_mesh(a->output, source->description());
   const std::string left_out = left_out_of(a->output, source->description());

@@ -293,6 +293,7 @@ InfoAnswer answer_of(const InfoArguments& a) {
   OpenOptions open = a.open;
   open.time_step = open.time_step.value_or(0);  // the others have a line of their own
   open.memory = a.examine.memory;
+  open.cancelled = context.cancelled;
   const auto source = open_mesh(a.input, open);
   const MeshDescription& mesh = source->description();
   refuse_piece(a.report, mesh);

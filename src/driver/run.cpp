@@ -25,11 +25,13 @@ void check_outputs(const SimplifyRequest& request) {
   if (!request.progressive.empty()) check_output_path(request.progressive);
 }
 
-RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> source) {
+RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
+                    const RunContext& context) {
   const BehaviourOptions& b = request.behaviour;
   if (!source) {
     OpenOptions open{b.tetrahedralize, b.linearize, spool_folder(request), b.time_step};
     open.memory = request.performance.memory;
+    open.cancelled = context.cancelled;
     source = open_mesh(request.input, open);
   }
   const MeshDescription& mesh = source->description();
@@ -54,7 +56,7 @@ Run open_run(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
   context.report("reading", 0);
   PhaseClock clock;
   clock.begin("read");
-  RunInput input = open_input(request, std::move(source));
+  RunInput input = open_input(request, std::move(source), context);
   context.check();
   const MeshDescription& mesh = input.description();
   refuse_outputs_among(mesh, request);

@@ -79,6 +79,7 @@ class SharedSeries {
 OpenOptions SharedSeries::open_options() const {
   OpenOptions open{job_.behaviour.tetrahedralize, job_.behaviour.linearize, folder_.path()};
   open.memory = job_.performance.memory;
+  open.cancelled = context_.cancelled;
   return open;
 }
 

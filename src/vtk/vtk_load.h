@@ -36,7 +36,7 @@ struct LoadedFile {
 };
 
 // Throws Error(kBadInput) with VTK's own words if a reader complains, Error(kMemory) if it takes
-// more memory than it may, Error(kUsage) for a time step that is not there.
+// more memory than it may, Error(kUsage) for a time step that is not there, Error(kInterrupted).
 // Nothing is printed. Not to be called from two threads at once.
 LoadedFile load_with_vtk(const std::string& path, const OpenOptions& options);
 

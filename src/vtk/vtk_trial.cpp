@@ -26,10 +26,16 @@
 namespace tetfusion {
 namespace {
 
-// Dies of its signals, silently and without a core file, whatever the parent has arranged.
+constexpr std::array kInterrupts{SIGHUP, SIGINT, SIGTERM};
+
+// Dies of its signals, silently and without a core file, whatever the parent has arranged; but an
+// interrupt that is ignored, as under nohup, still is.
 void make_expendable() {
-  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGINT, SIGTERM, SIGPIPE}) {
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGPIPE}) {
     ::signal(number, SIG_DFL);
+  }
+  for (const int number : kInterrupts) {
+    if (::signal(number, SIG_DFL) == SIG_IGN) ::signal(number, SIG_IGN);
   }
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // some damaged files hold VTK for ever
   const rlimit none = {0, 0};
@@ -65,11 +71,11 @@ void send(int pipe, const Error& error) {
   ::_exit(0);
 }
 
-// What a child may write to beside what it has from its parent.
+// What a child may write to beside what it has from its parent, and whether it may go on.
 class Watch {
  public:
   Watch(const std::string& path, const OpenOptions& options)
-      : path_(path), inherited_(written_memory(::getpid())) {
+      : path_(path), options_(options), inherited_(written_memory(::getpid())) {
     const std::uint64_t limit = memory_limit();
     spare_ = std::min(available_memory(), limit - std::min(inherited_, limit));
     // VTK holds more while it reads than the plan of a run counts, which is of what stays.
@@ -77,6 +83,9 @@ class Watch {
   }
 
   void check(pid_t child) const {
+    if (options_.cancelled != nullptr && options_.cancelled->load(std::memory_order_relaxed)) {
+      throw_interrupted();
+    }
     const std::uint64_t bound = std::max(granted_, kAlwaysFree);
     if (written_memory(child) <= inherited_ + bound) return;
     const std::string advice =
@@ -88,11 +97,16 @@ class Watch {
                                         "; or the file is damaged, and a count in it is wrong");
   }
 
+  [[noreturn]] static void throw_interrupted() {
+    throw Error(ErrorCode::kInterrupted, "interrupted; nothing was written");
+  }
+
  private:
   // So that a run with too small a --memory is told how much it needs, where the file is small.
   static constexpr std::uint64_t kAlwaysFree = std::uint64_t{256} << 20;
 
   const std::string& path_;
+  const OpenOptions& options_;
   std::uint64_t inherited_, spare_ = 0, granted_ = 0;
 };
 
@@ -167,8 +181,8 @@ std::string receive(int pipe, const Child& child, const Watch& watch) {
 }
 
 [[noreturn]] void throw_killed(const std::string& path, int number) {
-  if (number == SIGINT || number == SIGTERM) {
-    throw Error(ErrorCode::kInterrupted, "interrupted; nothing was written");
+  if (std::find(kInterrupts.begin(), kInterrupts.end(), number) != kInterrupts.end()) {
+    Watch::throw_interrupted();
   }
   if (number == SIGKILL) {
     throw Error(ErrorCode::kMemory,

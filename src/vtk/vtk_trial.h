@@ -17,9 +17,10 @@ namespace tetfusion {
 //
 // The child ends when it has written to more memory than options.memory lets it, or, where that is
 // 0, than the machine has to spare (Error(kMemory); where the system does not tell what it has
-// written to, nothing bounds it), and with this process. Throws Error if it was killed by a signal:
-// kMemory for SIGKILL (the system was out of memory), kInterrupted for SIGINT and SIGTERM,
-// otherwise kBadInput, as where a library ends the process.
+// written to, nothing bounds it), when options.cancelled becomes true (Error(kInterrupted)), and
+// with this process. Throws Error if it was killed by a signal: kMemory for SIGKILL (the system was
+// out of memory), kInterrupted for SIGHUP, SIGINT and SIGTERM, otherwise kBadInput, as where a
+// library ends the process.
 void try_in_child(const std::string& path, const OpenOptions& options,
                   const std::function<void()>& work);
 

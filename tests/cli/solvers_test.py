@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Files of solvers that VTK reads: series of EnSight and OpenFOAM, VTKHDF, CGNS. Usage: solvers_test.py TETFUSION"""
 import os
+import pathlib
 import signal
+import time
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
 from follow_test import jittered, values
-from harness import BAD, MEMORY, USAGE, FolderTest, command, finish, least_memory, main, report_of, run
+from harness import BAD, INTERRUPTED, MEMORY, USAGE, FolderTest, command, finish, least_memory, main, report_of, run
 from independent_check import Vtu
 
 try:
@@ -142,6 +144,35 @@ time values:
         self.write(jittered(24), "grid.vtu")
         self.points, self.tets = np.array(Vtu(self.grid).points, dtype="f4"), Vtu(self.grid).tets
         self.expect_resumed_only_as_it_was(self.write_case(), self.folder / "heat.000")
+
+    def test_an_interrupt_ends_vtk_that_reads_without_end(self):
+        """Of a pipe that nobody writes to. Only the process itself is told, not the child in which VTK reads."""
+        path = self.write_case()
+        (self.folder / "heat.000").unlink()
+        os.mkfifo(self.folder / "heat.000")
+        out = self.folder / "out.vtu"
+        for arguments in ("info", path), ("check", path), ("convert", path, out), ("simplify", path, "-o", out, *GOAL):
+            for by in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
+                with self.subTest(command=arguments[0], by=by):
+                    process = self.start(*arguments, until="reading",
+                                         preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
+                    self.addCleanup(process.kill)
+                    child = self.child_of(process)
+                    process.send_signal(by)
+                    code, message = self.end(process)
+                    self.assertEqual(code, INTERRUPTED, message)
+                    self.assertIn("interrupted", message)
+                    self.assertFalse(os.path.exists(f"/proc/{child}"))
+                    self.assertFalse(out.exists())
+
+    def child_of(self, process):
+        end = time.monotonic() + 30
+        while time.monotonic() < end:
+            children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+            if children:
+                return children[0]
+            time.sleep(0.01)
+        self.fail("no child reads")
 
     def test_no_output_takes_the_place_of_a_file_of_the_case(self):
         path = self.write_case()

@@ -2,10 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
@@ -99,6 +101,34 @@ TEST(VtkTrial, MemoryThatIsOnlyAskedForOrTheParentsDoesNotCount) {
   ::munmap(own, kBytes);
 }
 #endif
+
+TEST(VtkTrial, ACallerThatGivesUpNeedNotWait) {
+  std::atomic<bool> cancelled{false};
+  OpenOptions options;
+  options.cancelled = &cancelled;
+  std::thread user([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    cancelled = true;
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THAT(told_of(go_on, options, ErrorCode::kInterrupted), HasSubstr("interrupted"));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+  user.join();
+}
+
+TEST(VtkTrial, SignalsEndTheChild) {
+  for (const int number : {SIGHUP, SIGINT, SIGTERM}) {
+    const auto raise = [&] { ::raise(number); };
+    EXPECT_THAT(told_of(raise, {}, ErrorCode::kInterrupted), HasSubstr("interrupted"));
+    const auto before = ::signal(number, SIG_IGN);  // as under nohup
+    EXPECT_EQ(told_of(raise), kNoError) << number;
+    ::signal(number, before);
+  }
+  EXPECT_THAT(told_of([] { ::raise(SIGKILL); }, {}, ErrorCode::kMemory),
+              HasSubstr("not enough memory"));
+  EXPECT_THAT(told_of([] { ::raise(SIGFPE); }), HasSubstr("the file is damaged"));
+  EXPECT_THAT(told_of([] { std::exit(0); }), HasSubstr("VTK cannot go on"));
+}
 
 TEST(VtkTrial, ErrorsComeThroughAndWordsOfLibrariesDoNot) {
   EXPECT_EQ(told_of([] { throw Error(ErrorCode::kIo, "our words"); }, {}, ErrorCode::kIo),
