@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "base/numbers.h"
 #include "base/resources.h"
 #include "base/version.h"
@@ -222,14 +223,19 @@ std::string describe_steps(const MeshDescription& mesh) {
                      times[mesh.time_step]);
 }
 
-std::string table(const MeshDescription& mesh, const InspectionSummary& i,
-                  const std::vector<ArrayLine>& arrays, const std::vector<Finding>& findings) {
+std::string table(const MeshDescription& mesh, const std::vector<std::string>& needs,
+                  const InspectionSummary& i, const std::vector<ArrayLine>& arrays,
+                  const std::vector<Finding>& findings) {
   std::string text;
   const auto out = std::back_inserter(text);
   const auto points = static_cast<double>(std::max<std::uint64_t>(1, i.points));
   fmt::format_to(out, "file          {} ({})\n", mesh.path, format_bytes(mesh.file_bytes));
   fmt::format_to(out, "format        {}{}{}\n", mesh.format,
                  mesh.left_out.empty() ? "" : "; left out: ", fmt::join(mesh.left_out, ", "));
+  if (!needs.empty()) {
+    fmt::format_to(out, "read with     {}, without which no other command takes it\n",
+                   fmt::join(needs, " "));
+  }
   if (!mesh.time_steps.empty()) fmt::format_to(out, "time steps    {}\n", describe_steps(mesh));
   if (mesh.pieces != 1) fmt::format_to(out, "pieces        {}\n", format_count(mesh.pieces));
   fmt::format_to(out, "points        {} ({})\n", format_count(i.points), vtk_name(mesh.point_type));
@@ -286,14 +292,10 @@ struct InfoAnswer {
   std::string text;
 };
 
-InfoAnswer answer_of(const InfoArguments& a) {
-  Console console(a.console);
-  const RunContext context = console.context();
+// `needs`: options that make the file readable, and were not given.
+InfoAnswer look_at(const InfoArguments& a, const OpenOptions& open,
+                   const std::vector<std::string>& needs, const RunContext& context) {
   context.report("reading", 0);
-  OpenOptions open = a.open;
-  open.time_step = open.time_step.value_or(0);  // the others have a line of their own
-  open.memory = a.examine.memory;
-  open.cancelled = context.cancelled;
   const auto source = open_mesh(a.input, open);
   const MeshDescription& mesh = source->description();
   refuse_piece(a.report, mesh);
@@ -311,9 +313,48 @@ InfoAnswer answer_of(const InfoArguments& a) {
   json["left_out"] = mesh.left_out;
   json["time_steps"] = mesh.time_steps;
   json["time_step"] = mesh.time_steps.empty() ? Json() : Json(mesh.time_step);
+  json["needs"] = needs;
   json.update(findings_json(findings));
+  return {json, table(mesh, needs, summary, arrays, findings)};
+}
+
+// A file that simplify takes with other options only is told of as it is with these.
+InfoAnswer answer_of(const InfoArguments& a) {
+  Console console(a.console);
+  const RunContext context = console.context();
+  OpenOptions open = a.open;
+  open.time_step = open.time_step.value_or(0);  // the others have a line of their own
+  open.memory = a.examine.memory;
+  open.cancelled = context.cancelled;
+  const auto look_with = [&](bool split, bool straighten) {
+    OpenOptions more = open;
+    more.tetrahedralize |= split;
+    more.linearize |= straighten;
+    std::vector<std::string> needs;
+    if (more.tetrahedralize && !open.tetrahedralize) needs.emplace_back("--tetrahedralize");
+    if (more.linearize && !open.linearize) needs.emplace_back("--linearize");
+    return look_at(a, more, needs, context);
+  };
+  const auto answer = [&] {
+    try {
+      return look_with(false, false);
+    } catch (const Error& error) {
+      // As refusal() ends (io/cell_kinds.h): any other fault would be there again.
+      const bool may_help = std::string_view(error.what()).find(": use --") != std::string::npos;
+      if (!may_help || a.input == "-") throw;
+      for (const auto& [split, straighten] :
+           {std::pair(true, false), {false, true}, {true, true}}) {
+        try {
+          return look_with(split, straighten);
+        } catch (const Error& other) {
+          if (other.code() == ErrorCode::kInterrupted) throw;
+        }
+      }
+      throw;
+    }
+  }();
   console.detail_resources();
-  return {json, table(mesh, summary, arrays, findings)};
+  return answer;
 }
 
 void run_info(const InfoArguments& a) {

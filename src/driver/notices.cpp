@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstring>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "base/numbers.h"
 #include "base/vector.h"
 #include "io/gmsh_head.h"
+#include "io/mesh_passes.h"
 #include "mesh/region_names.h"
 
 namespace tetfusion {
@@ -64,6 +66,17 @@ bool has_several_values(const MeshStream& stream, std::size_t index, const Array
     }
   }
   return false;
+}
+
+// As numbers of cells do: no two of the first ones have the same value.
+bool tells_cells_apart(const MeshStream& stream, std::size_t index, const ArrayInfo& info) {
+  constexpr std::uint64_t kLook = 1000, kTooFew = 10;
+  const std::uint64_t count = std::min(kLook, stream.cells());
+  Vector<std::byte> rows(count * info.components * size_of(info.type));
+  stream.read_rows(Association::kCell, index, 0, count, rows);
+  const Vector<std::int64_t> values = to_integers(info, rows);
+  const std::set<std::int64_t> different(values.begin(), values.end());
+  return count >= kTooFew && different.size() == count;
 }
 
 // Entities of Gmsh are what its groups are made of: where there are groups these are what is meant.
@@ -187,7 +200,7 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
           array.name, taken, in_a_shell(array.name)));
     }
     if (may_be_region(array) && !has_coarser(mesh, stream, regions, array) &&
-        has_several_values(stream, i, array)) {
+        has_several_values(stream, i, array) && !tells_cells_apart(stream, i, array)) {
       others.push_back(array.name);
     }
   }

@@ -30,6 +30,10 @@ std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
     return regions;
   }
   for (const std::string& name : *names) {
+    if (name == "none" && names->size() > 1 && mesh.cell_data.find(name) == AttributeSet::npos) {
+      throw Error(ErrorCode::kUsage,
+                  "--regions none says that no interfaces are kept: give it alone, or not at all");
+    }
     const std::size_t i = mesh.cell_data.find(name);
     if (i == AttributeSet::npos || !can_be_region(mesh.cell_data.arrays[i])) {
       throw Error(

@@ -204,6 +204,7 @@ option_case("unknown boundary rule", ["--method", "tetfuse", "--boundary-rule", 
 option_case("a boundary that moves with tetfuse", ["--method", "tetfuse", "--boundary", "1%"], USAGE, "--boundary")
 option_case("unknown encoding", ["--encoding", "brotli"], USAGE, "brotli")
 option_case("negative threads", ["--threads=-1"], USAGE, "threads")
+option_case("regions and none", ["--regions", "none", "--regions", "id"], USAGE, "give it alone")
 option_case("levels without a place for them", ["--lods", "50%,80%"], USAGE, "{lod}")
 option_case("levels that fall", ["--lods", "80%,50%", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
 option_case("no levels", ["--lods", "0", "--reduction", "20%", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods: give 1 to 1000 levels")

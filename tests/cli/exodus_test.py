@@ -330,8 +330,9 @@ class CurvedElements(ExodusTest):
         for order in ("TET14", "tetra14"):
             curved = self.write(exodus_of_blocks(all_points, [(order, np.concatenate([tets, beside], axis=1)),
                                                               ("TRI7", np.concatenate([triangles, beside[:, :4]], axis=1))]), "curved.e")
-            self.assertIn("use --linearize", self.refused("info", curved, code=BAD))
-            found = report_of("info", curved, "--linearize")
+            self.assertIn("use --linearize", self.refused("check", curved, code=BAD))
+            found = report_of("info", curved)
+            self.assertEqual(found["needs"], ["--linearize"])
             self.assertEqual((found["tets"], found["lower_cells"]), (len(tets), len(tets)))
             self.assertAlmostEqual(found["volume"], volume)
         odd = self.write(exodus_of_blocks(all_points, [("SUPER14", np.concatenate([tets, beside], axis=1))]), "odd.e")

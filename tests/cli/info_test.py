@@ -125,6 +125,26 @@ class Info(FolderTest):
         else:
             self.assertIn(b"is not installed", with_module.stderr)
 
+    def test_cells_that_are_to_be_split_or_straightened(self):
+        """What is in such a file is told, and what other commands need for it."""
+        corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+        edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+        four = [corners[i] for i in (0, 1, 3, 4)]
+        ten = four + [tuple((p + q) / 2 for p, q in zip(four[a], four[b])) for a, b in edges]
+        for points, kind, needs, tets in ((corners, 12, ["--tetrahedralize"], (5, 6)), (ten, 24, ["--linearize"], (1,))):
+            path = self.write(ASCII_CELL.format(points=len(points), xyz=" ".join(f"{x} {y} {z}" for x, y, z in points),
+                                                ids=" ".join(map(str, range(len(points)))), type=kind).encode())
+            report = report_of("info", path)
+            self.assertEqual(report["needs"], needs)
+            self.assertIn(report["tets"], tets)
+            self.assertIn(f"read with     {needs[0]}, without which".encode(), run("info", path))
+            self.assertEqual(report_of("info", path, *needs)["needs"], [])
+            self.assertEqual(finish("check", path).returncode, BAD)
+        damaged = TinyVtu(1)
+        damaged.array("connectivity")[4][0] = 999
+        said = finish("info", self.write(damaged))
+        self.assertEqual((said.returncode, b"--tetrahedralize" in said.stderr), (BAD, False))
+
     def test_values_that_are_not_finite(self):
         mesh = TinyVtu(1)
         mesh.array("temperature")[4][2] = float("nan")

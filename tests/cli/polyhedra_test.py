@@ -256,7 +256,8 @@ class Polyhedra(FolderTest):
         path = self.write(vtu(piece))
         cells = [cell for cell in Refined(4, [(1, 1, 1)]).cells if cell[0] == POLYHEDRON]
         only = self.write(vtu(self.mesh(cells=cells)[1]), "only.vtu")
-        self.assertIn("polyhedron (VTK cell type 42): use --tetrahedralize", self.refused("info", only))
+        self.assertIn("polyhedron (VTK cell type 42): use --tetrahedralize", self.refused("check", only))
+        self.assertEqual(report_of("info", only)["needs"], ["--tetrahedralize"])
         with open(path, "rb") as pipe:
             said = self.refused("info", "-", "--tetrahedralize", stdin=pipe)
         self.assertIn("standard input is a .vtu with polyhedra", said)

@@ -39,7 +39,7 @@ class RegionOfInterest(FolderTest):
         original = Vtu(path)
         options = ("--reduction", "80%", "--chunk-tets", "9k", "--threads", "2")
         without, _ = self.simplify(path, *options)
-        for inside, text in ((in_box, BOX), (in_sphere, SPHERE), (is_above, "front>0.8")):
+        for inside, text in ((in_box, BOX), (in_sphere, SPHERE), (is_above, "front>0.8"), (is_above, " front  > 0.8 ")):
             mesh, _ = self.simplify(path, *options, "--roi", text)
             expected = cells_inside(original, inside)
             self.assertGreater(len(expected), 1000, text)

@@ -97,8 +97,9 @@ class Refused(SeriesTest):
         for options in (["--lods", "10%,20%"], ["--dry-run"], ["--pieces", "2"], ["--progressive", "a.tfp"]):
             for mode in ("shared", "each"):
                 self.assertIn("series", self.refuse(steps, "--series", mode, *options))
-        for options in (["--resume"], ["--verify"], ["--conserve"], ["--array", "cell:id"]):
+        for options in (["--resume"], ["--verify"], ["--conserve"]):
             self.assertIn("--series each", self.refuse(steps, *options))
+        self.assertIn("cell:id", self.refuse(steps[:1], "--array", "bump_{step}", "--array", "cell:id", out="one.vtu"))
         self.assertIn("none", self.refuse(steps, "--roi", "none>0.5"))
         other = self.write(with_arrays(jittered(10), bump=("Float32", np.array(jittered(10).points)[:, 0])), "other.vtu")
         self.assertIn("drift", self.refuse([*steps, other], "--array", "bump", "--roi", "drift>0.5"))
