@@ -65,7 +65,7 @@ void match_bucket(const PiecePoints& pieces, std::span<PointRecord> records,
       std::size_t last = first + 1;
       while (last < group.size() && !less_key(group[first], group[last])) ++last;
       match_run(std::span<const PointRecord>(group.subspan(first, last - first)),
-                pieces.piece_begin, &firsts,
+                pieces.piece_begin, pieces.also_within, &firsts,
                 [&](VertexId point, VertexId original) { (*copy_of)[point] = original; });
       first = last;
     }

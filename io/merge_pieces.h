@@ -18,20 +18,25 @@ struct PiecePoints {
   const Points* points = nullptr;              // all pieces, one after another
   std::span<const std::uint64_t> piece_begin;  // first point of each piece; one entry more
   std::span<const std::int64_t> global_ids;    // one a point, or empty: compare coordinates
+  bool also_within = false;                    // points of one piece may be copies, too
 };
 
 // For each used point the lowest point that it is a copy of (often itself). Points of different
 // pieces are copies when their global ids, or without these all three coordinates, are equal (0
 // equals -0). Points of one piece never are: where a piece has several equal points (the two sides
-// of a crack), its first matches the first of the other pieces, its second the second. Unused
-// points stand for themselves.
+// of a crack), its first matches the first of the other pieces, its second the second. With
+// also_within all equal points are copies of the first. Unused points stand for themselves.
 Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8_t>& used);
 
 // Pairs the points of equal key, in ascending order, between pieces: calls put(point, original) for
 // each of them. `firsts` is scratch memory.
 template <class Record, class Put>
 void match_run(std::span<const Record> run, std::span<const std::uint64_t> piece_begin,
-               std::vector<VertexId>* firsts, Put put) {
+               bool also_within, std::vector<VertexId>* firsts, Put put) {
+  if (also_within) {
+    for (const Record& r : run) put(r.point, run.front().point);
+    return;
+  }
   firsts->clear();
   std::size_t piece = 0;
   std::size_t copy = 0;  // how many of this piece came before

@@ -65,6 +65,9 @@ struct OpenOptions {
   std::uint64_t memory = 0;
   // RunContext::cancelled: becomes true when the caller wants that try to end.
   const std::atomic<bool>* cancelled = nullptr;
+  // Points with the same coordinates are one, with the values of the first, before cells are split.
+  // Throws Error(kUsage) for Medit's, Gmsh's and TetGen's files.
+  bool merge_points = false;
 };
 
 class MeshStream;

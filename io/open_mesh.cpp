@@ -81,14 +81,20 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
                 "standard input is " + what + ", which VTK reads, and not from there: give a file");
   }
   if (is_legacy_grid(text)) return open_legacy_vtk(std::move(file), options);
-  if (looks_like_medit(text)) return open_medit(std::move(file), options);
-  if (looks_like_gmsh(text)) return open_gmsh(std::move(file), options);
+  const auto open_as = [&](auto open) {
+    if (options.merge_points) {
+      throw Error(ErrorCode::kUsage, path +
+                                         ": --merge-points is for VTK's formats and those that "
+                                         "VTK reads: convert the mesh to .vtu first");
+    }
+    return open(std::move(file), options);
+  };
+  if (looks_like_medit(text)) return open_as(open_medit);
+  if (looks_like_gmsh(text)) return open_as(open_gmsh);
   if (type.empty() && is_called(path, {".vtu"})) return open_vtu(std::move(file), options);
-  if (is_called(path, {".mesh", ".meshb"})) return open_medit(std::move(file), options);
-  if (is_called(path, {".msh"})) return open_gmsh(std::move(file), options);
-  if (!standard_input && is_called(path, {".node", ".ele"})) {
-    return open_tetgen(std::move(file), options);
-  }
+  if (is_called(path, {".mesh", ".meshb"})) return open_as(open_medit);
+  if (is_called(path, {".msh"})) return open_as(open_gmsh);
+  if (!standard_input && is_called(path, {".node", ".ele"})) return open_as(open_tetgen);
   if (standard_input) {
     throw Error(
         ErrorCode::kBadInput,

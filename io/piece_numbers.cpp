@@ -44,10 +44,11 @@ void PieceNumbers::use(VertexId point) {
 }
 
 void PieceNumbers::find_copies(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys,
-                               std::uint64_t memory) {
+                               std::uint64_t memory, bool also_within) {
   const std::uint64_t passes = std::max<std::uint64_t>(
       1, block_count(points_ * sizeof(NumberRecord), std::max<std::uint64_t>(memory, 1)));
-  for (std::uint64_t pass = 0; pass < passes; ++pass) match(piece_begin, keys, passes, pass);
+  for (std::uint64_t pass = 0; pass < passes; ++pass)
+    match(piece_begin, keys, also_within, passes, pass);
   std::sort(copies_.begin(), copies_.end(),
             [](const Copy& a, const Copy& b) { return a.point < b.point; });
   // Only now: all passes have to see them.
@@ -58,7 +59,7 @@ void PieceNumbers::find_copies(std::span<const std::uint64_t> piece_begin, const
 
 // One pass: the points whose keys fall into one bucket of `passes`.
 void PieceNumbers::match(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys,
-                         std::uint64_t passes, std::uint64_t pass) {
+                         bool also_within, std::uint64_t passes, std::uint64_t pass) {
   Vector<NumberRecord> records;
   Vector<PointKey> range(kRange);
   for (std::size_t p = 0; p + 1 < piece_begin.size(); ++p) {
@@ -79,7 +80,7 @@ void PieceNumbers::match(std::span<const std::uint64_t> piece_begin, const ReadK
     std::size_t end = begin + 1;
     while (end < records.size() && records[end].key == records[begin].key) ++end;
     match_run(std::span<const NumberRecord>(records).subspan(begin, end - begin), piece_begin,
-              &firsts, [&](VertexId point, VertexId original) {
+              also_within, &firsts, [&](VertexId point, VertexId original) {
                 if (point != original) copies_.push_back({point, original});
               });
     begin = end;

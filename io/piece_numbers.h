@@ -28,10 +28,10 @@ class PieceNumbers {
   // Finds the copies among the used points. keys(first, count, out) gives those of a range within
   // one piece. `piece_begin`: the first point of each piece; one entry more. Takes 32 bytes for
   // each point that it has in hand, and goes through all points again where those are more than
-  // `memory` holds.
+  // `memory` holds. `also_within`: as in PiecePoints.
   using ReadKeys = std::function<void(std::uint64_t first, std::uint64_t count, PointKey* out)>;
   void find_copies(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys,
-                   std::uint64_t memory);
+                   std::uint64_t memory, bool also_within = false);
 
   std::uint64_t points() const { return ranks_.back(); }  // that have numbers of their own
   std::uint64_t merged() const { return copies_.size(); }
@@ -52,8 +52,8 @@ class PieceNumbers {
   };
   static constexpr std::uint64_t kWords = 8;  // of bits, a rank
 
-  void match(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys, std::uint64_t passes,
-             std::uint64_t pass);
+  void match(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys, bool also_within,
+             std::uint64_t passes, std::uint64_t pass);
   void rank();
   VertexId rank_of(VertexId point) const;
 

@@ -29,7 +29,7 @@ class PiecesStream final : public MeshStream {
     open(pieces, options);
     if (!can_stream_) return;
     find_used_points();
-    find_copies();
+    find_copies(options.merge_points);
   }
 
   bool can_stream() const { return can_stream_; }
@@ -86,7 +86,7 @@ class PiecesStream final : public MeshStream {
 
   void open(const std::vector<StreamPiece>& pieces, const OpenOptions& options);
   void find_used_points();
-  void find_copies();
+  void find_copies(bool merge_points);
 
   // f(part, first within it, count) for each part that has some of a range.
   template <class F>
@@ -185,11 +185,13 @@ void PiecesStream::find_used_points() {
   }
 }
 
-void PiecesStream::find_copies() {
+void PiecesStream::find_copies(bool merge_points) {
   std::vector<std::uint64_t> begins;
   for (const auto& part : parts_) begins.push_back(part->first_point);
   begins.push_back(description_.points);
-  const std::size_t ids = find_global_ids(description_.point_data);
+  // Points that are to be merged may have ids of their own.
+  const std::size_t ids =
+      merge_points ? AttributeSet::npos : find_global_ids(description_.point_data);
   Vector<std::byte> rows;
   const auto of_ids = [&](const Part& part, std::uint64_t first, std::uint64_t count,
                           PointKey* out) {
@@ -229,7 +231,7 @@ void PiecesStream::find_copies() {
                         }
                       });
       },
-      std::max(kLeastMemory, kMemoryPerPoint * description_.points));
+      std::max(kLeastMemory, kMemoryPerPoint * description_.points), merge_points);
 }
 
 // Reads the points that lie between the window's, and keeps those that have numbers.

@@ -48,15 +48,14 @@ class VtuSource final : public MeshSource {
 
   std::unique_ptr<MeshStream> stream() override {
     const std::size_t count = input_.head.pieces.size();
-    if (count == 1) return open_vtu_stream(input_, description_, options_);
+    if (is_one_mesh()) return open_vtu_stream(input_, description_, options_);
     std::vector<StreamPiece> pieces;
     for (std::size_t p = 0; p < count; ++p) pieces.push_back({&input_, p});
     return open_pieces_stream(pieces, description_, options_);
   }
 
   std::unique_ptr<MeshStream> stream_of_rows() override {
-    return input_.head.pieces.size() == 1 ? open_vtu_rows(input_, description_, options_)
-                                          : stream();
+    return is_one_mesh() ? open_vtu_rows(input_, description_, options_) : stream();
   }
 
   std::uint64_t memory_to_read() override {
@@ -85,6 +84,9 @@ class VtuSource final : public MeshSource {
   }
 
  private:
+  // Points are those of the file.
+  bool is_one_mesh() const { return input_.head.pieces.size() == 1 && !options_.merge_points; }
+
   [[noreturn]] void fail(ErrorCode code, const std::string& what) const { input_.fail(code, what); }
 
   void describe() {
@@ -212,9 +214,11 @@ class VtuSource final : public MeshSource {
     VtuCells cells = read_cells(input_, options_, &used);
     if (!finite) check_finite(mesh->points, used);
     Vector<VertexId> new_ids;
-    if (input_.head.pieces.size() > 1) {
-      const Vector<std::int64_t> ids = read_global_ids();
-      new_ids = compact_points(used, match_points({&mesh->points, piece_begin_, ids}, used), mesh);
+    if (!is_one_mesh()) {
+      const bool merges = options_.merge_points;  // whatever their ids
+      const auto ids = merges ? Vector<std::int64_t>() : read_global_ids();
+      new_ids = compact_points(used, match_points({&mesh->points, piece_begin_, ids, merges}, used),
+                               mesh);
     } else if (std::find(used.begin(), used.end(), 0) != used.end()) {
       new_ids = compact_points(used, {}, mesh);
     }

@@ -61,7 +61,8 @@ void add_console_options(CLI::App& command, ConsoleOptions* options, const char*
   command.add_flag("--verbose,-v", options->verbose, verbose)->group(kMessagesGroup);
 }
 
-void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize) {
+void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize,
+                      bool* merge_points) {
   command
       .add_flag(
           "--tetrahedralize", *tetrahedralize,
@@ -72,6 +73,12 @@ void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize) 
       .add_flag("--linearize", *linearize,
                 "Take cells of higher order, as ten-node tetrahedra, as straight-edged ones: by "
                 "their corners")
+      ->group(kInputGroup);
+  command
+      .add_flag(
+          "--merge-points", *merge_points,
+          "Take points with the same coordinates for one, with the values of the first: where "
+          "each cell has points of its own. Closes cracks")
       ->group(kInputGroup);
 }
 
@@ -88,7 +95,7 @@ void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
 
 void add_input_options(CLI::App& command, std::string* input, OpenOptions* open) {
   command.add_option("IN", *input, "The mesh, or - for standard input")->required();
-  add_cell_options(command, &open->tetrahedralize, &open->linearize);
+  add_cell_options(command, &open->tetrahedralize, &open->linearize, &open->merge_points);
   add_time_step_option(command, &open->time_step);
 }
 

@@ -35,8 +35,8 @@ inline constexpr const char* kMessagesGroup = "Messages";
 // Adds --progress, --quiet and --verbose.
 void add_console_options(CLI::App& command, ConsoleOptions* options,
                          const char* verbose = "Say more: time and memory");
-// Adds --tetrahedralize and --linearize.
-void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize);
+// Adds --tetrahedralize, --linearize and --merge-points.
+void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize, bool* merge_points);
 // Adds --time-step; `more`: what else there is to say of it.
 void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
                           const std::string& more = "");
@@ -73,7 +73,7 @@ CLI::Option* add_choice(CLI::App& command, const char* option, T* value,
 void add_encoding_option(CLI::App& command, Encoding* encoding);
 // Adds --report.
 void add_report_option(CLI::App& command, std::string* report);
-// Adds IN, --tetrahedralize, --linearize and --time-step.
+// Adds IN, --tetrahedralize, --linearize, --merge-points and --time-step.
 void add_input_options(CLI::App& command, std::string* input, OpenOptions* open);
 
 // All functions may be called from any thread.

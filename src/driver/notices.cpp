@@ -154,8 +154,8 @@ void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext&
     say(facts.unused_points, "point is used by no cell: dropped",
         "points are used by no cell: dropped");
   }
-  say(facts.merged_points, "point at the seams of pieces was merged",
-      "points at the seams of pieces were merged");
+  say(facts.merged_points, "point in the place of another one was merged with it",
+      "points in the places of others were merged with them");
   constexpr std::string_view kOtherValues =
       "of these had other values in some array: those of the first piece that has it were taken";
   say(facts.differing_points, kOtherValues, kOtherValues);
@@ -164,7 +164,7 @@ void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext&
   if (facts.tets > 1 && facts.boundary_faces == 4 * facts.tets) {
     context.say(
         "no two tetrahedra share a face, as each has points of its own: there is nothing to fuse "
-        "(ParaView's Clean to Grid merges points)");
+        "(--merge-points)");
   }
   say(facts.coincident_points,
       "point lies where another does (a crack, a contact, or points that were not merged): the "

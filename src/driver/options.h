@@ -107,6 +107,7 @@ struct BehaviourOptions {
   // As in OpenOptions.
   bool tetrahedralize = false;
   bool linearize = false;
+  bool merge_points = false;
   std::optional<std::uint64_t> time_step;
   // Cells of lower dimension, which hold the boundary where they lie, are left out of the result.
   bool drop_patches = false;

@@ -30,6 +30,7 @@ RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> 
   const BehaviourOptions& b = request.behaviour;
   if (!source) {
     OpenOptions open{b.tetrahedralize, b.linearize, spool_folder(request), b.time_step};
+    open.merge_points = b.merge_points;
     open.memory = request.performance.memory;
     open.cancelled = context.cancelled;
     source = open_mesh(request.input, open);

@@ -67,6 +67,7 @@ void check_progressive(const SimplifyRequest& request) {
   refuse_with(!b.lods.empty(), "--lods", "the file holds all levels, for 'tetfusion refine'");
   refuse_with(b.tetrahedralize, "--tetrahedralize", "convert the mesh first");
   refuse_with(b.linearize, "--linearize", "convert the mesh first");
+  refuse_with(b.merge_points, "--merge-points", "convert the mesh first");
   refuse_with(b.drop_patches, "--drop-patches", "the file gives the whole input back");
 }
 

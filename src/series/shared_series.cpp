@@ -78,6 +78,7 @@ class SharedSeries {
 
 OpenOptions SharedSeries::open_options() const {
   OpenOptions open{job_.behaviour.tetrahedralize, job_.behaviour.linearize, folder_.path()};
+  open.merge_points = job_.behaviour.merge_points;
   open.memory = job_.performance.memory;
   open.cancelled = context_.cancelled;
   return open;

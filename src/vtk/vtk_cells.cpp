@@ -42,10 +42,11 @@ class CellConverter {
       for (const VertexId v : corners_) use.used[v] = 1;
     });
     const auto begins = point_begins(list_);
-    if (begins.size() <= 2) return use;
-    const auto ids = global_point_ids(list_);
+    const bool merges = options_.merge_points;  // whatever their ids
+    if (begins.size() <= 2 && !merges) return use;
+    const auto ids = merges ? std::vector<std::int64_t>() : global_point_ids(list_);
     const Points points = ids.empty() ? all_points(list_) : Points();
-    use.copy_of = match_points({&points, begins, ids}, without_centres(use.used));
+    use.copy_of = match_points({&points, begins, ids, merges}, without_centres(use.used));
     return use;
   }
 

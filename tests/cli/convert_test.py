@@ -101,6 +101,95 @@ class Convert(FolderTest):
             self.assertIn(frozenset(ids.tolist()), faces, "a carried triangle is no face")
 
 
+def with_own_points(mesh):
+    """The same cells, each with points of its own."""
+    corners = mesh.array("connectivity")[4]
+    for section, name, kind, width, old in list(mesh.arrays):
+        if section in ("PointData", "Points"):
+            mesh.array(name)[4] = [x for v in corners for x in old[width * v:width * v + width]]
+    mesh.array("connectivity")[4] = list(range(len(corners)))
+    mesh.counts["NumberOfPoints"] = str(len(corners))
+    return mesh
+
+
+def hexahedra(n):
+    """n^3 of them, whose points are in an order of their own, so that the smallest of a face is anywhere."""
+    mesh = TinyVtu(n)
+    number = np.random.default_rng(5).permutation(len(mesh.points))
+    place = np.argsort(number)
+    for name in ("temperature", "Points"):
+        values = np.array(mesh.array(name)[4]).reshape(len(place), -1)
+        mesh.array(name)[4] = values[place].ravel().tolist()
+    at = lambda x, y, z: int(number[x + (n + 1) * (y + (n + 1) * z)])
+    order = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    cells = [[at(x + i, y + j, z + k) for i, j, k in order] for z in range(n) for y in range(n) for x in range(n)]
+    mesh.remove("id")
+    mesh.array("connectivity")[4] = [v for cell in cells for v in cell]
+    mesh.array("offsets")[4] = list(range(8, 8 * len(cells) + 1, 8))
+    mesh.array("types")[4] = [12] * len(cells)
+    mesh.counts["NumberOfCells"] = str(len(cells))
+    return mesh
+
+
+class MergedPoints(FolderTest):
+    """Cells with points of their own, and --merge-points."""
+
+    def places(self, mesh):
+        """The tetrahedra, by the places of their corners."""
+        return sorted(sorted(map(tuple, mesh.points[tet].tolist())) for tet in mesh.tets)
+
+    def test_tetrahedra(self):
+        shared, own = self.write(TinyVtu(6), "shared.vtu"), self.write(with_own_points(TinyVtu(6)), "own.vtu")
+        counts = report_of("info", shared)
+        apart, merged = report_of("info", own), report_of("info", own, "--merge-points")
+        self.assertEqual((apart["points"], apart["boundary_triangles"]), (4 * counts["tets"], 4 * counts["tets"]))
+        self.assertEqual([merged[k] for k in ("points", "tets", "boundary_triangles")],
+                         [counts[k] for k in ("points", "tets", "boundary_triangles")])
+        joined, legacy = self.folder / "joined.vtu", self.folder / "own.vtk"
+        run("convert", own, joined, "--merge-points")
+        self.assertEqual(self.places(Vtu(joined)), self.places(Vtu(shared)))
+        run("convert", own, legacy)
+        expected = self.folder / "expected.vtu"
+        run("simplify", joined, "-o", expected, "--reduction", "60%")
+        for path, more in ((own, []), (own, ["--threads", "2", "--memory", "2G", "--verify"]), (legacy, [])):
+            out = self.folder / "out.vtu"
+            said = finish("simplify", path, "-o", out, "--reduction", "60%", "--merge-points", *more)
+            self.assertEqual(said.returncode, 0, said.stderr)
+            self.assertIn(b"points in the places of others were merged with them", said.stderr)
+            self.assertEqual(Vtu(out).points.tolist(), Vtu(expected).points.tolist())
+            self.assertEqual(Vtu(out).tets.tolist(), Vtu(expected).tets.tolist())
+
+    def test_values_are_those_of_the_first(self):
+        mesh = with_own_points(TinyVtu(1))
+        first = {}
+        for i in range(int(mesh.counts["NumberOfPoints"])):
+            first.setdefault(tuple(mesh.array("Points")[4][3 * i:3 * i + 3]), i)
+        mesh.array("temperature")[4] = list(range(int(mesh.counts["NumberOfPoints"])))
+        mesh.arrays.insert(1, ["PointData", "GlobalNodeIds", "Int64", 1, mesh.array("temperature")[4]])  # which tell all apart
+        out = self.folder / "out.vtu"
+        run("convert", self.write(mesh), out, "--merge-points")
+        made = Vtu(out)
+        found = dict(zip(map(tuple, made.points.tolist()), np.squeeze(made.arrays["point"]["temperature"][1]).tolist(), strict=True))
+        self.assertEqual(found, first)
+
+    def test_hexahedra_are_cut_alike_from_both_sides(self):
+        shared, own = self.write(hexahedra(3), "shared.vtu"), self.write(with_own_points(hexahedra(3)), "own.vtu")
+        report = report_of("check", own, "--tetrahedralize", "--merge-points")
+        counts = report_of("check", shared, "--tetrahedralize")
+        self.assertEqual([(r["valid"], r["points"], r["boundary_triangles"], r["components"]) for r in (report, counts)],
+                         [(True, 64, 108, 1)] * 2)
+        self.assertEqual(report_of("check", own, "--tetrahedralize")["components"], 27)
+
+    def test_formats_that_number_points(self):
+        path, mesh = self.write(TinyVtu()), self.folder / "a.mesh"
+        run("convert", path, mesh)
+        said = finish("info", mesh, "--merge-points")
+        self.assertEqual(said.returncode, USAGE)
+        self.assertIn(b"convert the mesh to .vtu first", said.stderr)
+        said = finish("simplify", path, "-o", self.folder / "o.vtu", "--progressive", self.folder / "p.tfp", "--merge-points", "--reduction", "10%")
+        self.assertEqual(said.returncode, USAGE)
+
+
 class OtherFormats(FolderTest):
     def setUp(self):
         super().setUp()
@@ -144,7 +233,7 @@ class OtherFormats(FolderTest):
 <DataSet index="0" file="a.vtu"/><DataSet index="1" file="b.vtu"/></vtkMultiBlockDataSet></VTKFile>""", "a.vtm")
         for name in ("out.vtu", "out.msh"):
             told = finish("convert", path, self.folder / name).stderr
-            self.assertIn(b"25 points at the seams of pieces were merged", told)
+            self.assertIn(b"25 points in the places of others were merged with them", told)
             self.assertIn(b"20 of these had other values in some array", told)
         report = report_of("info", path)
         self.assertEqual((report["merged_points"], report["differing_points"]), (25, 20))
