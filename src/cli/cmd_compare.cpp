@@ -102,6 +102,11 @@ std::string remarks(const ArrayComparison& a) {
                         format_count(a.undefined, item));
   }
   if (a.range == 0) text += "; constant: shares of its value";
+  constexpr double kWorthTelling = 1e-6;
+  if (a.rounding > kWorthTelling && a.rounding > 0.1 * a.max && a.max > 0) {
+    text += fmt::format("; rounding to {} makes up to {} of this", vtk_name(a.info.type),
+                        percent(a.rounding));
+  }
   return text.empty() ? text : fmt::format("    {}\n", text.substr(2));
 }
 

@@ -103,6 +103,18 @@ class Compare(FolderTest):
             self.assertIn("integral_change", array)
         self.assertIn(b"identical", run("compare", path, path, "--max-error", "0", "--max-rms", "0%", "--surface", "0"))
 
+    def test_what_rounding_makes_is_told(self):
+        """A field whose range is a few units in the last place: what is found is no error of the simplification."""
+        meshes = []
+        for more in (0, 2.0 ** -12):
+            mesh = TinyVtu()
+            mesh.arrays.insert(1, ["PointData", "far", "Float64", 1, [2.0 ** 40 + 2.0 ** -10 * p[0] + (i == 7) * more for i, p in enumerate(mesh.points)]])
+            meshes.append(mesh)
+        text = run("compare", *self.pair(*meshes), "--max-error", "1%").decode()
+        self.assertIn("All bounds are kept", text)
+        self.assertRegex(text, r"rounding to Float64 makes up to \d+\.?\d* % of this")
+        self.assertNotIn("rounding to", run("compare", *self.changed()).decode())
+
     def test_columns_stand_apart(self):
         """However wide a number is, as that of a change below zero."""
         original, simplified = self.changed(by=-1.2e-6)
