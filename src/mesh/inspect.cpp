@@ -168,7 +168,6 @@ template <class F>
 void Inspector::for_each_range(F f) {
   for_each_block(points_, CellsByRange::kRangeVertices,
                  [&](std::size_t r, std::size_t begin, std::size_t end) {
-                   const auto cells = ranges_->of(r);
                    auto matcher = matchers_.take();
                    f(r, static_cast<VertexId>(begin), static_cast<VertexId>(end), matcher.get());
                    matchers_.give_back(std::move(matcher));
