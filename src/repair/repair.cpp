@@ -7,6 +7,7 @@
 
 #include "compare/original_mesh.h"
 #include "io/mesh_stream.h"
+#include "io/stream_around.h"
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
@@ -127,30 +128,24 @@ class Planner {
   Plan plan_;
 };
 
-class RepairedStream : public MeshStream {
+class RepairedStream final : public StreamAround {
  public:
   RepairedStream(MeshSource* source, const Plan& plan)
-      : original_(open_stream(source)), description_(source->description()), plan_(plan) {}
+      : StreamAround(open_stream(source)), description_(source->description()), plan_(plan) {}
 
   std::uint64_t points() const override { return plan_.used.size(); }
-  std::uint64_t cells() const override { return original_->cells(); }
-  std::uint64_t ghost_cells() const override { return original_->ghost_cells(); }
-  std::uint64_t merged_points() const override { return original_->merged_points(); }
-  std::uint64_t differing_points() const override { return original_->differing_points(); }
   std::uint64_t dropped_points() const override { return 0; }
-  bool streams_from_disk() const override { return original_->streams_from_disk(); }
-  std::uint64_t bytes() const override { return original_->bytes(); }
 
   void read_points(std::uint64_t first, std::uint64_t count,
                    std::span<std::byte> out) const override {
     gather(first, count, 3 * size_of(description_.point_type), out,
            [&](std::uint64_t from, std::uint64_t n, std::span<std::byte> to) {
-             original_->read_points(from, n, to);
+             inner().read_points(from, n, to);
            });
   }
 
   void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const override {
-    original_->read_cells(first, count, out);
+    inner().read_cells(first, count, out);
     const bool has_rows = !out->tet_rows.empty();
     std::size_t kept = 0;
     for (std::size_t i = 0; i < out->tets.size(); ++i) {
@@ -175,19 +170,19 @@ class RepairedStream : public MeshStream {
   void read_rows(Association association, std::size_t index, std::uint64_t first,
                  std::uint64_t count, std::span<std::byte> out) const override {
     if (association != Association::kPoint) {
-      original_->read_rows(association, index, first, count, out);
+      inner().read_rows(association, index, first, count, out);
       return;
     }
     const ArrayInfo& info = description_.point_data.arrays[index];
     gather(first, count, info.components * size_of(info.type), out,
            [&](std::uint64_t from, std::uint64_t n, std::span<std::byte> to) {
-             original_->read_rows(association, index, from, n, to);
+             inner().read_rows(association, index, from, n, to);
            });
   }
 
   void read_locks(std::uint64_t first, std::uint64_t count, std::uint8_t* locked) const override {
     for (std::uint64_t i = 0; i < count; ++i) {
-      original_->read_locks(plan_.used.id_of(first + i), 1, locked + i);
+      inner().read_locks(plan_.used.id_of(first + i), 1, locked + i);
     }
   }
 
@@ -217,7 +212,6 @@ class RepairedStream : public MeshStream {
     }
   }
 
-  std::unique_ptr<MeshStream> original_;
   const MeshDescription& description_;
   const Plan& plan_;
 };

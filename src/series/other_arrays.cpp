@@ -2,43 +2,27 @@
 
 #include <utility>
 
+#include "io/stream_around.h"
+
 namespace tetfusion {
 
 namespace {
 
-class DressedStream final : public MeshStream {
+class DressedStream final : public StreamAround {
  public:
   DressedStream(std::unique_ptr<MeshStream> mesh, const OtherArrays& arrays, std::uint64_t bytes)
-      : mesh_(std::move(mesh)), arrays_(arrays), bytes_(bytes) {}
+      : StreamAround(std::move(mesh)), arrays_(arrays), bytes_(bytes) {}
 
-  std::uint64_t points() const override { return mesh_->points(); }
-  std::uint64_t cells() const override { return mesh_->cells(); }
-  std::uint64_t ghost_cells() const override { return mesh_->ghost_cells(); }
-  std::uint64_t merged_points() const override { return mesh_->merged_points(); }
-  std::uint64_t differing_points() const override { return mesh_->differing_points(); }
-  std::uint64_t dropped_points() const override { return mesh_->dropped_points(); }
-  void read_points(std::uint64_t first, std::uint64_t count,
-                   std::span<std::byte> out) const override {
-    mesh_->read_points(first, count, out);
-  }
-  void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const override {
-    mesh_->read_cells(first, count, out);
-  }
   void read_rows(Association association, std::size_t index, std::uint64_t first,
                  std::uint64_t count, std::span<std::byte> out) const override {
     const bool of_points = association == Association::kPoint;
     const ArrayFrom& from = (of_points ? arrays_.points : arrays_.cells).at(index);
     if (count == 0) return;
-    from.fill(*mesh_, first, out.first(count * from.info.components * size_of(from.info.type)));
+    from.fill(inner(), first, out.first(count * from.info.components * size_of(from.info.type)));
   }
-  void read_locks(std::uint64_t first, std::uint64_t count, std::uint8_t* locked) const override {
-    mesh_->read_locks(first, count, locked);
-  }
-  bool streams_from_disk() const override { return mesh_->streams_from_disk(); }
-  std::uint64_t bytes() const override { return mesh_->bytes() + bytes_; }
+  std::uint64_t bytes() const override { return StreamAround::bytes() + bytes_; }
 
  private:
-  std::unique_ptr<MeshStream> mesh_;
   const OtherArrays& arrays_;
   const std::uint64_t bytes_;
 };
