@@ -21,7 +21,8 @@ std::optional<SteeringChoice> find_with_share(const MeshDescription& mesh,
 }
 
 // `mesh` outlives it.
-ArrayFrom means_of(const SteeringChoice& array, MeshSource* mesh) {
+ArrayFrom means_of(const SteeringChoice& array, MeshSource* mesh,
+                   const std::atomic<bool>* cancelled) {
   struct Means {
     std::once_flag once;
     Vector<double> values;
@@ -31,12 +32,14 @@ ArrayFrom means_of(const SteeringChoice& array, MeshSource* mesh) {
   info.tuples = mesh->description().points;
   info.steers_only = true;
   const auto means = std::make_shared<Means>();
-  return {info, [means, mesh, index = array.index, width = of_cells.components](
+  return {info, [means, mesh, cancelled, index = array.index, width = of_cells.components](
                     const MeshStream&, std::uint64_t first, std::span<std::byte> out) {
             // Not with the stream that is given: that may be one to rows alone.
             std::call_once(means->once, [&] {
+              RunContext context;
+              context.cancelled = cancelled;
               means->values =
-                  means_at_points(index, mesh->description(), *open_stream(mesh), RunContext());
+                  means_at_points(index, mesh->description(), *open_stream(mesh), context);
             });
             std::memcpy(out.data(), means->values.data() + first * width, out.size());
           }};
@@ -45,13 +48,14 @@ ArrayFrom means_of(const SteeringChoice& array, MeshSource* mesh) {
 }  // namespace
 
 std::unique_ptr<MeshSource> with_point_means(std::unique_ptr<MeshSource> mesh,
-                                             const std::vector<std::string>& arrays) {
+                                             const std::vector<std::string>& arrays,
+                                             const std::atomic<bool>* cancelled) {
   const MeshDescription& description = mesh->description();
   OtherArrays all;
   for (const std::string& text : arrays) {
     const auto choice = find_with_share(description, text);
     if (choice && choice->association == Association::kCell) {
-      all.points.push_back(means_of(*choice, mesh.get()));
+      all.points.push_back(means_of(*choice, mesh.get(), cancelled));
     }
   }
   if (all.points.empty()) return mesh;

@@ -27,7 +27,9 @@ std::unique_ptr<MeshSource> StepFiles::open_whole(std::size_t step) const {
 
 std::unique_ptr<MeshSource> StepFiles::open(std::size_t step) const {
   auto file = open_whole(step);
-  if (!plan_.in_one_mesh()) return with_point_means(std::move(file), behaviour_.arrays);
+  if (!plan_.in_one_mesh()) {
+    return with_point_means(std::move(file), behaviour_.arrays, open_.cancelled);
+  }
   const MeshDescription& mesh = file->description();
   OtherArrays arrays;
   for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {

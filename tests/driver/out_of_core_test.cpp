@@ -20,7 +20,6 @@
 #include "support/faulty_file_system.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
-#include "support/units.h"
 
 namespace tetfusion {
 namespace {
@@ -220,53 +219,6 @@ TEST_F(OutOfCore, TheMemoryDecidesHowManyThreadsThereAre) {
   EXPECT_EQ(run_with(needs_with(64).out_of_core - 1), 63);
   EXPECT_EQ(run_with(needs_with(5).out_of_core), 5);
   EXPECT_EQ(run_with(needs_with(1).out_of_core), 1);
-}
-
-// More threads than chunks have none in hand.
-TEST_F(OutOfCore, ThreadsWithoutAChunkTakeLessMemory) {
-  const auto more = [&](int threads) {
-    return needs_with(threads + 1).out_of_core - needs_with(threads).out_of_core;
-  };
-  const std::uint64_t chunks = open_mesh(request.input)->description().cells / 700 + 1;
-  EXPECT_GT(more(1), more(static_cast<int>(chunks)));
-  EXPECT_GE(more(static_cast<int>(chunks)), 30u * testing::kMiB);
-}
-
-// In the end a chunk may be full of them.
-TEST_F(OutOfCore, RemovedPointsTakeMemory) {
-  const auto source = open_mesh(request.input);
-  const auto needs = [&](std::uint64_t removed) {
-    return estimate_needs(source->description(), {.vertex = 8, .removed_point = removed}, 700, 2,
-                          0);
-  };
-  EXPECT_EQ(needs(0).out_of_core, needs(1).out_of_core);  // less than its tetrahedra
-  EXPECT_EQ(needs(2000).out_of_core - needs(1000).out_of_core, 2u * 6 * 2 * 700 * 1000);
-  EXPECT_EQ(needs(2000).pieces, needs(0).pieces);
-}
-
-// All of them in memory; in the end at most four for each tetrahedron of a chunk.
-TEST_F(OutOfCore, PointsThatArePutAsideTakeMemory) {
-  const auto source = open_mesh(request.input);
-  const auto needs = [&](std::uint64_t aside, std::uint64_t chunk_tets) {
-    return estimate_needs(source->description(), {.vertex = 8, .point_aside = aside}, chunk_tets, 2,
-                          0);
-  };
-  EXPECT_EQ(needs(8, 700).out_of_core, needs(0, 700).out_of_core);  // less than windows
-  EXPECT_EQ(needs(8, 700).in_core - needs(0, 700).in_core,
-            source->description().points * (3 * 8 + 8));
-  EXPECT_EQ(needs(8, 700).pieces, needs(0, 700).pieces);
-}
-
-// Means of cell arrays are made in memory, of all points at once.
-TEST_F(OutOfCore, CellArraysThatSteerTakeMemory) {
-  const auto source = open_mesh(request.input);
-  MeshDescription mesh = source->description();
-  mesh.points = 100'000'000;
-  const auto needs = [&](std::uint64_t mean) {
-    return estimate_needs(mesh, {.vertex = 8, .point_mean = mean}, 700, 2, 0).out_of_core;
-  };
-  EXPECT_GT(needs(8), 40u * mesh.points);
-  EXPECT_EQ(needs(16) - needs(8), 8u * mesh.points);
 }
 
 // Else the end of a run, or of one that is stopped, would have to wait for the disk.
