@@ -55,7 +55,7 @@ struct Geometry {
 
   // What reading left out.
   std::uint64_t unused_points = 0;  // used by no cell, dropped
-  std::uint64_t merged_points = 0;  // copies in other pieces, merged into the first one
+  std::uint64_t merged_points = 0;  // copies of others, merged into the first one
   // Of these, with another value in some array than the one that was taken. Counted where VTK read.
   std::uint64_t differing_points = 0;
   std::uint64_t ghost_cells = 0;  // another piece's cells, dropped
