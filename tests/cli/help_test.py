@@ -41,9 +41,10 @@ class Help(unittest.TestCase):
             self.assertEqual(sorted(listed), sorted(EVERYWHERE + OPTIONS[command]), command)
 
     def test_the_manual_has_the_options_of_simplify(self):
-        table = (HERE.parents[1] / "README.md").read_text().partition("`simplify` in short:\n\n")[2].partition("\n\n")[0]
-        told = re.findall(r"--[a-z][a-z-]*", " ".join(row.split(" | ")[0] for row in table.splitlines()))
-        elsewhere = ["--help", "--output", "--strict"]  # the last beside --reduction
+        manual = (HERE.parents[1] / "src/cli/MANUAL.md").read_text()
+        chapter = manual.partition("## simplify\n")[2].partition("\n### Steps of a series")[0]
+        told = re.findall(r"\*\*`(--[a-z][a-z-]*)", chapter)
+        elsewhere = ["--help", "--output"]  # the latter by its short name
         self.assertEqual({*told, *elsewhere}, {*EVERYWHERE, *OPTIONS["simplify"]})
 
     def test_options_that_are_given_again_take_one_value_each(self):
