@@ -2,8 +2,10 @@
 """The filter vtkTetFusion in VTK pipelines, beside the command. Usage: filter_test.py TETFUSION PACKAGES DATA_FOLDER
 [unittest's arguments], where PACKAGES holds the Python package vtktetfusion. Without the data folder the tests of real meshes are
 skipped."""
+import os
 import pathlib
 import pickle
+import signal
 import subprocess
 import sys
 import tempfile
@@ -11,6 +13,7 @@ import threading
 import time
 import types
 import unittest
+import unittest.mock
 import warnings
 
 import numpy as np
@@ -601,6 +604,25 @@ class Function(FilterTest):
         first.join(120)
         self.assertFalse(first.is_alive())
         self.assertEqual(len(results), 2)
+
+    def test_an_interrupt_ends_the_run(self):
+        """Ctrl-C comes at the first report; nobody asked for reports."""
+        shares = []
+
+        def interrupt(caller, event):
+            shares.append(caller.GetProgress())
+            if len(shares) == 1:
+                os.kill(os.getpid(), signal.SIGINT)
+
+        def made():
+            run = vtkTetFusion()
+            run.AddObserver("ProgressEvent", interrupt)
+            return run
+
+        with unittest.mock.patch.object(vtktetfusion, "vtkTetFusion", made), self.assertRaises(KeyboardInterrupt):
+            vtktetfusion.simplify(box(40), 0.9)
+        self.assertLess(shares[-1], 1)
+        self.assertIs(signal.getsignal(signal.SIGINT), signal.default_int_handler)
 
     def test_progress_cannot_simplify(self):
         with self.assertRaises(TetFusionError) as caught:

@@ -10,6 +10,7 @@ import logging
 import math
 import numbers
 import re
+import signal
 import sys
 import threading
 import warnings
@@ -79,7 +80,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it.
     progress: called with the share that is done, from 0 to 1; False as its answer ends the run. It cannot call simplify().
     Shares may be texts as the command takes them, "50%", and so may memory, "2G".
-    One call runs at a time: those of other threads wait for it.
+    One call runs at a time: those of other threads wait for it. Ctrl-C ends the run: KeyboardInterrupt.
 
     What the command would say meanwhile goes to the logger "vtktetfusion", as info.
 
@@ -223,18 +224,20 @@ def _execute(run, progress):
     raised = []
 
     def on_progress(caller, event):
+        if interrupt.came:
+            caller.SetAbortExecute(1)
+            return
         try:
-            answer = None if raised else progress(caller.GetProgress())
+            answer = None if raised or progress is None else progress(caller.GetProgress())
             if answer is not None and not answer:
                 caller.SetAbortExecute(1)
         except BaseException as error:  # an exception of an observer would be printed and forgotten
             raised.append(error)
             caller.SetAbortExecute(1)
-    if progress is not None:
-        run.AddObserver("ProgressEvent", on_progress)
+    run.AddObserver("ProgressEvent", on_progress)
     if getattr(_runs_here, "any", False):
         _refuse("progress() cannot simplify another grid meanwhile")
-    with _turn:
+    with _turn, _Interrupt() as interrupt:
         _runs_here.any = True
         try:
             run.Update()
@@ -251,6 +254,29 @@ def _execute(run, progress):
         return
     code = code - _USER_ERROR if code >= _USER_ERROR else 3
     raise TetFusionError(code, "the run was ended" if code == 130 else (errors or ["it was not simplified"])[0])
+
+
+class _Interrupt:
+    """Ctrl-C during a run: noted, so that the run ends at its next report, and then handled as it is elsewhere."""
+
+    def __enter__(self):
+        self.came = False
+        self._handler = None
+        handler = signal.getsignal(signal.SIGINT)
+        if callable(handler) and threading.current_thread() is threading.main_thread():
+            self._handler = handler
+            signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def _note(self, number, frame):
+        self.came = True
+
+    def __exit__(self, *raised):
+        if self._handler is None:
+            return
+        signal.signal(signal.SIGINT, self._handler)
+        if self.came:
+            self._handler(signal.SIGINT, None)
 
 
 def _plain(message):
