@@ -17,6 +17,7 @@ namespace {
 
 // A chunk is put away when a pass over it has fused less than this share of its tetrahedra.
 constexpr double kIdleShare = 0.04;
+
 // Does a chunk's quota depend on what those before it have taken?
 bool in_turn(const PassLimits& limits, std::uint64_t tets) {
   return !limits.spread && limits.quota < tets;
