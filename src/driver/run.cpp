@@ -29,11 +29,7 @@ RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> 
                     const RunContext& context) {
   const BehaviourOptions& b = request.behaviour;
   if (!source) {
-    OpenOptions open{b.tetrahedralize, b.linearize, spool_folder(request), b.time_step};
-    open.merge_points = b.merge_points;
-    open.memory = request.performance.memory;
-    open.cancelled = context.cancelled;
-    source = open_mesh(request.input, open);
+    source = open_mesh(request.input, open_options(request, spool_folder(request), context));
   }
   const MeshDescription& mesh = source->description();
   std::unique_ptr<MeshStream> stream = source->stream();

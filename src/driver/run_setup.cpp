@@ -22,6 +22,16 @@ std::uint32_t quadric_width(const BehaviourOptions& behaviour, std::uint32_t ste
 
 }  // namespace
 
+OpenOptions open_options(const SimplifyRequest& request, const std::string& spool_folder,
+                         const RunContext& context) {
+  const BehaviourOptions& b = request.behaviour;
+  OpenOptions open{b.tetrahedralize, b.linearize, spool_folder, b.time_step};
+  open.merge_points = b.merge_points;
+  open.memory = request.performance.memory;
+  open.cancelled = context.cancelled;
+  return open;
+}
+
 bool surfaces_move(const BehaviourOptions& behaviour) {
   return behaviour.boundary != Boundary::kExact;
 }

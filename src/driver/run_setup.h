@@ -1,5 +1,5 @@
-// What the arrays of a mesh make of a run: how rows of its meshes look, and what its import looks
-// for.
+// What a request and the arrays of a mesh make of a run: how files are opened, how rows of its
+// meshes look, and what its import looks for.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,14 @@
 #include "driver/memory_plan.h"
 #include "driver/options.h"
 #include "driver/steering.h"
+#include "io/mesh_source.h"
 #include "io/mesh_stream.h"
 
 namespace tetfusion {
+
+// With the copy of what can be read only once in that folder.
+OpenOptions open_options(const SimplifyRequest& request, const std::string& spool_folder,
+                         const RunContext& context);
 
 bool surfaces_move(const BehaviourOptions& behaviour);
 

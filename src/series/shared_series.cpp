@@ -13,6 +13,7 @@
 #include "base/tasks.h"
 #include "driver/error_limits.h"
 #include "driver/promise.h"
+#include "driver/run_setup.h"
 #include "driver/scratch_place.h"
 #include "driver/simplify.h"
 #include "follow/apply_map.h"
@@ -53,7 +54,6 @@ class SharedSeries {
   void simplify_once(std::optional<double> share);
   SimplifyRequest job(std::optional<double> share) const;
   bool tries_without_bounds() const;
-  OpenOptions open_options() const;  // of the steps' files
   bool has_goal() const { return job_.behaviour.reduction || job_.behaviour.tets; }
   double bound_of(const SteeringChoice& array) const;
   BoundSearch::Worst fit_steps();
@@ -66,7 +66,7 @@ class SharedSeries {
   RunContext context_;
   std::atomic<bool> failed_{false};
   const WorkFolder folder_;
-  const StepFiles files_{job_.behaviour, plan_, open_options()};
+  const StepFiles files_{job_.behaviour, plan_, open_options(job_, folder_.path(), context_)};
   BoundSearch search_{has_goal(), files_.count()};
   std::optional<CombinedSteps> steps_;  // when they have been read
   int at_once_ = 1;                     // so many steps are in hand together: 1 or 2
@@ -75,14 +75,6 @@ class SharedSeries {
   PhaseClock clock_;
   SeriesReport report_;
 };
-
-OpenOptions SharedSeries::open_options() const {
-  OpenOptions open{job_.behaviour.tetrahedralize, job_.behaviour.linearize, folder_.path()};
-  open.merge_points = job_.behaviour.merge_points;
-  open.memory = job_.performance.memory;
-  open.cancelled = context_.cancelled;
-  return open;
-}
 
 SeriesReport SharedSeries::run() {
   set_thread_count(job_.performance.threads);
