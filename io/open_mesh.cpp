@@ -22,6 +22,7 @@
 #include "io/pvtu_reader.h"
 #include "io/suffix.h"
 #include "io/tetgen_reader.h"
+#include "io/tets_alone.h"
 #include "io/vtk_bridge.h"
 #include "io/vtu_reader.h"
 #include "io/xml_scan.h"
@@ -59,9 +60,11 @@ std::vector<double> time_steps_of(const std::string& path, const OpenOptions& op
   return time_steps_with_vtk(path, options);
 }
 
+namespace {
+
 // The content decides. Where it says nothing, a file that is only called .vtu or .mesh goes to the
 // native reader: it says best what is wrong with it.
-std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
+std::unique_ptr<MeshSource> open_any(const std::string& path, const OpenOptions& options) {
   if (is_openfoam_name(path) && guess_format_of(path).format == ForeignFormat::kOpenFoam) {
     return open_with_vtk(path, options);
   }
@@ -106,6 +109,13 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   }
   if (foreign == ForeignFormat::kUnknown) refuse_unread_formats(path, file.bytes(), true);
   return open_with_vtk(path, options, what);
+}
+
+}  // namespace
+
+std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
+  auto source = open_any(path, options);
+  return options.drop_patches ? tets_alone(std::move(source)) : std::move(source);
 }
 
 }  // namespace tetfusion

@@ -3,12 +3,13 @@
 
 #include <memory>
 
-#include "io/mesh_stream.h"
+#include "io/mesh_source.h"
 
 namespace tetfusion {
 
-// A stream over the same mesh whose windows have tetrahedra alone. Rows of cell arrays, and points,
-// keep their numbers; cells() and the arrays' lengths still count what is left out.
-std::unique_ptr<MeshStream> tets_alone(std::unique_ptr<MeshStream> stream);
+// The same mesh with tetrahedra alone, read whole or in windows. Rows of cell arrays keep their
+// numbers, and so do points in windows of the file; the description, and cells() of a stream of the
+// file, still count what is left out.
+std::unique_ptr<MeshSource> tets_alone(std::unique_ptr<MeshSource> source);
 
 }  // namespace tetfusion

@@ -144,7 +144,7 @@ void add_apply_command(CLI::App& app) {
                    "A point array that is wanted; may be given again. Default: all")
       ->check(not_empty)
       ->allow_extra_args(false);
-  add_cell_options(*command, &a->open.tetrahedralize, &a->open.linearize, &a->open.merge_points);
+  add_cell_options(*command, &a->open);
   add_time_step_option(*command, &a->open.time_step);
   add_encoding_option(*command, &a->write.encoding);
   add_report_option(*command, &a->report);

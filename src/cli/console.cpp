@@ -61,8 +61,8 @@ void add_console_options(CLI::App& command, ConsoleOptions* options, const char*
   command.add_flag("--verbose,-v", options->verbose, verbose)->group(kMessagesGroup);
 }
 
-void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize,
-                      bool* merge_points) {
+void add_cell_flags(CLI::App& command, bool* tetrahedralize, bool* linearize, bool* merge_points,
+                    bool* drop_patches) {
   command
       .add_flag(
           "--tetrahedralize", *tetrahedralize,
@@ -80,6 +80,11 @@ void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize,
           "Take points with the same coordinates for one, with the values of the first: where "
           "each cell has points of its own. Closes cracks")
       ->group(kInputGroup);
+  command
+      .add_flag("--drop-patches", *drop_patches,
+                "Leave out what there is beside tetrahedra: triangles of boundary patches, which "
+                "hold the boundary where they lie, lines and points")
+      ->group(kInputGroup);
 }
 
 void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
@@ -95,7 +100,7 @@ void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
 
 void add_input_options(CLI::App& command, std::string* input, OpenOptions* open) {
   command.add_option("IN", *input, "The mesh, or - for standard input")->required();
-  add_cell_options(command, &open->tetrahedralize, &open->linearize, &open->merge_points);
+  add_cell_options(command, open);
   add_time_step_option(command, &open->time_step);
 }
 

@@ -35,8 +35,15 @@ inline constexpr const char* kMessagesGroup = "Messages";
 // Adds --progress, --quiet and --verbose.
 void add_console_options(CLI::App& command, ConsoleOptions* options,
                          const char* verbose = "Say more: time and memory");
-// Adds --tetrahedralize, --linearize and --merge-points.
-void add_cell_options(CLI::App& command, bool* tetrahedralize, bool* linearize, bool* merge_points);
+// Adds --tetrahedralize, --linearize, --merge-points and --drop-patches.
+void add_cell_flags(CLI::App& command, bool* tetrahedralize, bool* linearize, bool* merge_points,
+                    bool* drop_patches);
+// The same; `options`: OpenOptions, or what has the members of the same names.
+template <class Options>
+void add_cell_options(CLI::App& command, Options* options) {
+  add_cell_flags(command, &options->tetrahedralize, &options->linearize, &options->merge_points,
+                 &options->drop_patches);
+}
 // Adds --time-step; `more`: what else there is to say of it.
 void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
                           const std::string& more = "");
@@ -73,7 +80,7 @@ CLI::Option* add_choice(CLI::App& command, const char* option, T* value,
 void add_encoding_option(CLI::App& command, Encoding* encoding);
 // Adds --report.
 void add_report_option(CLI::App& command, std::string* report);
-// Adds IN, --tetrahedralize, --linearize, --merge-points and --time-step.
+// Adds IN, what add_cell_options() adds, and --time-step.
 void add_input_options(CLI::App& command, std::string* input, OpenOptions* open);
 
 // All functions may be called from any thread.

@@ -423,13 +423,7 @@ void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
   add_limit_options(command, a);
   add_field_options(command, a);
   BehaviourOptions& behaviour = a->request.behaviour;
-  add_cell_options(command, &behaviour.tetrahedralize, &behaviour.linearize,
-                   &behaviour.merge_points);
-  command
-      .add_flag("--drop-patches", behaviour.drop_patches,
-                "Leave cells of lower dimension out, as triangles of boundary patches, which hold "
-                "the boundary where they lie")
-      ->group(kInputGroup);
+  add_cell_options(command, &behaviour);
   add_time_step_option(command, &behaviour.time_step,
                        ", or all of them where OUT is named as that of a series");
   add_encoding_option(command, &a->request.encoding);

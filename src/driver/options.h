@@ -108,9 +108,8 @@ struct BehaviourOptions {
   bool tetrahedralize = false;
   bool linearize = false;
   bool merge_points = false;
-  std::optional<std::uint64_t> time_step;
-  // Cells of lower dimension, which hold the boundary where they lie, are left out of the result.
   bool drop_patches = false;
+  std::optional<std::uint64_t> time_step;
 };
 
 // BehaviourOptions::give_up_rms was not enough.

@@ -11,7 +11,6 @@
 #include "driver/scratch_place.h"
 #include "driver/stages.h"
 #include "io/output_file.h"
-#include "io/tets_alone.h"
 
 namespace tetfusion {
 
@@ -33,7 +32,6 @@ RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> 
   }
   const MeshDescription& mesh = source->description();
   std::unique_ptr<MeshStream> stream = source->stream();
-  if (stream && b.drop_patches) stream = tets_alone(std::move(stream));
   std::vector<SteeringChoice> steering = choose_steering(mesh, b.arrays);
   std::vector<std::size_t> regions = choose_regions(mesh, b.regions);
   CarriedArrays carried(mesh);
@@ -72,10 +70,7 @@ Steering read_steering(Run* run) {
   const BehaviourOptions& b = run->request.behaviour;
   const RunContext& context = run->context;
   RunInput& input = run->input;
-  if (!input.stream) {
-    input.stream = open_stream(input.source.get());
-    if (b.drop_patches) input.stream = tets_alone(std::move(input.stream));
-  }
+  if (!input.stream) input.stream = open_stream(input.source.get());
   context.check();
   const MeshDescription& mesh = input.description();
   Steering steering(input.steering, mesh, *input.stream, context);

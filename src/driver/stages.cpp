@@ -68,7 +68,7 @@ void check_progressive(const SimplifyRequest& request) {
   refuse_with(b.tetrahedralize, "--tetrahedralize", "convert the mesh first");
   refuse_with(b.linearize, "--linearize", "convert the mesh first");
   refuse_with(b.merge_points, "--merge-points", "convert the mesh first");
-  refuse_with(b.drop_patches, "--drop-patches", "the file gives the whole input back");
+  refuse_with(b.drop_patches, "--drop-patches", "convert the mesh first");
 }
 
 void check_map(const SimplifyRequest& request) {

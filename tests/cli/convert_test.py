@@ -190,6 +190,119 @@ class MergedPoints(FolderTest):
         self.assertEqual(said.returncode, USAGE)
 
 
+class DroppedPatches(FolderTest):
+    """Cells of lower dimension, and --drop-patches."""
+
+    def sample(self):
+        """Triangles on one side, a line, and a vertex with a point of its own, before, among and behind the tetrahedra."""
+        mesh = TinyVtu(4)
+        side = [v for v, p in enumerate(mesh.points) if p[2] == 0]
+        patch = [[v for v in t if v in side] for t in mesh.tets]
+        tets = [(10, t) for t in mesh.tets]
+        cells = [(5, f) for f in patch if len(f) == 3] + tets[:50] + [(3, [0, 1])] + tets[50:] + [(1, [len(mesh.points)])]
+        mesh.points.append((9.0, 9.0, 9.0))
+        flat = {"temperature": [float(v) for v in range(len(mesh.points))], "id": list(range(len(cells))),
+                "Points": [c for p in mesh.points for c in p], "connectivity": [v for _, ids in cells for v in ids],
+                "offsets": np.cumsum([len(ids) for _, ids in cells]).tolist(), "types": [kind for kind, _ in cells]}
+        for name, values in flat.items():
+            mesh.array(name)[4] = values
+        mesh.counts = {"NumberOfPoints": str(len(mesh.points)), "NumberOfCells": str(len(cells))}
+        return mesh
+
+    def expect_tetrahedra_alone(self, path, points, tets, *options):
+        keys = ("points", "tets", "lower_cells", "boundary_triangles", "volume", "components")
+        expected = [points, tets, 0, 192, 64.0, 1]
+        self.assertGreater(report_of("info", path, *options)["lower_cells"], 30)
+        for command in ("info", "check"):
+            for memory in ([], ["--memory", "70M", "--threads", "1"]):
+                found = report_of(command, path, "--drop-patches", *options, *memory)
+                self.assertEqual([found[k] for k in keys], expected, (command, path, memory))
+        out = self.folder / "out.vtu"
+        run("convert", path, out, "--drop-patches", *options)
+        self.assertEqual((len(Vtu(out).others), len(Vtu(out).tets)), (0, tets))
+        mended = report_of("check", path, "--drop-patches", *options, "--fix", out)["fix"]
+        self.assertTrue(mended["valid"])
+        self.assertEqual((len(Vtu(out).others), len(Vtu(out).tets), len(Vtu(out).points)), (0, tets, points))
+        return Vtu(out)
+
+    def test_every_command_has_it(self):
+        mesh = self.sample()
+        original, points, tets = self.write(mesh), len(mesh.points) - 1, len(mesh.tets)
+        for suffix in (".vtu", ".vtk", ".mesh", ".meshb", ".msh"):
+            path = self.folder / ("in" + suffix)
+            run("convert", original, path)
+            mended = self.expect_tetrahedra_alone(path, points, tets)
+            np.testing.assert_array_equal(mended.points, mesh.points[:-1])
+        # As the file is, rows of cells lie between those of others.
+        mended = self.expect_tetrahedra_alone(original, points, tets)
+        self.assertEqual(mended.tets.tolist(), mesh.tets)
+        kinds = np.array(mesh.array("types")[4])
+        self.assertEqual(mended.arrays["cell"]["id"][1][:, 0].tolist(), np.flatnonzero(kinds == 10).tolist())
+        self.assertEqual(mended.arrays["point"]["temperature"][1][:, 0].tolist(), list(range(points)))
+        run("convert", original, self.folder / "out.vtu", "--drop-patches")
+        piped = run("convert", "-", "-", "--drop-patches", input=original.read_bytes())
+        self.assertEqual(piped, (self.folder / "out.vtu").read_bytes())
+
+    def test_pieces(self):
+        path = self.folder / "pieces.pvtu"
+        run("simplify", self.write(self.sample()), "-o", path, "--pieces", "3", "--reduction", "0%", "--chunk-tets", "60")
+        self.expect_tetrahedra_alone(path, 125, 384)
+
+    def test_what_is_read_whole(self):
+        """Where a quadrilateral is to be split, a mesh is not read in windows."""
+        mesh = self.sample()
+        mesh.array("types")[4].append(9)
+        mesh.array("connectivity")[4] += [0, 1, 6, len(mesh.points) - 1]
+        mesh.array("offsets")[4].append(len(mesh.array("connectivity")[4]))
+        mesh.array("id")[4].append(0)
+        mesh.counts["NumberOfCells"] = str(len(mesh.array("types")[4]))
+        path, out = self.write(mesh), self.folder / "out.vtu"
+        self.assertEqual(report_of("info", path, "--drop-patches")["needs"], ["--tetrahedralize"])
+        self.expect_tetrahedra_alone(path, len(mesh.points) - 1, len(mesh.tets), "--tetrahedralize")
+        run("convert", path, out, "--drop-patches", "--tetrahedralize")
+        self.assertEqual(len(Vtu(out).points), len(mesh.points) - 1)
+        run("convert", path, out, "--drop-patches", code=BAD)
+        run("simplify", path, "-o", out, "--drop-patches", "--tetrahedralize", "--reduction", "30%", "--verify", "--map", self.folder / "a.map")
+        # Points are numbered without those of the patches.
+        options = ["apply", self.folder / "a.map", path, "-o", self.folder / "moved.vtu", "--tetrahedralize"]
+        run(*options, code=BAD)
+        run(*options, "--drop-patches")
+        np.testing.assert_array_equal(Vtu(self.folder / "moved.vtu").tets, Vtu(out).tets)
+
+    def test_a_simplification_without_patches(self):
+        original, out, moved = self.write(self.sample()), self.folder / "simple.vtu", self.folder / "moved.vtu"
+        options = ["--reduction", "30%", "--boundary", "planar", "--drop-patches", "--original-ids", "--verify", "--quiet"]
+        run("simplify", original, "-o", out, *options, "--map", self.folder / "a.map")
+        self.assertEqual(len(Vtu(out).others), 0)
+        bare = self.folder / "bare.vtu"
+        run("convert", original, bare, "--drop-patches")
+        again = self.folder / "again.vtu"
+        run("simplify", bare, "-o", again, *[o for o in options if o != "--drop-patches"])
+        self.assertEqual(Vtu(out).points.tolist(), Vtu(again).points.tolist())
+        self.assertEqual(Vtu(out).tets.tolist(), Vtu(again).tets.tolist())
+        self.assertEqual(*(Vtu(p).arrays["point"]["OriginalPointIds"][1].tolist() for p in (out, again)))
+        found = [report_of("compare", original, out, *more) for more in ([], ["--drop-patches"])]
+        for report in found:
+            for key in ("seconds", "cpu_seconds", "peak_rss_bytes"):
+                report.pop(key)
+        self.assertEqual(*found)
+        self.assertEqual(found[0]["outside_points"], 0)
+        for more in ([], ["--drop-patches"]):
+            run("apply", self.folder / "a.map", original, "-o", moved, "--quiet", *more)
+            np.testing.assert_array_equal(Vtu(moved).tets, Vtu(out).tets)
+
+    def test_the_way_back_is_that_of_a_mesh_without_them(self):
+        path = self.write(self.sample())
+        options = ["-o", self.folder / "out.vtu", "--progressive", self.folder / "out.tfp", "--reduction", "20%"]
+        said = finish("simplify", path, *options, "--drop-patches")
+        self.assertEqual(said.returncode, USAGE)
+        self.assertIn(b"--drop-patches do not go together yet: convert the mesh first", said.stderr)
+        run("convert", path, path, "--drop-patches")
+        run("simplify", path, *options)
+        run("refine", self.folder / "out.tfp", "-o", self.folder / "back.vtu")
+        self.assertEqual(len(Vtu(self.folder / "back.vtu").tets), 384)
+
+
 class OtherFormats(FolderTest):
     def setUp(self):
         super().setUp()

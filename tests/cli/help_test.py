@@ -7,12 +7,12 @@ from harness import COMMANDS, HERE, finish, main, run
 
 
 EVERYWHERE = ["--help", "--threads", "--progress", "--quiet", "--verbose"]
-READING = ["--tetrahedralize", "--linearize", "--merge-points", "--time-step"]
+READING = ["--tetrahedralize", "--linearize", "--merge-points", "--drop-patches", "--time-step"]
 OPTIONS = {
     "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio", "--max-volume",
                            "--roi", "--weight", "--method", "--max-error", "--max-rms", "--min-quality", "--conserve", "--boundary-rule",
                            "--boundary", "--array", "--regions", "--lods", "--series", "--encoding", "--pieces", "--report", "--strict",
-                           "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run", "--drop-patches", "--verify", "--original-ids", "--map",
+                           "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run", "--verify", "--original-ids", "--map",
                            "--progressive"],
     "refine": ["--output", "--tets", "--reduction", "--max-error", "--max-rms", "--roi", "--encoding", "--report", "--memory", "--scratch"],
     "info": READING + ["--report", "--memory", "--scratch"],

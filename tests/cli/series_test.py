@@ -343,6 +343,19 @@ class Shared(SeriesTest):
             self.assertEqual([(t, len(ids)) for t, ids in Vtu(path).others], [(t, len(ids)) for t, ids in Vtu(alone).others])
             self.assertEqual(Vtu(path).arrays["cell"].keys(), Vtu(alone).arrays["cell"].keys())
 
+    def test_cells_of_lower_dimension_may_be_dropped(self):
+        steps = [self.write(mesh_of_all_sorts(), f"all{i}.vtu") for i in range(2)]
+        bare = [self.folder / f"bare{i}.vtu" for i in range(2)]
+        for step, path in zip(steps, bare):
+            run("convert", step, path, "--drop-patches")
+        for mode, more in (("shared", []), ("each", ["--verify"])):
+            self.simplify(steps, "--reduction", "30%", "--series", mode, "--drop-patches", *more)
+            self.simplify(bare, "--reduction", "30%", "--series", mode, out="bare_out_{step}.vtu")
+            for path, expected in zip(self.outputs(), self.outputs("bare_out_*.vtu"), strict=True):
+                self.assertEqual(len(Vtu(path).others), 0)
+                np.testing.assert_array_equal(Vtu(path).tets, Vtu(expected).tets)
+                np.testing.assert_array_equal(Vtu(path).points, Vtu(expected).points)
+
     def test_steps_without_change_and_values_that_are_no_numbers(self):
         mesh = jittered(8)
         x = np.array(mesh.points)[:, 0]

@@ -245,6 +245,11 @@ class OpenFoam(SolverTest):
         mesh = Vtu(out)
         self.assertEqual(len(mesh.others), self.outer)
         run("check", out)
+        run("simplify", path, "-o", out, "--array", "heat", *GOAL, "--verify", "--quiet", "--drop-patches")
+        self.assertEqual(len(Vtu(out).others), 0)
+        found = report_of("info", path, "--drop-patches")
+        self.assertEqual((found["tets"], found["lower_cells"], found["boundary_triangles"]), (len(self.tets), 0, self.outer))
+        self.assertEqual(len(self.converted(path, "--drop-patches")[0].others), 0)
 
     def test_a_changed_file_is_noticed(self):
         self.write(jittered(24), "grid.vtu")

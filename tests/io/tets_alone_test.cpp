@@ -1,0 +1,90 @@
+// Meshes without their cells of lower dimension (OpenOptions::drop_patches).
+#include "io/tets_alone.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "io/mesh_stream.h"
+#include "support/vtu_file_test.h"
+
+namespace tetfusion {
+namespace {
+
+using testing::cell_piece;
+using ::testing::ElementsAre;
+using testing::plain;
+using testing::VtuText;
+
+const OpenOptions kAlone = {.drop_patches = true};
+
+class TetsAlone : public testing::VtuFileTest {
+ protected:
+  // Point 0 is used by no cell, point 1 by the first cell and the vertex alone. The cells: a
+  // triangle (or what else it is to be), a tetrahedron, a line, a tetrahedron, a vertex.
+  static VtuText mesh(double first_type = 5, const std::vector<double>& first = {1, 2, 3}) {
+    VtuText mesh;
+    mesh.pieces = {cell_piece({9, 9, 9, 5, 5, 5, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1},
+                              {first_type, 10, 3, 10, 1},
+                              {first, {2, 3, 4, 5}, {2, 3}, {6, 4, 3, 5}, {1}})};
+    mesh.pieces[0].point_data = {{"p", "Int32", {0, 1, 2, 3, 4, 5, 6}, 1, "", "DataArray"}};
+    mesh.pieces[0].cell_data = {{"c", "Int32", {10, 11, 12, 13, 14}, 1, "", "DataArray"}};
+    return mesh;
+  }
+};
+
+TEST_F(TetsAlone, WindowsKeepTheNumbersOfTheFile) {
+  const auto source = open(mesh(), kAlone);
+  const auto stream = open_stream(source.get());
+  EXPECT_TRUE(stream->streams_from_disk());
+  EXPECT_EQ(stream->points(), 7u);
+  EXPECT_EQ(stream->cells(), 5u);
+  CellWindow window;
+  stream->read_cells(0, 5, &window);
+  EXPECT_THAT(std::vector<Tet>(window.tets.begin(), window.tets.end()),
+              ElementsAre(Tet{2, 3, 4, 5}, Tet{6, 4, 3, 5}));
+  EXPECT_THAT(plain(window.tet_rows), ElementsAre(1u, 3u));
+  EXPECT_EQ(window.lower.size(), 0u);
+  EXPECT_TRUE(window.lower.offsets.empty());
+  EXPECT_TRUE(window.lower_rows.empty());
+}
+
+TEST_F(TetsAlone, AWholeMeshHasNoPointsOfOtherCells) {
+  const auto source = open(mesh(), kAlone);
+  const Geometry whole = source->read_geometry();
+  EXPECT_THAT(testing::tets(whole), ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 2, 1, 3}));
+  EXPECT_THAT(plain(whole.tet_source), ElementsAre(1u, 3u));
+  EXPECT_THAT(plain(whole.point_source), ElementsAre(2u, 3u, 4u, 5u, 6u));
+  EXPECT_EQ(whole.unused_points, 2u);
+  EXPECT_EQ(whole.lower.size(), 0u);
+  EXPECT_TRUE(whole.lower_source.empty());
+  EXPECT_EQ(testing::coordinates<double>(whole)[12], 1);  // the last point's
+  EXPECT_EQ(source->read_array(Association::kCell, 0).info.tuples, 5u);
+}
+
+// A quadrilateral that is split has the mesh read whole.
+TEST_F(TetsAlone, WhatIsReadWholeIsTheSameInWindows) {
+  const auto source = open(mesh(9, {1, 2, 3, 4}), {.tetrahedralize = true, .drop_patches = true});
+  const auto stream = open_stream(source.get());
+  EXPECT_FALSE(stream->streams_from_disk());
+  EXPECT_EQ(stream->points(), 5u);
+  EXPECT_EQ(stream->cells(), 2u);
+  EXPECT_EQ(stream->dropped_points(), 2u);
+  const auto rows = open_rows(source.get());
+  EXPECT_EQ(rows->points(), 5u);
+}
+
+TEST_F(TetsAlone, PointsStayWhereTetrahedraUseThemAll) {
+  VtuText mesh;
+  mesh.pieces = {cell_piece({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 7, 7, 7}, {10, 5},
+                            {{0, 1, 2, 3}, {0, 1, 2}})};
+  const Geometry whole = read(mesh, kAlone);
+  EXPECT_THAT(testing::tets(whole), ElementsAre(Tet{0, 1, 2, 3}));
+  EXPECT_THAT(plain(whole.point_source), ElementsAre(0u, 1u, 2u, 3u));
+  EXPECT_EQ(whole.unused_points, 1u);
+}
+
+}  // namespace
+}  // namespace tetfusion
