@@ -169,8 +169,8 @@ template <class Real>
 void Coarsening<Real>::say_what_was_found() const {
   const RunInput& in = run_.input;
   say_what_is_odd(state_.input.facts, options_.linearize, run_.context);
-  say_which_are_regions(in.description(), *in.stream, in.regions, options_.regions.has_value(),
-                        run_.context);
+  say_which_are_regions(in.description(), *in.stream, state_.input.facts.tets, in.regions,
+                        options_.regions.has_value(), run_.context);
   if (!in.interest.empty() && state_.input.interesting_points == 0) {
     run_.context.say("no point of the mesh is in the region of interest (--roi): it keeps nothing");
   }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstring>
+#include <functional>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -13,7 +13,6 @@
 #include "base/numbers.h"
 #include "base/vector.h"
 #include "io/gmsh_head.h"
-#include "io/mesh_passes.h"
 #include "mesh/region_names.h"
 
 namespace tetfusion {
@@ -50,42 +49,75 @@ std::vector<std::string> fields_beside(const std::vector<std::string>& others,
   return fields;
 }
 
-// Of a cell array; what differs is mostly found soon.
-bool has_several_values(const MeshStream& stream, std::size_t index, const ArrayInfo& info) {
-  constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
-  const std::size_t bytes = info.components * size_of(info.type);
-  Vector<std::byte> rows, first_row;
-  for (std::uint64_t first = 0; first < stream.cells(); first += kWindow) {
-    const std::uint64_t count = std::min(kWindow, stream.cells() - first);
-    rows.resize(count * bytes);
-    stream.read_rows(Association::kCell, index, first, count, rows);
-    if (first == 0)
-      first_row.assign(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(bytes));
-    for (std::uint64_t i = 0; i < count; ++i) {
-      if (std::memcmp(rows.data() + i * bytes, first_row.data(), bytes) != 0) return true;
+// The labels that tetrahedra have, not what lies beside them.
+class TetLabels {
+ public:
+  // So many tetrahedra are in the stream, which outlives this.
+  TetLabels(const MeshStream& stream, std::uint64_t tets)
+      : stream_(&stream), are_all_cells_(tets == stream.cells()) {}
+
+  // What differs is mostly found soon.
+  bool have_several(std::size_t index, const ArrayInfo& info) const {
+    std::string first;
+    bool differ = false;
+    visit(index, info, [&](std::string_view value) {
+      if (first.empty()) first = value;
+      differ = value != first;
+      return !differ;
+    });
+    return differ;
+  }
+
+  // As numbers of cells do: no two of the first ones have the same value.
+  bool tell_cells_apart(std::size_t index, const ArrayInfo& info) const {
+    constexpr std::size_t kLook = 1000, kTooFew = 10;
+    std::set<std::string, std::less<>> different;
+    std::size_t seen = 0;
+    visit(index, info, [&](std::string_view value) {
+      different.emplace(value);
+      return ++seen == different.size() && seen < kLook;
+    });
+    return seen >= kTooFew && different.size() == seen;
+  }
+
+ private:
+  // The bytes of each one's value, until visit(value) is false.
+  template <class Visit>
+  void visit(std::size_t index, const ArrayInfo& info, const Visit& visit) const {
+    constexpr std::uint64_t kWindow = std::uint64_t{1} << 16;
+    const std::size_t bytes = info.components * size_of(info.type);
+    Vector<std::byte> rows;
+    CellWindow cells;
+    for (std::uint64_t first = 0; first < stream_->cells(); first += kWindow) {
+      const std::uint64_t count = std::min(kWindow, stream_->cells() - first);
+      rows.resize(count * bytes);
+      stream_->read_rows(Association::kCell, index, first, count, rows);
+      const auto is_enough = [&](std::uint64_t row) {
+        return !visit({reinterpret_cast<const char*>(rows.data()) + (row - first) * bytes, bytes});
+      };
+      std::uint64_t tets = count;
+      if (!are_all_cells_) {
+        stream_->read_cells(first, count, &cells);
+        tets = cells.tets.size();
+      }
+      for (std::uint64_t i = 0; i < tets; ++i) {
+        const bool has_rows = !are_all_cells_ && !cells.tet_rows.empty();
+        if (is_enough(has_rows ? cells.tet_rows[i] : first + i)) return;
+      }
     }
   }
-  return false;
-}
 
-// As numbers of cells do: no two of the first ones have the same value.
-bool tells_cells_apart(const MeshStream& stream, std::size_t index, const ArrayInfo& info) {
-  constexpr std::uint64_t kLook = 1000, kTooFew = 10;
-  const std::uint64_t count = std::min(kLook, stream.cells());
-  Vector<std::byte> rows(count * info.components * size_of(info.type));
-  stream.read_rows(Association::kCell, index, 0, count, rows);
-  const Vector<std::int64_t> values = to_integers(info, rows);
-  const std::set<std::int64_t> different(values.begin(), values.end());
-  return count >= kTooFew && different.size() == count;
-}
+  const MeshStream* stream_;
+  const bool are_all_cells_;
+};
 
 // Entities of Gmsh are what its groups are made of: where there are groups these are what is meant.
-bool has_coarser(const MeshDescription& mesh, const MeshStream& stream,
+bool has_coarser(const MeshDescription& mesh, const TetLabels& labels,
                  const std::vector<std::size_t>& regions, const ArrayInfo& array) {
   if (array.name != kGmshGeometrical) return false;
   return std::any_of(regions.begin(), regions.end(), [&](std::size_t i) {
     const ArrayInfo& region = mesh.cell_data.arrays[i];
-    return region.name == kGmshPhysical && has_several_values(stream, i, region);
+    return region.name == kGmshPhysical && labels.have_several(i, region);
   });
 }
 
@@ -179,12 +211,13 @@ void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext&
 }
 
 void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream,
-                           const std::vector<std::size_t>& regions, bool by_name,
-                           const RunContext& context) {
+                           std::uint64_t tets, const std::vector<std::size_t>& regions,
+                           bool by_name, const RunContext& context) {
   const auto& arrays = mesh.cell_data.arrays;
+  const TetLabels labels(stream, tets);
   std::string taken;  // as options: names take the place of the default
   for (const std::size_t i : regions) {
-    if (!has_several_values(stream, i, arrays[i])) continue;
+    if (!labels.have_several(i, arrays[i])) continue;
     context.say(fmt::format(
         "interfaces of cell array {} are kept (--regions none switches that off)", arrays[i].name));
     taken += fmt::format("--regions {} ", in_a_shell(arrays[i].name));
@@ -193,14 +226,14 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
   std::vector<std::string> others;
   for (std::size_t i = 0; i < arrays.size(); ++i) {
     const ArrayInfo& array = arrays[i];
-    if (is_region_of_floats(array) && has_several_values(stream, i, array)) {
+    if (is_region_of_floats(array) && labels.have_several(i, array)) {
       context.say(fmt::format(
           "cell array {} has floating-point numbers, and may be a field: its interfaces are not "
           "kept (if its values say regions, {}--regions {} keeps them)",
           array.name, taken, in_a_shell(array.name)));
     }
-    if (may_be_region(array) && !has_coarser(mesh, stream, regions, array) &&
-        has_several_values(stream, i, array) && !tells_cells_apart(stream, i, array)) {
+    if (may_be_region(array) && !has_coarser(mesh, labels, regions, array) &&
+        labels.have_several(i, array) && !labels.tell_cells_apart(i, array)) {
       others.push_back(array.name);
     }
   }

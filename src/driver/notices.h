@@ -32,9 +32,9 @@ std::string what_could_steer(const std::vector<SteeringChoice>& tried, const Mes
 void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context);
 
 // The cell arrays whose interfaces are kept, and those that may want it, with what to type, unless
-// the user has chosen by name. `stream` is the mesh's.
+// the user has chosen by name. `stream` is the mesh's, with so many tetrahedra.
 void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream,
-                           const std::vector<std::size_t>& regions, bool by_name,
-                           const RunContext& context);
+                           std::uint64_t tets, const std::vector<std::size_t>& regions,
+                           bool by_name, const RunContext& context);
 
 }  // namespace tetfusion

@@ -97,6 +97,29 @@ class Fuse(FolderTest):
         self.assertLess(report["output"]["tets"], report["input"]["tets"])
         self.compare(path, out)
 
+    def test_labels_of_what_lies_beside_tetrahedra_say_no_regions(self):
+        """A boundary triangle with another label makes no interface."""
+        mesh = TinyVtu(3)
+        tets = len(mesh.tets)
+        mesh.array("connectivity")[4] = mesh.array("connectivity")[4] + [0, 1, 5]
+        mesh.array("offsets")[4] = mesh.array("offsets")[4] + [4 * tets + 3]
+        mesh.array("types")[4] = [10] * tets + [5]
+        mesh.counts["NumberOfCells"] = str(tets + 1)
+        for label in ("material", "lab"):
+            mesh.array(mesh.arrays[1][1])[1:] = label, "Int32", 1, [0] * tets + [5]
+            said = finish("simplify", self.write(mesh), "-o", self.folder / "out.vtu", "--reduction", "10%").stderr
+            self.assertNotIn(b"interfaces", said)
+            mesh.array(label)[4] = [0] * (tets - 1) + [5, 5]
+            said = finish("simplify", self.write(mesh), "-o", self.folder / "out.vtu", "--reduction", "10%").stderr
+            self.assertIn(b"interfaces", said)
+
+    def test_labels_may_be_as_large_as_their_type_allows(self):
+        mesh = TinyVtu()
+        mesh.array("id")[1:] = "lab", "UInt64", 1, [2**64 - 1 - i % 2 for i in range(len(mesh.tets))]
+        result = finish("simplify", self.write(mesh), "-o", self.folder / "out.vtu", "--reduction", "10%")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn(b"cell array lab may be regions, too", result.stderr)
+
     def test_cells_with_points_of_their_own(self):
         mesh, soup = TinyVtu(), TinyVtu()
         points = [mesh.points[v] for tet in mesh.tets for v in tet]
