@@ -44,7 +44,7 @@ class GmshWriter {
   GmshWriter(MeshPasses* mesh, OutputFile* file, bool binary)
       : mesh_(*mesh), file_(file), binary_(binary) {
     const AttributeSet& cells = mesh_.description().cell_data;
-    physical_ = find_references(cells, Association::kCell, kGmshPhysical);
+    physical_ = find_references(cells, Association::kCell, kGmshPhysical, mesh_.label());
     geometrical_ = find_references(cells, Association::kCell, kGmshGeometrical);
     if (geometrical_ != kNoArray && cells.arrays[geometrical_].name != kGmshGeometrical) {
       geometrical_ = kNoArray;

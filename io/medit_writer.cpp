@@ -41,7 +41,7 @@ class MeditWriter {
       : mesh_(*mesh), file_(file), binary_(binary) {
     const MeshDescription& d = mesh_.description();
     point_array_ = find_references(d.point_data, Association::kPoint, kMeditReference);
-    cell_array_ = find_references(d.cell_data, Association::kCell, kMeditReference);
+    cell_array_ = find_references(d.cell_data, Association::kCell, kMeditReference, mesh_.label());
     for (const char* name : {"Triangles", "Edges", "RequiredVertices"}) {
       const MeditKeyword* const keyword = find_medit_keyword(std::string_view(name));
       Vector<std::uint64_t> cells = mesh_.lower_of_type(keyword->type);

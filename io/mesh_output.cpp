@@ -1,14 +1,17 @@
 #include "io/mesh_output.h"
 
+#include <utility>
+
 #include "io/vtu_reader.h"
 #include "io/vtu_writer.h"
 
 namespace tetfusion {
 
-MeshOutput::MeshOutput(const std::string& path, Encoding encoding, bool is_read)
+MeshOutput::MeshOutput(const std::string& path, Encoding encoding, bool is_read, std::string label)
     : path_(path),
       encoding_(encoding),
       is_vtu_(output_format(path) == MeshFormat::kVtu),
+      label_(std::move(label)),
       file_(path, is_read ? OutputFile::Access::kPatch : VtuWriter::access(this->encoding())) {}
 
 void MeshOutput::commit(const std::function<void(double)>& progress,
@@ -18,7 +21,7 @@ void MeshOutput::commit(const std::function<void(double)>& progress,
     return;
   }
   const auto source = open_vtu(file_.read_back());
-  WriteOptions options{encoding_, {}, tell};
+  WriteOptions options{encoding_, {}, label_, tell};
   if (progress) {
     options.progress = [&](double share) { progress(vtu_share() + (1 - vtu_share()) * share); };
   }

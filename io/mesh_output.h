@@ -13,8 +13,10 @@ namespace tetfusion {
 
 class MeshOutput {
  public:
-  // `is_read`: file()->path_to_read() will be called, also where the output is a stream.
-  MeshOutput(const std::string& path, Encoding encoding, bool is_read = false);
+  // `is_read`: file()->path_to_read() will be called, also where the output is a stream. `label` is
+  // that of WriteOptions.
+  MeshOutput(const std::string& path, Encoding encoding, bool is_read = false,
+             std::string label = {});
 
   OutputFile* file() { return &file_; }
   // The .vtu's: raw where it is not what is wanted.
@@ -31,6 +33,7 @@ class MeshOutput {
   std::string path_;
   Encoding encoding_;
   bool is_vtu_;
+  std::string label_;
   OutputFile file_;
 };
 

@@ -43,8 +43,8 @@ Vector<std::int64_t> to_integers(const ArrayInfo& info, std::span<const std::byt
   return out;
 }
 
-MeshPasses::MeshPasses(MeshSource* source, const MeshStream* stream)
-    : source_(source), stream_(stream) {
+MeshPasses::MeshPasses(MeshSource* source, const MeshStream* stream, std::string label)
+    : source_(source), stream_(stream), label_(std::move(label)) {
   CellWindow cells;
   for (std::uint64_t first = 0; first < stream_->cells(); first += kWindow) {
     stream_->read_cells(first, window(first, stream_->cells()), &cells);
@@ -135,12 +135,17 @@ Vector<std::byte> MeshPasses::lower_rows(std::size_t array) const {
   return all;
 }
 
-std::size_t find_references(const AttributeSet& set, Association association, const char* own) {
-  for (const char* name : {own, "medit:ref", "gmsh:physical", "tetgen:ref"}) {
+std::size_t find_references(const AttributeSet& set, Association association, const char* own,
+                            const std::string& label) {
+  const auto find = [&](std::string_view name) {
     const std::size_t i = set.find(name);
-    if (i != AttributeSet::npos && is_integer_label(set.arrays[i])) return i;
+    return i != AttributeSet::npos && is_integer_label(set.arrays[i]) ? i : AttributeSet::npos;
+  };
+  for (const char* name : {own, "medit:ref", "gmsh:physical", "tetgen:ref"}) {
+    if (const std::size_t i = find(name); i != AttributeSet::npos) return i;
   }
   if (association == Association::kPoint) return AttributeSet::npos;
+  if (const std::size_t i = find(label); i != AttributeSet::npos) return i;
   for (std::size_t i = 0; i < set.arrays.size(); ++i) {
     if (looks_like_region(set.arrays[i])) return i;
   }

@@ -26,10 +26,12 @@ class MeshPasses {
  public:
   static constexpr std::size_t kNone = AttributeSet::npos;
 
-  // Counts the cells, and keeps those of lower dimension. Both must outlive this object.
-  MeshPasses(MeshSource* source, const MeshStream* stream);
+  // Counts the cells, and keeps those of lower dimension. Both must outlive this object. `label` is
+  // WriteOptions::label.
+  MeshPasses(MeshSource* source, const MeshStream* stream, std::string label);
 
   const MeshDescription& description() const { return source_->description(); }
+  const std::string& label() const { return label_; }
   std::uint64_t points() const { return stream_->points(); }
   std::uint64_t tets() const { return tets_; }
   const LowerCells& lower() const { return lower_; }
@@ -102,6 +104,7 @@ class MeshPasses {
 
   MeshSource* source_;
   const MeshStream* stream_;
+  std::string label_;
   std::uint64_t tets_ = 0;
   LowerCells lower_;
   std::vector<std::pair<std::uint64_t, Vector<std::uint64_t>>> lower_rows_;  // by windows
@@ -111,7 +114,9 @@ class MeshPasses {
 };
 
 // The integer array that says what cells or points are: the one called `own`, else that of another
-// format, else, of cells, the first that is named like a region. kNone where there is none.
-std::size_t find_references(const AttributeSet& set, Association association, const char* own);
+// format, else, of cells, the one called `label`, else the first that is named like a region. kNone
+// where there is none.
+std::size_t find_references(const AttributeSet& set, Association association, const char* own,
+                            const std::string& label = {});
 
 }  // namespace tetfusion

@@ -58,13 +58,14 @@ bool has_encoding(MeshFormat format, Encoding encoding) {
 }
 
 // Medit has a place for references alone, TetGen for these and floating-point arrays of points.
-std::vector<std::string> arrays_left_out(MeshFormat format, const MeshDescription& mesh) {
+std::vector<std::string> arrays_left_out(MeshFormat format, const MeshDescription& mesh,
+                                         const std::string& label) {
   std::vector<std::string> names;
   const char* const own = format == MeshFormat::kTetgen ? kTetgenReference : kMeditReference;
   const std::size_t point = find_references(mesh.point_data, Association::kPoint, own);
   const std::size_t cell = format == MeshFormat::kTetgen
-                               ? find_tetgen_attribute(mesh.cell_data)
-                               : find_references(mesh.cell_data, Association::kCell, own);
+                               ? find_tetgen_attribute(mesh.cell_data, label)
+                               : find_references(mesh.cell_data, Association::kCell, own, label);
   for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {
     const ArrayInfo& info = mesh.point_data.arrays[i];
     if (i == point || (format == MeshFormat::kTetgen && has_tetgen_attributes(info))) continue;
@@ -100,7 +101,7 @@ std::vector<std::string> changed_names(const MeshDescription& mesh) {
 }
 
 // What Gmsh's files have doubles for, though they do not hold all of it.
-std::vector<std::string> long_integers(const MeshDescription& mesh) {
+std::vector<std::string> long_integers(const MeshDescription& mesh, const std::string& label) {
   std::vector<std::string> names;
   const auto add = [&](const AttributeSet& set, std::initializer_list<std::size_t> tags) {
     for (std::size_t i = 0; i < set.arrays.size(); ++i) {
@@ -111,7 +112,7 @@ std::vector<std::string> long_integers(const MeshDescription& mesh) {
     }
   };
   add(mesh.point_data, {});
-  add(mesh.cell_data, {find_references(mesh.cell_data, Association::kCell, kGmshPhysical),
+  add(mesh.cell_data, {find_references(mesh.cell_data, Association::kCell, kGmshPhysical, label),
                        find_references(mesh.cell_data, Association::kCell, kGmshGeometrical)});
   return names;
 }
@@ -189,7 +190,7 @@ void check_mesh_output(const std::string& path, Encoding encoding) {
 void write_mesh(MeshSource* source, const std::string& path, const WriteOptions& options) {
   const MeshFormat format = output_format(path);
   const auto stream = open_stream(source);
-  MeshPasses mesh(source, stream.get());
+  MeshPasses mesh(source, stream.get(), options.label);
   if (format == MeshFormat::kTetgen) {
     const std::size_t vertices = mesh.lower_of_type(kVtkVertex).size();
     if (vertices > 0 && options.tell) {
@@ -232,19 +233,21 @@ std::string unread_of(const MeshDescription& mesh) {
   return fmt::format("{}", fmt::join(sentences, "; "));
 }
 
-std::string left_out_of(const std::string& path, const MeshDescription& mesh) {
+std::string left_out_of(const std::string& path, const MeshDescription& mesh,
+                        const std::string& label) {
   const MeshFormat format = output_format(path);
   if (format == MeshFormat::kVtu || format == MeshFormat::kLegacyVtk) return unread_of(mesh);
   std::vector<std::string> sentences;
   if (const std::string unread = unread_of(mesh); !unread.empty()) sentences.push_back(unread);
   const bool gmsh = format == MeshFormat::kGmsh;
   const std::vector<std::string> names =
-      gmsh ? arrays_left_out_of_gmsh(mesh) : arrays_left_out(format, mesh);
+      gmsh ? arrays_left_out_of_gmsh(mesh) : arrays_left_out(format, mesh, label);
   if (!names.empty()) {
     sentences.push_back(fmt::format("{} has no place for these arrays, which are left out: {}",
                                     path, fmt::join(names, ", ")));
   }
-  const std::vector<std::string> rounded = gmsh ? long_integers(mesh) : std::vector<std::string>{};
+  const std::vector<std::string> rounded =
+      gmsh ? long_integers(mesh, label) : std::vector<std::string>{};
   if (!rounded.empty()) {
     sentences.push_back(
         fmt::format("{} has doubles for these integers, which are rounded from 2^53 on: {}", path,

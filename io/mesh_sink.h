@@ -18,6 +18,9 @@ enum class Encoding { kRaw, kZlib, kLz4, kInline, kAscii };
 struct WriteOptions {
   Encoding encoding = Encoding::kRaw;
   std::function<void(double share)> progress;  // 0..1; may be empty
+  // A cell array of integers that says what cells are: where a format has references or groups and
+  // the mesh none of another format, they are this one's. It need not be there.
+  std::string label = {};
   // Told, as a sentence, of cells that the format has no place for; may be empty.
   std::function<void(std::string_view)> tell = {};
 };
@@ -55,8 +58,9 @@ void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh);
 // A sentence about what of that mesh was not read; empty where all was.
 std::string unread_of(const MeshDescription& mesh);
 
-// The same, and what a file of that name cannot hold.
-std::string left_out_of(const std::string& path, const MeshDescription& mesh);
+// The same, and what a file of that name cannot hold; `label` is WriteOptions::label.
+std::string left_out_of(const std::string& path, const MeshDescription& mesh,
+                        const std::string& label = {});
 
 // A mesh that goes to memory. Cells are VTK's, as MeshView has them: tetrahedra first.
 struct MeshLayout {

@@ -24,7 +24,7 @@ class TetgenWriter {
   explicit TetgenWriter(MeshPasses* mesh) : mesh_(*mesh) {
     const MeshDescription& d = mesh_.description();
     point_array_ = find_references(d.point_data, Association::kPoint, kTetgenReference);
-    cell_array_ = find_tetgen_attribute(d.cell_data);
+    cell_array_ = find_tetgen_attribute(d.cell_data, mesh_.label());
     for (std::size_t i = 0; i < d.point_data.arrays.size(); ++i) {
       if (has_tetgen_attributes(d.point_data.arrays[i])) attributes_.push_back(i);
     }
@@ -137,8 +137,8 @@ class TetgenWriter {
 
 bool has_tetgen_attributes(const ArrayInfo& info) { return is_float(info.type); }
 
-std::size_t find_tetgen_attribute(const AttributeSet& cells) {
-  const std::size_t markers = find_references(cells, Association::kCell, kTetgenReference);
+std::size_t find_tetgen_attribute(const AttributeSet& cells, const std::string& label) {
+  const std::size_t markers = find_references(cells, Association::kCell, kTetgenReference, label);
   const std::size_t own = cells.find(kTetgenReference);
   if (markers != AttributeSet::npos || own == AttributeSet::npos) return markers;
   const ArrayInfo& info = cells.arrays[own];

@@ -26,6 +26,6 @@ void write_tetgen(MeshPasses* mesh, const std::string& path,
 bool has_tetgen_attributes(const ArrayInfo& info);
 // Of the cells' arrays the one that there is room for, or AttributeSet::npos: find_references(), or
 // kTetgenReference with values that are not whole.
-std::size_t find_tetgen_attribute(const AttributeSet& cells);
+std::size_t find_tetgen_attribute(const AttributeSet& cells, const std::string& label);
 
 }  // namespace tetfusion

@@ -28,7 +28,8 @@ class Exporter {
   MeshSummary run() {
     const CellOrder all = cells();
     const auto& inspect = job_.settings.inspect;
-    MeshOutput output(job_.settings.path, job_.settings.encoding, inspect != nullptr);
+    MeshOutput output(job_.settings.path, job_.settings.encoding, inspect != nullptr,
+                      job_.settings.label);
     vtu_share_ = output.vtu_share();
     VtuLayout layout = layout_of_output(job_, chunks_.summary().points, all.size(),
                                         4 * all.tets + job_.lower.cells.connectivity.size());
@@ -276,9 +277,10 @@ void check_export(const std::string& path, Encoding encoding) {
   }
 }
 
-void tell_left_out(const std::string& path, const MeshDescription& mesh,
+void tell_left_out(const std::string& path, const MeshDescription& mesh, const std::string& label,
                    const RunContext& context) {
-  const std::string left_out = is_pieces_name(path) ? unread_of(mesh) : left_out_of(path, mesh);
+  const std::string left_out =
+      is_pieces_name(path) ? unread_of(mesh) : left_out_of(path, mesh, label);
   if (!left_out.empty()) context.say(left_out);
   const auto ids = mesh.point_data.active.find("GlobalIds");
   if (!is_pieces_name(path) || ids == mesh.point_data.active.end()) return;

@@ -18,6 +18,7 @@ namespace tetfusion {
 struct ExportSettings {
   std::string path;  // NAME.pvtu: several files (export_pieces.h)
   Encoding encoding = Encoding::kRaw;
+  std::string label = {};  // WriteOptions::label
   int threads = 1;
   // From any of the threads. May throw: nothing is written then.
   std::function<void(double share)> progress;
@@ -67,7 +68,8 @@ void require_no_original_ids(const std::string& input, const MeshDescription& me
 // Throws what export_mesh() would throw for such a name, before any work.
 void check_export(const std::string& path, Encoding encoding);
 // Says what of that mesh a file of that name, which may hold {lod}, cannot hold, marks included.
-void tell_left_out(const std::string& path, const MeshDescription& mesh, const RunContext& context);
+void tell_left_out(const std::string& path, const MeshDescription& mesh, const std::string& label,
+                   const RunContext& context);
 // Removes what a run to that name left that was killed: see remove_dead_pieces(). Does not fail.
 void clear_leftovers(const std::string& path) noexcept;
 

@@ -47,6 +47,10 @@ std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
   return regions;
 }
 
+std::string region_that_was_named(const std::optional<std::vector<std::string>>& names) {
+  return names && !names->empty() ? names->front() : std::string();
+}
+
 std::vector<std::string> names_of_cell_arrays(const MeshDescription& mesh,
                                               const std::vector<std::size_t>& arrays) {
   std::vector<std::string> names;

@@ -15,6 +15,9 @@ namespace tetfusion {
 std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
                                         const std::optional<std::vector<std::string>>& names);
 
+// The first of them; empty where none was.
+std::string region_that_was_named(const std::optional<std::vector<std::string>>& names);
+
 std::vector<std::string> names_of_cell_arrays(const MeshDescription& mesh,
                                               const std::vector<std::size_t>& arrays);
 

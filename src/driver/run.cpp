@@ -60,7 +60,10 @@ Run open_run(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
     require_no_original_ids(request.input, mesh);
     output.point_data.arrays.push_back(original_ids_info());
   }
-  if (sink == nullptr) tell_left_out(request.output, output, context);
+  if (sink == nullptr) {
+    tell_left_out(request.output, output, region_that_was_named(request.behaviour.regions),
+                  context);
+  }
   Workplace place(request, mesh, input.steering,
                   input.stream ? input.stream->bytes() : input.source->memory_to_read(), context);
   return {request, context, sink, std::move(input), std::move(place), std::move(clock)};

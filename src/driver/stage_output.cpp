@@ -8,6 +8,7 @@
 #include "driver/export.h"
 #include "driver/progressive.h"
 #include "driver/promise.h"
+#include "driver/regions.h"
 #include "driver/run_setup.h"
 #include "follow/make_map.h"
 #include "io/output_file.h"
@@ -90,6 +91,7 @@ ExportSettings settings_of(const Stage& stage, const Run& run) {
   ExportSettings settings;
   settings.path = stage.path;
   settings.encoding = run.request.encoding;
+  settings.label = region_that_was_named(run.request.behaviour.regions);
   settings.threads = thread_count();
   settings.pieces = run.request.pieces;
   settings.sink = run.sink;

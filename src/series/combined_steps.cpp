@@ -78,7 +78,7 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   }
   const bool is_dressed = files_.are_one_mesh() || has_means;
   tell_left_out(files_[0].output, is_dressed ? files_.open_whole(0)->description() : mesh,
-                context_);
+                region_that_was_named(options_.regions), context_);
   context_.report_size(mesh.cells);
   regions_->add(0, mesh, *stream, context_);
   interest_.emplace(options_.interest, mesh);

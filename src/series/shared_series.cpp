@@ -13,6 +13,7 @@
 #include "base/tasks.h"
 #include "driver/error_limits.h"
 #include "driver/promise.h"
+#include "driver/regions.h"
 #include "driver/run_setup.h"
 #include "driver/scratch_place.h"
 #include "driver/simplify.h"
@@ -256,8 +257,12 @@ void SharedSeries::write() {
   run.steering.clear();
   for (const SteeringChoice& array : steps_->arrays()) run.steering.push_back(array.name);
   const ResultMesh mesh(folder_.mesh(), *map_);
-  const SeriesResult result{mesh, *map_, steps_->arrays(), fitted_ ? &*fitted_ : nullptr,
-                            job_.encoding};
+  const SeriesResult result{mesh,
+                            *map_,
+                            steps_->arrays(),
+                            fitted_ ? &*fitted_ : nullptr,
+                            job_.encoding,
+                            region_that_was_named(job_.behaviour.regions)};
   if (files_.are_one_mesh()) {
     write_in_one_mesh(result, files_, job_.output, context_);
     run.outputs = {run.output};

@@ -72,6 +72,7 @@ void write_mesh(const SeriesResult& result, StepArrays arrays, MeshSource* sourc
   const auto out = result.mesh.with(std::move(arrays), source->description());
   WriteOptions write;
   write.encoding = result.encoding;
+  write.label = result.label;
   write.progress = [&](double share) {
     context.check();
     context.report("writing", share);

@@ -22,6 +22,7 @@ struct SeriesResult {
   const std::vector<SteeringChoice>& arrays;  // that were fitted
   const FittedSteps* fitted = nullptr;        // null where there are none
   Encoding encoding = Encoding::kRaw;
+  std::string label = {};  // WriteOptions::label
 };
 
 // Writes the output of each step of the plan, so many at once: arrays that steered as they were

@@ -216,6 +216,25 @@ class Formats(FolderTest):
             said = run("simplify", copy, "-o", self.folder / "out.vtu", "--reduction", "50%", "--dry-run").decode()
             self.assertRegex(said, r"regions +(medit:ref|gmsh:physical|tetgen:ref)")
 
+    def test_a_region_that_was_named_is_what_the_format_has_for_it(self):
+        """Though its name does not say so; nothing tells that it is left out then."""
+        mesh = TinyVtu(4)
+        half = len(mesh.tets) // 2
+        mesh.array("id")[1:] = "layer", "Int32", 1, [3 + (i >= half) for i in range(len(mesh.tets))]
+        original = self.write(mesh)
+        for suffix, name in ((".mesh", "medit:ref"), (".msh", "gmsh:physical"), (".node", "tetgen:ref")):
+            out = self.folder / ("labelled" + suffix)
+            for options, labelled in (([], False), (["--regions", "layer"], True)):
+                result = finish("simplify", original, "-o", out, "--reduction", "20%", *options)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                run("convert", out, self.folder / "back.vtu")
+                cells = Vtu(self.folder / "back.vtu").arrays["cell"]
+                found = set(cells[name][1].ravel().tolist()) if name in cells else set()
+                self.assertEqual(found == {3, 4}, labelled, suffix)
+                if suffix != ".msh":
+                    left_out = result.stderr.partition(b"left out: ")[2].partition(b"\n")[0]
+                    self.assertEqual(b"layer" in left_out, not labelled)
+
     def test_labels_that_went_through_gmsh_are_regions_still(self):
         """The first as the physical group, an integer; a second one as a floating-point number, by its name."""
         mesh, back = TinyVtu(6), self.folder / "back.msh"
