@@ -283,7 +283,8 @@ std::unique_ptr<MeshStream> open_for(const MapFile& map, MeshSource* source) {
     throw Error(
         ErrorCode::kBadInput,
         fmt::format("{}: the mesh has {}, but {} is of one that had {}: give a file with the "
-                    "points of the mesh that was simplified, in their order",
+                    "points of the mesh that was simplified, in their order, and what that run was "
+                    "given of --tetrahedralize, --linearize, --merge-points and --drop-patches",
                     source->description().path, format_count(stream->points(), "point"), map.path(),
                     format_count(map.counts().original_points)));
   }
