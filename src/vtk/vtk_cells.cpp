@@ -168,8 +168,9 @@ class CellConverter {
         return add_tet({c[0], c[1], c[2], c[3]}, cell);
       default: {
         std::array<Tet, 6> tets;
-        const int count = split_cell(type, c, tets);
-        for (int i = 0; i < count; ++i) add_tet(tets[i], cell);
+        const auto count = static_cast<std::size_t>(split_cell(type, c, tets));
+        if (type == kVtkWedge) wind({tets.data(), count});
+        for (std::size_t i = 0; i < count; ++i) add_tet(tets[i], cell);
       }
     }
   }
@@ -178,6 +179,19 @@ class CellConverter {
     if (out_.tets.size() == kMaxTets) fail_too_many_tets(path_, kMaxTets + std::uint64_t{1});
     out_.tets.push_back(tet);
     out_.tet_source.push_back(cell);
+  }
+
+  // VTK sees a wedge's first triangle from outside, Exodus and CGNS from inside: VTK's readers
+  // leave it so, and files that its writer made have it the other way.
+  void wind(std::span<Tet> tets) const {
+    double volume = 0;
+    for (const Tet& tet : tets) {
+      std::array<Position, 4> at{};
+      for (std::size_t i = 0; i < at.size(); ++i) at[i] = position(tet[i]);
+      volume += vtkTetra::ComputeVolume(at[0].data(), at[1].data(), at[2].data(), at[3].data());
+    }
+    if (volume >= 0) return;
+    for (Tet& tet : tets) std::swap(tet[2], tet[3]);
   }
 
   // Not all files list a face's vertices counter-clockwise, seen from outside.

@@ -339,6 +339,21 @@ class CurvedElements(ExodusTest):
         self.refused("info", odd, code=BAD)
 
 
+class Wedges(ExodusTest):
+    def test_they_are_wound_as_their_points_lie(self):
+        """Exodus sees a wedge's first triangle from inside, VTK, and what its writer makes, from outside."""
+        cube = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype="f8")
+        points = np.concatenate([cube, cube[4:] + [0, 0, 1]])
+        hexahedron = [4, 5, 7, 6, 8, 9, 11, 10]
+        for wedges in ([[0, 1, 3, 4, 5, 7], [0, 3, 2, 4, 7, 6]], [[0, 3, 1, 4, 7, 5], [0, 2, 3, 4, 6, 7]],
+                       [[0, 1, 3, 4, 5, 7], [0, 2, 3, 4, 6, 7]]):
+            path = self.write(exodus_of_blocks(points, [("WEDGE6", wedges), ("HEX8", [hexahedron])]), "mixed.e")
+            run("convert", path, self.folder / "out.vtu", "--tetrahedralize")
+            found = report_of("check", self.folder / "out.vtu")
+            self.assertEqual((found["valid"], found["rewound"]), (True, 0))
+            self.assertAlmostEqual(found["volume"], 2)
+
+
 class AllSteps(ExodusTest):
     def simplify(self, *arguments, out="out_{step}.vtu"):
         return report_of("simplify", *arguments, "-o", self.folder / out, "--quiet")
