@@ -30,9 +30,10 @@ struct RegionReport {
 
 // Counts what holds a vertex that would be free otherwise.
 void count_locks(std::uint8_t marks, bool between_regions, InputFacts* facts) {
-  if ((marks & (kLocked | kOnBoundary)) != kLocked) return;
-  ++facts->locked_vertices;
+  if ((marks & kOnBoundary) != 0) return;
   if (between_regions) ++facts->between_regions;
+  if ((marks & kLocked) == 0) return;
+  ++facts->locked_vertices;
   if ((marks & kCarried) != 0) ++facts->carried_vertices;
 }
 
@@ -44,7 +45,7 @@ struct ChunkShare {
   Vector<TetId> rewound;  // their numbers
   std::uint64_t tets = 0;
   std::uint64_t free_vertices = 0;
-  InputFacts locks;  // of these: see count_locks()
+  InputFacts locks;  // see count_locks()
 };
 
 template <class Real>
@@ -122,6 +123,12 @@ void give_empty_quadrics(std::uint32_t width, WorkMesh<Real>* mesh) {
   mesh->deviations.assign(mesh->has_deviations ? mesh->vertex_count() : 0, 0.0F);
 }
 
+// The mark of a vertex between regions.
+template <class Real>
+std::uint8_t lock_of_regions(const ChunkParts<Real>& parts) {
+  return parts.lock_regions ? std::uint8_t{kLocked} : std::uint8_t{0};
+}
+
 // A tetrahedron's region is what all the region arrays together say.
 template <class Real>
 void Assembler<Real>::mark_regions(ChunkShare* share) {
@@ -143,7 +150,7 @@ void Assembler<Real>::mark_regions(ChunkShare* share) {
     const std::uint64_t region = region_of_tet[t];
     for (const VertexId v : mesh_.tets[t]) {
       if (seen[v] != 0 && region_of_vertex[v] != region) {
-        mesh_.marks[v] |= kLocked;
+        mesh_.marks[v] |= lock_of_regions(parts_);
         mixed_[v] = 1;
       }
       seen[v] = 1;
@@ -180,9 +187,9 @@ void apply_verdict(InterfaceVerdict verdict, Assembly<Real>* out) {
   facts.nonmanifold_edges = verdict.nonmanifold_edges;
 }
 
-// Locks the vertices whose tetrahedra are of one region in one chunk and of another in the next.
+// Marks the vertices whose tetrahedra are of one region in one chunk and of another in the next.
 // Counts all locks on the interface.
-void lock_between_regions(std::vector<Vector<RegionReport>> reports,
+void mark_between_regions(std::vector<Vector<RegionReport>> reports, std::uint8_t mark,
                           std::span<InterfaceReport> interface, InputFacts* facts) {
   auto entry = interface.begin();
   const auto count_up_to = [&](auto end) {
@@ -198,7 +205,7 @@ void lock_between_regions(std::vector<Vector<RegionReport>> reports,
       if (!is_between) continue;
       count_up_to(std::find_if(entry, interface.end(),
                                [&](const InterfaceReport& of) { return of.id == first.id; }));
-      entry->marks |= kLocked;
+      entry->marks |= mark;
       count_locks(entry->marks, true, facts);
       ++entry;
     }
@@ -210,8 +217,9 @@ void lock_between_regions(std::vector<Vector<RegionReport>> reports,
 template <class Real>
 class ShareJoiner {
  public:
-  // So many cells are numbered (ChunkParts); `out` outlives this.
-  ShareJoiner(std::uint64_t numbered, Assembly<Real>* out) : numbered_(numbered), out_(out) {}
+  // `out` outlives this.
+  ShareJoiner(const ChunkParts<Real>& parts, Assembly<Real>* out)
+      : numbered_(parts.numbered), lock_(lock_of_regions(parts)), out_(out) {}
 
   void add(ChunkShare share);
   // After the last one: judges what lies between the chunks.
@@ -219,6 +227,7 @@ class ShareJoiner {
 
  private:
   const std::uint64_t numbered_;
+  const std::uint8_t lock_;
   Assembly<Real>* out_;
   InterfaceInspection between_;
   std::vector<Vector<InterfaceReport>> interface_;
@@ -245,7 +254,7 @@ void ShareJoiner<Real>::finish() {
   InterfaceTable& table = out_->mesh.interface;
   table = InterfaceTable(std::move(interface_));
   apply_verdict(between_.finish(), out_);
-  lock_between_regions(std::move(regions_), table.entries(), &out_->facts);
+  mark_between_regions(std::move(regions_), lock_, table.entries(), &out_->facts);
   out_->facts.tets = out_->mesh.tets;
   out_->facts.points += table.entries().size();
   for (InterfaceReport& entry : table.entries()) {
@@ -270,7 +279,7 @@ Assembly<Real> assemble_chunks(const ChunkParts<Real>& parts, const ChunkWork<Re
   for (int i = 0; i < thread_count(); ++i) {
     workers.push_back(std::make_unique<Assembler<Real>>(parts));
   }
-  ShareJoiner<Real> shares(parts.numbered, &out);
+  ShareJoiner<Real> shares(parts, &out);
   InOrder<ChunkShare> join([&](ChunkShare share) { shares.add(std::move(share)); });
   std::atomic<std::size_t> done{0};
   run_tasks(chunks, thread_count(), [&](std::size_t c, std::size_t w) {

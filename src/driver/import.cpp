@@ -61,7 +61,7 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
     return scattered;
   };
   ScatteredMesh<Real> from = scatter();
-  const ChunkParts<Real> parts{layout, from, settings.regions,
+  const ChunkParts<Real> parts{layout, from, settings.regions, settings.lock_regions,
                                settings.keeps_numbers ? stream.cells() : 0};
   ImportedMesh<Real> out;
   Assembly<Real> assembly;

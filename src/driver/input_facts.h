@@ -23,8 +23,9 @@ struct InputFacts {
   std::uint64_t coincident_points = 0;  // locked, where surfaces move
   std::uint64_t carried_triangles = 0;  // of the file, where surfaces move: they hold these
   std::uint64_t locked_vertices = 0;    // for another reason than the boundary
-  std::uint64_t between_regions = 0;    // of these: where tetrahedra of different regions meet
-  std::uint64_t carried_vertices = 0;   // of these: those of cells of lower dimension
+  // Inside, where tetrahedra of different regions meet: of these, unless surfaces move.
+  std::uint64_t between_regions = 0;
+  std::uint64_t carried_vertices = 0;  // of the locked: those of cells of lower dimension
 };
 
 }  // namespace tetfusion

@@ -33,11 +33,8 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
                       facts.merged_points,  facts.differing_points,    facts.ghost_cells,
                       facts.locked_vertices};
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
-  // Where surfaces may move, the corners between regions stay, which are not counted as locks.
-  const bool has_corners = surfaces_move(run.request.behaviour) && !run.input.regions.empty();
-  report->locks = {facts.between_regions > 0 || has_corners,
-                   !run.request.behaviour.interest.empty(), facts.carried_vertices > 0,
-                   facts.coincident_points > 0};
+  report->locks = {facts.between_regions > 0, !run.request.behaviour.interest.empty(),
+                   facts.carried_vertices > 0, facts.coincident_points > 0};
 }
 
 // They may be gone, and what is wanted of them now may not have been when they were written.

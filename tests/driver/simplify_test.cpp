@@ -353,6 +353,12 @@ TEST_F(Simplify, SaysWhyVerticesStay) {
   EXPECT_THAT(run(file).stop_sentence(), HasSubstr("lies between regions of material, and stays."));
   request.behaviour.boundary = Boundary::kPlanar;
   EXPECT_THAT(run(file).stop_sentence(), HasSubstr("lies between regions of material, and stays."));
+  // One region has nothing between it and another one.
+  file.cell_arrays = {
+      make_array<std::int32_t>("material", file.cells(), 1, [](auto, auto) { return 7; })};
+  request.behaviour.interest = {"box=-1e9,1e9,-1e9,1e9,-1e9,1e9"};
+  EXPECT_THAT(run(file).stop_sentence(),
+              HasSubstr("because a vertex of theirs lies in the region of interest, and stays."));
 }
 
 // The second level takes from all over the mesh, too, though the first one ended with single

@@ -21,6 +21,7 @@ struct ImportChoice {
   bool first_round = false;  // done with the import, where that is possible
   bool excerpt = false;      // with it
   std::uint64_t window = 0;  // cells and points a window; 0: as many as usual
+  bool lock_regions = true;  // ImportSettings'
 };
 
 template <class Real>
