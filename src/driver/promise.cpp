@@ -35,16 +35,26 @@ void promise_errors(const BehaviourOptions& behaviour, const RunChoices& choices
   for (const SteeringChoice& choice : choices.steering) {
     const double share = choice.tolerance.value_or(limit);
     if (share == std::numeric_limits<double>::infinity()) continue;
-    const ArrayInfo* info = choice.association == Association::kPoint
-                                ? &choices.mesh.point_data.arrays[choice.index]
-                                : nullptr;
-    if (info != nullptr && is_float(info->type)) {
-      promise->errors.push_back({info->name, share});
+    if (choice.association == Association::kCell) {
+      promise->beyond.push_back(
+          fmt::format("the error of {}: its bound is for its means at the points, which no file "
+                      "holds ('tetfusion compare' measures the values of the cells)",
+                      choice.name));
+      continue;
+    }
+    const ArrayInfo& info = choices.mesh.point_data.arrays[choice.index];
+    if (is_float(info.type)) {
+      promise->errors.push_back({info.name, share});
     } else {
-      promise->beyond.push_back(fmt::format("the error of {}", choice.name));
+      promise->beyond.push_back(
+          fmt::format("the error of {}: its bound is for the smooth field through its whole "
+                      "numbers, which no file holds",
+                      choice.name));
     }
   }
-  if (behaviour.max_rms) promise->beyond.push_back("the mean error of fusions");
+  if (behaviour.max_rms) {
+    promise->beyond.push_back("the mean error of fusions: --max-rms is for an estimate of it");
+  }
 }
 
 void add_dropped(const AttributeSet& all, const std::vector<std::size_t>& carried,
