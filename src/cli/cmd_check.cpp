@@ -14,9 +14,11 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
+#include "cli/listed_steps.h"
 #include "driver/convert.h"
 #include "driver/examine.h"
 #include "io/mesh_source.h"
+#include "io/series_list.h"
 #include "repair/repair.h"
 
 namespace tetfusion {
@@ -210,6 +212,34 @@ Answer check(const CheckArguments& a) {
   }
 }
 
+// Every step of a list by itself; all of them must be valid.
+Answer check_steps(const CheckArguments& a) {
+  if (!a.fixed.empty()) {
+    throw Error(ErrorCode::kUsage,
+                a.input + ": --fix mends one mesh: give one of the files that the list names");
+  }
+  Answer all{true, {}, ""};
+  std::size_t invalid = 0;
+  const std::vector<StepToRead> steps = steps_to_read(a.input, a.open);
+  for (const StepToRead& step : steps) refuse_same_file("--report", a.report, {step.path});
+  for (const StepToRead& step : steps) {
+    CheckArguments one = a;
+    one.input = step.path;
+    one.open = step.options(a.open);
+    const Answer found = check(one);
+    invalid += found.valid ? 0 : 1;
+    Json json = step_json(step);
+    json["valid"] = found.valid;
+    json.update(found.json);
+    all.json["steps"].push_back(json);
+    all.text += found.text + "\n";
+  }
+  all.text +=
+      fmt::format("{} of {} invalid\n", format_count(invalid), format_count(steps.size(), "step"));
+  all.valid = all.is_sound = invalid == 0;
+  return all;
+}
+
 void run_check(const CheckArguments& a) {
   const double start = wall_seconds();
   set_thread_count(a.threads);
@@ -222,7 +252,7 @@ void run_check(const CheckArguments& a) {
                   "after --fix, or --quiet");
     }
   }
-  const Answer found = check(a);
+  const Answer found = is_list_name(a.input) ? check_steps(a) : check(a);
   if (!a.report.empty()) {
     Json json{{"version", version()}, {"path", a.input}, {"valid", found.valid}};
     json.update(found.json);
@@ -245,7 +275,8 @@ void add_check_command(CLI::App& app) {
       "Fails (exit code 1) on inverted or duplicate cells, faces that do not conform, vertex ids "
       "out of range\n"
       "and coordinates that are not finite. Degenerate cells and a boundary that is no manifold "
-      "are warnings.");
+      "are warnings.\n"
+      "Of a list of steps (.pvd, .series) each is looked at, or the one that --time-step says.");
   add_input_options(*command, &a->input, &a->open);
   add_report_option(*command, &a->report);
   command->add_flag("--strict", a->strict, "Fail on warnings, too");

@@ -4,6 +4,10 @@
 #include <iterator>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "base/numbers.h"
@@ -12,9 +16,11 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
+#include "cli/listed_steps.h"
 #include "compare/compare.h"
 #include "compare/needs.h"
 #include "io/mesh_source.h"
+#include "io/series_list.h"
 
 namespace tetfusion {
 
@@ -274,28 +280,112 @@ Json report(const CompareArguments& a, const Comparison& c,
   return json;
 }
 
-Comparison compare(const CompareArguments& a, const Bounds& bounds) {
-  Console console(a.console);
-  const RunContext context = console.context();
-  OpenOptions open = a.open;
-  open.memory = a.memory;
-  open.cancelled = context.cancelled;
-  const bool is_for_both = time_steps_of(a.simplified, open).size() > 1;
-  if (is_for_both && time_steps_of(a.original, open).empty()) open.time_step.reset();
-  const auto original = open_mesh(a.original, open);
-  open.time_step = is_for_both ? a.open.time_step : std::nullopt;
-  const auto simplified = open_mesh(a.simplified, open);
-  console.tell_time_step(a.open.time_step, original->description());
-  console.tell_time_step(a.open.time_step, simplified->description());
+// What is compared with what.
+struct StepPair {
+  StepToRead original, simplified;
+};
+
+StepPair pair_of_meshes(const CompareArguments& a) {
+  StepPair pair{{a.original, {}, a.open.time_step}, {a.simplified, {}, {}}};
+  if (time_steps_of(a.simplified, a.open).size() > 1) {
+    pair.simplified.time_step = a.open.time_step;
+    if (time_steps_of(a.original, a.open).empty()) pair.original.time_step.reset();
+  }
+  return pair;
+}
+
+// Where one of them is a list: each step with the other's of that number.
+std::vector<StepPair> pairs_of_steps(const CompareArguments& a) {
+  const std::vector<StepToRead> originals = steps_to_read(a.original, a.open);
+  const std::vector<StepToRead> simplified = steps_to_read(a.simplified, a.open);
+  if (originals.size() != simplified.size()) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{} is {}, and {} {}: say which one is meant (--time-step), or give "
+                            "the files of two steps",
+                            a.original, format_count(originals.size(), "step"), a.simplified,
+                            format_count(simplified.size())));
+  }
+  std::vector<StepPair> pairs;
+  for (std::size_t i = 0; i < originals.size(); ++i) {
+    refuse_same_file("--report", a.report, {originals[i].path, simplified[i].path});
+    pairs.push_back({originals[i], simplified[i]});
+  }
+  return pairs;
+}
+
+struct CompareAnswer {
+  Json json;
+  std::string text;
+  std::vector<std::string> broken;  // a sentence for each bound
+};
+
+CompareAnswer compare_pair(const CompareArguments& a, const StepPair& pair, const Bounds& bounds,
+                           const RunContext& context, Console* console) {
+  const auto original = open_mesh(pair.original.path, pair.original.options(a.open));
+  const auto simplified = open_mesh(pair.simplified.path, pair.simplified.options(a.open));
+  console->tell_time_step(pair.original.time_step, original->description());
+  console->tell_time_step(pair.simplified.time_step, simplified->description());
   refuse_piece(a.report, original->description());
   refuse_piece(a.report, simplified->description());
   require_arrays(bounds, original->description());
   const std::uint64_t memory = a.memory != 0 ? a.memory : memory_limit() / 2;
   const std::uint64_t sides = plan_comparison(original.get(), simplified.get(), memory);
   const Comparison comparison = compare_meshes(original.get(), simplified.get(), context, sides);
+  const std::vector<BoundResult> results = judge_bounds(comparison, bounds);
+  CompareArguments named = a;
+  named.original = pair.original.path;
+  named.simplified = pair.simplified.path;
+  CompareAnswer answer{report(named, comparison, results), table(named, comparison, results), {}};
+  for (const BoundResult& result : results) {
+    if (result.broken) answer.broken.push_back(result.sentence);
+  }
+  return answer;
+}
+
+// Of all pairs together.
+CompareAnswer join_steps(const CompareArguments& a, const std::vector<StepPair>& pairs,
+                         const std::vector<CompareAnswer>& answers) {
+  CompareAnswer all{{{"version", version()},
+                     {"original", {{"path", a.original}}},
+                     {"simplified", {{"path", a.simplified}}}},
+                    "",
+                    {}};
+  std::size_t broken = 0;
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    Json step = answers[i].json;
+    step.erase("version");
+    if (pairs[i].original.time) step["time"] = *pairs[i].original.time;
+    all.json["steps"].push_back(step);
+    all.text += answers[i].text + "\n";
+    for (const std::string& sentence : answers[i].broken) {
+      all.broken.push_back(fmt::format("{}: {}", pairs[i].simplified.path, sentence));
+    }
+    broken += answers[i].broken.empty() ? 0 : 1;
+  }
+  all.text += fmt::format("{} compared", format_count(answers.size(), "step"));
+  all.text += broken > 0 ? fmt::format(", bounds broken at {}\n", format_count(broken)) : "\n";
+  return all;
+}
+
+CompareAnswer compare(CompareArguments a, const Bounds& bounds) {
+  Console console(a.console);
+  const RunContext context = console.context();
+  a.open.memory = a.memory;
+  a.open.cancelled = context.cancelled;
+  const bool is_series = is_list_name(a.original) || is_list_name(a.simplified);
+  const std::vector<StepPair> pairs =
+      is_series ? pairs_of_steps(a) : std::vector{pair_of_meshes(a)};
+  const auto share = [&](std::size_t i) {
+    return static_cast<double>(i) / static_cast<double>(pairs.size());
+  };
+  std::vector<CompareAnswer> answers;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const RunContext part = context.part(share(i), share(i + 1));
+    answers.push_back(compare_pair(a, pairs[i], bounds, part, &console));
+  }
   context.report("done", 1);
   console.detail_resources();
-  return comparison;
+  return is_series ? join_steps(a, pairs, answers) : std::move(answers[0]);
 }
 
 void run_compare(const CompareArguments& a) {
@@ -306,10 +396,9 @@ void run_compare(const CompareArguments& a) {
   check_report(a.report, {a.original, a.simplified});
   const Bounds bounds = take_bounds(a);
   set_thread_count(a.threads);
-  const Comparison comparison = compare(a, bounds);
-  const std::vector<BoundResult> results = judge_bounds(comparison, bounds);
+  const CompareAnswer answer = compare(a, bounds);
   if (!a.report.empty()) {
-    Json json = report(a, comparison, results);
+    Json json = answer.json;
     json["seconds"] = {{"total", wall_seconds() - start}};
     json["cpu_seconds"] = cpu_seconds();
     json["peak_rss_bytes"] = peak_rss_bytes();
@@ -317,13 +406,11 @@ void run_compare(const CompareArguments& a) {
     write_text(a.report, dump(json));
   }
   const bool shown = a.report != "-" && !a.console.quiet;
-  if (shown) write_text("-", table(a, comparison, results));
-  bool broken = false;
-  for (const BoundResult& result : results) {
-    if (result.broken && !shown) print_error(result.sentence);
-    broken |= result.broken;
+  if (shown) write_text("-", answer.text);
+  for (const std::string& sentence : answer.broken) {
+    if (!shown) print_error(sentence);
   }
-  if (broken) throw ExitStatus{kBroken};
+  if (!answer.broken.empty()) throw ExitStatus{kBroken};
 }
 
 void add_bound_options(CLI::App& command, CompareArguments* a) {
@@ -365,7 +452,10 @@ void add_compare_command(CLI::App& app) {
       "centres of its\n"
       "cells. Integers are compared with the value at the nearest corner. Points outside the "
       "simplified mesh take\n"
-      "the value at the nearest point of its surface, and count.");
+      "the value at the nearest point of its surface, and count.\n"
+      "Of lists of steps (.pvd, .series) each step is compared with the other's of that number, or "
+      "those that\n"
+      "--time-step says.");
   command->add_option("ORIGINAL", a->original, "The mesh, or - for standard input")->required();
   command->add_option("SIMPLIFIED", a->simplified, "What became of it, or - for standard input")
       ->required();

@@ -13,17 +13,20 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/name_list.h"
 #include "base/numbers.h"
 #include "base/resources.h"
 #include "base/version.h"
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
+#include "cli/listed_steps.h"
 #include "driver/examine.h"
 #include "io/gmsh_writer.h"
 #include "io/mesh_passes.h"
 #include "io/mesh_source.h"
 #include "io/mesh_stream.h"
+#include "io/series_list.h"
 #include "mesh/statistics.h"
 
 namespace tetfusion {
@@ -357,10 +360,42 @@ InfoAnswer answer_of(const InfoArguments& a) {
   return answer;
 }
 
+// Of a list of steps the first one, or the one that was chosen, and which there are.
+InfoAnswer answer_of_list(const InfoArguments& a) {
+  constexpr std::size_t kMostFiles = 5;
+  OpenOptions all = a.open;
+  all.time_step.reset();
+  const std::vector<StepToRead> steps = steps_to_read(a.input, all);
+  const std::size_t chosen = choose_time_step(a.input, steps.size(), a.open.time_step);
+  std::vector<std::string> files;
+  Json list{{"path", a.input}, {"step", chosen}, {"steps", Json::array()}};
+  for (const StepToRead& step : steps) {
+    refuse_same_file("--report", a.report, {step.path});
+    files.push_back(step.path);
+    list["steps"].push_back(step_json(step));
+  }
+  InfoArguments one = a;
+  one.input = steps[chosen].path;
+  one.open = steps[chosen].options(a.open);
+  InfoAnswer answer = answer_of(one);
+  answer.json["list"] = list;
+  const auto at = [](const StepToRead& step, std::string_view before, std::string_view behind) {
+    return step.time ? fmt::format("{}{:.6g}{}", before, *step.time, behind) : "";
+  };
+  const std::string times =
+      steps.size() > 1 ? at(steps.front(), ", from ", "") + at(steps.back(), " to ", "") : "";
+  answer.text = fmt::format(
+      "list          {}\nsteps         {}{}; number {}{} is read (--time-step)\n"
+      "files         {}\n{}",
+      a.input, format_count(steps.size()), times, chosen, at(steps[chosen], ", at ", ","),
+      list_names(files, kMostFiles), answer.text);
+  return answer;
+}
+
 void run_info(const InfoArguments& a) {
   check_report(a.report, {a.input});
   set_thread_count(a.threads);
-  const InfoAnswer answer = answer_of(a);
+  const InfoAnswer answer = is_list_name(a.input) ? answer_of_list(a) : answer_of(a);
   if (!a.report.empty()) write_text(a.report, dump(answer.json));
   if (a.report != "-" && !a.console.quiet) write_text("-", answer.text);
 }
@@ -371,6 +406,9 @@ void add_info_command(CLI::App& app) {
   auto a = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand(
       "info", "Say what is in a mesh: counts, arrays, boundary, what is odd about it");
+  command->footer(
+      "Of a list of steps (.pvd, .series) the first one is told of, or the one that --time-step "
+      "says.");
   add_input_options(*command, &a->input, &a->open);
   add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);

@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 
 from follow_test import jittered, with_arrays
-from harness import BAD, IO, USAGE, finish, main, run
+from harness import BAD, INVALID, IO, USAGE, finish, main, report_of, run
 from series_test import GOAL, SeriesTest, wave
 
 
@@ -33,9 +33,59 @@ class Names(SeriesTest):
         self.simplify([self.folder / "run.vtu.series"], "--reduction", "10%", out="c_{step}.vtu")
         self.assertEqual([(self.folder / f"c_{s}.vtu").read_bytes() for s in (0, 7, 14)],
                          [(self.folder / f"b_{s}.vtu").read_bytes() for s in (0, 7, 14)])
-        info = finish("info", self.folder / "run.vtu.series")
-        self.assertEqual(info.returncode, BAD)
-        self.assertIn("a list of the steps of a series", info.stderr.decode())
+        self.assertEqual(report_of("info", self.folder / "run.vtu.series")["path"], str(self.folder / "results/out_14.vtu"))
+
+    def test_a_list_is_looked_at_step_by_step(self):
+        steps = self.steps(3)
+        rows = "".join(f'<DataSet timestep="{t}" file="{p.name}"/>' for t, p in zip((0.5, 3, 1e-3), steps))
+        listed, out = self.folder / "run.pvd", self.folder / "out.pvd"
+        listed.write_text(f"<VTKFile><Collection>{rows}</Collection></VTKFile>")
+        in_order = [(str(steps[i]), t) for i, t in ((2, 1e-3), (0, 0.5), (1, 3.0))]
+        self.simplify([listed], *GOAL, out="out.pvd")
+
+        for number, options in ((0, []), (1, ["--time-step", "1"]), (2, ["--time-step", "last"])):
+            info = report_of("info", listed, *options)
+            self.assertEqual((info["path"], info["list"]["step"]), (in_order[number][0], number))
+            self.assertEqual([(s["path"], s["time"]) for s in info["list"]["steps"]], in_order)
+        self.assertIn("steps         3, from 0.001 to 3; number 1, at 0.5, is read (--time-step)\nfiles         "
+                      + ", ".join(path for path, _ in in_order) + "\nfile ", run("info", listed, "--time-step", "1").decode())
+
+        report = report_of("check", listed)
+        self.assertEqual([(s["path"], s["time"], s["valid"]) for s in report["steps"]], [(*s, True) for s in in_order])
+        compared = report_of("compare", listed, out, "--max-error", "100%")
+        self.assertEqual([s["original"]["path"] for s in compared["steps"]], [path for path, _ in in_order])
+        self.assertEqual([s["time"] for s in compared["steps"]], [t for _, t in in_order])
+        alone = report_of("compare", steps[0], self.folder / "out_000.vtu", "--max-error", "100%")
+        self.assertEqual(compared["steps"][1]["arrays"], alone["arrays"])
+        self.assertEqual(report_of("compare", listed, self.folder / "out_000.vtu", "--time-step", "1")["steps"][0]["arrays"], alone["arrays"])
+        errors = sorted(max(a["max"] for a in s["arrays"] if a["name"] == "bump") for s in compared["steps"])
+        between = f"{(errors[1] + errors[2]) / 2:.9f}"
+        said = finish("compare", listed, out, "--array", "bump", "--max-error", between)
+        self.assertEqual(said.returncode, INVALID)
+        self.assertIn(b"3 steps compared, bounds broken at 1\n", said.stdout)
+        said = finish("compare", listed, out, "--array", "bump", "--max-error", between, "--quiet")
+        self.assertRegex(said.stderr.decode(), r"^tetfusion: error: \S*out_\d+.vtu: .*bump")
+
+        broken = jittered(10)
+        broken.array("connectivity")[4][-4:] = broken.array("connectivity")[4][:4]
+        self.write(broken, steps[0].name)
+        report = report_of("check", listed, code=INVALID)
+        self.assertEqual((report["valid"], [s["valid"] for s in report["steps"]]), (False, [True, False, True]))
+        self.assertIn(b"1 of 3 steps invalid\n", finish("check", listed).stdout)
+        run("check", listed, "--time-step", "0")
+        for arguments, why in ((["check", listed, "--fix", self.folder / "fixed.vtu"], "give one of the files that the list names"),
+                               (["check", listed, "--time-step", "3"], "there is no time step 3"),
+                               (["check", listed, "--report", steps[1]], "step_007.vtu"),
+                               (["info", listed, "--time-step", "3"], "there is no time step 3"),
+                               (["info", listed, "--report", steps[1]], "step_007.vtu"),
+                               (["compare", listed, steps[0]], "is 3 steps, and"),
+                               (["compare", listed, out, "--report", self.folder / "out_007.vtu"], "out_007.vtu")):
+            self.assertIn(why, self.refused_command(*arguments))
+
+    def refused_command(self, *arguments):
+        result = finish(*arguments)
+        self.assertEqual(result.returncode, USAGE, result)
+        return result.stderr.decode()
 
     def test_times_are_those_of_the_files(self):
         steps = [self.generate("--time", str(t), tets="3k", name=f"s{i}.vtu") for i, t in enumerate((0.5, 1.25))]
@@ -121,7 +171,7 @@ class Refused(SeriesTest):
         (self.folder / "a.pvd").write_text(f"<VTKFile type='Collection'><Collection>{rows}</Collection></VTKFile>")
         for option in ("--report", "--map"):
             self.assertIn("step_007.vtu", self.refuse([self.folder / "a.pvd"], option, steps[1]))
-        self.assertIn("a list of the steps", finish("info", self.folder / "a.pvd").stderr.decode())
+        self.assertIn("a list of the steps", finish("convert", self.folder / "a.pvd", self.folder / "out.vtu").stderr.decode())
         self.refuse(steps, "--map", "-")
         said = self.refuse([steps[0], self.folder / "none.vtu"], "--map", self.folder / "no" / "o.map", code=IO)
         self.assertIn("o.map", said)  # before any work

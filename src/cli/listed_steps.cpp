@@ -1,0 +1,31 @@
+#include "cli/listed_steps.h"
+
+#include "io/series_list.h"
+
+namespace tetfusion {
+
+std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOptions& open) {
+  std::vector<StepToRead> steps;
+  const bool is_list = is_list_name(input);
+  if (is_list) {
+    for (const ListedStep& step : read_series_list(input)) {
+      steps.push_back({step.path, step.time, {}});
+    }
+  } else {
+    const std::vector<double> times = time_steps_of(input, open);
+    for (std::size_t i = 0; i < times.size() && times.size() > 1; ++i) {
+      steps.push_back({input, times[i], i});
+    }
+  }
+  if (steps.empty()) return {{input, {}, {}}};
+  if (open.time_step) steps = {steps[choose_time_step(input, steps.size(), open.time_step)]};
+  return steps;
+}
+
+Json step_json(const StepToRead& step) {
+  Json json{{"path", step.path}};
+  if (step.time) json["time"] = *step.time;
+  return json;
+}
+
+}  // namespace tetfusion

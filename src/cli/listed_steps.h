@@ -1,0 +1,37 @@
+// Where a list of steps (.pvd, .series) stands in the place of a mesh.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/findings.h"
+#include "io/mesh_source.h"
+
+namespace tetfusion {
+
+// A mesh to look at: a file, or a time step of one that has several itself.
+struct StepToRead {
+  std::string path;
+  std::optional<double> time;
+  std::optional<std::uint64_t> time_step;  // as in OpenOptions
+
+  // The same options, for this step.
+  OpenOptions options(OpenOptions open) const {
+    open.time_step = time_step;
+    return open;
+  }
+};
+
+// All that a list names, in the order of times; those that a file has itself, if it has more than
+// one; else the file, whose time_step nobody has chosen. With open.time_step the one that it says,
+// where there are several to choose from. Throws what read_series_list(), time_steps_of() and
+// choose_time_step() throw.
+std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOptions& open);
+
+// For a report: "path", and "time" if there is one.
+Json step_json(const StepToRead& step);
+
+}  // namespace tetfusion
