@@ -252,7 +252,8 @@ struct Options {
   // With kTetFuse: no tetrahedron that touches the boundary is fused, as in the paper's text.
   bool boundary_tets_stay = false;
 
-  // Default: Mesh::active_scalars, else the first floating-point array of the points.
+  // Default: Mesh::active_scalars, else the first floating-point array of the points; of these the
+  // first that is not the same everywhere.
   std::vector<SteeringArray> arrays;
   // Arrays of the cells, of one component, whose interfaces stay, as `boundary` says;
   // floating-point numbers tell regions apart where they differ. Default: those of integers that

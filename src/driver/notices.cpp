@@ -157,6 +157,20 @@ std::string what_could_steer(const std::vector<SteeringChoice>& tried,
              : fmt::format(" (--array NAME makes one: {})", list_names(fields, kMostNames));
 }
 
+Error no_end_in_sight(const std::string& input, const std::vector<SteeringChoice>& tried,
+                      const MeshDescription& mesh) {
+  const std::string named =
+      tried.empty()
+          ? ""
+          : fmt::format(
+                ", or --array {}, which is the same everywhere, to go as far as shapes allow",
+                in_a_shell(tried.front().name));
+  return {ErrorCode::kUsage,
+          fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
+                      "--reduction or --tets{}{}",
+                      input, named, what_could_steer(tried, mesh))};
+}
+
 void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context) {
   const auto say = [&](std::uint64_t count, std::string_view one, std::string_view many) {
     if (count > 0) context.say(format_count(count, one, many));

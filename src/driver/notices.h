@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/run_context.h"
 #include "driver/input_facts.h"
 #include "driver/options.h"
@@ -27,6 +28,11 @@ void say_means_steer(const std::string& name, const RunContext& context);
 // Where none steers, though some were tried: behind a sentence that says so, the others that could;
 // empty if there is none.
 std::string what_could_steer(const std::vector<SteeringChoice>& tried, const MeshDescription& mesh);
+
+// Where there is no goal either: what to give. What was tried is the same everywhere, so a run goes
+// on with it where it is named.
+Error no_end_in_sight(const std::string& input, const std::vector<SteeringChoice>& tried,
+                      const MeshDescription& mesh);
 
 // What was turned, dropped, or left as it is; `linearized`: cells have lost their mid-edge nodes.
 void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context);

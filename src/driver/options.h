@@ -73,8 +73,8 @@ struct BehaviourOptions {
   double boundary_distance = 0;
 
   // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". The share
-  // stands in the place of scalar_tolerance or max_error. Empty: the active
-  // scalars, else the first floating-point point array.
+  // stands in the place of scalar_tolerance or max_error. Empty: the active scalars, else the first
+  // floating-point point array, of these the first that is not the same everywhere.
   std::vector<std::string> arrays;
 
   // Cell arrays of numbers of one component whose interfaces stay. Absent: those of integers named
@@ -154,6 +154,10 @@ struct SimplifyRequest {
   std::string progressive;
   // Another file that the caller will write, as a report: refused where the input consists of it.
   std::string also_written;
+  // One of several that are simplified by themselves: where the arrays that steer by default are
+  // the same everywhere in this one, the run goes as far as it can, as if they had been named, and
+  // does not ask for a goal.
+  bool is_step = false;
 };
 
 }  // namespace tetfusion

@@ -32,7 +32,9 @@ RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> 
   }
   const MeshDescription& mesh = source->description();
   std::unique_ptr<MeshStream> stream = source->stream();
-  std::vector<SteeringChoice> steering = choose_steering(mesh, b.arrays);
+  std::vector<SteeringChoice> steering =
+      b.arrays.empty() ? choose_what_varies(source.get(), stream.get(), context)
+                       : choose_steering(mesh, b.arrays);
   std::vector<std::size_t> regions = choose_regions(mesh, b.regions);
   CarriedArrays carried(mesh);
   const WeightColumn weights = weight_column(b.weight, mesh, carried);
@@ -82,15 +84,12 @@ Steering read_steering(Run* run) {
     return steering;
   }
   const bool has_end = b.method != Method::kFuse || b.reduction || b.tets || !b.lods.empty();
-  const std::string others = what_could_steer(input.steering, mesh);
-  if (!has_end && b.arrays.empty()) {
-    throw Error(ErrorCode::kUsage,
-                fmt::format("{}: no array steers, so nothing but a goal can say when to stop: give "
-                            "--reduction or --tets{}",
-                            run->request.input, others));
-  }
-  // What is the same everywhere keeps each bound, and the user has said that nothing else counts.
-  context.say(fmt::format("no array steers{}: geometry alone decides{}", others,
+  // What is the same everywhere keeps each bound. Where the user has said that nothing else counts,
+  // or this is but one of the steps, that will do.
+  const bool may_go_on = !b.arrays.empty() || (run->request.is_step && !input.steering.empty());
+  if (!has_end && !may_go_on) throw no_end_in_sight(run->request.input, input.steering, mesh);
+  context.say(fmt::format("no array steers{}: geometry alone decides{}",
+                          what_could_steer(input.steering, mesh),
                           !has_end                   ? ", as far as it can"
                           : b.max_error || b.max_rms ? ", and no error is limited"
                                                      : ""));

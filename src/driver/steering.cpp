@@ -111,6 +111,45 @@ Vector<double> means_at_points(std::size_t cell_array, const MeshDescription& me
   return sums;
 }
 
+namespace {
+
+// The active scalars, and floating-point point arrays in the file's order.
+std::vector<SteeringChoice> choices_by_default(const MeshDescription& mesh) {
+  const AttributeSet& set = mesh.point_data;
+  const auto scalars = set.active.find("Scalars");
+  const std::size_t active =
+      scalars == set.active.end() ? AttributeSet::npos : set.find(scalars->second);
+  std::vector<SteeringChoice> choices;
+  const auto add = [&](std::size_t i) {
+    choices.push_back({Association::kPoint, i, {}, set.arrays[i].name});
+  };
+  if (active != AttributeSet::npos) add(active);
+  for (std::size_t i = 0; i < set.arrays.size(); ++i) {
+    if (i != active && is_float(set.arrays[i].type)) add(i);
+  }
+  return choices;
+}
+
+// Is there a row that differs from the first one, which is noted if none was before? Rows that are
+// not finite do not count.
+bool has_another_row(const ArrayInfo& info, std::span<const std::byte> rows,
+                     Vector<double>* first_row) {
+  const Vector<double> values = to_doubles(info.type, rows);
+  for (std::size_t i = 0; i < values.size(); i += info.components) {
+    const std::span<const double> row(values.data() + i, info.components);
+    if (!std::ranges::all_of(row, [](double v) { return std::isfinite(v); })) continue;
+    if (first_row->empty()) first_row->assign(row.begin(), row.end());
+    if (!std::ranges::equal(row, *first_row)) return true;
+  }
+  return false;
+}
+
+void say_does_not_steer(const std::string& name, const RunContext& context) {
+  context.say(fmt::format("array {} has no two different finite values: it does not steer", name));
+}
+
+}  // namespace
+
 std::uint32_t components_of(const std::vector<SteeringChoice>& choices,
                             const MeshDescription& mesh) {
   std::uint32_t width = 0;
@@ -136,18 +175,38 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
     choices.push_back(std::move(choice));
   }
   if (!choices.empty()) return choices;
+  choices = choices_by_default(mesh);
+  if (choices.size() > 1) choices.resize(1);
+  return choices;
+}
 
-  SteeringChoice choice;
-  const auto scalars = mesh.point_data.active.find("Scalars");
-  choice.index = scalars == mesh.point_data.active.end() ? AttributeSet::npos
-                                                         : mesh.point_data.find(scalars->second);
-  for (std::size_t i = 0; i < mesh.point_data.arrays.size() && choice.index == AttributeSet::npos;
-       ++i) {
-    if (is_float(mesh.point_data.arrays[i].type)) choice.index = i;
+std::vector<SteeringChoice> choose_what_varies(MeshSource* source, const MeshStream* stream,
+                                               const RunContext& context) {
+  const MeshDescription& mesh = source->description();
+  const std::vector<SteeringChoice> choices = choices_by_default(mesh);
+  const auto varies = [&](const SteeringChoice& choice) {
+    ArrayInfo info = mesh.point_data.arrays[choice.index];
+    Vector<double> first_row;
+    if (stream == nullptr) {
+      const DataArray array = source->read_array(Association::kPoint, choice.index);
+      return has_another_row(info, array.bytes, &first_row);
+    }
+    Vector<std::byte> rows;
+    for (std::uint64_t first = 0; first < stream->points(); first += kSteeringWindow) {
+      context.check();
+      info.tuples = std::min(kSteeringWindow, stream->points() - first);
+      rows.resize(info.values() * size_of(info.type));
+      stream->read_rows(Association::kPoint, choice.index, first, info.tuples, rows);
+      if (has_another_row(info, rows, &first_row)) return true;
+    }
+    return false;
+  };
+  const auto first = std::find_if(choices.begin(), choices.end(), varies);
+  if (first == choices.end()) return choices;
+  for (auto before = choices.begin(); before != first; ++before) {
+    say_does_not_steer(before->name, context);
   }
-  if (choice.index == AttributeSet::npos) return {};
-  choice.name = mesh.point_data.arrays[choice.index].name;
-  return {choice};
+  return {*first};
 }
 
 void Steering::read_array(const Array& array, std::uint64_t first, std::uint64_t count,
@@ -234,8 +293,7 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
       }
       arrays_.push_back(std::move(array));
     } else {
-      context.say(fmt::format("array {} has no two different finite values: it does not steer",
-                              choice.name));
+      say_does_not_steer(choice.name, context);
     }
   }
 }

@@ -29,6 +29,12 @@ std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std:
 std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
                                             const std::vector<std::string>& names);
 
+// Where nobody has named any: the first of the active scalars and the floating-point point arrays
+// that is not the same everywhere, with a notice of those before it; all of them where there is
+// none. Without a stream each array that is looked at is read whole.
+std::vector<SteeringChoice> choose_what_varies(MeshSource* source, const MeshStream* stream,
+                                               const RunContext& context);
+
 // Values a point, of all of them.
 std::uint32_t components_of(const std::vector<SteeringChoice>& choices,
                             const MeshDescription& mesh);

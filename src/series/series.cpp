@@ -50,6 +50,7 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
     SimplifyRequest job = request.job;
     job.input = step.input;
     job.output = step.output;
+    job.is_step = true;
     job.behaviour.time_step = step.time_step;
     // A folder for each: with --resume the steps before one that was interrupted begin anew.
     if (!job.performance.scratch.empty()) job.performance.scratch += "-" + step.label;

@@ -12,6 +12,7 @@
 #include "base/resources.h"
 #include "base/tasks.h"
 #include "driver/error_limits.h"
+#include "driver/notices.h"
 #include "driver/promise.h"
 #include "driver/regions.h"
 #include "driver/run_setup.h"
@@ -49,6 +50,7 @@ class SharedSeries {
   SeriesReport run();
 
  private:
+  void require_end() const;
   void simplify_and_compare();
   void simplify_within_bounds();
   bool simplify_without_bounds();
@@ -85,6 +87,7 @@ SeriesReport SharedSeries::run() {
   }
   steps_.emplace(job_.behaviour, files_, folder_.path(), search_.sums(), context_);
   at_once_ = steps_->at_once();
+  require_end();
   simplify_and_compare();
   clock_.begin("write steps");
   std::optional<OutputFile> map;
@@ -98,6 +101,17 @@ SeriesReport SharedSeries::run() {
   clock_.end();
   report_.runs[0].seconds = clock_.seconds();
   return std::move(report_);
+}
+
+// As of a single mesh (read_steering()), in whose arrays sums have other names.
+void SharedSeries::require_end() const {
+  const BehaviourOptions& b = job_.behaviour;
+  if (b.method != Method::kFuse || has_goal() || !b.arrays.empty()) return;
+  const CombinedFields& sums = steps_->sums();
+  for (std::size_t f = 0; f < sums.fields().size(); ++f) {
+    if (sums.range(f) > 0) return;
+  }
+  throw no_end_in_sight(files_[0].input, steps_->arrays(), steps_->first());
 }
 
 // Reading all of all steps takes a disk as long as simplifying takes the processors. What fails
@@ -189,6 +203,10 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
     }
     b.arrays.push_back(std::move(text));
     largest = std::max(largest, sums.range(f));
+  }
+  // What is the same everywhere at each step keeps any bound.
+  if (b.arrays.empty() && !job_.behaviour.arrays.empty()) {
+    for (const ArrayInfo& sum : sums.fields()) b.arrays.push_back(sum.name);
   }
   if (least_bound < kInfinity) b.max_error.reset();
   // As a share of the sums' ranges.

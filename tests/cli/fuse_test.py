@@ -5,7 +5,7 @@ import itertools
 import math
 
 import numpy as np
-from harness import USAGE, FolderTest, finish, main, report_of
+from harness import USAGE, FolderTest, finish, main, report_of, run
 from independent_check import Vtu, judge_pair, load
 from sample_meshes import rebuilt
 from tiny_vtu import TinyVtu
@@ -81,14 +81,25 @@ class Fuse(FolderTest):
         self.assertIn(b"give --reduction or --tets (--array NAME makes one: cell:heat)\n", said)
 
     def test_a_field_that_is_the_same_everywhere(self):
-        """Any bound holds for it. Where the user has named it the run goes as far as it can; else nobody has said how far."""
+        """Any bound holds for it. Where the user has named it the run goes as far as it can; else another one steers, or
+        nobody has said how far."""
         mesh = TinyVtu(6)
         mesh.array("temperature")[4] = [3.5] * len(mesh.points)
         mesh.arrays.insert(1, ["PointData", "flow", "Float32", 1, [p[0] for p in mesh.points]])
         path, out = self.write(mesh), self.folder / "out.vtu"
         said = finish("simplify", path, "-o", out)
-        self.assertEqual(said.returncode, USAGE)
-        self.assertIn(b"give --reduction or --tets (--array NAME makes one: flow)\n", said.stderr)
+        self.assertEqual(said.returncode, 0)
+        self.assertIn(b"array temperature has no two different finite values: it does not steer\n", said.stderr)
+        self.assertIn(b"array flow steers (--array chooses others)\n", said.stderr)
+        self.assertNotIn(b"whose errors nothing limits: flow", said.stderr)
+        run("compare", path, out, "--max-error", "1%", "--array", "flow")
+        for number, flow in enumerate(([math.nan] * len(mesh.points), [-1.0, *[math.inf] * (len(mesh.points) - 1)])):
+            mesh.array("flow")[4] = flow
+            said = finish("simplify", self.write(mesh, "uniform.vtu"), "-o", out)
+            self.assertEqual(said.returncode, USAGE, number)
+            self.assertIn(b"array flow has no two different finite values: it does not steer\n", said.stderr)
+            self.assertIn(b"give --reduction or --tets, or --array temperature, which is the same everywhere, to go as far as "
+                          b"shapes allow\n", said.stderr)
         said = finish("simplify", path, "-o", out, "--array", "temperature", "--max-error", "1%")
         self.assertEqual(said.returncode, 0)
         self.assertIn(b"no array steers (--array NAME makes one: flow): geometry alone decides, as far as it can\n", said.stderr)

@@ -519,6 +519,20 @@ class Shared(SeriesTest):
         self.assertEqual([p.read_bytes() for p in self.outputs()], expected)
 
 
+    def test_what_is_the_same_everywhere_at_each_step(self):
+        """Any bound holds for it. Where the user has named it the run goes as far as it can, else nobody has said how far."""
+        steps = self.steps(2, make=lambda mesh, time: with_arrays(mesh, f=("Float32", [time] * len(mesh.points)),
+                                                                  g=("Float32", np.array(mesh.points)[:, 0])))
+        said = finish("simplify", *steps, "-o", self.folder / "out_{step}.vtu")
+        self.assertEqual(said.returncode, USAGE)
+        self.assertIn(b"give --reduction or --tets, or --array f, which is the same everywhere, to go as far as shapes allow "
+                      b"(--array NAME makes one: g)\n", said.stderr)
+        for options in ["--array", "f"], ["--array", "f:1%"], GOAL:
+            report = self.simplify(steps, *options)
+            self.assertLess(report["output"]["tets"], 0.6 * report["input"]["tets"])
+            self.assertLess(max(s["arrays"][0]["max"] for s in report["steps"]), 1e-12)
+
+
 class Each(SeriesTest):
     def test_every_step_by_itself(self):
         steps = self.steps(3)
@@ -545,6 +559,20 @@ class Each(SeriesTest):
         run(*arguments, "--resume")
         self.assertEqual([p.read_bytes() for p in self.outputs()], [p.read_bytes() for p in self.outputs("whole_*.vtu")])
         self.assertFalse([n for n in self.files() if n.startswith("work")])
+
+    def test_a_step_that_is_the_same_everywhere_ends_no_series(self):
+        """It goes as far as it can, as with --array; but what has no array at all is refused."""
+        steps = self.steps(2, make=lambda mesh, time: with_arrays(mesh, f=("Float32", np.array(mesh.points)[:, 0] ** 2 * time)))
+        report = self.simplify(steps, "--series", "each")
+        self.assertEqual([s["run"]["steering"] for s in report["steps"]], [[], ["f"]])
+        named = self.folder / "named.vtu"
+        run("simplify", steps[0], "-o", named, "--array", "f", "--quiet")
+        self.assertEqual(self.outputs()[0].read_bytes(), named.read_bytes())
+        bare = jittered(4)
+        bare.remove("temperature")
+        said = finish("simplify", self.write(bare, "a0.vtu"), self.write(bare, "a1.vtu"), "-o", self.folder / "b_{step}.vtu", "--series", "each")
+        self.assertEqual(said.returncode, USAGE)
+        self.assertIn(b"give --reduction or --tets; steps written: 0 of 2", said.stderr)
 
     def test_meshes_may_differ(self):
         steps = [self.write(wave(jittered(4 + i), 1.0), f"s{i}.vtu") for i in range(2)]

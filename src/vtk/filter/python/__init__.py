@@ -69,7 +69,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
     boundary_tets_stay: with "tetfuse", no tetrahedron that touches the boundary is fused.
     arrays: what steers: a name, or a list of names, "cell:NAME" for an array of the cells, or a dict from names to the largest error
-        of each (None: no other than max_error). Default: the active scalars, else the first floating-point array of the points.
+        of each (None: no other than max_error). Default: the active scalars, else the first floating-point array of the points,
+        of these the first that is not the same everywhere.
     regions: names of cell arrays of one component whose interfaces are kept, or "none"; default: those of integers named like materials.
     roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
     weight: the name of a point array, or "cell:NAME": errors count so many times as much there, so that the mesh stays finer.
