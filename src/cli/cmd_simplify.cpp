@@ -27,7 +27,8 @@ void refuse_unreached_goal(const SimplifyReport& report, bool was_summarized) {
 
 void run_series(SimplifyArguments* a) {
   const SeriesRequest request{a->request, a->inputs, a->series != "each"};
-  const SeriesPlan plan = plan_series(request);
+  // Of a file that VTK reads even the names of its steps may take long.
+  const SeriesPlan plan = plan_series(request, Console(a->console).context());
   std::vector<std::string> files{plan.list};
   for (const Step& step : plan.steps) files.insert(files.end(), {step.input, step.output});
   check_report(a->report, files);

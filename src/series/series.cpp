@@ -9,6 +9,7 @@
 
 #include "base/resources.h"
 #include "base/version.h"
+#include "driver/run_setup.h"
 #include "driver/simplify.h"
 #include "driver/stages.h"
 #include "io/mesh_source.h"
@@ -22,10 +23,11 @@ namespace tetfusion {
 namespace {
 
 // The time that the file itself says.
-std::optional<double> time_in(const Step& step) {
-  const std::vector<double> times = time_steps_of(step.input);
+std::optional<double> time_in(const Step& step, OpenOptions open) {
+  open.time_step.reset();
+  const std::vector<double> times = time_steps_of(step.input, open);
   if (!times.empty()) return times[choose_time_step(step.input, times.size(), step.time_step)];
-  const auto source = open_mesh(step.input);
+  const auto source = open_mesh(step.input, open);
   const std::size_t index = source->description().field_data.find(kTimeValue);
   if (index == AttributeSet::npos) return {};
   return time_of(source->read_array(Association::kField, index));
@@ -55,7 +57,9 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
     // A folder for each: with --resume the steps before one that was interrupted begin anew.
     if (!job.performance.scratch.empty()) job.performance.scratch += "-" + step.label;
     try {
-      if (!step.time && !plan->list.empty()) step.time = time_in(step);
+      if (!step.time && !plan->list.empty()) {
+        step.time = time_in(step, open_options(job, "", context));
+      }
       report.runs.push_back(simplify(job, part_of(context, i, plan->steps.size())));
       report.runs.back().cpu_seconds -= std::exchange(cpu_before, report.runs.back().cpu_seconds);
     } catch (const Error& error) {
@@ -91,7 +95,7 @@ void write_list(const SeriesPlan& plan, const RunContext& context) {
 
 SeriesReport simplify_series(const SeriesRequest& request, const RunContext& context) {
   const double start = wall_seconds();
-  SeriesPlan plan = plan_series(request);
+  SeriesPlan plan = plan_series(request, context);
   SimplifyRequest first = request.job;
   first.output = plan.steps[0].output;
   check_options(first);

@@ -16,6 +16,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "driver/export.h"
+#include "driver/run_setup.h"
 #include "driver/stages.h"
 #include "io/encode.h"
 #include "io/mesh_sink.h"
@@ -256,9 +257,7 @@ LabelledArrays find_named(const AttributeSet& set, const std::string& name, std:
 // The steps are point arrays of one mesh. `names` are as the user has them, with {step} and maybe a
 // share behind.
 std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::string>& names,
-                                const std::optional<std::uint64_t>& time_step) {
-  OpenOptions open;
-  open.time_step = time_step;
+                                const OpenOptions& open) {
   const auto source = open_mesh(path, open);
   const MeshDescription& mesh = source->description();
   std::vector<Step> steps;
@@ -279,7 +278,7 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
     if (first.empty()) {
       first = pattern;
       for (const auto& [label, array] : found)
-        steps.push_back({path, label, {}, "", time_step, {}});
+        steps.push_back({path, label, {}, "", open.time_step, {}});
     }
     for (Step& step : steps) {
       const auto own = std::find_if(found.begin(), found.end(),
@@ -295,29 +294,27 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
 }
 
 // Where the file itself has several: these, or the one that is wanted.
-std::vector<Step> find_steps_of(const std::string& path,
-                                const std::optional<std::uint64_t>& wanted) {
-  const std::vector<double> times = time_steps_of(path);
+std::vector<Step> find_steps_of(const std::string& path, const OpenOptions& open) {
+  const std::vector<double> times = time_steps_of(path, open);
   if (times.empty()) return {};
   std::vector<Step> steps;
   for (std::size_t i = 0; i < times.size(); ++i) {
     steps.push_back({path, count_label(i, times.size()), times[i], "", i, {}});
   }
-  if (wanted) steps = {steps[choose_time_step(path, times.size(), wanted)]};
+  if (open.time_step) steps = {steps[choose_time_step(path, times.size(), open.time_step)]};
   return steps;
 }
 
-std::vector<Step> find_steps(const std::vector<std::string>& inputs,
-                             const std::optional<std::uint64_t>& time_step) {
+std::vector<Step> find_steps(const std::vector<std::string>& inputs, const OpenOptions& open) {
   std::vector<Step> steps;
   const bool is_list = inputs.size() == 1 && is_list_name(inputs[0]);
   if (is_list) {
     for (const ListedStep& step : read_series_list(inputs[0]))
-      steps.push_back({step.path, "", step.time, "", time_step, {}});
+      steps.push_back({step.path, "", step.time, "", open.time_step, {}});
   } else {
-    if (inputs.size() == 1) steps = find_steps_of(inputs[0], time_step);
+    if (inputs.size() == 1) steps = find_steps_of(inputs[0], open);
     if (!steps.empty()) return steps;
-    for (const std::string& path : inputs) steps.push_back({path, "", {}, "", time_step, {}});
+    for (const std::string& path : inputs) steps.push_back({path, "", {}, "", open.time_step, {}});
   }
   std::vector<std::string> paths;
   for (const Step& step : steps) paths.push_back(step.input);
@@ -327,8 +324,8 @@ std::vector<Step> find_steps(const std::vector<std::string>& inputs,
   return steps;
 }
 
-void check_outputs(const SeriesPlan& plan, const std::vector<std::string>& inputs,
-                   const SimplifyRequest& job) {
+void check_outputs(const SeriesPlan& plan, const SeriesRequest& request, const OpenOptions& open) {
+  const SimplifyRequest& job = request.job;
   const std::vector<Step>& steps = plan.steps;
   const auto plain = [](const std::string& path) {
     std::error_code ignored;
@@ -336,11 +333,11 @@ void check_outputs(const SeriesPlan& plan, const std::vector<std::string>& input
     return (ignored ? std::filesystem::absolute(path).lexically_normal() : real).string();
   };
   std::set<std::string> read;
-  for (const std::string& path : inputs) read.insert(plain(path));
+  for (const std::string& path : request.inputs) read.insert(plain(path));
   for (const Step& step : steps) {
     for (const std::string& path : files_of_mesh(step.input)) read.insert(plain(path));
     if (!is_pieces_name(step.input)) continue;
-    const auto mesh = open_mesh(step.input);
+    const auto mesh = open_mesh(step.input, open);
     for (const std::string& piece : mesh->description().files) read.insert(plain(piece));
   }
   const auto refuse_input = [&](const std::string& path) {
@@ -384,7 +381,7 @@ std::vector<std::string> label_steps(const std::vector<std::string>& paths) {
   return labels;
 }
 
-SeriesPlan plan_series(const SeriesRequest& request) {
+SeriesPlan plan_series(const SeriesRequest& request, const RunContext& context) {
   check_request(request);
   check_options(request.job);
   if (!request.job.map.empty()) check_output_path(request.job.map);
@@ -425,11 +422,12 @@ SeriesPlan plan_series(const SeriesRequest& request) {
   }
   // --series each reads each step once, but for its time, which a .pvd file wants.
   if (request.shared || !plan.list.empty()) refuse_pipes(request.inputs);
-  const std::optional<std::uint64_t>& time_step = request.job.behaviour.time_step;
-  plan.steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays, time_step)
-                           : find_steps(request.inputs, time_step);
+  OpenOptions open = open_options(request.job, "", context);
+  plan.steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays, open)
+                           : find_steps(request.inputs, open);
   for (Step& step : plan.steps) step.output = with_label(pattern, step.label);
-  check_outputs(plan, request.inputs, request.job);
+  open.time_step.reset();  // pieces have none
+  check_outputs(plan, request, open);
   return plan;
 }
 

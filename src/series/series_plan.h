@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/run_context.h"
 #include "series/series.h"
 
 namespace tetfusion {
@@ -39,7 +40,8 @@ std::vector<std::string> label_steps(const std::vector<std::string>& paths);
 // Steps come in the order of their times, of their labels where these are numbers, else as given.
 // With steps in one mesh its arrays are looked at; those that one file has itself stay in its
 // order, and are counted from 0. Throws Error(kUsage) for options that a series cannot have, for an
-// output that is an input or another step's output; what opening a .pvd file throws.
-SeriesPlan plan_series(const SeriesRequest& request);
+// output that is an input or another step's output; what opening a .pvd file throws, and a file
+// that VTK looks into, as long as the context lets it.
+SeriesPlan plan_series(const SeriesRequest& request, const RunContext& context);
 
 }  // namespace tetfusion

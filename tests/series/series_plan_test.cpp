@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <fstream>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "base/error.h"
 #include "io/series_list.h"
 #include "support/temp_dir.h"
+#include "support/vtk_file_test.h"
 
 namespace tetfusion {
 namespace {
@@ -93,6 +95,50 @@ TEST(StepNames, SayWhetherItIsASeries) {
   EXPECT_TRUE(is_series({"a.vtu"}, "b.pvd", {}));
   EXPECT_TRUE(is_series({"a.vtu"}, "b.vtu", {"f", "g_{step}:1%"}));
   EXPECT_FALSE(is_series({"a.vtu"}, "b.vtu", {"f"}));
+}
+
+// VTK, which is tried in a child process, says which steps there are.
+class StepsWithVtk : public testing::VtkFileTest {
+ protected:
+  void SetUp() override {
+    testing::VtkFileTest::SetUp();
+    request_.job.output = dir_.file("out_{step}.vtu");
+  }
+  void expect_that_it_ends_when_told(std::size_t steps) {
+    std::atomic<bool> cancelled{false};
+    RunContext context;
+    context.cancelled = &cancelled;
+    EXPECT_EQ(plan_series(request_, context).steps.size(), steps);
+    cancelled = true;
+    try {
+      plan_series(request_, context);
+      ADD_FAILURE() << "the plan was made all the same";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kInterrupted) << error.what();
+    }
+  }
+
+  SeriesRequest request_;
+};
+
+TEST_F(StepsWithVtk, OfAFileAreAskedForUntilTheCallerHasEnough) {
+  for (const auto* const name : {"mesh.geo0", "mesh.geo1"}) {
+    write(name,
+          "a mesh\nby hand\nnode id off\nelement id off\npart\n1\nrock\ncoordinates\n4\n"
+          "0\n1\n0\n0\n0\n0\n1\n0\n0\n0\n0\n1\ntetra4\n1\n1 2 3 4\n");
+  }
+  request_.inputs = {write("run.case",
+                           "FORMAT\ntype: ensight gold\nGEOMETRY\nmodel: 1 mesh.geo*\nTIME\n"
+                           "time set: 1\nnumber of steps: 2\nfilename start number: 0\n"
+                           "filename increment: 1\ntime values: 0.5 1.5\n")};
+  expect_that_it_ends_when_told(2);
+}
+
+TEST_F(StepsWithVtk, ThatAreArraysAreAskedForUntilTheCallerHasEnough) {
+  request_.inputs = {write("mesh.vtk", testing::kStructured)};
+  request_.job.behaviour.arrays = {"hei{step}"};
+  request_.job.output = dir_.file("out.vtu");
+  expect_that_it_ends_when_told(1);
 }
 
 TEST(PvdFile, ComesBackAsItWasWritten) {
