@@ -89,6 +89,7 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
   facts.merged_points = stream.merged_points();
   facts.differing_points = stream.differing_points();
   facts.ghost_cells = from.ghost_cells;
+  facts.valueless_points = from.valueless_points;
   facts.coincident_points = from.coincident_points;
   if (settings.lock_coincident) {
     const auto& types = from.lower.cells.types;

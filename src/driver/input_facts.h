@@ -20,6 +20,7 @@ struct InputFacts {
   std::uint64_t merged_points = 0;
   std::uint64_t differing_points = 0;  // of these: values of the first piece were taken
   std::uint64_t ghost_cells = 0;
+  std::uint64_t valueless_points = 0;   // with a value that steers and is not finite: locked
   std::uint64_t coincident_points = 0;  // locked, where surfaces move
   std::uint64_t carried_triangles = 0;  // of the file, where surfaces move: they hold these
   std::uint64_t locked_vertices = 0;    // for another reason than the boundary

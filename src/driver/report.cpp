@@ -105,7 +105,8 @@ std::string SimplifyReport::reason_of_locks() const {
   std::vector<std::string> reasons;
   if (!places.empty()) reasons.push_back(fmt::format("lies {}", fmt::join(places, " or ")));
   if (locks.lower_cells) reasons.emplace_back("is held by a cell of lower dimension");
-  if (reasons.empty()) reasons.emplace_back("has a value that is no number");
+  if (locks.valueless_points || reasons.empty())
+    reasons.emplace_back("has a value that is no number");
   return fmt::format("{}, and stays", fmt::join(reasons, " or "));
 }
 

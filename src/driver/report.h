@@ -51,6 +51,7 @@ struct Locks {
   bool in_interest = false;  // a region of interest
   bool lower_cells = false;
   bool coincident_points = false;
+  bool valueless_points = false;
 };
 
 enum class StopReason : std::uint8_t {

@@ -85,6 +85,7 @@ struct ScatteredMesh {
   bool has_excerpt = false;
   std::uint64_t tet_count = 0;
   std::uint64_t ghost_cells = 0;
+  std::uint64_t valueless_points = 0;    // a value of theirs that steers is not finite
   std::uint64_t interesting_points = 0;  // in the region of interest
   std::uint64_t coincident_points = 0;   // that were locked for it
   Box box;                               // of all points

@@ -39,7 +39,7 @@ class PointScatterer {
   // What is left of one when its points are in their chunks.
   struct Window {
     SteeringBox box;
-    std::uint64_t interesting = 0;
+    std::uint64_t valueless = 0, interesting = 0;
     Vector<VertexId> loose_ids;
     Vector<Vec3<Real>> loose_positions;
     std::vector<Column> loose_columns;
@@ -110,14 +110,15 @@ void PointScatterer<Real>::read(std::uint64_t first, std::uint64_t count, Scratc
   scratch->steering.resize(count * job_.steering.width());
   scratch->locked.assign(count, 0);
   job_.steering.read(first, count, scratch->steering.data(), scratch->locked.data());
-  job_.stream.read_locks(first, count, scratch->locked.data());
 }
 
-// What the settings want to be locked besides.
+// Those without a value are; what other parts of the mesh and the settings want to be locked, too.
 template <class Real>
 void PointScatterer<Real>::lock(std::uint64_t first, std::uint64_t count, Scratch* scratch,
                                 Window* window) const {
   Vector<std::uint8_t>& locked = scratch->locked;
+  window->valueless = count - static_cast<std::uint64_t>(std::ranges::count(locked, 0));
+  job_.stream.read_locks(first, count, locked.data());
   if (job_.settings.interest != nullptr) {
     const auto read = [&](std::size_t array, std::span<std::byte> rows) {
       job_.stream.read_rows(Association::kPoint, array, first, count, rows);
@@ -240,6 +241,7 @@ void PointScatterer<Real>::join_windows() {
   all.loose_columns = job_.layout.point_columns;
   SteeringBox& box = out_.steering_box;
   for (Window& window : windows_) {
+    out_.valueless_points += window.valueless;
     out_.interesting_points += window.interesting;
     append(window.loose_ids, &all.loose_ids);
     append(window.loose_positions, &all.loose_positions);

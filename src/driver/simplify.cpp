@@ -34,7 +34,8 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
                       facts.locked_vertices};
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
   report->locks = {facts.between_regions > 0, !run.request.behaviour.interest.empty(),
-                   facts.carried_vertices > 0, facts.coincident_points > 0};
+                   facts.carried_vertices > 0, facts.coincident_points > 0,
+                   facts.valueless_points > 0};
 }
 
 // They may be gone, and what is wanted of them now may not have been when they were written.

@@ -269,6 +269,14 @@ class Fuse(FolderTest):
             self.assertGreater(report["output"]["tets"], free["output"]["tets"])
             self.assertGreater(report["lods"][-1]["rejected"][reason], 0)
 
+    def test_points_without_a_value_are_a_reason_beside_others(self):
+        """Most of what is left has none; a layer of another material is not to blame."""
+        mesh = TinyVtu(6)
+        mesh.array("temperature")[4] = [math.nan if p[2] < 5 else p[0] * p[0] for p in mesh.points]
+        mesh.array("id")[1:] = "material", "Int32", 1, [int(min(mesh.points[v][2] for v in tet) >= 5) for tet in mesh.tets]
+        _, report = self.fuse(self.write(mesh), "--reduction", "80%")
+        self.assertIn("lies between regions of material or has a value that is no number, and stays", report["stop_sentence"])
+
     def test_values_that_are_none(self):
         path = self.write(TinyVtu(3))
         for option, values in (("--min-quality", ("-0.1", "1", "2", "nan", "good", "")),
