@@ -5,12 +5,12 @@
 #ifdef TETFUSION_HAS_VTKHDF
 #include <vtkHDFReader.h>
 #include <vtkNew.h>
-#include <vtk_hdf5.h>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <utility>
+
+#include "vtk/hdf5_handle.h"
 #endif
 
 #include "base/error.h"
@@ -21,30 +21,11 @@ namespace tetfusion {
 #ifdef TETFUSION_HAS_VTKHDF
 namespace {
 
-// An identifier of the library's, closed as its kind wants it.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  explicit operator bool() const { return id_ >= 0; }
-  hid_t get() const { return id_; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-// What VTK's reader keeps to itself. The library prints nothing.
+// What VTK's reader keeps to itself.
 class VtkHdfFile {
  public:
   explicit VtkHdfFile(const std::string& path)
-      : file_((H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr),
-               H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)),
-              H5Fclose),
+      : file_(open_hdf5_file(path.c_str())),
         group_(file_ ? H5Gopen2(file_.get(), "/VTKHDF", H5P_DEFAULT) : -1, H5Gclose) {}
 
   bool is_one() const { return static_cast<bool>(group_); }
@@ -53,11 +34,11 @@ class VtkHdfFile {
 
   // Of the first version, which has none, it is known by what there is.
   std::string type() const {
-    const Handle attribute(H5Aopen(group_.get(), "Type", H5P_DEFAULT), H5Aclose);
+    const Hdf5Handle attribute(H5Aopen(group_.get(), "Type", H5P_DEFAULT), H5Aclose);
     if (!attribute) {
       return H5Aexists(group_.get(), "WholeExtent") > 0 ? "ImageData" : "UnstructuredGrid";
     }
-    const Handle of(H5Aget_type(attribute.get()), H5Tclose);
+    const Hdf5Handle of(H5Aget_type(attribute.get()), H5Tclose);
     std::array<char, 64> text{};
     if (H5Tis_variable_str(of.get()) > 0 || H5Tget_size(of.get()) >= text.size()) return "";
     H5Aread(attribute.get(), of.get(), text.data());
@@ -66,9 +47,9 @@ class VtkHdfFile {
 
   // As many as there are counts of points. 0: there are none, or several for each.
   int pieces() const {
-    const Handle counts(H5Dopen2(group_.get(), "NumberOfPoints", H5P_DEFAULT), H5Dclose);
+    const Hdf5Handle counts(H5Dopen2(group_.get(), "NumberOfPoints", H5P_DEFAULT), H5Dclose);
     if (!counts) return 0;
-    const Handle space(H5Dget_space(counts.get()), H5Sclose);
+    const Hdf5Handle space(H5Dget_space(counts.get()), H5Sclose);
     hsize_t length = 0;
     if (H5Sget_simple_extent_ndims(space.get()) != 1) return 0;
     H5Sget_simple_extent_dims(space.get(), &length, nullptr);
@@ -76,7 +57,7 @@ class VtkHdfFile {
   }
 
  private:
-  Handle file_, group_;
+  Hdf5Handle file_, group_;
 };
 
 void load_vtkhdf(const std::string& path, const TrapScope& trap, LoadedFile* out) {
