@@ -60,6 +60,13 @@ bool is_ensight_case(std::string_view text) {
   return type.starts_with("type:") && type.find("ensight") != std::string_view::npos;
 }
 
+// What comes before its first element may be long.
+bool is_xdmf(const std::string& path, std::string_view text) {
+  if (text.find("<Xdmf") != std::string_view::npos) return true;
+  const std::string suffix = suffix_of(path);
+  return text.starts_with('<') && (suffix == ".xdmf" || suffix == ".xmf");
+}
+
 // All that is given must hold.
 struct UnreadFormat {
   std::string_view begin, inside, suffix;
@@ -74,7 +81,6 @@ constexpr UnreadFormat kUnreadFormats[] = {
     {"PK\x03\x04", "", "", "is packed by zip: unpack it first"},
     {"TFPROGRS", "", "", "is a progressive mesh: 'tetfusion refine' makes meshes of it"},
     {"TFPTSMAP", "", "", "says where points went, and holds no mesh: it is for 'tetfusion apply'"},
-    {"", "<Xdmf", "", "is an XDMF file, which is not read: ParaView or meshio convert it to .vtu"},
     {"", "master_server", ".case",
      "is an EnSight server-of-servers file, which is not read: give the .case files that it names"},
     {"", "master_server", ".sos",
@@ -87,7 +93,6 @@ constexpr UnreadFormat kUnreadFormats[] = {
 };
 
 constexpr UnreadFormat kUnreadNames[] = {
-    {"", "", ".xdmf", "is an XDMF file, which is not read: ParaView or meshio convert it to .vtu"},
     // VTK reads those of AVS, and of what is cut off whatever lies in memory.
     {"", "", ".inp",
      "is an AVS UCD or Abaqus file, which is not read: ParaView or meshio convert it to .vtu"},
@@ -133,6 +138,7 @@ FormatGuess guess_format(const std::string& path, std::span<const std::byte> hea
   if (text.substr(std::min<std::size_t>(4, text.size())).starts_with("ADF Database")) {
     return {ForeignFormat::kAdf, "a CGNS file (ADF)"};
   }
+  if (is_xdmf(path, text)) return {ForeignFormat::kXdmf, "an XDMF file"};
   if (is_ensight_case(text)) return {ForeignFormat::kEnSight, "an EnSight case"};
   if (is_openfoam_name(path)) return {ForeignFormat::kOpenFoam, "an OpenFOAM case"};
   return {};
@@ -152,6 +158,7 @@ bool may_have_time_steps(ForeignFormat format) {
     case ForeignFormat::kNetCdf:
     case ForeignFormat::kHdf5:
     case ForeignFormat::kAdf:
+    case ForeignFormat::kXdmf:
     case ForeignFormat::kEnSight:
     case ForeignFormat::kOpenFoam:
       return true;

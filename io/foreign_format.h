@@ -15,6 +15,7 @@ enum class ForeignFormat {
   kNetCdf,  // Exodus
   kHdf5,    // VTKHDF, CGNS or Exodus: the library tells which
   kAdf,     // CGNS of the old kind
+  kXdmf,
   kEnSight,
   kOpenFoam
 };

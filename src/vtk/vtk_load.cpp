@@ -90,7 +90,7 @@ std::unique_ptr<FileReader> open_hdf5(const std::string& path, const TrapScope& 
   throw Error(ErrorCode::kBadInput,
               path +
                   ": is an HDF5 file, but damaged, or none of those that this build's VTK reads: "
-                  "VTKHDF, CGNS and Exodus");
+                  "VTKHDF, CGNS and Exodus; where an .xdmf file lies beside it, give that one");
 }
 
 std::unique_ptr<FileReader> open_reader(const std::string& path, const TrapScope& trap,
@@ -106,6 +106,8 @@ std::unique_ptr<FileReader> open_reader(const std::string& path, const TrapScope
       return open_hdf5(path, trap);
     case ForeignFormat::kAdf:
       return open_cgns(path, trap);
+    case ForeignFormat::kXdmf:
+      return open_xdmf(path);
     case ForeignFormat::kEnSight:
       return open_ensight(path, trap);
     case ForeignFormat::kOpenFoam:

@@ -37,6 +37,8 @@ std::unique_ptr<FileReader> open_ensight(const std::string& path, const TrapScop
 std::unique_ptr<FileReader> open_openfoam(const std::string& path, const TrapScope& trap);
 std::unique_ptr<FileReader> open_cgns(const std::string& path, const TrapScope& trap);
 std::unique_ptr<FileReader> open_vtkhdf(const std::string& path, const TrapScope& trap);
+// Read here, and not by VTK.
+std::unique_ptr<FileReader> open_xdmf(const std::string& path);
 
 // What an HDF5 file is; false where this build's VTK has no reader for that. Nothing is printed.
 bool is_exodus(const std::string& path);

@@ -1,0 +1,65 @@
+// Uniform grids of an XDMF file as VTK's data sets.
+#pragma once
+
+#include <vtkDataSetAttributes.h>
+#include <vtkFieldData.h>
+#include <vtkPoints.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <map>
+#include <pugixml.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "vtk/xdmf_document.h"
+#include "vtk/xdmf_items.h"
+#include "vtk/xdmf_topology.h"
+
+namespace tetfusion {
+
+struct XdmfBlock {
+  std::string name;
+  vtkSmartPointer<vtkUnstructuredGrid> grid;
+};
+
+// The document and the items outlive it.
+class XdmfGrids {
+ public:
+  XdmfGrids(const XdmfDocument& document, XdmfItems* items) : document_(document), items_(items) {}
+
+  // A block more; or arrays more of an earlier one that has the same points and cells, as where
+  // each function of a mesh is a grid. Throws Error(kBadInput).
+  void add(pugi::xml_node grid, const std::string& name);
+
+  // Arrays that a collection of grids has itself.
+  void add_own_arrays(pugi::xml_node collection);
+
+  const std::vector<XdmfBlock>& blocks() const { return blocks_; }
+  vtkFieldData* field_data() const { return field_data_; }
+  const std::vector<std::string>& left_out() const { return left_out_; }
+
+ private:
+  vtkSmartPointer<vtkPoints> points_of(pugi::xml_node grid);
+  const XdmfCells& cells_of(pugi::xml_node grid);
+  void add_arrays(pugi::xml_node grid, vtkUnstructuredGrid* out);
+  void add_array(pugi::xml_node attribute, vtkUnstructuredGrid* out);
+  void add_function(pugi::xml_node attribute, const std::string& name, vtkUnstructuredGrid* out);
+  void add_rows(pugi::xml_node attribute, vtkDataSetAttributes* data, vtkIdType rows,
+                vtkDataArray* array);
+  void keep(vtkFieldData* data, vtkDataArray* array, const std::string& what);
+  void leave_out(const std::string& what);
+  std::string key_of(pugi::xml_node node) const;
+
+  const XdmfDocument& document_;
+  XdmfItems* items_;
+  std::vector<XdmfBlock> blocks_;
+  std::map<std::string, vtkSmartPointer<vtkPoints>> points_;
+  std::map<std::string, XdmfCells> cells_;
+  vtkSmartPointer<vtkFieldData> field_data_ = vtkSmartPointer<vtkFieldData>::New();
+  std::vector<std::string> left_out_;
+  std::set<std::string> told_;
+};
+
+}  // namespace tetfusion

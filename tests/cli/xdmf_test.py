@@ -1,0 +1,323 @@
+#!/usr/bin/env python3
+"""XDMF files with HDF5 files beside them, as other programs write both. Usage: xdmf_test.py TETFUSION"""
+import pathlib
+import signal
+
+import numpy as np
+
+from follow_test import jittered, values
+from harness import BAD, USAGE, finish, main, report_of, run
+from independent_check import Vtu
+from solvers_test import GOAL, TIMES, SolverTest
+
+try:
+    import h5py
+except ImportError:
+    h5py = None
+
+DOCTYPE = '<?xml version="1.0"?>\n<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>\n'
+
+
+class XdmfTest(SolverTest):
+    def setUp(self):
+        if h5py is None:
+            self.skipTest("h5py is not installed")
+        super().setUp()
+        self.points = self.points.astype("f8")
+        self.outside = self.skin()
+
+    def skin(self):
+        seen = {}
+        for tet in self.tets:
+            for face in ([1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]):
+                seen.setdefault(tuple(sorted(tet[face])), []).append(tet[face])
+        return np.array([f[0] for f in seen.values() if len(f) == 1])
+
+    def number(self, step):
+        return np.full(len(self.tets), step, dtype="i4")
+
+    def store(self, name="run.h5", **arrays):
+        """Data sets by their paths, with slashes for double underscores."""
+        with h5py.File(self.folder / name, "a") as file:
+            for path, values in arrays.items():
+                file[path.replace("__", "/")] = values
+
+    def xml(self, text, name="run.xdmf"):
+        return self.write(text.encode(), name)
+
+    def expect_steps(self, path, names=("heat", "number")):
+        report = report_of("info", path)
+        self.assertEqual((report["time_steps"], report["tets"], report["format"]), (TIMES, len(self.tets), "XDMF file, read with VTK"))
+        for step in range(len(TIMES)):
+            mesh, told = self.converted(path, "--time-step", step)
+            self.assertNotIn("left out", told)
+            np.testing.assert_array_equal(mesh.points, self.points)
+            np.testing.assert_array_equal(mesh.tets, self.tets)
+            if "heat" in names:
+                np.testing.assert_array_equal(values(mesh, "heat"), self.heat(step))
+            if "number" in names:
+                np.testing.assert_array_equal(mesh.arrays["cell"]["number"][1][:, 0], self.number(step))
+            ranges = {a["name"]: a["ranges"] for a in report_of("info", path, "--time-step", step)["arrays"]}
+            self.assertEqual(ranges["TimeValue"], [[TIMES[step]] * 2])
+        return mesh
+
+    # Dialects: each writes the whole series.
+
+    def fenics(self):
+        """XDMFFile.write(u, t) of FEniCS 2019: steps take their mesh from the first one."""
+        self.store(Mesh__0__mesh__topology=self.tets.astype("i8"), Mesh__0__mesh__geometry=self.points)
+        steps = ""
+        for i, time in enumerate(TIMES):
+            self.store(**{f"VisualisationVector__{i}": self.heat(i).reshape(-1, 1), f"Cells__{i}": self.number(i).reshape(-1, 1)})
+            mesh = f"""<Topology NumberOfElements="{len(self.tets)}" TopologyType="Tetrahedron" NodesPerElement="4">
+          <DataItem Dimensions="{len(self.tets)} 4" NumberType="UInt" Format="HDF">run.h5:/Mesh/0/mesh/topology</DataItem>
+        </Topology>
+        <Geometry GeometryType="XYZ">
+          <DataItem Dimensions="{len(self.points)} 3" Format="HDF">run.h5:/Mesh/0/mesh/geometry</DataItem>
+        </Geometry>"""
+            again = ('<xi:include xpointer="xpointer(//Grid[@Name=&quot;TimeSeries&quot;]/Grid[1]/*[self::Topology or self::Geometry])" />')
+            steps += f"""
+      <Grid{"" if i else ' Name="mesh" GridType="Uniform"'}>
+        {again if i else mesh}
+        <Time Value="{time}" />
+        <Attribute Name="heat" AttributeType="Scalar" Center="Node">
+          <DataItem Dimensions="{len(self.points)} 1" Format="HDF">run.h5:/VisualisationVector/{i}</DataItem>
+        </Attribute>
+        <Attribute Name="number" AttributeType="Scalar" Center="Cell">
+          <DataItem Dimensions="{len(self.tets)} 1" Format="HDF">run.h5:/Cells/{i}</DataItem>
+        </Attribute>
+      </Grid>"""
+        return self.xml(DOCTYPE + f"""<Xdmf Version="3.0" xmlns:xi="http://www.w3.org/2001/XInclude">
+  <Domain>
+    <Grid Name="TimeSeries" GridType="Collection" CollectionType="Temporal">{steps}
+    </Grid>
+  </Domain>
+</Xdmf>
+""")
+
+    def fenicsx(self, more="", functions=("heat",)):
+        """dolfinx.io.XDMFFile: the mesh, then a collection for each function."""
+        self.store(Mesh__mesh__topology=self.tets.astype("i8"), Mesh__mesh__geometry=self.points)
+        collections = ""
+        for name in functions:
+            collections += f'    <Grid Name="{name}" GridType="Collection" CollectionType="Temporal">\n'
+            for i, time in enumerate(TIMES):
+                at_points = name == "heat"
+                self.store(**{f"Function__{name}__{i}": (self.heat(i) if at_points else self.number(i)).reshape(-1, 1)})
+                collections += f"""      <Grid Name="{name}" GridType="Uniform">
+        <xi:include xpointer="xpointer(/Xdmf/Domain/Grid[@GridType='Uniform'][1]/*[self::Topology or self::Geometry])" />
+        <Time Value="{time}" />
+        <Attribute Name="{name}" AttributeType="Scalar" Center="{"Node" if at_points else "Cell"}">
+          <DataItem Dimensions="{len(self.points) if at_points else len(self.tets)} 1" Format="HDF">run.h5:/Function/{name}/{i}</DataItem>
+        </Attribute>
+      </Grid>
+"""
+            collections += "    </Grid>\n"
+        return self.xml(DOCTYPE + f"""<Xdmf Version="3.0" xmlns:xi="https://www.w3.org/2001/XInclude">
+  <Domain>
+    <Grid Name="mesh" GridType="Uniform">
+      <Topology TopologyType="Tetrahedron" NumberOfElements="{len(self.tets)}" NodesPerElement="4">
+        <DataItem Dimensions="{len(self.tets)} 4" NumberType="Int" Format="HDF">run.h5:/Mesh/mesh/topology</DataItem>
+      </Topology>
+      <Geometry GeometryType="XYZ">
+        <DataItem Dimensions="{len(self.points)} 3" Format="HDF">run.h5:/Mesh/mesh/geometry</DataItem>
+      </Geometry>
+    </Grid>
+{more}{collections}  </Domain>
+</Xdmf>
+""")
+
+    def tags(self, name, kind, cells, tags):
+        """MeshTags of dolfinx."""
+        self.store(**{f"MeshTags__{name}__topology": cells.astype("i8"), f"MeshTags__{name}__Values": tags.reshape(-1, 1)})
+        return f"""    <Grid Name="{name}" GridType="Uniform">
+      <xi:include xpointer="xpointer(/Xdmf/Domain/Grid[@GridType='Uniform'][1]/Geometry)" />
+      <Topology TopologyType="{kind}" NumberOfElements="{len(cells)}" NodesPerElement="{cells.shape[1]}">
+        <DataItem Dimensions="{len(cells)} {cells.shape[1]}" NumberType="Int" Format="HDF">run.h5:/MeshTags/{name}/topology</DataItem>
+      </Topology>
+      <Attribute Name="{name}" AttributeType="Scalar" Center="Cell">
+        <DataItem Dimensions="{len(cells)} 1" Format="HDF">run.h5:/MeshTags/{name}/Values</DataItem>
+      </Attribute>
+    </Grid>
+"""
+
+    def meshio(self):
+        """meshio.xdmf.TimeSeriesWriter; the series comes before the mesh that it names."""
+        self.store(data0=self.points, data1=self.tets.astype("i8"))
+        steps = ""
+        for i, time in enumerate(TIMES):
+            self.store(**{f"data{2 * i + 2}": self.heat(i), f"data{2 * i + 3}": self.number(i)})
+            steps += (f'<Grid><ns0:include xmlns:ns0="http://www.w3.org/2003/XInclude" '
+                      f'xpointer="xpointer(//Grid[@Name=&quot;mesh&quot;]/*[self::Topology or self::Geometry])" /><Time Value="{time}" />'
+                      f'<Attribute Name="heat" AttributeType="Scalar" Center="Node"><DataItem DataType="Float" Dimensions="{len(self.points)}" '
+                      f'Format="HDF" Precision="4">run.h5:/data{2 * i + 2}</DataItem></Attribute>'
+                      f'<Attribute Name="number" AttributeType="Scalar" Center="Cell"><DataItem DataType="Int" Dimensions="{len(self.tets)}" '
+                      f'Format="HDF" Precision="4">run.h5:/data{2 * i + 3}</DataItem></Attribute></Grid>')
+        return self.xml(f'<Xdmf Version="3.0"><Domain><Grid Name="TimeSeries_meshio" GridType="Collection" CollectionType="Temporal">{steps}</Grid>'
+                        f'<Grid Name="mesh" GridType="Uniform"><Geometry GeometryType="XYZ"><DataItem DataType="Float" '
+                        f'Dimensions="{len(self.points)} 3" Format="HDF" Precision="8">run.h5:/data0</DataItem></Geometry>'
+                        f'<Topology TopologyType="Tetrahedron" NumberOfElements="{len(self.tets)}" NodesPerElement="4"><DataItem DataType="Int" '
+                        f'Dimensions="{len(self.tets)} 4" Format="HDF" Precision="8">run.h5:/data1</DataItem></Topology></Grid></Domain></Xdmf>')
+
+    def seissol(self, form="HDF"):
+        """A collection for each step, arrays of cells as rows of one data set; or all in binary files."""
+        cells, points = len(self.tets), len(self.points)
+        numbers = np.array([self.number(i) for i in range(len(TIMES))])
+        if form == "HDF":
+            self.store("run_vertex.h5", mesh0__geometry=self.points)
+            self.store("run_cell.h5", mesh0__connect=self.tets.astype("u8"), mesh0__number=numbers)
+            geometry, connect, number = "run_vertex.h5:/mesh0/geometry", "run_cell.h5:/mesh0/connect", "run_cell.h5:/mesh0/number"
+        else:
+            geometry, connect, number = (f"run_cell/mesh0/{name}.bin" for name in ("geometry", "connect", "number"))
+            (self.folder / "run_cell" / "mesh0").mkdir(parents=True)
+            for name, array in (geometry, self.points), (connect, self.tets.astype("u8")), (number, numbers):
+                (self.folder / name).write_bytes(array.tobytes())
+        steps = ""
+        for i, time in enumerate(TIMES):
+            steps += f"""
+  <Grid Name="TimeSeries" GridType="Collection" CollectionType="Temporal">
+   <Grid Name="step_{i:012}" GridType="Uniform">
+    <Topology TopologyType="Tetrahedron" NumberOfElements="{cells}">
+     <DataItem NumberType="Int" Precision="8" Format="{form}" Dimensions="{cells} 4">{connect}</DataItem>
+    </Topology>
+    <Geometry name="geo" GeometryType="XYZ" NumberOfElements="{points}">
+     <DataItem NumberType="Float" Precision="8" Format="{form}" Dimensions="{points} 3">{geometry}</DataItem>
+    </Geometry>
+    <Time Value="{time}"/>
+    <Attribute Name="number" Center="Cell">
+     <DataItem ItemType="HyperSlab" Dimensions="{cells}">
+      <DataItem NumberType="UInt" Precision="4" Format="XML" Dimensions="3 2">{i} 0 1 1 1 {cells}</DataItem>
+      <DataItem NumberType="Int" Precision="4" Format="{form}" Dimensions="{i + 1} {cells}">{number}</DataItem>
+     </DataItem>
+    </Attribute>
+   </Grid>
+  </Grid>"""
+        return self.xml(f'<?xml version="1.0" ?>\n<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>\n<Xdmf Version="2.0">\n <Domain>{steps}\n </Domain>\n</Xdmf>\n')
+
+    def pylith(self):
+        """An entity for the file, references to items of the domain, a list of times, cells that are floating-point numbers."""
+        cells, points = len(self.tets), len(self.points)
+        self.store(topology__cells=self.tets.astype("f8"), geometry__vertices=self.points,
+                   vertex_fields__heat=np.array([self.heat(i)[:, None] for i in range(len(TIMES))]),
+                   vertex_fields__displacement=np.array([self.points * i for i in range(len(TIMES))]),
+                   cell_fields__number=np.array([self.number(i)[:, None] for i in range(len(TIMES))]))
+        def attribute(name, kind, center, i, rows, width, group):
+            return f"""        <Attribute Name="{name}" Type="{kind}" Center="{center}">
+          <DataItem ItemType="HyperSlab" Dimensions="1 {rows} {width}" Type="HyperSlab">
+            <DataItem Dimensions="3 3" Format="XML">
+              {i} 0 0
+              1 1 1
+              1 {rows} {width}
+            </DataItem>
+            <DataItem DataType="Float" Precision="8" Dimensions="{len(TIMES)} {rows} {width}" Format="HDF">
+              &HeavyData;:/{group}/{name}
+            </DataItem>
+          </DataItem>
+        </Attribute>
+"""
+        steps = ""
+        for i in range(len(TIMES)):
+            steps += f"""      <Grid Name="domain" GridType="Uniform">
+        <Topology TopologyType="Tetrahedron" NumberOfElements="{cells}">
+          <DataItem Reference="XML">
+            /Xdmf/Domain/DataItem[@Name="cells"]
+          </DataItem>
+        </Topology>
+        <Geometry GeometryType="XYZ">
+          <DataItem Reference="XML">
+            /Xdmf/Domain/DataItem[@Name="vertices"]
+          </DataItem>
+        </Geometry>
+{attribute("heat", "Scalar", "Node", i, points, 1, "vertex_fields")}{attribute("displacement", "Vector", "Node", i, points, 3, "vertex_fields")}{attribute("number", "Scalar", "Cell", i, cells, 1, "cell_fields")}      </Grid>
+"""
+        return self.xml(f"""<?xml version="1.0" ?>
+<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" [
+<!ENTITY HeavyData "run.h5">
+]>
+
+<Xdmf>
+  <Domain Name="domain">
+    <DataItem Name="cells"
+              ItemType="Uniform"
+              Format="HDF"
+              NumberType="Float" Precision="8"
+              Dimensions="{cells} 4">
+      &HeavyData;:/topology/cells
+    </DataItem>
+    <DataItem Name="vertices"
+              Format="HDF"
+              Dimensions="{points} 3">
+      &HeavyData;:/geometry/vertices
+    </DataItem>
+    <!-- ============================================================ -->
+    <Grid Name="TimeSeries" GridType="Collection" CollectionType="Temporal">
+      <Time TimeType="List">
+        <DataItem Format="XML" NumberType="Float" Dimensions="{len(TIMES)}">
+          {" ".join(map(str, TIMES))}
+        </DataItem>
+      </Time>
+{steps}    </Grid>
+  </Domain>
+</Xdmf>
+""")
+
+    def paraview(self):
+        """ParaView's Xdmf3 writer: mixed cells, data sets without a slash, the mesh of later steps as a pointer of numbers."""
+        mixed = np.concatenate([np.full((len(self.tets), 1), 6), self.tets], axis=1).astype("i8")
+        self.store(Data0=self.points, Data1=mixed.ravel())
+        steps = ""
+        for i, time in enumerate(TIMES):
+            self.store(**{f"Heat{i}": self.heat(i), f"Number{i}": self.number(i)})
+            first = f"""<Geometry Origin="" Type="XYZ"><DataItem DataType="Float" Dimensions="{len(self.points)} 3" Format="HDF" Precision="8">run.h5:Data0</DataItem></Geometry>
+          <Topology Dimensions="{len(self.tets)}" Type="Mixed"><DataItem DataType="Int" Dimensions="{mixed.size}" Format="HDF" Precision="8">run.h5:Data1</DataItem></Topology>"""
+            later = '<xi:include xpointer="element(/1/1/1/1/2)"/><xi:include xpointer="element(/1/1/1/1/3)"/>'
+            steps += f"""
+        <Grid Name="Grid">
+          <Time Value="{time}"/>
+          {later if i else first}
+          <Attribute Center="Node" ElementCell="" ElementDegree="0" ElementFamily="" ItemType="" Name="heat" Type="Scalar">
+            <DataItem DataType="Float" Dimensions="{len(self.points)}" Format="HDF" Precision="4">run.h5:Heat{i}|0|1|{len(self.points)}|{len(self.points)}</DataItem>
+          </Attribute>
+          <Attribute Center="Cell" ElementCell="" ElementDegree="0" ElementFamily="" ItemType="" Name="number" Type="Scalar">
+            <DataItem DataType="Int" Dimensions="{len(self.tets)}" Format="HDF" Precision="4">run.h5:Number{i}</DataItem>
+          </Attribute>
+        </Grid>"""
+        return self.xml(f"""<?xml version="1.0" encoding="utf-8"?>
+<Xdmf xmlns:xi="http://www.w3.org/2001/XInclude" Version="3.0">
+  <Domain>
+    <Grid CollectionType="Temporal" GridType="Collection" Name="Collection">{steps}
+    </Grid>
+  </Domain>
+</Xdmf>
+""")
+
+
+class Dialects(XdmfTest):
+    def test_fenics(self):
+        path = self.fenics()
+        self.expect_steps(path)
+        self.assertIn("the time steps from 0.1 to 0.25 (the first of 3, at 0, is read; --time-step", self.converted(path)[1])
+
+    def test_fenicsx(self):
+        mesh = self.expect_steps(self.fenicsx(functions=("heat", "number")))
+        self.assertNotIn("block", mesh.arrays["cell"])
+
+    def test_meshio(self):
+        self.expect_steps(self.meshio())
+
+    def test_seissol(self):
+        self.expect_steps(self.seissol(), ["number"])
+
+    def test_seissol_binary(self):
+        self.expect_steps(self.seissol("Binary"), ["number"])
+
+    def test_pylith(self):
+        mesh = self.expect_steps(self.pylith())
+        np.testing.assert_array_equal(mesh.arrays["point"]["displacement"][1], self.points * (len(TIMES) - 1))
+
+    def test_paraview(self):
+        self.expect_steps(self.paraview())
+
+
+if __name__ == "__main__":
+    main()
