@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <limits>
 
+#include "vtk/cell_lookup.h"
 #include "vtk/number_types.h"
 #include "vtk/xdmf_function.h"
 
@@ -23,14 +26,11 @@ bool have_equal_bytes(vtkDataArray* a, vtkDataArray* b) {
   return bytes == 0 || std::memcmp(a->GetVoidPointer(0), b->GetVoidPointer(0), bytes) == 0;
 }
 
-bool are_equal(const XdmfCells& a, vtkUnstructuredGrid* b) {
-  vtkCellArray* const cells = b->GetCells();
+bool are_equal(const XdmfCells& a, const XdmfBlock& b) {
+  vtkCellArray* const cells = b.grid->GetCells();
   if (a.cells == cells) return true;
-  if (a.cells->GetNumberOfCells() != cells->GetNumberOfCells()) return false;
-  for (vtkIdType c = 0; c < cells->GetNumberOfCells(); ++c) {
-    if (a.types->GetValue(c) != b->GetCellType(c)) return false;
-  }
-  return have_equal_bytes(a.cells->GetOffsetsArray(), cells->GetOffsetsArray()) &&
+  return have_equal_bytes(a.types, b.types) &&
+         have_equal_bytes(a.cells->GetOffsetsArray(), cells->GetOffsetsArray()) &&
          have_equal_bytes(a.cells->GetConnectivityArray(), cells->GetConnectivityArray());
 }
 
@@ -66,6 +66,39 @@ vtkSmartPointer<vtkDataArray> lifted(vtkDataArray* flat) {
   return out;
 }
 
+// Makes it so many rows.
+void make_rows(const XdmfDocument& document, pugi::xml_node attribute, vtkDataArray* array,
+               vtkIdType rows, const char* of_what) {
+  const vtkIdType values = array->GetNumberOfTuples();
+  if (rows == 0 && values == 0) return;
+  if (rows == 0 || values == 0 || values % rows != 0) {
+    document.fail(attribute, "has " + std::to_string(values) + " values for " +
+                                 std::to_string(rows) + of_what);
+  }
+  array->SetNumberOfComponents(static_cast<int>(values / rows));
+}
+
+// Its rows as some of so many; the others are no numbers, or 0.
+vtkSmartPointer<vtkDataArray> spread(vtkDataArray* array, const std::vector<vtkIdType>& row_of,
+                                     vtkIdType rows) {
+  const auto width = static_cast<std::size_t>(array->GetNumberOfComponents());
+  auto out = new_numbers(array->GetDataType(), static_cast<std::uint64_t>(rows) * width);
+  out->SetName(array->GetName());
+  with_number_type(array->GetDataType(), [&](auto zero) {
+    using Value = decltype(zero);
+    const auto* from = numbers_of<Value>(array);
+    auto* const to = numbers_of<Value>(out);
+    std::fill_n(to, static_cast<std::size_t>(rows) * width,
+                std::numeric_limits<Value>::quiet_NaN());
+    for (const vtkIdType row : row_of) {
+      std::copy_n(from, width, to + static_cast<std::size_t>(row) * width);
+      from += width;
+    }
+  });
+  out->SetNumberOfComponents(static_cast<int>(width));
+  return out;
+}
+
 std::string name_of_attribute(pugi::xml_node attribute) {
   return xdmf_attribute(attribute, {"Name"}, "unnamed");
 }
@@ -76,20 +109,22 @@ void XdmfGrids::add(pugi::xml_node grid, const std::string& name) {
   const vtkSmartPointer<vtkPoints> points = points_of(grid);
   const XdmfCells& cells = cells_of(grid);
   for (const XdmfBlock& block : blocks_) {
-    vtkPoints* const known = block.grid->GetPoints();
-    if (!are_equal(cells, block.grid) || !have_equal_bytes(points->GetData(), known->GetData())) {
-      continue;
+    if (points != block.grid->GetPoints()) continue;
+    Target target{block.grid, cells.cells->GetNumberOfCells(), {}};
+    if (!are_equal(cells, block)) {
+      target.cell_of = find_cells(block.grid->GetCells(), block.types, cells.cells, cells.types);
+      if (target.cell_of.empty()) continue;
     }
-    return add_arrays(grid, block.grid);
+    return add_arrays(grid, target);
   }
   const auto out = vtkSmartPointer<vtkUnstructuredGrid>::New();
   out->SetPoints(points);
   out->SetCells(cells.types, cells.cells);
-  blocks_.push_back({name, out});
-  add_arrays(grid, out);
+  blocks_.push_back({name, out, cells.types});
+  add_arrays(grid, {out, out->GetNumberOfCells(), {}});
 }
 
-void XdmfGrids::add_own_arrays(pugi::xml_node collection) { add_arrays(collection, nullptr); }
+void XdmfGrids::add_own_arrays(pugi::xml_node collection) { add_arrays(collection, {}); }
 
 // Of the items in it, with what else tells two elements apart.
 std::string XdmfGrids::key_of(pugi::xml_node node) const {
@@ -157,63 +192,69 @@ const XdmfCells& XdmfGrids::cells_of(pugi::xml_node grid) {
   return cells;
 }
 
-void XdmfGrids::add_arrays(pugi::xml_node grid, vtkUnstructuredGrid* out) {
+void XdmfGrids::add_arrays(pugi::xml_node grid, const Target& target) {
   for (const pugi::xml_node attribute : document_.children(grid, "Attribute")) {
-    add_array(attribute, out);
+    add_array(attribute, target);
   }
   for (const pugi::xml_node set : document_.children(grid, "Set")) {
     leave_out("set '" + name_of_attribute(set) + "'");
   }
 }
 
-void XdmfGrids::add_array(pugi::xml_node attribute, vtkUnstructuredGrid* out) {
+void XdmfGrids::add_array(pugi::xml_node attribute, const Target& target) {
   const std::string name = name_of_attribute(attribute);
   const std::string center = xdmf_attribute(attribute, {"Center"}, "Node");
-  const bool is_function =
-      is_xdmf_word(xdmf_attribute(attribute, {"ItemType"}), "FiniteElementFunction");
-  if (is_function && out != nullptr) return add_function(attribute, name, out);
+  const bool has_all = target.grid != nullptr && target.cell_of.empty();
+  if (is_xdmf_word(xdmf_attribute(attribute, {"ItemType"}), "FiniteElementFunction") && has_all) {
+    return add_function(attribute, name, target.grid);
+  }
   const bool of_points = is_xdmf_word(center, "Node");
   const bool of_cells = is_xdmf_word(center, "Cell");
   const bool of_all = is_xdmf_word(center, "Grid");
-  if (!of_all && (out == nullptr || (!of_points && !of_cells))) {
-    leave_out("array '" + name + "' (" + center + ")");
-    return;
+  if (!of_all && (target.grid == nullptr || (!of_points && !of_cells))) {
+    return leave_out("array '" + name + "' (" + center + ")");
   }
   const pugi::xml_node item = document_.child(attribute, "DataItem");
   if (!item) document_.fail(attribute, "has no DataItem");
   const vtkSmartPointer<vtkDataArray> array = items_->read(item);
   array->SetName(name.c_str());
-  if (of_points) add_rows(attribute, out->GetPointData(), out->GetNumberOfPoints(), array);
-  if (of_cells) add_rows(attribute, out->GetCellData(), out->GetNumberOfCells(), array);
-  if (of_all) keep(out != nullptr ? out->GetFieldData() : field_data_.Get(), array, "field");
+  if (of_points) {
+    add_point_rows(attribute, target.grid, array);
+  } else if (of_cells) {
+    add_cell_rows(attribute, target, array);
+  } else {
+    keep(target.grid != nullptr ? target.grid->GetFieldData() : field_data_.Get(), array, "field");
+  }
 }
 
 void XdmfGrids::add_function(pugi::xml_node attribute, const std::string& name,
-                             vtkUnstructuredGrid* out) {
-  const XdmfFunction function = read_xdmf_function(document_, attribute, out, items_);
-  if (function.values == nullptr) {
-    leave_out("function '" + name + "' (" + function.what + ")");
-    return;
-  }
+                             vtkUnstructuredGrid* grid) {
+  const XdmfFunction function = read_xdmf_function(document_, attribute, grid, items_);
+  if (function.values == nullptr)
+    return leave_out("function '" + name + "' (" + function.what + ")");
   function.values->SetName(name.c_str());
-  if (function.of_points) {
-    add_rows(attribute, out->GetPointData(), out->GetNumberOfPoints(), function.values);
-  } else {
-    add_rows(attribute, out->GetCellData(), out->GetNumberOfCells(), function.values);
-  }
+  if (function.of_points) return add_point_rows(attribute, grid, function.values);
+  add_cell_rows(attribute, {grid, grid->GetNumberOfCells(), {}}, function.values);
 }
 
-void XdmfGrids::add_rows(pugi::xml_node attribute, vtkDataSetAttributes* data, vtkIdType rows,
-                         vtkDataArray* array) {
-  const vtkIdType values = array->GetNumberOfTuples();
-  if (rows == 0 && values == 0) return;
-  const bool is_of_points = vtkPointData::SafeDownCast(data) != nullptr;
-  if (rows == 0 || values == 0 || values % rows != 0) {
-    document_.fail(attribute, "has " + std::to_string(values) + " values for " +
-                                  std::to_string(rows) + (is_of_points ? " points" : " cells"));
+void XdmfGrids::add_point_rows(pugi::xml_node attribute, vtkUnstructuredGrid* grid,
+                               vtkDataArray* array) {
+  make_rows(document_, attribute, array, grid->GetNumberOfPoints(), " points");
+  keep_rows(attribute, grid->GetPointData(), array);
+}
+
+void XdmfGrids::add_cell_rows(pugi::xml_node attribute, const Target& target,
+                              vtkSmartPointer<vtkDataArray> array) {
+  make_rows(document_, attribute, array, target.cells, " cells");
+  if (!target.cell_of.empty()) {
+    array = spread(array, target.cell_of, target.grid->GetNumberOfCells());
   }
-  array->SetNumberOfComponents(static_cast<int>(values / rows));
-  keep(data, array, is_of_points ? "point" : "cell");
+  keep_rows(attribute, target.grid->GetCellData(), array);
+}
+
+void XdmfGrids::keep_rows(pugi::xml_node attribute, vtkDataSetAttributes* data,
+                          vtkDataArray* array) {
+  keep(data, array, vtkPointData::SafeDownCast(data) != nullptr ? "point" : "cell");
   const std::string type = xdmf_attribute(attribute, {"AttributeType", "Type"});
   if (is_xdmf_word(type, "GlobalID") && data->GetGlobalIds() == nullptr) {
     data->SetActiveAttribute(array->GetName(), vtkDataSetAttributes::GLOBALIDS);

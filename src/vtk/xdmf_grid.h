@@ -22,6 +22,7 @@ namespace tetfusion {
 struct XdmfBlock {
   std::string name;
   vtkSmartPointer<vtkUnstructuredGrid> grid;
+  vtkSmartPointer<vtkUnsignedCharArray> types;
 };
 
 // The document and the items outlive it.
@@ -29,8 +30,9 @@ class XdmfGrids {
  public:
   XdmfGrids(const XdmfDocument& document, XdmfItems* items) : document_(document), items_(items) {}
 
-  // A block more; or arrays more of an earlier one that has the same points and cells, as where
-  // each function of a mesh is a grid. Throws Error(kBadInput).
+  // A block more; or arrays more of an earlier one that has the same points and cells, or these
+  // cells among others, as where each function and all tags of a mesh are grids. Throws
+  // Error(kBadInput).
   void add(pugi::xml_node grid, const std::string& name);
 
   // Arrays that a collection of grids has itself.
@@ -41,13 +43,22 @@ class XdmfGrids {
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
+  // Whose arrays are read.
+  struct Target {
+    vtkUnstructuredGrid* grid = nullptr;  // none: those of a collection
+    vtkIdType cells = 0;                  // as many rows there are
+    std::vector<vtkIdType> cell_of;       // of the grid, for each row; empty: the same
+  };
+
   vtkSmartPointer<vtkPoints> points_of(pugi::xml_node grid);
   const XdmfCells& cells_of(pugi::xml_node grid);
-  void add_arrays(pugi::xml_node grid, vtkUnstructuredGrid* out);
-  void add_array(pugi::xml_node attribute, vtkUnstructuredGrid* out);
-  void add_function(pugi::xml_node attribute, const std::string& name, vtkUnstructuredGrid* out);
-  void add_rows(pugi::xml_node attribute, vtkDataSetAttributes* data, vtkIdType rows,
-                vtkDataArray* array);
+  void add_arrays(pugi::xml_node grid, const Target& target);
+  void add_array(pugi::xml_node attribute, const Target& target);
+  void add_function(pugi::xml_node attribute, const std::string& name, vtkUnstructuredGrid* grid);
+  void add_point_rows(pugi::xml_node attribute, vtkUnstructuredGrid* grid, vtkDataArray* array);
+  void add_cell_rows(pugi::xml_node attribute, const Target& target,
+                     vtkSmartPointer<vtkDataArray> array);
+  void keep_rows(pugi::xml_node attribute, vtkDataSetAttributes* data, vtkDataArray* array);
   void keep(vtkFieldData* data, vtkDataArray* array, const std::string& what);
   void leave_out(const std::string& what);
   std::string key_of(pugi::xml_node node) const;

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 """XDMF files with HDF5 files beside them, as other programs write both. Usage: xdmf_test.py TETFUSION"""
-import pathlib
 import signal
 
 import numpy as np
 
 from follow_test import jittered, values
-from harness import BAD, USAGE, finish, main, report_of, run
+from harness import BAD, INVALID, MEMORY, USAGE, finish, main, report_of, run
 from independent_check import Vtu
 from solvers_test import GOAL, TIMES, SolverTest
 
@@ -317,6 +316,141 @@ class Dialects(XdmfTest):
 
     def test_paraview(self):
         self.expect_steps(self.paraview())
+
+    def test_tags_of_fenicsx(self):
+        """Cells listed again in another order are the same cells; triangles are cells of lower dimension."""
+        order = np.random.default_rng(5).permutation(len(self.tets))
+        cells = self.tags("cell_tags", "Tetrahedron", self.tets[order][:, [2, 0, 3, 1]], np.arange(len(order), dtype="i4")[order])
+        facets = self.tags("facet_tags", "Triangle", self.outside, np.arange(len(self.outside), dtype="i4") + 100)
+        path = self.fenicsx(cells + facets, ("heat", "number"))
+        mesh, told = self.converted(path, "--time-step", 1)
+        self.assertNotIn("left out", told)
+        np.testing.assert_array_equal(mesh.tets, self.tets)
+        np.testing.assert_array_equal(mesh.points, self.points)
+        array = mesh.arrays["cell"]
+        np.testing.assert_array_equal(array["cell_tags"][1][:len(self.tets), 0], np.arange(len(self.tets)))
+        np.testing.assert_array_equal(array["facet_tags"][1][len(self.tets):, 0], np.arange(len(self.outside)) + 100)
+        np.testing.assert_array_equal([sorted(ids) for _, ids in mesh.others], np.sort(self.outside))
+        np.testing.assert_array_equal(array["block"][1][:, 0], np.repeat([0, 1], [len(self.tets), len(self.outside)]))
+
+    def test_checkpoint_of_fenics(self):
+        """write_checkpoint: values of linear functions by the numbers that each cell has for them."""
+        order = np.random.default_rng(7).permutation(len(self.points))
+        place = np.argsort(order)
+        self.store(f__f_0__mesh__topology=self.tets.astype("i8"), f__f_0__mesh__geometry=self.points,
+                   f__f_0__vector=self.heat(1).astype("f8")[order][:, None], f__f_0__cell_dofs=place[self.tets].astype("u8").reshape(-1, 1),
+                   f__f_0__x_cell_dofs=(4 * np.arange(len(self.tets) + 1, dtype="u8"))[:, None],
+                   f__f_0__cells=np.arange(len(self.tets), dtype="u8")[:, None])
+        def item(name, rows, columns, kind=' NumberType="UInt"'):
+            return f'<DataItem Dimensions="{rows} {columns}"{kind} Format="HDF">run.h5:f/f_0/{name}</DataItem>\n'
+        count, points = len(self.tets), len(self.points)
+        path = self.xml(DOCTYPE + f"""<Xdmf Version="3.0" xmlns:xi="http://www.w3.org/2001/XInclude">
+  <Domain>
+    <Grid Name="f" GridType="Collection" CollectionType="Temporal">
+      <Grid Name="f_0" GridType="Uniform">
+        <Topology NumberOfElements="{count}" TopologyType="Tetrahedron" NodesPerElement="4">{item("mesh/topology", count, 4)}</Topology>
+        <Geometry GeometryType="XYZ">{item("mesh/geometry", points, 3, "")}</Geometry>
+        <Time Value="2" />
+        <Attribute ItemType="FiniteElementFunction" ElementFamily="CG" ElementDegree="1" ElementCell="tetrahedron" Name="f" Center="Other" AttributeType="Scalar">
+          {item("cell_dofs", 4 * count, 1)}{item("vector", points, 1, ' NumberType="Float"')}{item("x_cell_dofs", count + 1, 1)}{item("cells", count, 1)}
+        </Attribute>
+      </Grid>
+    </Grid>
+  </Domain>
+</Xdmf>
+""")
+        mesh, told = self.converted(path)
+        self.assertNotIn("left out", told)
+        np.testing.assert_array_equal(mesh.tets, self.tets)
+        np.testing.assert_array_equal(values(mesh, "f"), self.heat(1).astype("f8"))
+        self.assertEqual(report_of("info", path)["time_steps"], [2])
+
+    def test_all_steps_are_a_series(self):
+        self.expect_series(self.fenics())
+
+    def test_a_changed_file_is_noticed(self):
+        self.write(jittered(24), "grid.vtu")
+        self.points, self.tets = np.array(Vtu(self.grid).points), Vtu(self.grid).tets
+        self.expect_resumed_only_as_it_was(self.fenics(), self.folder / "run.h5")
+
+    def test_no_output_takes_the_place_of_a_data_file(self):
+        path = self.fenics()
+        (self.folder / "run.h5").rename(self.folder / "run.vtu")
+        path.write_bytes(path.read_bytes().replace(b"run.h5", b"run.vtu"))
+        told = self.refused("simplify", path, "-o", self.folder / "run.vtu", *GOAL, code=USAGE)
+        self.assertIn("that is one of the files of", told)
+
+
+class DataSets(XdmfTest):
+    """One grid, whose array T is what is tried."""
+
+    def grid_with(self, values, dimensions=None, name="/T", **options):
+        (self.folder / "run.h5").unlink(missing_ok=True)
+        self.store(cells=self.tets.astype("i4"), points=self.points)
+        with h5py.File(self.folder / "run.h5", "a") as file:
+            file.create_dataset("T", data=values, **options)
+        dimensions = dimensions or " ".join(map(str, np.shape(values)))
+        return self.xml(f"""<Xdmf><Domain><Grid>
+<Topology TopologyType="Tetrahedron"><DataItem Format="HDF" Dimensions="{len(self.tets)} 4">run.h5:/cells</DataItem></Topology>
+<Geometry><DataItem Format="HDF" Dimensions="{len(self.points)} 3">run.h5:/points</DataItem></Geometry>
+<Attribute Name="T" Center="Cell"><DataItem Format="HDF" Dimensions="{dimensions}">run.h5:{name}</DataItem></Attribute></Grid></Domain></Xdmf>""")
+
+    def test_all_types_of_numbers(self):
+        numbers = np.arange(len(self.tets)) % 100
+        for stored, read in (("i1", "i1"), ("u1", "u1"), ("<i2", "<i2"), (">u2", "<u2"), (">i4", "<i4"), ("<u4", "<u4"), (">i8", "<i8"),
+                             ("<u8", "<u8"), ("<f4", "<f4"), (">f8", "<f8"), ("f2", "<f4"), ("?", "i1")):
+            with self.subTest(stored):
+                values = (numbers % 2 if stored == "?" else numbers).astype(stored)
+                path = self.grid_with(values, chunks=True, compression="gzip")
+                found = self.converted(path)[0].arrays["cell"]["T"]
+                self.assertEqual(np.dtype(read).name, {"Int8": "int8", "UInt8": "uint8"}.get(found[0][0], found[0][0].lower()))
+                np.testing.assert_array_equal(found[1][:, 0], values.astype(read))
+        big = np.full(len(self.tets), 2 ** 63 - 1)
+        np.testing.assert_array_equal(self.converted(self.grid_with(big))[0].arrays["cell"]["T"][1][:, 0], big)
+
+    def test_what_is_wrong_is_named(self):
+        count = len(self.tets)
+        self.assertIn(f"'T' has {count + 1} values for {count} cells",
+                      self.refused("info", self.grid_with(np.zeros(count + 1))))
+        self.assertIn(f"says {count} values, and there are {count + 1}",
+                      self.refused("info", self.grid_with(np.zeros(count + 1), dimensions=count)))
+        self.assertIn("data set /Nowhere of", self.refused("info", self.grid_with(np.zeros(count), name="/Nowhere")))
+        self.assertIn("does not say FILE:/DATA_SET", self.refused("info", self.grid_with(np.zeros(count), name="")))
+        self.assertIn("holds no numbers", self.refused("info", self.grid_with(np.full(count, b"words"))))
+        part = f"|0|1|{count}|{count}"
+        run("info", self.grid_with(np.zeros(count), name="T" + part))
+        self.assertIn("is not inside of", self.refused("info", self.grid_with(np.zeros(count), name="T" + part.replace("|0", "|1"))))
+        path = self.grid_with(np.zeros(count))
+        (self.folder / "run.h5").write_bytes(b"no such file")
+        self.assertIn("which the HDF5 library cannot open", self.refused("info", path))
+        (self.folder / "run.h5").unlink()
+        self.assertIn("run.h5, which is not there", self.refused("info", path))
+        self.assertIn("an absolute path", self.refused("info", self.xml(path.read_text().replace("run.h5", str(self.folder / "run.h5")))))
+
+    def test_a_data_set_that_is_larger_than_memory(self):
+        """Its file is small: nothing was written to it."""
+        path = self.grid_with(np.zeros(1), dimensions="100000000")
+        with h5py.File(self.folder / "run.h5", "a") as file:
+            del file["T"]
+            file.create_dataset("T", (100000000,), dtype="f8", chunks=(1 << 20,))
+        self.assertIn("of memory to read it", self.refused("info", path, "--memory", "1M", code=MEMORY))
+
+    def test_damaged_files_are_errors(self):
+        heavy = self.folder / "run.h5"
+        for dialect in self.fenics, self.pylith:
+            path = dialect()
+            for file in path, heavy:
+                data = file.read_bytes()
+                for place in range(16, len(data), len(data) // 20):
+                    for bytes_ in data[:place], data[:place] + b"\xff\xff\xff\x7f" + data[place + 4:]:
+                        file.write_bytes(bytes_)
+                        result = finish("info", path)
+                        self.assertNotIn(-result.returncode, [s.value for s in signal.Signals], (file, place))
+                        if result.returncode != 0:
+                            self.assertEqual((result.returncode in (BAD, INVALID), result.stderr.count(b"\n")), (True, 1), result.stderr)
+                file.write_bytes(data)
+            run("info", path)
+            heavy.unlink()
 
 
 if __name__ == "__main__":
