@@ -135,8 +135,8 @@ std::mutex& vtk_readers() {
       ErrorCode::kBadInput,
       path +
           ": not a mesh file that is read: neither its beginning nor its name says one of the "
-          "formats of VTK (.vtu, .vtk, VTKHDF and others), Exodus, CGNS, EnSight (.case), OpenFOAM "
-          "(.foam), Medit, Gmsh and TetGen");
+          "formats of VTK (.vtu, .vtk, VTKHDF and others), Exodus, CGNS, XDMF, EnSight (.case), "
+          "OpenFOAM (.foam), Medit, Gmsh and TetGen");
 }
 
 }  // namespace

@@ -92,8 +92,8 @@ void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
   command
       .add_option_function<std::string>(
           "--time-step", [step](const std::string& text) { *step = parse_time_step(text); },
-          "Of a file with several time steps of its own (Exodus, EnSight, OpenFOAM, CGNS) the one "
-          "to read, counted from 0, or last. Default: the first" +
+          "Of a file with several time steps of its own (Exodus, EnSight, OpenFOAM, CGNS, "
+          "XDMF) the one to read, counted from 0, or last. Default: the first" +
               more)
       ->group(kInputGroup);
 }

@@ -158,10 +158,10 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
       .add_option("IN", a->inputs,
                   "The mesh: a .vtu, .pvtu, .vtk, Medit, Gmsh or TetGen file, or - for standard "
                   "input; with the VTK plugin also VTK's other files, Exodus, CGNS, VTKHDF, "
-                  "an EnSight .case, or an OpenFOAM case by its .foam or "
+                  "XDMF, an EnSight .case, or an OpenFOAM case by its .foam or "
                   "system/controlDict; or the steps of a series over time: several files, a .pvd "
                   "or .series that names them, or one file that has them all (Exodus, EnSight, "
-                  "OpenFOAM, CGNS)")
+                  "OpenFOAM, CGNS, XDMF)")
       ->required();
   command
       .add_option(
