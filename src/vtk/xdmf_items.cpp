@@ -383,10 +383,18 @@ XdmfItems::Array XdmfItems::read_joined(pugi::xml_node item, int depth) {
 XdmfItems::Hdf5Place XdmfItems::place_of(pugi::xml_node item) const {
   std::string text = document_.text(item);
   Hdf5Place place;
-  while (text.find('|') != std::string::npos) {
-    const std::size_t bar = text.rfind('|');
-    place.part.insert(place.part.begin(), counts_in(text.substr(bar + 1)));
+  if (const std::size_t bar = text.find('|'); bar != std::string::npos) {
+    if (text.find('|', bar + 1) != std::string::npos) {
+      throw DataFault("is made of parts of several data sets, which is not read");
+    }
+    std::string lists = text.substr(bar);
     text.erase(bar);
+    while (!lists.empty()) {
+      lists.erase(0, 1);
+      const std::size_t end = std::min(lists.find(':'), lists.size());
+      place.part.push_back(counts_in(lists.substr(0, end)));
+      lists.erase(0, end);
+    }
   }
   const std::size_t root = text.find(":/");
   const std::size_t colon = root != std::string::npos ? root : text.rfind(':');

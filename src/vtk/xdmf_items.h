@@ -37,7 +37,7 @@ class XdmfItems {
 
  private:
   using Array = vtkSmartPointer<vtkDataArray>;
-  // "run.h5:/T", with "|0 0|1 1|1 5|2 5" behind it where it is a part.
+  // "run.h5:/T", with "|0 0:1 1:1 5:2 5" behind it where it is a part.
   struct Hdf5Place {
     std::string file, name;
     std::vector<Dimensions> part;

@@ -275,7 +275,7 @@ class XdmfTest(SolverTest):
           <Time Value="{time}"/>
           {later if i else first}
           <Attribute Center="Node" ElementCell="" ElementDegree="0" ElementFamily="" ItemType="" Name="heat" Type="Scalar">
-            <DataItem DataType="Float" Dimensions="{len(self.points)}" Format="HDF" Precision="4">run.h5:Heat{i}|0|1|{len(self.points)}|{len(self.points)}</DataItem>
+            <DataItem DataType="Float" Dimensions="{len(self.points)}" Format="HDF" Precision="4">run.h5:Heat{i}|0:1:{len(self.points)}:{len(self.points)}</DataItem>
           </Attribute>
           <Attribute Center="Cell" ElementCell="" ElementDegree="0" ElementFamily="" ItemType="" Name="number" Type="Scalar">
             <DataItem DataType="Int" Dimensions="{len(self.tets)}" Format="HDF" Precision="4">run.h5:Number{i}</DataItem>
@@ -417,9 +417,11 @@ class DataSets(XdmfTest):
         self.assertIn("data set /Nowhere of", self.refused("info", self.grid_with(np.zeros(count), name="/Nowhere")))
         self.assertIn("does not say FILE:/DATA_SET", self.refused("info", self.grid_with(np.zeros(count), name="")))
         self.assertIn("holds no numbers", self.refused("info", self.grid_with(np.full(count, b"words"))))
-        part = f"|0|1|{count}|{count}"
+        part = f"|0:1:{count}:{count}"
         run("info", self.grid_with(np.zeros(count), name="T" + part))
         self.assertIn("is not inside of", self.refused("info", self.grid_with(np.zeros(count), name="T" + part.replace("|0", "|1"))))
+        self.assertIn("parts of several data sets", self.refused("info", self.grid_with(np.zeros(count), name="T" + part + part)))
+        self.assertIn("without its start, step and count", self.refused("info", self.grid_with(np.zeros(count), name="T|0:1")))
         path = self.grid_with(np.zeros(count))
         (self.folder / "run.h5").write_bytes(b"no such file")
         self.assertIn("which the HDF5 library cannot open", self.refused("info", path))
