@@ -60,8 +60,9 @@ class XdmfReader : public FileReader {
     XdmfGrids grids(document_, &items_);
     add_grids(document_.domain(), &grids, 0);
     out->format = "XDMF file";
-    if (grids.blocks().empty()) document_.fail(document_.domain(), "has no grids");
-    for (const XdmfBlock& block : grids.blocks()) {
+    const std::vector<XdmfBlock> blocks = grids.blocks();
+    if (blocks.empty()) document_.fail(document_.domain(), "has no grids");
+    for (const XdmfBlock& block : blocks) {
       add_block(block.grid, block.name, document_.path(), out);
     }
     mark_blocks(out);

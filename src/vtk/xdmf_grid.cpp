@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <numeric>
 
 #include "vtk/cell_lookup.h"
 #include "vtk/number_types.h"
@@ -106,22 +107,40 @@ std::string name_of_attribute(pugi::xml_node attribute) {
 }  // namespace
 
 void XdmfGrids::add(pugi::xml_node grid, const std::string& name) {
-  const vtkSmartPointer<vtkPoints> points = points_of(grid);
-  const XdmfCells& cells = cells_of(grid);
-  for (const XdmfBlock& block : blocks_) {
-    if (points != block.grid->GetPoints()) continue;
+  grids_.push_back({grid, name, points_of(grid), &cells_of(grid)});
+}
+
+// From the one with most cells on, so that those with some of its cells find it.
+std::vector<XdmfBlock> XdmfGrids::blocks() {
+  std::vector<std::size_t> order(grids_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return grids_[a].cells->cells->GetNumberOfCells() > grids_[b].cells->cells->GetNumberOfCells();
+  });
+  std::vector<XdmfBlock> blocks;
+  for (const std::size_t grid : order) place(grid, &blocks);
+  std::sort(blocks.begin(), blocks.end(),
+            [](const XdmfBlock& a, const XdmfBlock& b) { return a.place < b.place; });
+  return blocks;
+}
+
+void XdmfGrids::place(std::size_t index, std::vector<XdmfBlock>* blocks) {
+  const Grid& grid = grids_[index];
+  const XdmfCells& cells = *grid.cells;
+  for (const XdmfBlock& block : *blocks) {
+    if (grid.points != block.grid->GetPoints()) continue;
     Target target{block.grid, cells.cells->GetNumberOfCells(), {}};
     if (!are_equal(cells, block)) {
       target.cell_of = find_cells(block.grid->GetCells(), block.types, cells.cells, cells.types);
       if (target.cell_of.empty()) continue;
     }
-    return add_arrays(grid, target);
+    return add_arrays(grid.node, target);
   }
   const auto out = vtkSmartPointer<vtkUnstructuredGrid>::New();
-  out->SetPoints(points);
+  out->SetPoints(grid.points);
   out->SetCells(cells.types, cells.cells);
-  blocks_.push_back({name, out, cells.types});
-  add_arrays(grid, {out, out->GetNumberOfCells(), {}});
+  blocks->push_back({index, grid.name, out, cells.types});
+  add_arrays(grid.node, {out, out->GetNumberOfCells(), {}});
 }
 
 void XdmfGrids::add_own_arrays(pugi::xml_node collection) { add_arrays(collection, {}); }

@@ -7,6 +7,7 @@
 #include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 
+#include <cstddef>
 #include <map>
 #include <pugixml.hpp>
 #include <set>
@@ -20,6 +21,7 @@
 namespace tetfusion {
 
 struct XdmfBlock {
+  std::size_t place = 0;  // among the grids
   std::string name;
   vtkSmartPointer<vtkUnstructuredGrid> grid;
   vtkSmartPointer<vtkUnsignedCharArray> types;
@@ -30,19 +32,27 @@ class XdmfGrids {
  public:
   XdmfGrids(const XdmfDocument& document, XdmfItems* items) : document_(document), items_(items) {}
 
-  // A block more; or arrays more of an earlier one that has the same points and cells, or these
-  // cells among others, as where each function and all tags of a mesh are grids. Throws
-  // Error(kBadInput).
+  // Reads its points and cells. Throws Error(kBadInput).
   void add(pugi::xml_node grid, const std::string& name);
 
-  // Arrays that a collection of grids has itself.
+  // Reads arrays that a collection of grids has itself. Throws Error(kBadInput).
   void add_own_arrays(pugi::xml_node collection);
 
-  const std::vector<XdmfBlock>& blocks() const { return blocks_; }
+  // Each grid, in their order; but one that has the same points and cells as another one, or some
+  // of its cells, gives that one its arrays, as where each function and all tags of a mesh are
+  // grids. Reads the arrays. To be called once. Throws Error(kBadInput).
+  std::vector<XdmfBlock> blocks();
+
   vtkFieldData* field_data() const { return field_data_; }
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
+  struct Grid {
+    pugi::xml_node node;
+    std::string name;
+    vtkSmartPointer<vtkPoints> points;
+    const XdmfCells* cells = nullptr;
+  };
   // Whose arrays are read.
   struct Target {
     vtkUnstructuredGrid* grid = nullptr;  // none: those of a collection
@@ -52,6 +62,7 @@ class XdmfGrids {
 
   vtkSmartPointer<vtkPoints> points_of(pugi::xml_node grid);
   const XdmfCells& cells_of(pugi::xml_node grid);
+  void place(std::size_t grid, std::vector<XdmfBlock>* blocks);
   void add_arrays(pugi::xml_node grid, const Target& target);
   void add_array(pugi::xml_node attribute, const Target& target);
   void add_function(pugi::xml_node attribute, const std::string& name, vtkUnstructuredGrid* grid);
@@ -65,7 +76,7 @@ class XdmfGrids {
 
   const XdmfDocument& document_;
   XdmfItems* items_;
-  std::vector<XdmfBlock> blocks_;
+  std::vector<Grid> grids_;
   std::map<std::string, vtkSmartPointer<vtkPoints>> points_;
   std::map<std::string, XdmfCells> cells_;
   vtkSmartPointer<vtkFieldData> field_data_ = vtkSmartPointer<vtkFieldData>::New();

@@ -381,8 +381,9 @@ TEST_F(Xdmf, TagsOfCellsAreArraysOfTheMesh) {
            grid_array(kind, "Cell", data_item("NumberType=\"Int\"", values)) + "</Grid>";
   };
   const std::string grid = "<Grid Name=\"mesh\">" + std::string(kTwoTets) + "</Grid>";
-  const auto mesh = mesh_of(xdmf_text(grid + tags("Tetrahedron", "4 1 2 3  3 2 1 0", "20 10") +
-                                      tags("Triangle", "2 1 0", "5")));
+  const std::string cells = tags("Tetrahedron", "4 1 2 3  3 2 1 0", "20 10");
+  const std::string faces = tags("Triangle", "2 1 0", "5");
+  const auto mesh = mesh_of(xdmf_text(grid + cells + faces));
   expect_two_tets(mesh.get());
   EXPECT_THAT(mesh->read_geometry().lower.connectivity, ElementsAre(2, 1, 0));
   EXPECT_EQ(mesh->description().pieces, 2u);
@@ -394,6 +395,15 @@ TEST_F(Xdmf, TagsOfCellsAreArraysOfTheMesh) {
   const auto some = mesh_of(xdmf_text(grid + tags("Tetrahedron", "4 1 2 3", "20")));
   EXPECT_EQ(some->description().pieces, 1u);
   EXPECT_THAT(rows_of_array<std::int32_t>(some.get(), Association::kCell, "Tetrahedron"),
+              ElementsAre(0, 20));
+  const auto before = mesh_of(xdmf_text(
+      "<Grid>" + replaced(points, "[1]", "[2]") +
+      "<Topology TopologyType=\"Tetrahedron\"><DataItem NumberType=\"Int\">4 1 2 3</DataItem>"
+      "</Topology>" +
+      grid_array("tag", "Cell", data_item("NumberType=\"Int\"", "20")) + "</Grid>" + grid));
+  expect_two_tets(before.get());
+  EXPECT_EQ(before->description().pieces, 1u);
+  EXPECT_THAT(rows_of_array<std::int32_t>(before.get(), Association::kCell, "tag"),
               ElementsAre(0, 20));
   // One twice is no list of tags.
   const auto twice = mesh_of(xdmf_text(grid + tags("Tetrahedron", "4 1 2 3 1 2 3 4", "20 30")));
