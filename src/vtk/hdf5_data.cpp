@@ -58,8 +58,11 @@ struct Hdf5Data::File {
   std::string path;
   Hdf5Handle handle;
 
+  std::string words(const std::string& name) const {
+    return "names the data set " + name + " of " + path + ", which ";
+  }
   [[noreturn]] void fail(const std::string& name, const std::string& what) const {
-    throw DataFault("names the data set " + name + " of " + path + ", which " + what);
+    throw DataFault(words(name) + what);
   }
 
   Hdf5Handle open(const std::string& name) const {
@@ -87,7 +90,7 @@ vtkSmartPointer<vtkDataArray> Hdf5Data::read(const std::string& name, const Hype
   const Hdf5Handle in_file = space_of(data);
   const Hdf5Handle type(H5Dget_type(data.get()), H5Tclose);
   const auto in_memory = memory_type(type.get());
-  if (!in_memory) file_->fail(name, "holds no numbers of 1, 2, 4 or 8 bytes");
+  if (!in_memory) throw DataUnread(file_->words(name) + "holds no numbers of 1, 2, 4 or 8 bytes");
   const auto count = value_count(part != nullptr ? part->count : extent_of(in_file));
   if (!count) file_->fail(name, "has more values than can be counted: it is damaged");
   auto array = new_numbers(in_memory->vtk, *count);

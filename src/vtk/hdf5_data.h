@@ -17,6 +17,11 @@ struct DataFault : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// The same, of what is not damaged, but of a kind that is not read.
+struct DataUnread : DataFault {
+  using DataFault::DataFault;
+};
+
 class Hdf5Data {
  public:
   // The file is there. Throws DataFault where it is no HDF5 file, or this build's VTK has no HDF5.
@@ -28,7 +33,7 @@ class Hdf5Data {
   Dimensions dimensions(const std::string& name) const;
 
   // All of it, or a part that lies in it: one value behind the other, of the file's type in this
-  // machine's byte order. Throws DataFault.
+  // machine's byte order. Throws DataFault, DataUnread where they are no numbers.
   vtkSmartPointer<vtkDataArray> read(const std::string& name, const Hyperslab* part) const;
 
  private:

@@ -221,29 +221,26 @@ void XdmfGrids::add_arrays(pugi::xml_node grid, const Target& target) {
 }
 
 void XdmfGrids::add_array(pugi::xml_node attribute, const Target& target) {
+  vtkUnstructuredGrid* const grid = target.grid;
   const std::string name = name_of_attribute(attribute);
   const std::string center = xdmf_attribute(attribute, {"Center"}, "Node");
-  const bool has_all = target.grid != nullptr && target.cell_of.empty();
-  if (is_xdmf_word(xdmf_attribute(attribute, {"ItemType"}), "FiniteElementFunction") && has_all) {
-    return add_function(attribute, name, target.grid);
-  }
-  const bool of_points = is_xdmf_word(center, "Node");
-  const bool of_cells = is_xdmf_word(center, "Cell");
   const bool of_all = is_xdmf_word(center, "Grid");
-  if (!of_all && (target.grid == nullptr || (!of_points && !of_cells))) {
-    return leave_out("array '" + name + "' (" + center + ")");
+  const bool of_points = is_xdmf_word(center, "Node") && grid != nullptr;
+  const bool of_cells = is_xdmf_word(center, "Cell") && grid != nullptr;
+  if (is_xdmf_word(xdmf_attribute(attribute, {"ItemType"}), "FiniteElementFunction")) {
+    if (grid != nullptr && target.cell_of.empty()) return add_function(attribute, name, grid);
+    return leave_out("function '" + name + "' of some cells");
   }
+  if (!of_all && !of_points && !of_cells) return leave_out("array '" + name + "' (" + center + ")");
   const pugi::xml_node item = document_.child(attribute, "DataItem");
   if (!item) document_.fail(attribute, "has no DataItem");
-  const vtkSmartPointer<vtkDataArray> array = items_->read(item);
+  std::string why;
+  const vtkSmartPointer<vtkDataArray> array = items_->read_if_known(item, &why);
+  if (array == nullptr) return leave_out("array '" + name + "', whose DataItem " + why);
   array->SetName(name.c_str());
-  if (of_points) {
-    add_point_rows(attribute, target.grid, array);
-  } else if (of_cells) {
-    add_cell_rows(attribute, target, array);
-  } else {
-    keep(target.grid != nullptr ? target.grid->GetFieldData() : field_data_.Get(), array, "field");
-  }
+  if (of_points) return add_point_rows(attribute, grid, array);
+  if (of_cells) return add_cell_rows(attribute, target, array);
+  keep(grid != nullptr ? grid->GetFieldData() : field_data_.Get(), array, "field");
 }
 
 void XdmfGrids::add_function(pugi::xml_node attribute, const std::string& name,

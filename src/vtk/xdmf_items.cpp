@@ -82,7 +82,7 @@ int number_type(pugi::xml_node item, bool is_text) {
   if (is("UInt") && (has("4") || bytes.empty())) return VTK_TYPE_UINT32;
   if (is("Int") && has("8")) return VTK_TYPE_INT64;
   if (is("UInt") && has("8")) return VTK_TYPE_UINT64;
-  throw DataFault(
+  throw DataUnread(
       "holds numbers of type " + kind + (bytes.empty() ? "" : ", Precision " + bytes) +
       ", which are not read: Float, Int, UInt, Char and UChar of 1, 2, 4 or 8 bytes are");
 }
@@ -152,6 +152,17 @@ vtkSmartPointer<vtkDataArray> XdmfItems::read(pugi::xml_node item) {
   }
 }
 
+vtkSmartPointer<vtkDataArray> XdmfItems::read_if_known(pugi::xml_node item, std::string* why) {
+  try {
+    return read_any(item, 0);
+  } catch (const DataUnread& unread) {
+    *why = unread.what();
+    return nullptr;
+  } catch (const DataFault& fault) {
+    document_.fail(item, fault.what());
+  }
+}
+
 std::vector<double> XdmfItems::read_doubles(pugi::xml_node item) {
   const Array array = read(item);
   std::vector<double> values;
@@ -181,8 +192,8 @@ XdmfItems::Array XdmfItems::read_any(pugi::xml_node item, int depth) {
   if (is_xdmf_word(type, "Uniform")) return read_uniform(item);
   if (is_xdmf_word(type, "HyperSlab")) return read_part(item, depth);
   if (is_xdmf_word(type, "Function")) return read_joined(item, depth);
-  throw DataFault("is of ItemType " + type +
-                  ", which is not read: let ParaView save the file as .vtu");
+  throw DataUnread("is of ItemType " + type +
+                   ", which is not read: let ParaView save the file as .vtu");
 }
 
 XdmfItems::Array XdmfItems::read_uniform(pugi::xml_node item) {
@@ -190,7 +201,7 @@ XdmfItems::Array XdmfItems::read_uniform(pugi::xml_node item) {
   if (is_hdf5_format(format)) return read_hdf5(item, nullptr);
   if (is_xdmf_word(format, "Binary")) return read_binary(item, extent_said(item), nullptr);
   if (format.empty() || is_xdmf_word(format, "XML")) return read_text(item);
-  throw DataFault("is of Format " + format + ", which is not read: XML, HDF and Binary are");
+  throw DataUnread("is of Format " + format + ", which is not read: XML, HDF and Binary are");
 }
 
 XdmfItems::Array XdmfItems::read_text(pugi::xml_node item) const {
@@ -225,7 +236,7 @@ XdmfItems::Array XdmfItems::read_binary(pugi::xml_node item, const Dimensions& e
                                         const Hyperslab* part) {
   const std::string packing = xdmf_attribute(item, {"Compression"});
   if (!packing.empty() && !is_xdmf_word(packing, "Raw")) {
-    throw DataFault("is packed (" + packing + "), which is not read: write it raw");
+    throw DataUnread("is packed (" + packing + "), which is not read: write it raw");
   }
   const std::string name = document_.text(item);
   const MappedFile& file = binary(path_of(name));
@@ -358,8 +369,8 @@ XdmfItems::Array XdmfItems::read_joined(pugi::xml_node item, int depth) {
   const std::vector<pugi::xml_node> items = document_.children(item, "DataItem");
   const auto is_there = [&](std::uint64_t column) { return column < items.size(); };
   if (columns.empty() || !std::all_of(columns.begin(), columns.end(), is_there)) {
-    throw DataFault("is a Function, " + function +
-                    ", which is not read: only JOIN of its items is");
+    throw DataUnread("is a Function, " + function +
+                     ", which is not read: only JOIN of its items is");
   }
   Array out;
   for (std::size_t k = 0; k < columns.size(); ++k) {
@@ -385,7 +396,7 @@ XdmfItems::Hdf5Place XdmfItems::place_of(pugi::xml_node item) const {
   Hdf5Place place;
   if (const std::size_t bar = text.find('|'); bar != std::string::npos) {
     if (text.find('|', bar + 1) != std::string::npos) {
-      throw DataFault("is made of parts of several data sets, which is not read");
+      throw DataUnread("is made of parts of several data sets, which is not read");
     }
     std::string lists = text.substr(bar);
     text.erase(bar);
@@ -408,7 +419,7 @@ XdmfItems::Hdf5Place XdmfItems::place_of(pugi::xml_node item) const {
 }
 
 std::string XdmfItems::path_of(const std::string& name) {
-  const std::string path = listed_path(document_.path(), "the file that a DataItem names", name);
+  std::string path = listed_path(document_.path(), "the file that a DataItem names", name);
   std::error_code unknown;
   if (!std::filesystem::exists(path, unknown)) {
     throw DataFault("names the file " + path + ", which is not there");

@@ -26,6 +26,10 @@ class XdmfItems {
   // many as is said.
   vtkSmartPointer<vtkDataArray> read(pugi::xml_node item);
 
+  // The same, but null where it is of a kind that is not read, and in which words to say that
+  // behind its name.
+  vtkSmartPointer<vtkDataArray> read_if_known(pugi::xml_node item, std::string* why);
+
   // A few of them, as of times.
   std::vector<double> read_doubles(pugi::xml_node item);
 
