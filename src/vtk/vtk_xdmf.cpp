@@ -21,6 +21,7 @@ namespace tetfusion {
 namespace {
 
 constexpr int kDeepestGrid = 32;
+constexpr int kMostGrids = 1 << 20;  // where grids hold others twice at each level
 
 enum class GridKind { kUniform, kTemporal, kOther };
 
@@ -67,7 +68,8 @@ class XdmfReader : public FileReader {
     }
     mark_blocks(out);
     out->field_data.emplace_back(grids.field_data());
-    out->files = items_.files();
+    out->files = document_.included_files();
+    out->files.insert(out->files.end(), items_.files().begin(), items_.files().end());
     out->left_out = grids.left_out();
     for (const std::string& name : document_.other_domains()) {
       out->left_out.push_back("domain '" + name + "'");
@@ -93,6 +95,7 @@ class XdmfReader : public FileReader {
     GridsBeside out;
     TimeLine by_time;
     for (const pugi::xml_node grid : document_.children(parent, "Grid")) {
+      count_visit(grid);
       const GridKind kind = kind_of(grid);
       if (kind != GridKind::kTemporal) {
         out.always.push_back(grid);
@@ -164,6 +167,10 @@ class XdmfReader : public FileReader {
     return times;
   }
 
+  void count_visit(pugi::xml_node grid) {
+    if (++visits_ > kMostGrids) document_.fail(grid, "is one of grids without end");
+  }
+
   void check_depth(pugi::xml_node grid, int depth) const {
     if (depth > kDeepestGrid) document_.fail(grid, "has grids in grids without end");
   }
@@ -223,6 +230,7 @@ class XdmfReader : public FileReader {
     if (kind_of(grid) == GridKind::kUniform) return out->add(grid, name);
     out->add_own_arrays(grid);
     for (const pugi::xml_node part : document_.children(grid, "Grid")) {
+      count_visit(part);
       add_grid_at_time(part, xdmf_attribute(part, {"Name"}), out, depth + 1);
     }
   }
@@ -232,6 +240,7 @@ class XdmfReader : public FileReader {
   std::vector<TimeLine> lines_;
   std::vector<double> times_;
   bool are_alike_ = true;
+  int visits_ = 0;
   std::size_t step_ = 0;
 };
 

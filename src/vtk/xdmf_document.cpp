@@ -4,8 +4,12 @@
 #include <cctype>
 #include <charconv>
 #include <cstddef>
+#include <filesystem>
+#include <system_error>
+#include <utility>
 
 #include "base/error.h"
+#include "io/listed_files.h"
 #include "io/mapped_file.h"
 
 namespace tetfusion {
@@ -60,6 +64,26 @@ std::string inside(const std::string& pointer, const std::string& scheme) {
   return pointer.substr(scheme.size() + 1, end - scheme.size() - 1);
 }
 
+// <!ENTITY name "text">, and no more: what an entity stands for is not looked at again.
+std::map<std::string, std::string> entities_in(std::string_view doctype) {
+  constexpr std::string_view kBegin = "<!ENTITY";
+  std::map<std::string, std::string> entities;
+  for (std::size_t at = doctype.find(kBegin); at != std::string_view::npos;
+       at = doctype.find(kBegin)) {
+    doctype.remove_prefix(at + kBegin.size());
+    const std::size_t quote = doctype.find_first_of("\"'");
+    if (quote == std::string_view::npos) break;
+    const std::string_view name = trimmed(doctype.substr(0, quote));
+    const std::size_t end = doctype.find(doctype[quote], quote + 1);
+    if (end == std::string_view::npos) break;
+    if (name.find_first_of(kXmlBlanks) == std::string_view::npos) {  // else it is a file's
+      entities.emplace(name, trimmed(doctype.substr(quote + 1, end - quote - 1)));
+    }
+    doctype.remove_prefix(end);
+  }
+  return entities;
+}
+
 }  // namespace
 
 bool is_xdmf_word(std::string_view word, std::string_view wanted) {
@@ -81,21 +105,7 @@ std::string xdmf_attribute(pugi::xml_node node, std::initializer_list<std::strin
 }
 
 XdmfDocument::XdmfDocument(const std::string& path) : path_(path) {
-  {
-    const MappedFile file = MappedFile::open(path);
-    const auto result = document_.load_buffer(file.bytes().data(), file.size(),
-                                              pugi::parse_default | pugi::parse_doctype);
-    file.check();
-    if (!result) {
-      throw Error(ErrorCode::kBadInput,
-                  path + ": byte " + std::to_string(result.offset) +
-                      ": the XML is damaged or cut off: " + result.description());
-    }
-  }
-  for (const pugi::xml_node node : document_.children()) {
-    if (node.type() == pugi::node_doctype) take_entities(node.value());
-  }
-  const pugi::xml_node root = own_child(document_, "Xdmf");
+  const pugi::xml_node root = own_child(open(path)->xml, "Xdmf");
   if (!root) throw Error(ErrorCode::kBadInput, path + ": has no element <Xdmf>");
   for (const pugi::xml_node node : children(root, "Domain")) {
     if (!domain_) {
@@ -107,22 +117,40 @@ XdmfDocument::XdmfDocument(const std::string& path) : path_(path) {
   if (!domain_) fail(root, "has no Domain");
 }
 
-// <!ENTITY name "text">, and no more: what an entity stands for is not looked at again.
-void XdmfDocument::take_entities(std::string_view doctype) {
-  constexpr std::string_view kBegin = "<!ENTITY";
-  for (std::size_t at = doctype.find(kBegin); at != std::string_view::npos;
-       at = doctype.find(kBegin)) {
-    doctype.remove_prefix(at + kBegin.size());
-    const std::size_t quote = doctype.find_first_of("\"'");
-    if (quote == std::string_view::npos) return;
-    const std::string_view name = trimmed(doctype.substr(0, quote));
-    const std::size_t end = doctype.find(doctype[quote], quote + 1);
-    if (end == std::string_view::npos) return;
-    if (name.find_first_of(kXmlBlanks) == std::string_view::npos) {  // else it is a file's
-      entities_.emplace(name, trimmed(doctype.substr(quote + 1, end - quote - 1)));
-    }
-    doctype.remove_prefix(end);
+XdmfDocument::File* XdmfDocument::open(const std::string& path) const {
+  std::unique_ptr<File>& file = files_[path];
+  if (file != nullptr) return file.get();
+  auto opened = std::make_unique<File>();
+  opened->path = path;
+  const MappedFile mapped = MappedFile::open(path);
+  const auto result = opened->xml.load_buffer(mapped.bytes().data(), mapped.size(),
+                                              pugi::parse_default | pugi::parse_doctype);
+  mapped.check();
+  if (!result) {
+    throw Error(ErrorCode::kBadInput,
+                path_ + ": " + (path == path_ ? "" : "in " + path + ": ") + "byte " +
+                    std::to_string(result.offset) +
+                    ": the XML is damaged or cut off: " + result.description());
   }
+  for (const pugi::xml_node node : opened->xml.children()) {
+    if (node.type() == pugi::node_doctype) opened->entities = entities_in(node.value());
+  }
+  file = std::move(opened);
+  file_of_root_[file->xml.root()] = file.get();
+  return file.get();
+}
+
+const XdmfDocument::File& XdmfDocument::file_of(pugi::xml_node node) const {
+  const auto known = file_of_root_.find(node.root());
+  return known != file_of_root_.end() ? *known->second : *files_.at(path_);
+}
+
+std::vector<std::string> XdmfDocument::included_files() const {
+  std::vector<std::string> paths;
+  for (const auto& [path, file] : files_) {
+    if (path != path_ && file != nullptr) paths.push_back(path);
+  }
+  return paths;
 }
 
 std::vector<pugi::xml_node> XdmfDocument::children(pugi::xml_node node,
@@ -164,7 +192,7 @@ void XdmfDocument::add(pugi::xml_node node, std::string_view name, int depth,
 pugi::xml_node XdmfDocument::referred(pugi::xml_node node) const {
   std::string where = xdmf_attribute(node, {"Reference"});
   if (is_xdmf_word(where, "XML")) where = text(node);
-  const std::vector<pugi::xml_node> found = select(node, where);
+  const std::vector<pugi::xml_node> found = select(node, where, node);
   const auto same = std::find_if(found.begin(), found.end(), [&](pugi::xml_node other) {
     return is_called(other, local_name(node));
   });
@@ -175,17 +203,22 @@ pugi::xml_node XdmfDocument::referred(pugi::xml_node node) const {
 }
 
 std::vector<pugi::xml_node> XdmfDocument::included(pugi::xml_node node) const {
-  const std::string file = xdmf_attribute(node, {"href"});
-  if (!file.empty()) {
-    fail(node, "includes another file, " + in_quotes(file) +
-                   ", which is not done here: give that one, or let ParaView save all as .vtu");
+  const std::string name = xdmf_attribute(node, {"href"});
+  pugi::xml_node root = node.root();
+  if (!name.empty()) {
+    const std::string path = listed_path(path_of(node), "the file that is included", name);
+    std::error_code unknown;
+    if (!std::filesystem::is_regular_file(path, unknown)) {
+      fail(node, "includes " + path + ", which is not there");
+    }
+    root = open(path)->xml;
   }
   const std::string pointer = xdmf_attribute(node, {"xpointer"});
   std::vector<pugi::xml_node> found;
   if (const std::string numbers = inside(pointer, "element"); !numbers.empty()) {
-    if (const pugi::xml_node other = node_by_numbers(document_, numbers)) found = {other};
+    if (const pugi::xml_node other = node_by_numbers(root, numbers)) found = {other};
   } else if (const std::string where = inside(pointer, "xpointer"); !where.empty()) {
-    found = select(node, where);
+    found = select(name.empty() ? node : root, where, node);
   }
   if (found.empty()) {
     fail(node, "includes " + in_quotes(pointer) + ", where there is nothing");
@@ -193,15 +226,15 @@ std::vector<pugi::xml_node> XdmfDocument::included(pugi::xml_node node) const {
   return found;
 }
 
-std::vector<pugi::xml_node> XdmfDocument::select(pugi::xml_node node,
-                                                 const std::string& where) const {
+std::vector<pugi::xml_node> XdmfDocument::select(pugi::xml_node from, const std::string& where,
+                                                 pugi::xml_node by) const {
   std::vector<pugi::xml_node> found;
   try {
-    for (const pugi::xpath_node at : node.select_nodes(where.c_str())) {
+    for (const pugi::xpath_node at : from.select_nodes(where.c_str())) {
       if (at.node().type() == pugi::node_element) found.push_back(at.node());
     }
   } catch (const pugi::xpath_exception& error) {
-    fail(node, "refers to " + in_quotes(where) + ", which is no XPath: " + error.what());
+    fail(by, "refers to " + in_quotes(where) + ", which is no XPath: " + error.what());
   }
   return found;
 }
@@ -216,6 +249,7 @@ std::vector<std::string_view> XdmfDocument::text_parts(pugi::xml_node node) {
 }
 
 std::string XdmfDocument::text(pugi::xml_node node) const {
+  const std::map<std::string, std::string>& entities = file_of(node).entities;
   std::string all;
   for (std::string_view part : text_parts(node)) {
     for (std::size_t at = part.find('&'); at != std::string_view::npos; at = part.find('&')) {
@@ -223,10 +257,10 @@ std::string XdmfDocument::text(pugi::xml_node node) const {
       part.remove_prefix(at);
       const std::size_t end = part.find(';');
       const auto entity = end == std::string_view::npos
-                              ? entities_.end()
-                              : entities_.find(std::string(part.substr(1, end - 1)));
-      all += entity == entities_.end() ? "&" : entity->second;
-      part.remove_prefix(entity == entities_.end() ? 1 : end + 1);
+                              ? entities.end()
+                              : entities.find(std::string(part.substr(1, end - 1)));
+      all += entity == entities.end() ? "&" : entity->second;
+      part.remove_prefix(entity == entities.end() ? 1 : end + 1);
     }
     all += part;
   }
@@ -235,9 +269,11 @@ std::string XdmfDocument::text(pugi::xml_node node) const {
 
 void XdmfDocument::fail(pugi::xml_node node, const std::string& what) const {
   const std::string name = xdmf_attribute(node, {"Name"});
-  throw Error(ErrorCode::kBadInput, path_ + ": byte " + std::to_string(node.offset_debug()) + ": " +
-                                        std::string(local_name(node)) +
-                                        (name.empty() ? "" : " " + in_quotes(name)) + " " + what);
+  throw Error(ErrorCode::kBadInput,
+              path_ + ": " + (path_of(node) == path_ ? "" : "in " + path_of(node) + ": ") +
+                  "byte " + std::to_string(node.offset_debug()) + ": " +
+                  std::string(local_name(node)) + (name.empty() ? "" : " " + in_quotes(name)) +
+                  " " + what);
 }
 
 }  // namespace tetfusion

@@ -1,9 +1,10 @@
-// The XML of an XDMF file, in which elements stand for others: by xi:include, by a Reference, by
-// entities.
+// The XML of an XDMF file, in which elements stand for others, of this file or of another one: by
+// xi:include, by a Reference, by entities.
 #pragma once
 
 #include <initializer_list>
 #include <map>
+#include <memory>
 #include <pugixml.hpp>
 #include <string>
 #include <string_view>
@@ -26,6 +27,12 @@ class XdmfDocument {
 
   const std::string& path() const { return path_; }
 
+  // The file that the element is in: that one, or one that is included.
+  const std::string& path_of(pugi::xml_node node) const { return file_of(node).path; }
+
+  // Those that are included as far as was asked for.
+  std::vector<std::string> included_files() const;
+
   // The first one; the names of the others.
   pugi::xml_node domain() const { return domain_; }
   const std::vector<std::string>& other_domains() const { return other_domains_; }
@@ -46,22 +53,32 @@ class XdmfDocument {
   // The same in one, with its entities resolved, without blanks round it.
   std::string text(pugi::xml_node node) const;
 
-  // Throws Error(kBadInput): "run.xdmf: byte 123: DataItem 'x' what".
+  // Throws Error(kBadInput): "run.xdmf: byte 123: DataItem 'x' what", and which file where it is an
+  // included one.
   [[noreturn]] void fail(pugi::xml_node node, const std::string& what) const;
 
  private:
+  struct File {
+    std::string path;
+    pugi::xml_document xml;
+    std::map<std::string, std::string> entities;
+  };
+
+  File* open(const std::string& path) const;
+  const File& file_of(pugi::xml_node node) const;
   void add(pugi::xml_node node, std::string_view name, int depth,
            std::vector<pugi::xml_node>* out) const;
   pugi::xml_node referred(pugi::xml_node node) const;
   std::vector<pugi::xml_node> included(pugi::xml_node node) const;
-  std::vector<pugi::xml_node> select(pugi::xml_node node, const std::string& where) const;
-  void take_entities(std::string_view doctype);
+  std::vector<pugi::xml_node> select(pugi::xml_node from, const std::string& where,
+                                     pugi::xml_node by) const;
 
   std::string path_;
-  pugi::xml_document document_;
+  // By their paths; and by the roots of their trees. They are opened when they are asked for.
+  mutable std::map<std::string, std::unique_ptr<File>> files_;
+  mutable std::map<pugi::xml_node, const File*> file_of_root_;
   pugi::xml_node domain_;
   std::vector<std::string> other_domains_;
-  std::map<std::string, std::string> entities_;
 };
 
 }  // namespace tetfusion

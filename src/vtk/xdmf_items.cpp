@@ -181,7 +181,7 @@ std::string XdmfItems::key(pugi::xml_node item) const {
     for (const pugi::xml_attribute attribute : item.attributes()) {
       if (!is_xdmf_word(attribute.name(), "Name")) key += std::string(attribute.value()) + " ";
     }
-    return key + document_.text(item);
+    return key + document_.path_of(item) + " " + document_.text(item);
   }
   return "element " + std::to_string(item.hash_value());
 }
@@ -239,7 +239,7 @@ XdmfItems::Array XdmfItems::read_binary(pugi::xml_node item, const Dimensions& e
     throw DataUnread("is packed (" + packing + "), which is not read: write it raw");
   }
   const std::string name = document_.text(item);
-  const MappedFile& file = binary(path_of(name));
+  const MappedFile& file = binary(path_of(item, name));
   auto array = new_numbers(number_type(item, false), 0);
   const auto size = static_cast<std::uint64_t>(array->GetDataTypeSize());
   const std::vector<std::uint64_t> seek = counts_in(xdmf_attribute(item, {"Seek"}));
@@ -285,7 +285,7 @@ XdmfItems::Array XdmfItems::read_binary(pugi::xml_node item, const Dimensions& e
 
 XdmfItems::Array XdmfItems::read_hdf5(pugi::xml_node item, const Hyperslab* part) {
   const Hdf5Place place = place_of(item);
-  const Hdf5Data& file = hdf5(path_of(place.file));
+  const Hdf5Data& file = hdf5(path_of(item, place.file));
   Hyperslab own;
   if (!place.part.empty() && place.part.size() < 3) {
     throw DataFault("names a part of a data set without its start, step and count");
@@ -365,6 +365,7 @@ Hyperslab XdmfItems::slab_of(pugi::xml_node list) {
 // Columns side by side.
 XdmfItems::Array XdmfItems::read_joined(pugi::xml_node item, int depth) {
   const std::string function = xdmf_attribute(item, {"Function"});
+  if (depth > 0) throw DataUnread("is made of a Function, " + function + ", which is not read");
   const std::vector<std::uint64_t> columns = joined_items(function);
   const std::vector<pugi::xml_node> items = document_.children(item, "DataItem");
   const auto is_there = [&](std::uint64_t column) { return column < items.size(); };
@@ -418,8 +419,8 @@ XdmfItems::Hdf5Place XdmfItems::place_of(pugi::xml_node item) const {
   return place;
 }
 
-std::string XdmfItems::path_of(const std::string& name) {
-  std::string path = listed_path(document_.path(), "the file that a DataItem names", name);
+std::string XdmfItems::path_of(pugi::xml_node item, const std::string& name) {
+  std::string path = listed_path(document_.path_of(item), "the file that a DataItem names", name);
   std::error_code unknown;
   if (!std::filesystem::exists(path, unknown)) {
     throw DataFault("names the file " + path + ", which is not there");

@@ -56,7 +56,7 @@ class XdmfItems {
   Array read_joined(pugi::xml_node item, int depth);
   Hyperslab slab_of(pugi::xml_node list);
   Hdf5Place place_of(pugi::xml_node item) const;
-  std::string path_of(const std::string& name);
+  std::string path_of(pugi::xml_node item, const std::string& name);
   const Hdf5Data& hdf5(const std::string& path);
   const MappedFile& binary(const std::string& path);
 

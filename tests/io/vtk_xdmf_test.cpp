@@ -428,6 +428,46 @@ TEST_F(Xdmf, ReferencesAndEntities) {
   EXPECT_THAT(rows_of_array<double>(mesh.get(), Association::kCell, "heat"), ElementsAre(3, 3));
 }
 
+TEST_F(Xdmf, OtherFilesAreIncluded) {
+  const std::string one = xdmf_text(
+      "<Grid><Time Value=\"0.5\"/>" + std::string(kTwoTets) +
+          grid_array("heat", "Cell", data_item("Format=\"Binary\" Dimensions=\"2\"", "&Name;")) +
+          "</Grid>",
+      "<!DOCTYPE Xdmf [ <!ENTITY Name \"T.bin\"> ]>");
+  for (const char* const step : {"1", "2"}) {
+    const std::string folder = std::string("steps/") + step;
+    write(folder + "/one.xmf", replaced(one, "0.5", step));
+    write(folder + "/T.bin", raw_bytes<float>({std::stof(step), 7}));
+  }
+  const auto include = [](const std::string& step, const std::string& where) {
+    return "<xi:include href=\"steps/" + step + "/one.xmf\" xpointer=\"" + where + "\"/>";
+  };
+  const std::string path =
+      write("run.xdmf", xdmf_text("<Grid GridType=\"Collection\" CollectionType=\"Temporal\">" +
+                                  include("1", "xpointer(//Xdmf/Domain/Grid)") +
+                                  include("2", "element(/1/1/1)") + "</Grid>"));
+  EXPECT_THAT(time_steps_of(path), ElementsAre(1, 2));
+  OpenOptions options;
+  options.time_step = 1;
+  const auto mesh = open_mesh(path, options);
+  expect_two_tets(mesh.get());
+  EXPECT_THAT(rows_of_array<float>(mesh.get(), Association::kCell, "heat"), ElementsAre(2, 7));
+  EXPECT_THAT(mesh->description().files,
+              ElementsAre(dir_.file("steps/1/one.xmf"), dir_.file("steps/2/one.xmf"),
+                          dir_.file("steps/2/T.bin")));
+  write("steps/2/T.bin", "");
+  EXPECT_THAT(error_of(path, options),
+              HasSubstr("run.xdmf: in " + dir_.file("steps/2/one.xmf") + ": byte "));
+  write("steps/1/one.xmf", "<Xdmf>");
+  EXPECT_THAT(error_of(path, options),
+              AllOf(HasSubstr("in " + dir_.file("steps/1/one.xmf")), HasSubstr("is damaged")));
+  // One that includes itself.
+  write("steps/1/one.xmf", xdmf_text("<Grid GridType=\"Tree\"><xi:include href=\"one.xmf\" "
+                                     "xpointer=\"xpointer(//Grid)\"/></Grid>"));
+  EXPECT_THAT(fault_of(xdmf_text(include("1", "xpointer(//Grid)"))),
+              HasSubstr("grids in grids without end"));
+}
+
 TEST_F(Xdmf, FunctionsOfFiniteElements) {
   const auto function = [](const std::string& family, const std::string& numbers) {
     return "<Attribute ItemType=\"FiniteElementFunction\" ElementCell=\"tetrahedron\" " + family +
@@ -520,8 +560,8 @@ TEST_F(Xdmf, DamagedTextIsAnError) {
            Case{"Dimensions=\"5 3\" Format=\"XML\">0 0 0", ">0 0",
                 "14 coordinates, which are no rows of 3"},
            Case{"\"Uniform\"", "\"SubSet\"", "is of GridType SubSet"},
-           Case{"<Domain>", "<Domain><Grid GridType=\"Tree\"/><xi:include href=\"a.xmf\"/>",
-                "includes another file, 'a.xmf'"},
+           Case{"<Domain>", "<Domain><xi:include href=\"a.xmf\"/>", "a.xmf, which is not there"},
+           Case{"<Domain>", "<Domain><xi:include href=\"../a.xmf\"/>", "not below the folder"},
            Case{"<Domain>", "<Domain><xi:include xpointer=\"element(/1/7)\"/>",
                 "includes 'element(/1/7)', where there is nothing"},
            Case{"<Domain>", "<Domain><xi:include xpointer=\"xpointer(//Grid[)\"/>",
@@ -543,6 +583,10 @@ TEST_F(Xdmf, DamagedTextIsAnError) {
   EXPECT_THAT(fault_of(xdmf_text(
                   "<Grid GridType=\"Tree\"><xi:include xpointer=\"xpointer(//Grid)\"/></Grid>")),
               HasSubstr("grids in grids without end"));
+  EXPECT_THAT(fault_of(xdmf_text("<Grid GridType=\"Tree\"><xi:include "
+                                 "xpointer=\"xpointer(//Grid)\"/><xi:include "
+                                 "xpointer=\"xpointer(//Grid)\"/></Grid>")),
+              HasSubstr("without end"));
 }
 
 TEST_F(Xdmf, DamagedBinaryFilesAreErrors) {
