@@ -162,11 +162,18 @@ vtkSmartPointer<vtkPoints> XdmfGrids::points_of(pugi::xml_node grid) {
   if (!geometry) document_.fail(grid, "has no Geometry");
   vtkSmartPointer<vtkPoints>& points = points_[key_of(geometry)];
   if (points != nullptr) return points;
-  const std::string type = xdmf_attribute(geometry, {"GeometryType", "Type"}, "XYZ");
-  std::vector<vtkSmartPointer<vtkDataArray>> arrays;
-  for (const pugi::xml_node item : document_.children(geometry, "DataItem")) {
-    arrays.push_back(items_->read(item));
+  const vtkSmartPointer<vtkDataArray> rows = coordinates_of(geometry);
+  for (const auto& [key, known] : points_) {
+    if (known != nullptr && have_equal_bytes(known->GetData(), rows)) return points = known;
   }
+  points = vtkSmartPointer<vtkPoints>::New();
+  points->SetData(rows);
+  return points;
+}
+
+// Rows of three.
+vtkSmartPointer<vtkDataArray> XdmfGrids::coordinates_of(pugi::xml_node geometry) {
+  const std::string type = xdmf_attribute(geometry, {"GeometryType", "Type"}, "XYZ");
   const bool is_split = is_xdmf_word(type, "X_Y_Z") || is_xdmf_word(type, "X_Y");
   const bool is_flat = is_xdmf_word(type, "XY") || is_xdmf_word(type, "X_Y");
   if (!is_split && !is_flat && !is_xdmf_word(type, "XYZ")) {
@@ -174,17 +181,19 @@ vtkSmartPointer<vtkPoints> XdmfGrids::points_of(pugi::xml_node grid) {
                                  ", which is not read: XYZ, XY, X_Y_Z and X_Y are; let ParaView "
                                  "save a structured grid as .vts or .vti");
   }
+  const std::vector<pugi::xml_node> items = document_.children(geometry, "DataItem");
   const std::size_t wanted = !is_split ? 1 : is_flat ? 2 : 3;
-  if (arrays.size() != wanted) {
-    document_.fail(geometry, "is of type " + type + " and has " + std::to_string(arrays.size()) +
+  if (items.size() != wanted) {
+    document_.fail(geometry, "is of type " + type + " and has " + std::to_string(items.size()) +
                                  " DataItems, expected " + std::to_string(wanted));
   }
-  for (const auto& array : arrays) {
-    if (array->GetDataType() == arrays[0]->GetDataType() &&
-        array->GetNumberOfTuples() == arrays[0]->GetNumberOfTuples()) {
-      continue;
+  std::vector<vtkSmartPointer<vtkDataArray>> arrays;
+  for (const pugi::xml_node item : items) {
+    arrays.push_back(items_->read(item));
+    if (arrays.back()->GetDataType() != arrays[0]->GetDataType() ||
+        arrays.back()->GetNumberOfTuples() != arrays[0]->GetNumberOfTuples()) {
+      document_.fail(geometry, "has coordinates of different types or numbers");
     }
-    document_.fail(geometry, "has coordinates of different types or numbers");
   }
   const vtkIdType width = is_split ? 1 : is_flat ? 2 : 3;
   if (arrays[0]->GetNumberOfTuples() % width != 0) {
@@ -195,12 +204,7 @@ vtkSmartPointer<vtkPoints> XdmfGrids::points_of(pugi::xml_node grid) {
   if (is_split) array = interleaved(arrays, is_flat ? 1 : 0);
   if (is_flat && !is_split) array = lifted(array);
   array->SetNumberOfComponents(3);
-  for (const auto& [key, known] : points_) {
-    if (known != nullptr && have_equal_bytes(known->GetData(), array)) return points = known;
-  }
-  points = vtkSmartPointer<vtkPoints>::New();
-  points->SetData(array);
-  return points;
+  return array;
 }
 
 const XdmfCells& XdmfGrids::cells_of(pugi::xml_node grid) {

@@ -61,6 +61,7 @@ class XdmfGrids {
   };
 
   vtkSmartPointer<vtkPoints> points_of(pugi::xml_node grid);
+  vtkSmartPointer<vtkDataArray> coordinates_of(pugi::xml_node geometry);
   const XdmfCells& cells_of(pugi::xml_node grid);
   void place(std::size_t grid, std::vector<XdmfBlock>* blocks);
   void add_arrays(pugi::xml_node grid, const Target& target);

@@ -114,6 +114,15 @@ bool is_swapped(pugi::xml_node item) {
   return false;
 }
 
+void swap_bytes(vtkDataArray* array) {
+  with_number_type(array->GetDataType(), [&](auto zero) {
+    auto* const values = numbers_of<decltype(zero)>(array);
+    for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
+      values[i] = load<decltype(zero)>(reinterpret_cast<const std::byte*>(values + i), true);
+    }
+  });
+}
+
 bool is_hdf5_format(const std::string& format) {
   return is_xdmf_word(format, "HDF") || is_xdmf_word(format, "HDF5") || is_xdmf_word(format, "H5");
 }
@@ -230,56 +239,47 @@ XdmfItems::Array XdmfItems::read_text(pugi::xml_node item) const {
   return array;
 }
 
-// A part may have more rows than is said, where the file has them: SeisSol counts those that there
-// were when it wrote the step.
+// The file says how many rows there are, and not the XML: SeisSol counts those that there were when
+// it wrote the step.
 XdmfItems::Array XdmfItems::read_binary(pugi::xml_node item, const Dimensions& extent,
                                         const Hyperslab* part) {
   const std::string packing = xdmf_attribute(item, {"Compression"});
   if (!packing.empty() && !is_xdmf_word(packing, "Raw")) {
     throw DataUnread("is packed (" + packing + "), which is not read: write it raw");
   }
-  const std::string name = document_.text(item);
-  const MappedFile& file = binary(path_of(item, name));
+  if (extent.empty()) throw DataFault("says no Dimensions, which it must of a binary file");
+  const MappedFile& file = binary(path_of(item, document_.text(item)));
   auto array = new_numbers(number_type(item, false), 0);
   const auto size = static_cast<std::uint64_t>(array->GetDataTypeSize());
   const std::vector<std::uint64_t> seek = counts_in(xdmf_attribute(item, {"Seek"}));
   const std::uint64_t begin = seek.empty() ? 0 : seek.front();
   const std::uint64_t held = begin > file.size() ? 0 : (file.size() - begin) / size;
-  std::uint64_t count = count_of(extent);
-  if (extent.empty()) throw DataFault("says no Dimensions, which it must of a binary file");
-  std::uint64_t rows_needed = count;
-  if (part != nullptr) {
-    Dimensions all = extent;
-    const std::uint64_t row = count_of({extent.begin() + 1, extent.end()});
-    if (row > 0) all[0] = std::max(all[0], held / row);
-    if (!part->lies_in(all)) fail_outside(*part, all);
-    count = count_of(part->count);
-    rows_needed = 0;
-  }
-  if (rows_needed > held) {
+  if (part == nullptr && count_of(extent) > held) {
     throw DataFault("says " + extent_words(extent) + " values of " + std::to_string(size) +
                     " bytes from byte " + std::to_string(begin) + " of " + file.path() +
                     " on, which ends at byte " + std::to_string(file.size()));
   }
+  Dimensions there = extent;
+  const std::uint64_t row = count_of({extent.begin() + 1, extent.end()});
+  if (row > 0) there[0] = held / row;
+  if (part != nullptr && !part->lies_in(there)) fail_outside(*part, there);
+  const std::uint64_t count = count_of(part != nullptr ? part->count : extent);
   array->SetNumberOfTuples(static_cast<vtkIdType>(count));
+  if (count == 0) return array;
   const std::byte* const from = file.bytes().data() + begin;
   auto* to = static_cast<std::byte*>(array->GetVoidPointer(0));
   const auto copy = [&](std::uint64_t first, std::uint64_t values) {
     std::memcpy(to, from + first * size, values * size);
     to += values * size;
   };
-  if (count > 0 && part != nullptr) for_each_run(extent, *part, copy);
-  if (count > 0 && part == nullptr) copy(0, count);
+  if (part != nullptr) {
+    for_each_run(there, *part, copy);
+  } else {
+    copy(0, count);
+  }
   file.dont_need(0, file.size());
   file.check();
-  if (is_swapped(item)) {
-    with_number_type(array->GetDataType(), [&](auto zero) {
-      auto* const values = numbers_of<decltype(zero)>(array);
-      for (std::uint64_t i = 0; i < count; ++i) {
-        values[i] = load<decltype(zero)>(reinterpret_cast<const std::byte*>(values + i), true);
-      }
-    });
-  }
+  if (is_swapped(item)) swap_bytes(array);
   return array;
 }
 

@@ -635,6 +635,11 @@ TEST_F(Xdmf, PartsOutsideAreErrors) {
     EXPECT_THAT(with("0 0 1 1 -1 2", source), HasSubstr("not a start, a step and a count"));
   }
   EXPECT_THAT(with("0 0 1 1 1 2", ""), HasSubstr("a HyperSlab of 1 DataItems"));
+  // Cut off: what the XML says of it is not believed.
+  const std::string cut = data_item("Dimensions=\"5000 2\" Format=\"Binary\"", "T.bin");
+  EXPECT_EQ(with("2 0 1 1 1 2", cut), "no error");
+  EXPECT_THAT(with("3 0 1 1 1 2", cut), HasSubstr("is not inside of 3 x 2"));
+  EXPECT_THAT(with("4000 0 1 1 1 2", cut), HasSubstr("is not inside of 3 x 2"));
 }
 
 }  // namespace
