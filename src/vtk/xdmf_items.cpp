@@ -118,7 +118,8 @@ void swap_bytes(vtkDataArray* array) {
   with_number_type(array->GetDataType(), [&](auto zero) {
     auto* const values = numbers_of<decltype(zero)>(array);
     for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
-      values[i] = load<decltype(zero)>(reinterpret_cast<const std::byte*>(values + i), true);
+      values[i] =
+          tetfusion::load<decltype(zero)>(reinterpret_cast<const std::byte*>(values + i), true);
     }
   });
 }
