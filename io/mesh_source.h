@@ -24,8 +24,9 @@ struct MeshDescription {
   std::string path;    // as the user gave it; "-" for standard input
   std::string format;  // "VTK XML unstructured grid, appended raw, zlib, UInt64 headers"
   std::uint64_t pieces = 1;
-  std::uint64_t points = 0;  // all pieces, before merging
-  std::uint64_t cells = 0;   // all pieces, ghosts too
+  bool joins_points = false;  // of several pieces, or as OpenOptions::merge_points says
+  std::uint64_t points = 0;   // all pieces, before merging
+  std::uint64_t cells = 0;    // all pieces, ghosts too
   ValueType point_type = ValueType::kFloat32;
   std::uint64_t file_bytes = 0;
   std::vector<std::string> files;  // that the file at `path` names, where it is several

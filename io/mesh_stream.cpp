@@ -31,6 +31,7 @@ class WholeMeshStream final : public MeshStream {
   std::uint64_t ghost_cells() const override { return mesh_.ghost_cells; }
   std::uint64_t merged_points() const override { return mesh_.merged_points; }
   std::uint64_t differing_points() const override { return mesh_.differing_points; }
+  LargestDifference largest_difference() const override { return mesh_.largest_difference; }
   std::uint64_t dropped_points() const override { return mesh_.unused_points; }
   bool streams_from_disk() const override { return false; }
 

@@ -41,10 +41,12 @@ class MeshStream {
   virtual std::uint64_t cells() const = 0;  // those of lower dimension, too, and ghosts, if windows
                                             // of the file are read
 
-  // What reading left out, as in Geometry. Known from the start.
+  // What reading left out, as in Geometry. Known from the start, but for what the copies had: who
+  // asks first for that waits until their rows have been read (differing_copies.h).
   virtual std::uint64_t ghost_cells() const = 0;
   virtual std::uint64_t merged_points() const = 0;
   virtual std::uint64_t differing_points() const { return 0; }
+  virtual LargestDifference largest_difference() const { return {}; }
   virtual std::uint64_t dropped_points() const = 0;  // unused points that have no number here
 
   // Three coordinates a point, of the description's point_type, into `out`, in native byte order.

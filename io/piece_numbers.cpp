@@ -50,9 +50,9 @@ void PieceNumbers::find_copies(std::span<const std::uint64_t> piece_begin, const
   for (std::uint64_t pass = 0; pass < passes; ++pass)
     match(piece_begin, keys, also_within, passes, pass);
   std::sort(copies_.begin(), copies_.end(),
-            [](const Copy& a, const Copy& b) { return a.point < b.point; });
+            [](const PointCopy& a, const PointCopy& b) { return a.point < b.point; });
   // Only now: all passes have to see them.
-  for (const Copy& copy : copies_)
+  for (const PointCopy& copy : copies_)
     bits_[copy.point / 64] &= ~(std::uint64_t{1} << (copy.point % 64));
   rank();
 }
@@ -98,7 +98,7 @@ void PieceNumbers::rank() {
 }
 
 std::uint64_t PieceNumbers::bytes() const {
-  return 8 * (bits_.size() + ranks_.size()) + sizeof(Copy) * copies_.size();
+  return 8 * (bits_.size() + ranks_.size()) + sizeof(PointCopy) * copies_.size();
 }
 
 VertexId PieceNumbers::rank_of(VertexId point) const {
@@ -114,7 +114,7 @@ VertexId PieceNumbers::rank_of(VertexId point) const {
 VertexId PieceNumbers::number(VertexId point) const {
   if (stays(point)) return rank_of(point);
   const auto copy = std::lower_bound(copies_.begin(), copies_.end(), point,
-                                     [](const Copy& c, VertexId p) { return c.point < p; });
+                                     [](const PointCopy& c, VertexId p) { return c.point < p; });
   return rank_of(copy->original);
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "io/differing_copies.h"
 #include "mesh/geometry.h"
 
 namespace tetfusion {
@@ -36,7 +37,8 @@ class PieceNumbers {
   std::uint64_t points() const { return ranks_.back(); }  // that have numbers of their own
   std::uint64_t merged() const { return copies_.size(); }
   std::uint64_t unused() const { return points_ - points() - merged(); }
-  std::uint64_t bytes() const;  // of memory
+  std::uint64_t bytes() const;                              // of memory
+  JoinedPoints joined() const { return {bits_, copies_}; }  // as long as this is there
 
   // Of a used point.
   VertexId number(VertexId point) const;
@@ -46,10 +48,6 @@ class PieceNumbers {
   std::uint64_t point_of(std::uint64_t number) const;
 
  private:
-  struct Copy {
-    VertexId point;
-    VertexId original;
-  };
   static constexpr std::uint64_t kWords = 8;  // of bits, a rank
 
   void match(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys, bool also_within,
@@ -60,7 +58,7 @@ class PieceNumbers {
   std::uint64_t points_;
   Vector<std::uint64_t> bits_;   // used, and no copy
   Vector<std::uint64_t> ranks_;  // points with numbers before each kWords words; one entry more
-  Vector<Copy> copies_;          // ascending
+  Vector<PointCopy> copies_;     // ascending
 };
 
 // Coordinates as a key: 0 equals -0.

@@ -1,9 +1,13 @@
 #include "io/pieces_stream.h"
 
 #include <algorithm>
+#include <mutex>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
+#include "io/differing_copies.h"
 #include "io/merge_pieces.h"
 #include "io/piece_numbers.h"
 #include "io/vtu_points.h"
@@ -38,6 +42,8 @@ class PiecesStream final : public MeshStream {
   std::uint64_t cells() const override { return description_.cells; }
   std::uint64_t ghost_cells() const override { return ghosts_; }
   std::uint64_t merged_points() const override { return numbers_.merged(); }
+  std::uint64_t differing_points() const override { return differences().points; }
+  LargestDifference largest_difference() const override { return differences().largest; }
   std::uint64_t dropped_points() const override { return numbers_.unused(); }
   bool streams_from_disk() const override { return true; }
   std::uint64_t bytes() const override { return numbers_.bytes(); }
@@ -87,6 +93,7 @@ class PiecesStream final : public MeshStream {
   void open(const std::vector<StreamPiece>& pieces, const OpenOptions& options);
   void find_used_points();
   void find_copies(bool merge_points);
+  const CopyDifferences& differences() const;
 
   // f(part, first within it, count) for each part that has some of a range.
   template <class F>
@@ -118,6 +125,8 @@ class PiecesStream final : public MeshStream {
   std::vector<std::unique_ptr<Part>> parts_;
   PieceNumbers numbers_;
   std::uint64_t ghosts_ = 0;
+  mutable std::mutex mutex_;
+  mutable std::optional<CopyDifferences> differences_;  // once somebody has asked
 };
 
 MeshDescription describe_piece(const MeshDescription& mesh, const VtuPiece& piece) {
@@ -232,6 +241,27 @@ void PiecesStream::find_copies(bool merge_points) {
                       });
       },
       std::max(kLeastMemory, kMemoryPerPoint * description_.points), merge_points);
+}
+
+const CopyDifferences& PiecesStream::differences() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (differences_) return *differences_;
+  const std::vector<ArrayInfo>& arrays = description_.point_data.arrays;
+  Vector<std::byte> rows;
+  const auto read = [&](std::size_t array, std::uint64_t first,
+                        std::uint64_t count) -> std::span<const std::byte> {
+    const std::size_t stride = arrays[array].components * size_of(arrays[array].type);
+    rows.resize(count * stride);
+    for_each_part(first, count, &Part::first_point,
+                  [&](const Part& part, std::uint64_t begin, std::uint64_t n) {
+                    const std::uint64_t at = part.first_point + begin - first;
+                    part.stream->read_rows(Association::kPoint, array, begin, n,
+                                           std::span(rows).subspan(at * stride, n * stride));
+                  });
+    return rows;
+  };
+  differences_ = find_differences(numbers_.joined(), arrays, read);
+  return *differences_;
 }
 
 // Reads the points that lie between the window's, and keeps those that have numbers.

@@ -22,7 +22,8 @@ struct StreamPiece {
 //
 // Goes once through the cells, and once or a few times through the points, to find the copies.
 // Keeps about a bit a point, and eight bytes for each copy. Throws what read_geometry() throws. All
-// of the arguments outlive the stream.
+// of the arguments outlive the stream. What copies had other values of is found out when it is
+// asked for (differing_copies.h).
 std::unique_ptr<MeshStream> open_pieces_stream(const std::vector<StreamPiece>& pieces,
                                                const MeshDescription& description,
                                                const OpenOptions& options);

@@ -173,6 +173,7 @@ bool PvtuSource::has_cells_to_split() const {
 bool PvtuSource::finish(std::uint64_t bytes, const pugi::xml_node& grid) {
   MeshDescription& d = description_;
   if (d.cells == 0) throw Error(ErrorCode::kBadInput, d.path + ": the mesh has no cells");
+  d.joins_points = d.pieces > 1 || options_.merge_points;
   d.file_bytes += bytes;
   for (ArrayInfo& info : d.point_data.arrays) info.tuples = d.points;
   for (ArrayInfo& info : d.cell_data.arrays) info.tuples = d.cells;
@@ -240,6 +241,8 @@ Geometry PvtuSource::read_geometry() {
   }
   mesh.unused_points = stream.dropped_points();
   mesh.merged_points = stream.merged_points();
+  mesh.differing_points = stream.differing_points();
+  mesh.largest_difference = stream.largest_difference();
   mesh.ghost_cells = stream.ghost_cells();
   return mesh;
 }

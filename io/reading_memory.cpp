@@ -50,7 +50,7 @@ std::uint64_t memory_to_read(const MeshDescription& description, const CellTypeC
     all += cells[t];
   }
   const bool tets_only = cells[kVtkTetra] == all;
-  const bool merges = description.pieces > 1;
+  const bool merges = description.joins_points;
   const std::uint64_t points = description.points;
   const std::uint64_t coordinates = points * 3 * size_of(description.point_type);
 

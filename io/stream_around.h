@@ -18,6 +18,7 @@ class StreamAround : public MeshStream {
   std::uint64_t ghost_cells() const override { return inner_->ghost_cells(); }
   std::uint64_t merged_points() const override { return inner_->merged_points(); }
   std::uint64_t differing_points() const override { return inner_->differing_points(); }
+  LargestDifference largest_difference() const override { return inner_->largest_difference(); }
   std::uint64_t dropped_points() const override { return inner_->dropped_points(); }
   void read_points(std::uint64_t first, std::uint64_t count,
                    std::span<std::byte> out) const override {

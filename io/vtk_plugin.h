@@ -20,7 +20,7 @@ namespace tetfusion {
 
 // Raised whenever anything in this header, in io/mesh_source.h or in the types that they use
 // changes.
-inline constexpr std::uint32_t kVtkPluginInterface = 11;
+inline constexpr std::uint32_t kVtkPluginInterface = 12;
 inline constexpr char kVtkPluginFile[] = "tetfusion-vtk.so";
 inline constexpr char kVtkPluginEntry[] = "tetfusion_vtk_plugin";
 

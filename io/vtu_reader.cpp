@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "base/error.h"
 #include "io/cell_kinds.h"
+#include "io/differing_copies.h"
 #include "io/legacy_head.h"
 #include "io/merge_pieces.h"
 #include "io/pieces_stream.h"
@@ -95,6 +97,7 @@ class VtuSource final : public MeshSource {
     d.path = input_.file.path();
     d.format = head.format;
     d.pieces = head.pieces.size();
+    d.joins_points = !is_one_mesh();
     d.file_bytes = input_.file.size();
     d.spooled_checksum = input_.file.spooled_checksum();
     piece_begin_.push_back(0);
@@ -217,8 +220,9 @@ class VtuSource final : public MeshSource {
     if (!is_one_mesh()) {
       const bool merges = options_.merge_points;  // whatever their ids
       const auto ids = merges ? Vector<std::int64_t>() : read_global_ids();
-      new_ids = compact_points(used, match_points({&mesh->points, piece_begin_, ids, merges}, used),
-                               mesh);
+      const auto copy_of = match_points({&mesh->points, piece_begin_, ids, merges}, used);
+      find_what_differs(copy_of, used, mesh);
+      new_ids = compact_points(used, copy_of, mesh);
     } else if (std::find(used.begin(), used.end(), 0) != used.end()) {
       new_ids = compact_points(used, {}, mesh);
     }
@@ -257,6 +261,48 @@ class VtuSource final : public MeshSource {
           }
         },
         points);
+  }
+
+  void find_what_differs(const Vector<VertexId>& copy_of, const Vector<std::uint8_t>& used,
+                         Geometry* mesh) const {
+    const std::vector<ArrayInfo>& arrays = description_.point_data.arrays;
+    std::vector<ArrayReader> readers;  // of the array that was last asked for
+    std::size_t open = AttributeSet::npos;
+    Vector<std::byte> rows;
+    const auto read = [&](std::size_t array, std::uint64_t first,
+                          std::uint64_t count) -> std::span<const std::byte> {
+      if (array != open) readers = open_point_array(array);
+      open = array;
+      const std::size_t components = arrays[array].components;
+      const std::size_t stride = components * size_of(arrays[array].type);
+      rows.resize(count * stride);
+      std::size_t next = 0;  // of the readers
+      for (std::size_t p = 0; p < input_.head.pieces.size(); ++p) {
+        if (input_.head.pieces[p].point_data.empty()) continue;
+        const ArrayReader& reader = readers[next++];
+        const std::uint64_t begin = std::max(first, piece_begin_[p]);
+        const std::uint64_t end = std::min(first + count, piece_begin_[p + 1]);
+        if (begin >= end) continue;
+        reader.read((begin - piece_begin_[p]) * components, (end - begin) * components,
+                    rows.data() + (begin - first) * stride);
+      }
+      return rows;
+    };
+    const CopyDifferences found = find_differences(copy_of, used, arrays, read);
+    mesh->differing_points = found.points;
+    mesh->largest_difference = found.largest;
+  }
+
+  // One reader for each piece that has arrays of points.
+  std::vector<ArrayReader> open_point_array(std::size_t index) const {
+    std::vector<ArrayReader> readers;
+    for (std::size_t p = 0; p < input_.head.pieces.size(); ++p) {
+      const std::vector<VtuArray>& arrays = input_.head.pieces[p].point_data;
+      if (arrays.empty()) continue;
+      readers.push_back(input_.open(
+          arrays[index], "point array \"" + arrays[index].info.name + "\"" + input_.of_piece(p)));
+    }
+    return readers;
   }
 
   // Empty when the points have no such ids.

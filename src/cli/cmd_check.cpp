@@ -122,10 +122,12 @@ struct Answer {
 };
 
 // The report's keys, for a mesh that could be judged.
-Json measurements(const Examination& examination, const std::vector<Finding>& findings) {
+Json measurements(const Examination& examination, const std::vector<Finding>& findings,
+                  const AttributeSet& point_data) {
   const InspectionSummary& mesh = examination.mesh;
   Json json = counts_json(mesh);
   json.update(findings_json(findings));
+  json["largest_difference"] = difference_json(mesh.largest_difference, point_data);
   json["nonconforming_faces"] = mesh.foldover_faces + mesh.overfull_faces;
   json.update(quality_json(examination.quality));
   return json;
@@ -134,17 +136,18 @@ Json measurements(const Examination& examination, const std::vector<Finding>& fi
 // The same keys without values, for one that could not.
 Answer answer_invalid(const std::string& why) {
   Json json{{"error", why}};
-  json.update(measurements({}, list_findings({})));
+  json.update(measurements({}, list_findings({}, {}), {}));
   for (auto& [key, value] : json.items()) {
     if (key != "error") value = nullptr;
   }
   return {false, json, why + "\nINVALID\n"};
 }
 
-Answer answer(const CheckArguments& a, const std::string& path, const Examination& examination) {
-  const std::vector<Finding> findings = list_findings(examination.mesh);
+Answer answer(const CheckArguments& a, const std::string& path, const MeshDescription& mesh,
+              const Examination& examination) {
+  const std::vector<Finding> findings = list_findings(examination.mesh, mesh.point_data);
   const Verdict verdict = judge(findings);
-  return {verdict.valid(a.strict), measurements(examination, findings),
+  return {verdict.valid(a.strict), measurements(examination, findings, mesh.point_data),
           table(path, examination, findings) + verdict_sentence(verdict, a.strict)};
 }
 
@@ -169,7 +172,8 @@ void fix(const CheckArguments& a, MeshSource* source, const Examination& examina
   open.time_step.reset();
   const auto written = can_be_read ? open_mesh(a.fixed, open) : nullptr;
   MeshSource* const result = can_be_read ? written.get() : mended.source.get();
-  const Answer after = answer(a, a.fixed, examine(result, a.examine, context));
+  const Answer after =
+      answer(a, a.fixed, result->description(), examine(result, a.examine, context));
   answer_of_input->text +=
       fmt::format("\nmended: {} rewound, {} and {} dropped\n{}", format_count(r.rewound, "cell"),
                   format_count(r.duplicate_tets, "duplicate cell"),
@@ -198,7 +202,7 @@ Answer check(const CheckArguments& a) {
     refuse_piece(a.report, source->description());
     refuse_piece_as_mesh(a.fixed, source->description());
     const Examination examination = examine(source.get(), a.examine, context);
-    Answer result = answer(a, a.input, examination);
+    Answer result = answer(a, a.input, source->description(), examination);
     if (!a.fixed.empty()) fix(a, source.get(), examination, &console, &result);
     context.report("done", 1);
     console.detail_resources();

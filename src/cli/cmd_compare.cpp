@@ -19,6 +19,7 @@
 #include "cli/listed_steps.h"
 #include "compare/compare.h"
 #include "compare/needs.h"
+#include "driver/notices.h"
 #include "io/mesh_source.h"
 #include "io/series_list.h"
 
@@ -264,6 +265,8 @@ Json report(const CompareArguments& a, const Comparison& c,
              1 - static_cast<double>(c.simplified.tets) / static_cast<double>(c.original.tets)},
             {"diagonal", c.diagonal},
             {"volume_change", c.volume_change},
+            {"merged_points", c.joined.points},
+            {"differing_points", c.joined.differing},
             {"outside_points", c.outside_points},
             {"outside_max", c.outside_max},
             {"outside_cells", c.outside_cells},
@@ -331,6 +334,13 @@ CompareAnswer compare_pair(const CompareArguments& a, const StepPair& pair, cons
   const std::uint64_t memory = a.memory != 0 ? a.memory : memory_limit() / 2;
   const std::uint64_t sides = plan_comparison(original.get(), simplified.get(), memory);
   const Comparison comparison = compare_meshes(original.get(), simplified.get(), context, sides);
+  if (comparison.joined.differing > 0) {
+    InputFacts facts;
+    facts.merged_points = comparison.joined.points;
+    facts.differing_points = comparison.joined.differing;
+    facts.largest_difference = comparison.joined.largest;
+    say_what_was_joined(facts, original->description(), context);
+  }
   const std::vector<BoundResult> results = judge_bounds(comparison, bounds);
   CompareArguments named = a;
   named.original = pair.original.path;

@@ -36,7 +36,8 @@ void run_convert(ConvertArguments* a) {
     context.report("writing", 0.5 + 0.5 * share);
   };
   a->write.tell = [&](std::string_view what) { context.say(what); };
-  say_what_is_odd(convert_mesh(source.get(), a->output, a->write), a->open.linearize, context);
+  say_what_is_odd(convert_mesh(source.get(), a->output, a->write), source->description(),
+                  a->open.linearize, context);
   context.report("done", 1);
   console.detail_resources();
 }

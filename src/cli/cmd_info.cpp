@@ -304,7 +304,7 @@ InfoAnswer look_at(const InfoArguments& a, const OpenOptions& open,
   refuse_piece(a.report, mesh);
   const std::vector<ArrayLine> arrays = measure_arrays(source.get(), context);
   const InspectionSummary summary = examine(source.get(), a.examine, context).mesh;
-  const std::vector<Finding> findings = list_findings(summary);
+  const std::vector<Finding> findings = list_findings(summary, mesh.point_data);
   context.report("done", 1);
 
   Json json{{"version", version()},  {"path", mesh.path},
@@ -318,6 +318,7 @@ InfoAnswer look_at(const InfoArguments& a, const OpenOptions& open,
   json["time_step"] = mesh.time_steps.empty() ? Json() : Json(mesh.time_step);
   json["needs"] = needs;
   json.update(findings_json(findings));
+  json["largest_difference"] = difference_json(summary.largest_difference, mesh.point_data);
   return {json, table(mesh, needs, summary, arrays, findings)};
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/numbers.h"
+#include "driver/notices.h"
 
 namespace tetfusion {
 
@@ -14,7 +15,7 @@ Json distribution_json(const Distribution& d) {
 
 }  // namespace
 
-std::vector<Finding> list_findings(const InspectionSummary& mesh) {
+std::vector<Finding> list_findings(const InspectionSummary& mesh, const AttributeSet& point_data) {
   using enum Severity;
   return {
       {"inverted", "inverted cells", kFailure, mesh.inverted, "cells",
@@ -42,13 +43,14 @@ std::vector<Finding> list_findings(const InspectionSummary& mesh) {
        mesh.differing_points,
        "points",
        {},
-       {}},
+       {},
+       describe_difference(mesh.largest_difference, point_data)},
       {"ghost_cells", "ghost cells left out", kNote, mesh.ghost_cells, "cells", {}, {}},
   };
 }
 
 std::string describe_samples(const Finding& finding) {
-  if (finding.samples.empty()) return "";
+  if (finding.samples.empty()) return finding.remark;
   const std::array<double, 3>& p = finding.places.front();
   return fmt::format("{} {}{}; the first at ({:.9g}, {:.9g}, {:.9g})", finding.sample_kind,
                      fmt::join(finding.samples, ", "),
@@ -78,6 +80,11 @@ Json counts_json(const InspectionSummary& m) {
           {"volume", m.volume},
           {"bounding_box", {m.lower, m.upper}},
           {"rewound", m.rewound}};
+}
+
+Json difference_json(const LargestDifference& largest, const AttributeSet& point_data) {
+  if (largest.share == 0 || largest.array >= point_data.arrays.size()) return nullptr;
+  return {{"array", point_data.arrays[largest.array].name}, {"share", largest.share}};
 }
 
 Json findings_json(const std::vector<Finding>& findings) {

@@ -115,6 +115,9 @@ class Comparer {
     context_.report("reading", 0);
     original_.choose_bases(Association::kPoint, &match_.points);
     original_.choose_bases(Association::kCell, &match_.cells);
+    const MeshStream& stream = original_.stream();
+    result_.joined = {stream.merged_points(), stream.differing_points(),
+                      stream.largest_difference()};
     SimplifiedMesh mesh = load_simplified(simplified_, match_.points, match_.cells);
     context_.check();
     context_.report("surface", 0.1);

@@ -11,6 +11,7 @@
 #include "compare/point.h"
 #include "compare/topology.h"
 #include "io/mesh_source.h"
+#include "mesh/geometry.h"
 
 namespace tetfusion {
 
@@ -69,6 +70,13 @@ struct SurfaceShares {
   Point max_at{};
 };
 
+// Points that reading joined with others, as in Geometry.
+struct JoinedCopies {
+  std::uint64_t points = 0;
+  std::uint64_t differing = 0;
+  LargestDifference largest;
+};
+
 struct Comparison {
   MeshSize original, simplified;
   double diagonal = 0;               // of the original's box
@@ -84,6 +92,7 @@ struct Comparison {
   std::vector<ArrayComparison> arrays;       // points, then cells, in the order of the file
   std::vector<std::string> missing_arrays;
   std::vector<RetypedArray> retyped_arrays;
+  JoinedCopies joined;  // of the original: the values that were taken are those that are compared
   // Floating-point arrays of points that are missing, or have another number of components.
   std::vector<std::string> lost_fields;
 };
@@ -114,7 +123,8 @@ struct BoundResult {
 };
 
 // Throws Error(kUsage) for a name of bounds.arrays that is no numeric array of the original; and
-// where none is named, nothing but cell arrays could be held against the bounds, and there are such.
+// where none is named, nothing but cell arrays could be held against the bounds, and there are
+// such.
 void require_arrays(const Bounds& bounds, const MeshDescription& original);
 
 // What rounding to the type of the array or the coordinates can do is not held against them. A

@@ -85,6 +85,7 @@ class OriginalMesh {
   void survey(std::size_t most_sides, const RunContext& context);
   std::uint64_t points() const { return used_.size(); }  // that a tetrahedron uses
   std::uint64_t all_points() const { return stream_->points(); }
+  const MeshStream& stream() const { return *stream_; }
   std::uint64_t tets() const { return tets_; }
   const TriangleSet& boundary() const { return boundary_; }  // ordered
   TriangleSet take_boundary() { return std::move(boundary_); }

@@ -168,7 +168,8 @@ void Coarsening<Real>::look_at_excerpt(const Box& box, std::uint64_t tets,
 template <class Real>
 void Coarsening<Real>::say_what_was_found() const {
   const RunInput& in = run_.input;
-  say_what_is_odd(state_.input.facts, options_.linearize, run_.context);
+  say_what_is_odd(state_.input.facts, in.description(), options_.linearize, run_.context);
+  if (limits_errors(options_, state_.fields)) say_whose_bounds(state_.input.facts, run_.context);
   say_which_are_regions(in.description(), *in.stream, state_.input.facts.tets, in.regions,
                         options_.regions.has_value(), run_.context);
   if (!in.interest.empty() && state_.input.interesting_points == 0) {

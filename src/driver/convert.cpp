@@ -21,6 +21,7 @@ InputFacts facts_of(const MeshStream& stream) {
   InputFacts facts;
   facts.merged_points = stream.merged_points();
   facts.differing_points = stream.differing_points();
+  facts.largest_difference = stream.largest_difference();
   facts.ghost_cells = stream.ghost_cells();
   return facts;
 }
@@ -30,7 +31,8 @@ class Converter {
   explicit Converter(MeshSource* source)
       : source_(source), stream_(open_stream(source)), carried_(source->description()) {}
 
-  void run(const std::string& path, const WriteOptions& options) {
+  InputFacts run(const std::string& path, const WriteOptions& options) {
+    const InputFacts facts = facts_of(*stream_);
     count_cells(options.progress);
     OutputFile file(path, VtuWriter::access(options.encoding));
     VtuWriter writer(&file, layout(options.encoding), options.progress);
@@ -40,8 +42,8 @@ class Converter {
     put_cells(&writer);
     writer.finish();
     file.commit();
+    return facts;
   }
-  InputFacts facts() const { return facts_of(*stream_); }
 
  private:
   // Calls f(first, count) for the windows of [0, all).
@@ -157,17 +159,16 @@ class Converter {
 InputFacts convert_mesh(MeshSource* source, const std::string& path, const WriteOptions& options) {
   check_mesh_output(path, options.encoding);
   if (output_format(path) == MeshFormat::kVtu) {
-    Converter converter(source);
-    converter.run(path, options);
-    return converter.facts();
+    return Converter(source).run(path, options);
   }
-  write_mesh(source, path, options);
   const MeshDescription& mesh = source->description();
   const auto& arrays = mesh.cell_data.arrays;
   const bool may_have_ghosts = std::any_of(
       arrays.begin(), arrays.end(), [](const ArrayInfo& info) { return is_ghost_mark(info.name); });
-  if (may_have_ghosts || mesh.pieces > 1) return facts_of(*open_stream(source));
-  return {};
+  InputFacts facts;
+  if (may_have_ghosts || mesh.joins_points) facts = facts_of(*open_stream(source));
+  write_mesh(source, path, options);
+  return facts;
 }
 
 }  // namespace tetfusion

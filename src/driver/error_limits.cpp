@@ -65,6 +65,12 @@ NotedErrors noted_errors(const BehaviourOptions& options, const SteeringBox* use
   return noted;
 }
 
+bool limits_errors(const BehaviourOptions& options, std::span<const SteeringField> fields) {
+  if (fields.empty()) return false;
+  return options.method != Method::kFuse || options.max_rms || !options.scalar_tolerance.empty() ||
+         error_limits(options, fields).at_points;
+}
+
 ErrorLimits error_limits(const BehaviourOptions& options, std::span<const SteeringField> fields) {
   ErrorLimits limits;
   if (options.method != Method::kFuse) return limits;

@@ -28,6 +28,9 @@ struct ErrorLimits {
 // Without a goal and without any limit it is kDefaultMaxError.
 ErrorLimits error_limits(const BehaviourOptions& options, std::span<const SteeringField> fields);
 
+// Is there any limit to what becomes of the fields, with any method?
+bool limits_errors(const BehaviourOptions& options, std::span<const SteeringField> fields);
+
 // Shares of ranges, of which each field has its own then, so that limits at points are those of the
 // ranges over the points that tetrahedra use: others may have had a say in the fields' ranges.
 void relate_to_used_points(const SteeringBox& box, double max_error,

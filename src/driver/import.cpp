@@ -51,6 +51,7 @@ template <class Real>
 ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& settings,
                                const FirstRound<Real>& first_round, const ImportPlace& place) {
   const MeshStream& stream = input.stream;
+  stream.differing_points();  // what that takes is given back before the tables are made
   WorkMesh<Real> layout = layout_of<Real>(input.carried, input.steering.width());
   layout.quadric_width = settings.quadric_width;
   layout.has_deviations = settings.has_deviations;
@@ -88,6 +89,7 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
   facts.unused_points = stream.points() - facts.points + stream.dropped_points();
   facts.merged_points = stream.merged_points();
   facts.differing_points = stream.differing_points();
+  facts.largest_difference = stream.largest_difference();
   facts.ghost_cells = from.ghost_cells;
   facts.valueless_points = from.valueless_points;
   facts.coincident_points = from.coincident_points;

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "mesh/geometry.h"
+
 namespace tetfusion {
 
 struct InputFacts {
@@ -18,7 +20,8 @@ struct InputFacts {
   std::uint64_t nonmanifold_edges = 0;
   std::uint64_t unused_points = 0;
   std::uint64_t merged_points = 0;
-  std::uint64_t differing_points = 0;  // of these: values of the first piece were taken
+  std::uint64_t differing_points = 0;  // of these: other values were taken
+  LargestDifference largest_difference;
   std::uint64_t ghost_cells = 0;
   std::uint64_t valueless_points = 0;   // with a value that steers and is not finite: locked
   std::uint64_t coincident_points = 0;  // locked, where surfaces move

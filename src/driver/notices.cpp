@@ -171,7 +171,35 @@ Error no_end_in_sight(const std::string& input, const std::vector<SteeringChoice
                       input, named, what_could_steer(tried, mesh))};
 }
 
-void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context) {
+std::string describe_difference(const LargestDifference& largest, const AttributeSet& point_data) {
+  if (largest.share == 0 || largest.array >= point_data.arrays.size()) return "";
+  return fmt::format("by up to {:.3g} % of the range of array {}", 100 * largest.share,
+                     point_data.arrays[largest.array].name);
+}
+
+void say_what_was_joined(const InputFacts& facts, const MeshDescription& mesh,
+                         const RunContext& context) {
+  if (facts.merged_points > 0) {
+    context.say(format_count(facts.merged_points,
+                             "point in the place of another one was merged with it",
+                             "points in the places of others were merged with them"));
+  }
+  if (facts.differing_points == 0) return;
+  const std::string most = describe_difference(facts.largest_difference, mesh.point_data);
+  context.say(fmt::format(
+      "{} of these had other values in some array{}: those of the first one that has it were taken",
+      format_count(facts.differing_points), most.empty() ? "" : ", " + most));
+}
+
+void say_whose_bounds(const InputFacts& facts, const RunContext& context) {
+  if (facts.differing_points == 0) return;
+  context.say(
+      "bounds are for the values that were taken: where points had others, the result is off by as "
+      "much as these differ, too");
+}
+
+void say_what_is_odd(const InputFacts& facts, const MeshDescription& mesh, bool linearized,
+                     const RunContext& context) {
   const auto say = [&](std::uint64_t count, std::string_view one, std::string_view many) {
     if (count > 0) context.say(format_count(count, one, many));
   };
@@ -200,11 +228,7 @@ void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext&
     say(facts.unused_points, "point is used by no cell: dropped",
         "points are used by no cell: dropped");
   }
-  say(facts.merged_points, "point in the place of another one was merged with it",
-      "points in the places of others were merged with them");
-  constexpr std::string_view kOtherValues =
-      "of these had other values in some array: those of the first piece that has it were taken";
-  say(facts.differing_points, kOtherValues, kOtherValues);
+  say_what_was_joined(facts, mesh, context);
   say(facts.ghost_cells, "ghost or hidden cell (vtkGhostType) was dropped",
       "ghost or hidden cells (vtkGhostType) were dropped");
   if (facts.tets > 1 && facts.boundary_faces == 4 * facts.tets) {

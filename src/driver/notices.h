@@ -35,7 +35,15 @@ Error no_end_in_sight(const std::string& input, const std::vector<SteeringChoice
                       const MeshDescription& mesh);
 
 // What was turned, dropped, or left as it is; `linearized`: cells have lost their mid-edge nodes.
-void say_what_is_odd(const InputFacts& facts, bool linearized, const RunContext& context);
+void say_what_is_odd(const InputFacts& facts, const MeshDescription& mesh, bool linearized,
+                     const RunContext& context);
+// Of that, what became of points that were joined.
+void say_what_was_joined(const InputFacts& facts, const MeshDescription& mesh,
+                         const RunContext& context);
+// How much the values differ, in a few words; empty where nobody knows.
+std::string describe_difference(const LargestDifference& largest, const AttributeSet& point_data);
+// Where values bound errors that had others beside them.
+void say_whose_bounds(const InputFacts& facts, const RunContext& context);
 
 // The cell arrays whose interfaces are kept, and those that may want it, with what to type, unless
 // the user has chosen by name. `stream` is the mesh's, with so many tetrahedra.

@@ -158,6 +158,11 @@ std::string to_json(const SimplifyReport& r) {
     outputs.push_back(output.path);
     levels.push_back(to_json_object(output));
   }
+  Json difference;
+  if (r.oddities.largest_difference > 0) {
+    difference = {{"array", r.oddities.largest_difference_array},
+                  {"share", r.oddities.largest_difference}};
+  }
   Json seconds(r.seconds);
   seconds["total"] = r.total_seconds;
   const Json json = {
@@ -183,6 +188,7 @@ std::string to_json(const SimplifyReport& r) {
         {"unused_points", r.oddities.unused_points},
         {"merged_points", r.oddities.merged_points},
         {"differing_points", r.oddities.differing_points},
+        {"largest_difference", difference},
         {"ghost_cells", r.oddities.ghost_cells},
         {"locked_vertices", r.oddities.locked_vertices}}},
       {"lods", lods},

@@ -43,6 +43,9 @@ struct Oddities {
   std::uint64_t differing_points = 0;
   std::uint64_t ghost_cells = 0;
   std::uint64_t locked_vertices = 0;  // for another reason than the boundary
+  // Of the values of differing_points, as share of this array's range; 0: unknown.
+  double largest_difference = 0;
+  std::string largest_difference_array = {};
 };
 
 // What holds vertices inside the input.

@@ -32,6 +32,12 @@ void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* rep
                       facts.duplicate_tets, facts.nonconforming_faces, facts.unused_points,
                       facts.merged_points,  facts.differing_points,    facts.ghost_cells,
                       facts.locked_vertices};
+  const auto& point_arrays = run.input.description().point_data.arrays;
+  const LargestDifference& largest = facts.largest_difference;
+  if (largest.share > 0 && largest.array < point_arrays.size()) {
+    report->oddities.largest_difference = largest.share;
+    report->oddities.largest_difference_array = point_arrays[largest.array].name;
+  }
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
   report->locks = {facts.between_regions > 0, !run.request.behaviour.interest.empty(),
                    facts.carried_vertices > 0, facts.coincident_points > 0,

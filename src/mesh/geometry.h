@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <variant>
 
@@ -42,6 +43,12 @@ struct LowerCells {
   std::uint64_t size() const { return types.size(); }
 };
 
+// Between values that copies of points had and those that were taken in their place.
+struct LargestDifference {
+  std::size_t array = 0;  // where it is, by its place among the mesh's point arrays
+  double share = 0;       // of that array's range; 0: there is none, or none of finite values
+};
+
 struct Geometry {
   Points points;
   Vector<Tet> tets;
@@ -54,10 +61,10 @@ struct Geometry {
   Vector<std::uint64_t> lower_source;
 
   // What reading left out.
-  std::uint64_t unused_points = 0;  // used by no cell, dropped
-  std::uint64_t merged_points = 0;  // copies of others, merged into the first one
-  // Of these, with another value in some array than the one that was taken. Counted where VTK read.
-  std::uint64_t differing_points = 0;
+  std::uint64_t unused_points = 0;     // used by no cell, dropped
+  std::uint64_t merged_points = 0;     // copies of others, merged into the first one
+  std::uint64_t differing_points = 0;  // of these, with another value in some array than was taken
+  LargestDifference largest_difference;
   std::uint64_t ghost_cells = 0;  // another piece's cells, dropped
 };
 

@@ -36,6 +36,7 @@ InspectionSummary summarize(const Geometry& geometry, const Inspection& inspecti
   s.unused_points = geometry.unused_points;
   s.merged_points = geometry.merged_points;
   s.differing_points = geometry.differing_points;
+  s.largest_difference = geometry.largest_difference;
   s.ghost_cells = geometry.ghost_cells;
   s.coincident_points = inspection.coincident_points;
   s.components = inspection.components;

@@ -18,7 +18,8 @@ struct InspectionSummary : MeshCounts {
   std::uint64_t unused_points = 0;     // used by no cell
   std::uint64_t merged_points = 0;     // copies in other pieces of the file
   std::uint64_t differing_points = 0;  // of these, with other values in some array
-  std::uint64_t ghost_cells = 0;       // another piece's cells, left out
+  LargestDifference largest_difference;
+  std::uint64_t ghost_cells = 0;  // another piece's cells, left out
   std::uint64_t coincident_points = 0;
 
   // Of the cells, connected by faces; none: so many cells are odd that it was not found out.

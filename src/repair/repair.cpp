@@ -234,6 +234,7 @@ class RepairedSource : public MeshSource {
     Geometry mesh;
     mesh.merged_points = from->merged_points();
     mesh.differing_points = from->differing_points();
+    mesh.largest_difference = from->largest_difference();
     mesh.ghost_cells = from->ghost_cells();
     if (description_.point_type == ValueType::kFloat32) {
       mesh.points = Vector<Vec3<float>>(from->points());

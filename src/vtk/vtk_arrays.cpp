@@ -14,8 +14,8 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
-#include <type_traits>
 
 #include "base/error.h"
 #include "vtk/versions/vtk_versions.h"
@@ -212,14 +212,6 @@ bool have_same_values(vtkAbstractArray* a, vtkAbstractArray* b) {
   return true;
 }
 
-template <class T>
-bool is_same(T a, T b) {
-  if constexpr (std::is_floating_point_v<T>) {
-    if (std::isnan(a) && std::isnan(b)) return true;
-  }
-  return a == b;
-}
-
 }  // namespace
 
 ArrayTable collect_arrays(const std::string& path, const PieceList& list, Association association) {
@@ -320,25 +312,21 @@ DataArray read_values(const PieceList& list, const ArrayTable& table, Associatio
   return out;
 }
 
-std::uint64_t count_differing(const PieceList& list, const ArrayTable& points,
-                              const Vector<VertexId>& copy_of) {
-  if (copy_of.empty()) return 0;
-  Vector<std::uint8_t> differs(copy_of.size(), std::uint8_t{0});
-  for (std::size_t i = 0; i < points.parts.size(); ++i) {
-    const DataArray array = read_values(list, points, Association::kPoint, i, copy_of);
-    const std::size_t width = array.info.components;
-    visit_type(array.info.type, [&](auto zero) {
-      const auto values = array.as<decltype(zero)>();
-      for (std::size_t v = 0; v < copy_of.size(); ++v) {
-        if (copy_of[v] == v) continue;
-        const auto own = values.begin() + static_cast<std::ptrdiff_t>(v * width);
-        const auto taken = values.begin() + static_cast<std::ptrdiff_t>(copy_of[v] * width);
-        const auto end = own + static_cast<std::ptrdiff_t>(width);
-        if (!std::equal(own, end, taken, is_same<decltype(zero)>)) differs[v] = 1;
-      }
-    });
-  }
-  return static_cast<std::uint64_t>(std::count(differs.begin(), differs.end(), 1));
+CopyDifferences find_differences(const PieceList& list, const ArrayTable& points,
+                                 const Vector<VertexId>& copy_of,
+                                 const Vector<std::uint8_t>& used) {
+  if (copy_of.empty()) return {};
+  DataArray values;  // of the array that was last asked for
+  std::size_t read = AttributeSet::npos;
+  return find_differences(
+      copy_of, used, points.set.arrays,
+      [&](std::size_t array, std::uint64_t first,
+          std::uint64_t count) -> std::span<const std::byte> {
+        if (array != read) values = read_values(list, points, Association::kPoint, array, copy_of);
+        read = array;
+        const std::size_t row = values.info.components * size_of(values.info.type);
+        return std::span(values.bytes).subspan(first * row, count * row);
+      });
 }
 
 }  // namespace tetfusion

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "io/differing_copies.h"
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
 #include "vtk/vtk_pieces.h"
@@ -40,9 +41,9 @@ bool some_piece_lacks(const ArrayTable& table, std::size_t index);
 DataArray read_values(const PieceList& list, const ArrayTable& table, Association association,
                       std::size_t index, const Vector<VertexId>& copy_of = {});
 
-// How many copies have, in some array of the points, another value than the point has that they
-// are merged into.
-std::uint64_t count_differing(const PieceList& list, const ArrayTable& points,
-                              const Vector<VertexId>& copy_of);
+// What copies have, in some array of the points, other values of than the points have that they are
+// merged into. `copy_of` and `used` are PointUse's.
+CopyDifferences find_differences(const PieceList& list, const ArrayTable& points,
+                                 const Vector<VertexId>& copy_of, const Vector<std::uint8_t>& used);
 
 }  // namespace tetfusion

@@ -68,7 +68,10 @@ class VtkMesh : public PluginMesh {
   PluginStatus read_geometry(Geometry* out) noexcept override {
     return guarded(description_.path, [&] {
       *out = convert_cells(description_.path, pieces_, options_, point_use());
-      out->differing_points = count_differing(pieces_, points_, point_use().copy_of);
+      const PointUse& use = point_use();
+      const CopyDifferences found = find_differences(pieces_, points_, use.copy_of, use.used);
+      out->differing_points = found.points;
+      out->largest_difference = found.largest;
     });
   }
 
@@ -98,6 +101,7 @@ class VtkMesh : public PluginMesh {
     }
     for (std::string& words : description_.left_out) words = for_message(words);
     description_.pieces = pieces_.pieces.size();
+    description_.joins_points = description_.pieces > 1 || options_.merge_points;
     description_.points = pieces_.points;
     description_.cells = pieces_.cells;
     description_.point_type = pieces_.point_type;

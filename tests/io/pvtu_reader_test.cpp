@@ -74,6 +74,8 @@ class SeveralFiles : public ::testing::Test {
     EXPECT_TRUE(of_one->streams_from_disk());
     EXPECT_EQ(stream->points(), of_one->points());
     EXPECT_EQ(stream->merged_points(), of_one->merged_points());
+    EXPECT_EQ(stream->differing_points(), of_one->differing_points());
+    EXPECT_EQ(many->read_geometry().differing_points, of_one->differing_points());
     EXPECT_EQ(stream->dropped_points(), of_one->dropped_points());
     EXPECT_EQ(stream->ghost_cells(), of_one->ghost_cells());
     for (const std::uint64_t window : {1, 3, 1000}) {

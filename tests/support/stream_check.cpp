@@ -203,10 +203,12 @@ void expect_windows_like_whole(const std::string& path, const OpenOptions& optio
     // Damaged files come by the thousand.
     if (!same_message && window != 1) continue;
     WrittenMesh found;
+    std::uint64_t differing = 0;
     const auto stream_error = error_of([&] {
       const auto source = open_mesh(path, options);
       const auto stream = open_stream(source.get());
       found = write_out_windows(*source, *stream, window);
+      differing = stream->differing_points();
     });
     if (same_message) {
       EXPECT_EQ(stream_error.value_or("no error"), error.value_or("no error")) << window;
@@ -220,6 +222,7 @@ void expect_windows_like_whole(const std::string& path, const OpenOptions& optio
     }
     if (!stream_error && !error) {
       EXPECT_TRUE(found == expected) << window;
+      EXPECT_EQ(differing, open_mesh(path, options)->read_geometry().differing_points) << window;
     }
   }
 }

@@ -20,7 +20,8 @@ WrittenMesh write_out_windows(const MeshSource& source, const MeshStream& stream
                               std::uint64_t window);
 
 // Opens the file twice and reads it both ways, in windows of 1, 3, 1000 and all cells (not the
-// small ones, where the mesh is large). Both give the same mesh or, where `same_message`, the same
+// small ones, where the mesh is large). Both give the same mesh, and count the same copies with
+// other values, or, where `same_message`, the same
 // error; else either both give an error that names the file, or neither. Reports to GoogleTest.
 void expect_windows_like_whole(const std::string& path, const OpenOptions& options,
                                bool same_message = true);
