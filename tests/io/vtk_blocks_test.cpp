@@ -136,6 +136,8 @@ TEST_F(VtkBlocks, CountsPointsWithOtherValuesInAnotherBlock) {
   const Geometry g = mesh->read_geometry();
   EXPECT_EQ(g.merged_points, 6u);
   EXPECT_EQ(g.differing_points, 2u);
+  EXPECT_EQ(g.largest_difference.array, mesh->description().point_data.find("heat"));
+  EXPECT_EQ(g.largest_difference.share, 7.0 / 8);  // 2 and 9, of a range from 1 to 9
   const ::testing::Matcher<double> nothing = ::testing::IsNan();
   EXPECT_THAT(values_at_points<double>(mesh.get(), "heat"),
               ElementsAre(nothing, 1, 2, nothing, 4, 4));
