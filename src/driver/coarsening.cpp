@@ -169,7 +169,9 @@ template <class Real>
 void Coarsening<Real>::say_what_was_found() const {
   const RunInput& in = run_.input;
   say_what_is_odd(state_.input.facts, in.description(), options_.linearize, run_.context);
-  if (limits_errors(options_, state_.fields)) say_whose_bounds(state_.input.facts, run_.context);
+  if (state_.input.facts.differing_points > 0 && limits_errors(options_, state_.fields)) {
+    say_whose_bounds(run_.context);
+  }
   say_which_are_regions(in.description(), *in.stream, state_.input.facts.tets, in.regions,
                         options_.regions.has_value(), run_.context);
   if (!in.interest.empty() && state_.input.interesting_points == 0) {

@@ -172,9 +172,11 @@ Error no_end_in_sight(const std::string& input, const std::vector<SteeringChoice
 }
 
 std::string describe_difference(const LargestDifference& largest, const AttributeSet& point_data) {
-  if (largest.share == 0 || largest.array >= point_data.arrays.size()) return "";
-  return fmt::format("by up to {:.3g} % of the range of array {}", 100 * largest.share,
-                     point_data.arrays[largest.array].name);
+  if (largest.share == 0) return "";
+  const std::string name = largest.array < point_data.arrays.size()
+                               ? "array " + point_data.arrays[largest.array].name
+                               : "an array";
+  return fmt::format("by up to {:.3g} % of the range of {}", 100 * largest.share, name);
 }
 
 void say_what_was_joined(const InputFacts& facts, const MeshDescription& mesh,
@@ -191,8 +193,7 @@ void say_what_was_joined(const InputFacts& facts, const MeshDescription& mesh,
       format_count(facts.differing_points), most.empty() ? "" : ", " + most));
 }
 
-void say_whose_bounds(const InputFacts& facts, const RunContext& context) {
-  if (facts.differing_points == 0) return;
+void say_whose_bounds(const RunContext& context) {
   context.say(
       "bounds are for the values that were taken: where points had others, the result is off by as "
       "much as these differ, too");

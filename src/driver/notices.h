@@ -42,8 +42,8 @@ void say_what_was_joined(const InputFacts& facts, const MeshDescription& mesh,
                          const RunContext& context);
 // How much the values differ, in a few words; empty where nobody knows.
 std::string describe_difference(const LargestDifference& largest, const AttributeSet& point_data);
-// Where values bound errors that had others beside them.
-void say_whose_bounds(const InputFacts& facts, const RunContext& context);
+// Where errors are bounded, and points that were joined had other values.
+void say_whose_bounds(const RunContext& context);
 
 // The cell arrays whose interfaces are kept, and those that may want it, with what to type, unless
 // the user has chosen by name. `stream` is the mesh's, with so many tetrahedra.

@@ -45,7 +45,7 @@ struct LowerCells {
 
 // Between values that copies of points had and those that were taken in their place.
 struct LargestDifference {
-  std::size_t array = 0;  // where it is, by its place among the mesh's point arrays
+  std::size_t array = 0;  // its place among the mesh's point arrays; npos where it is none of them
   double share = 0;       // of that array's range; 0: there is none, or none of finite values
 };
 

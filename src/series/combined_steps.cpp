@@ -8,11 +8,14 @@
 #include <span>
 #include <utility>
 
+#include "base/numbers.h"
 #include "base/resources.h"
 #include "base/tasks.h"
 #include "driver/carried_arrays.h"
+#include "driver/error_limits.h"
 #include "driver/export.h"
 #include "driver/notices.h"
+#include "driver/promise.h"
 #include "driver/regions.h"
 #include "driver/run_setup.h"
 #include "series/other_arrays.h"
@@ -39,7 +42,11 @@ std::vector<std::size_t> regions_in(const MeshDescription& mesh,
 CombinedSteps::CombinedSteps(const BehaviourOptions& behaviour, const StepFiles& files,
                              const std::string& folder, const CombinedFields::Settings& sums,
                              const RunContext& context)
-    : options_(behaviour), files_(files), context_(context), folder_(folder) {
+    : options_(behaviour),
+      files_(files),
+      context_(context),
+      folder_(folder),
+      differences_(files.count()) {
   look_at_first(sums);
   std::atomic<std::size_t> seen{1};
   add_up(1, files.are_one_mesh() || is_to_compare_, at_once_,
@@ -49,6 +56,7 @@ CombinedSteps::CombinedSteps(const BehaviourOptions& behaviour, const StepFiles&
          });
   require_regions();
   say_which_regions_change();
+  say_which_step_differs();
 }
 
 void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
@@ -60,6 +68,7 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   // Where steps are read whole, one is enough in memory.
   at_once_ = stream->streams_from_disk() && thread_count() > 1 ? 2 : 1;
   is_to_compare_ = stream->streams_from_disk() && !files_.are_one_mesh();
+  note_differences(0, mesh, *stream);
   arrays_ = choose_steering(mesh, options_.arrays);
   regions_.emplace(folder_, stream->cells(), options_.regions);
   // Names that are none are refused here, where the mesh has its own arrays.
@@ -96,6 +105,7 @@ void CombinedSteps::look_at(std::size_t i, const MeshDescription& mesh, const Me
       require_same_mesh(print_, first, print_of(mesh, stream, context_), mesh, stream);
     }
     regions_->add(i, mesh, stream, context_);
+    note_differences(i, mesh, stream);
   }
   interest_->add(mesh, stream, context_);
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
@@ -119,6 +129,30 @@ void CombinedSteps::say_which_regions_change() const {
     }
     context_.say(fmt::format(
         "cell array {} changes from step to step: what any step tells apart stays so", name));
+  }
+}
+
+void CombinedSteps::note_differences(std::size_t step, const MeshDescription& mesh,
+                                     const MeshStream& stream) {
+  const LargestDifference largest = stream.largest_difference();
+  differences_[step] = {stream.differing_points(), largest.share,
+                        describe_difference(largest, mesh.point_data)};
+}
+
+// The run says itself what it is of the first one. Where steps are arrays of one mesh, all are.
+void CombinedSteps::say_which_step_differs() const {
+  const auto most =
+      std::max_element(differences_.begin(), differences_.end(), [](const auto& a, const auto& b) {
+        return std::pair(a.share, a.points) < std::pair(b.share, b.points);
+      });
+  if (most == differences_.begin()) return;
+  context_.say(fmt::format(
+      "step {}: {} that were joined with others had other values in some array{}{}: those of the "
+      "first one that has it were taken",
+      files_[static_cast<std::size_t>(most - differences_.begin())].label,
+      format_count(most->points, "point"), most->text.empty() ? "" : ", ", most->text));
+  if (differences_.front().points == 0 && limits_errors(options_, limits_of(arrays_))) {
+    say_whose_bounds(context_);
   }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -55,10 +56,19 @@ class CombinedSteps {
   std::unique_ptr<MeshSource> mesh() const;
 
  private:
+  // Of values that points have and copies had that were joined with them.
+  struct Differences {
+    std::uint64_t points = 0;
+    double share = 0;
+    std::string text;
+  };
+
   void look_at_first(const CombinedFields::Settings& sums);
   void look_at(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
   void require_regions() const;
   void say_which_regions_change() const;
+  void note_differences(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
+  void say_which_step_differs() const;
   void begin_sums(const CombinedFields::Settings& sums);
   template <class Look>
   void add_up(std::size_t from, bool arrays_alone, int at_once, Look look);
@@ -77,6 +87,7 @@ class CombinedSteps {
   std::unique_ptr<CombinedFields> sums_;
   std::optional<CombinedRegions> regions_;
   std::optional<CombinedInterest> interest_;
+  std::vector<Differences> differences_;  // of each step
 };
 
 }  // namespace tetfusion

@@ -1,5 +1,6 @@
 #include "series/other_arrays.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "io/stream_around.h"
@@ -10,8 +11,10 @@ namespace {
 
 class DressedStream final : public StreamAround {
  public:
-  DressedStream(std::unique_ptr<MeshStream> mesh, const OtherArrays& arrays, std::uint64_t bytes)
-      : StreamAround(std::move(mesh)), arrays_(arrays), bytes_(bytes) {}
+  // `own`: the arrays of points of the mesh that is dressed.
+  DressedStream(std::unique_ptr<MeshStream> mesh, const AttributeSet& own,
+                const OtherArrays& arrays, std::uint64_t bytes)
+      : StreamAround(std::move(mesh)), own_(own), arrays_(arrays), bytes_(bytes) {}
 
   void read_rows(Association association, std::size_t index, std::uint64_t first,
                  std::uint64_t count, std::span<std::byte> out) const override {
@@ -22,7 +25,20 @@ class DressedStream final : public StreamAround {
   }
   std::uint64_t bytes() const override { return StreamAround::bytes() + bytes_; }
 
+  LargestDifference largest_difference() const override {
+    LargestDifference largest = StreamAround::largest_difference();
+    if (largest.share == 0 || largest.array >= own_.arrays.size()) return largest;
+    const auto found = std::find_if(
+        arrays_.points.begin(), arrays_.points.end(),
+        [&](const ArrayFrom& a) { return a.info.name == own_.arrays[largest.array].name; });
+    largest.array = found == arrays_.points.end()
+                        ? AttributeSet::npos
+                        : static_cast<std::size_t>(found - arrays_.points.begin());
+    return largest;
+  }
+
  private:
+  const AttributeSet& own_;
   const OtherArrays& arrays_;
   const std::uint64_t bytes_;
 };
@@ -64,11 +80,13 @@ class DressedMesh final : public MeshSource {
   std::unique_ptr<MeshStream> stream() override {
     std::uint64_t bytes = 0;
     auto open = open_stream(mesh_.get(), [&](std::uint64_t needed) { bytes = needed; });
-    return std::make_unique<DressedStream>(std::move(open), arrays_, bytes);
+    return std::make_unique<DressedStream>(std::move(open), mesh_->description().point_data,
+                                           arrays_, bytes);
   }
 
   std::unique_ptr<MeshStream> stream_of_rows() override {
-    return std::make_unique<DressedStream>(open_rows(mesh_.get()), arrays_, 0);
+    return std::make_unique<DressedStream>(open_rows(mesh_.get()), mesh_->description().point_data,
+                                           arrays_, 0);
   }
 
  private:

@@ -116,6 +116,22 @@ class Seams(FolderTest):
         self.assertIn(BOUNDS, told)
         self.assertEqual(self.counts(report_of("info", path)), [0, 0, None])
 
+    def test_steps_of_a_series(self):
+        def series(name, *jumps):
+            return [self.both(jump=jump)[0].rename(self.folder / f"{name}_{step}.vtu") for step, jump in enumerate(jumps)]
+
+        out = self.folder / "out_{step}.vtu"
+        told = finish("simplify", *series("later", 0.0, -8.0, 0.0), "-o", out, "--max-error", "1%").stderr.decode()
+        self.assertIn(f"25 {JOINED}", told)
+        self.assertNotIn(OTHERS, told)  # of the first step
+        self.assertIn("step 1: 25 points that were joined with others had other values in some array, by up to 50 % of the "
+                      "range of array temperature: those of the first one that has it were taken", told)
+        self.assertEqual(told.count(BOUNDS), 1)
+        told = finish("simplify", *series("first", -8.0, 0.0), "-o", out, "--max-error", "1%").stderr.decode()
+        self.assertIn(f"25 {OTHERS}, by up to 50 % of the range", told)
+        self.assertEqual(told.count("other values"), 1)
+        self.assertEqual(told.count(BOUNDS), 1)
+
     def test_out_of_core_is_the_same(self):
         for path in self.both(n=12, jump=3.0, ids=lambda v, side: v):
             counts = self.counts(report_of("info", path))
