@@ -18,7 +18,6 @@ namespace tetfusion {
 struct ExportSettings {
   std::string path;  // NAME.pvtu: several files (export_pieces.h)
   Encoding encoding = Encoding::kRaw;
-  std::string label = {};  // WriteOptions::label
   int threads = 1;
   // From any of the threads. May throw: nothing is written then.
   std::function<void(double share)> progress;
@@ -38,6 +37,7 @@ struct ExportSettings {
   // Called when all is written, but has no name yet, with a path where it can be read. May throw:
   // the old file stays then.
   std::function<void(const std::string& path, const MeshSummary& written)> inspect = {};
+  std::string label = {};  // WriteOptions::label
 };
 
 // What is to be written: the mesh with the carried arrays and the input's field data. All of it
