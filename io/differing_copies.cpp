@@ -105,50 +105,72 @@ class CopyComparer {
     return largest;
   }
 
-  // The same of the copies of some originals.
+  // The same of the copies of some originals, window by window.
   template <class T>
   double compare_some(std::size_t array, std::span<const VertexId> originals) {
     const std::size_t width = arrays_[array].components;
-    Vector<T> taken(originals.size() * width);
+    Taken<T> taken{originals, Vector<T>(originals.size() * width)};
     double largest = 0;
-    std::size_t o = 0;
-    std::size_t c = 0;  // no copy comes before its original
+    std::size_t o = 0, c = 0;
+    // No copy comes before its original.
     while (c < points_.copies.size() && points_.copies[c].point < originals.front()) ++c;
     while (c < points_.copies.size()) {
-      const std::uint64_t first = o < originals.size()
-                                      ? std::min(originals[o], points_.copies[c].point)
-                                      : points_.copies[c].point;
+      VertexId first = points_.copies[c].point;
+      if (o < originals.size()) first = std::min(first, originals[o]);
       const std::uint64_t end = (first / kPointsAtOnce + 1) * kPointsAtOnce;
-      std::size_t next_o = o;
-      std::size_t next_c = c;
       std::uint64_t last = first;
+      std::size_t next_o = o, next_c = c;
       while (next_o < originals.size() && originals[next_o] < end) last = originals[next_o++];
       while (next_c < points_.copies.size() && points_.copies[next_c].point < end) ++next_c;
       if (next_c > c) last = std::max<std::uint64_t>(last, points_.copies[next_c - 1].point);
       const auto rows = read_(array, first, last + 1 - first);
-      const T* const values = reinterpret_cast<const T*>(rows.data());
+      const Rows<T> window{first, width, reinterpret_cast<const T*>(rows.data())};
       for (; o < next_o; ++o) {
-        std::copy_n(values + (originals[o] - first) * width, width, taken.data() + o * width);
+        std::copy_n(window.of(originals[o]), width, taken.values.data() + o * width);
       }
-      const std::size_t blocks = block_count(next_c - c, kCopiesPerBlock);
-      std::vector<double> largest_of(blocks, 0);
-      for_each_block(
-          next_c - c, kCopiesPerBlock, [&](std::size_t block, std::size_t from, std::size_t to) {
-            for (std::size_t i = c + from; i < c + to; ++i) {
-              const PointCopy copy = points_.copies[i];
-              const auto at = std::lower_bound(originals.begin(), originals.end(), copy.original);
-              if (at == originals.end() || *at != copy.original) continue;
-              const T* const own = values + (copy.point - first) * width;
-              const T* const other =
-                  taken.data() + static_cast<std::size_t>(at - originals.begin()) * width;
-              if (std::equal(own, own + width, other, is_same_value<T>)) continue;
-              differs_[i] = 1;
-              largest_of[block] = std::max(largest_of[block], distance_of(own, other, width));
-            }
-          });
-      for (const double l : largest_of) largest = std::max(largest, l);
+      largest = std::max(largest, compare_copies(c, next_c, window, taken));
       c = next_c;
     }
+    return largest;
+  }
+
+  template <class T>
+  struct Rows {
+    std::uint64_t first;
+    std::size_t width;
+    const T* values;
+    const T* of(VertexId point) const { return values + (point - first) * width; }
+  };
+  template <class T>
+  struct Taken {
+    std::span<const VertexId> points;  // ascending
+    Vector<T> values;
+  };
+
+  // The same of the copies from `begin` to `end`, which lie in the window; those of other originals
+  // do not count.
+  template <class T>
+  double compare_copies(std::size_t begin, std::size_t end, const Rows<T>& window,
+                        const Taken<T>& taken) {
+    const std::size_t width = window.width;
+    std::vector<double> largest_of(block_count(end - begin, kCopiesPerBlock), 0);
+    for_each_block(
+        end - begin, kCopiesPerBlock, [&](std::size_t block, std::size_t from, std::size_t to) {
+          for (std::size_t i = begin + from; i < begin + to; ++i) {
+            const PointCopy copy = points_.copies[i];
+            const auto at =
+                std::lower_bound(taken.points.begin(), taken.points.end(), copy.original);
+            if (at == taken.points.end() || *at != copy.original) continue;
+            const T* const own = window.of(copy.point);
+            const T* const other =
+                taken.values.data() + static_cast<std::size_t>(at - taken.points.begin()) * width;
+            if (std::equal(own, own + width, other, is_same_value<T>)) continue;
+            differs_[i] = 1;
+            largest_of[block] = std::max(largest_of[block], distance_of(own, other, width));
+          }
+        });
+    double largest = 0;
+    for (const double of_block : largest_of) largest = std::max(largest, of_block);
     return largest;
   }
 

@@ -146,7 +146,8 @@ class VtuHeadParser {
                        std::optional<std::uint64_t> tuples) {
     VtuArray array;
     array.present = true;
-    array.info.name = node.attribute("Name").as_string(std::string(fallback_name).c_str());
+    const std::string_view name = node.attribute("Name").value();
+    array.info.name = name.empty() ? fallback_name : name;
     const std::string label = kind + " \"" + array.info.name + "\"" + of_piece();
     const std::string_view type = node.attribute("type").value();
     if (!parse_vtk_type(type, &array.info.type)) {

@@ -51,6 +51,12 @@ class Convert(FolderTest):
         told = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "10%")
         self.assertIn(b"marks of points that are hidden", told.stderr)
 
+    def test_an_array_whose_name_is_empty_gets_one(self):
+        mesh, out = TinyVtu(), self.folder / "out.vtu"
+        mesh.array("temperature")[1] = ""
+        run("simplify", self.write(mesh), "-o", out, "--reduction", "20%", "--verify")
+        self.assertEqual([*Vtu(out).arrays["point"]], ["unnamed_0"])
+
     def test_onto_itself(self):
         path = self.write(mesh_of_all_sorts())
         original = Vtu(path)
