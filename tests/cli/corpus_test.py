@@ -350,6 +350,7 @@ class Judge:
 
     def __init__(self, mesh, path, fail):
         self.mesh, self.fail = mesh, fail
+        mesh.point_data, mesh.cell_data = independent_check.named(mesh.point_data), independent_check.named(mesh.cell_data)
         self.result = independent_check.Vtu(path)
         self.point = {n: values for n, (_, values) in self.result.arrays["point"].items()}
         self.cell = {n: values for n, (_, values) in self.result.arrays["cell"].items()}

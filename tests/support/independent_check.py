@@ -236,9 +236,14 @@ def changed_values(original, simplified, ids):
     return int(np.count_nonzero(differ))
 
 
+def named(arrays):
+    """With the names that results have: that of an array without one is from its place."""
+    return {name or f"unnamed_{place}": entry for place, (name, entry) in enumerate(arrays.items())}
+
+
 def compare_arrays(original, simplified, failures):
     for kind in ("point", "cell", "field"):
-        for name, entry in original.arrays[kind].items():
+        for name, entry in named(original.arrays[kind]).items():
             want = entry if kind == "field" else entry[0]
             found = simplified.arrays[kind].get(name)
             have = found if kind == "field" or found is None else found[0]
