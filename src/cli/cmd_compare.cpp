@@ -390,7 +390,12 @@ CompareAnswer compare(CompareArguments a, const Bounds& bounds) {
   };
   std::vector<CompareAnswer> answers;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const RunContext part = context.part(share(i), share(i + 1));
+    RunContext part = context.part(share(i), share(i + 1));
+    if (is_series) {
+      part.notice = [&](std::string_view message) {
+        context.say(fmt::format("{}: {}", pairs[i].original.path, message));
+      };
+    }
     answers.push_back(compare_pair(a, pairs[i], bounds, part, &console));
   }
   context.report("done", 1);

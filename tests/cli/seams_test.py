@@ -132,6 +132,16 @@ class Seams(FolderTest):
         self.assertEqual(told.count("other values"), 1)
         self.assertEqual(told.count(BOUNDS), 1)
 
+    def test_steps_that_are_compared_are_named(self):
+        for step, jump in enumerate((0.0, -8.0)):
+            self.both(jump=jump)[0].rename(self.folder / f"run_{step}.vtu")
+        steps = self.folder / "run.pvd"
+        steps.write_text('<VTKFile type="Collection"><Collection>' + "".join(
+            f'<DataSet timestep="{step}" file="run_{step}.vtu"/>' for step in range(2)) + "</Collection></VTKFile>")
+        told = finish("compare", steps, steps).stderr.decode()
+        self.assertEqual(told.count(OTHERS), 1)
+        self.assertIn(f"run_1.vtu: 25 {OTHERS}", told)
+
     def test_out_of_core_is_the_same(self):
         for path in self.both(n=12, jump=3.0, ids=lambda v, side: v):
             counts = self.counts(report_of("info", path))
