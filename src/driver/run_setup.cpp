@@ -122,6 +122,7 @@ double scale_of_weights(const std::string& name, const MeshDescription& mesh,
   const std::uint64_t all = of_cells ? stream.cells() : stream.points();
   Vector<std::byte> rows;
   double largest = 0;
+  double least = std::numeric_limits<double>::infinity();
   for (std::uint64_t first = 0; first < all; first += kWindow) {
     context.check();
     const std::uint64_t count = std::min(kWindow, all - first);
@@ -138,7 +139,13 @@ double scale_of_weights(const std::string& name, const MeshDescription& mesh,
                               mesh.path, name, of_cells ? "cell" : "point",
                               first + static_cast<std::uint64_t>(wrong - values.begin()), *wrong));
     }
-    for (const double value : values) largest = std::max(largest, value);
+    for (const double value : values) {
+      largest = std::max(largest, value);
+      least = std::min(least, value);
+    }
+  }
+  if (least == largest) {
+    context.say(fmt::format("--weight {} is {} everywhere: all places count alike", name, least));
   }
   // Of smaller ones the inverse would be infinite.
   return largest > 0 ? 1 / std::max(largest, std::numeric_limits<double>::min()) : 1;

@@ -149,6 +149,14 @@ class Weight(FolderTest):
                 self.assertLess(len(Vtu(self.folder / "out.vtu").tets), 0.9 * len(mesh.tets), (scale, option))
         self.assertEqual({option: (len(same), len(set(same))) for option, same in files.items()}, {"--reduction": (5, 1), "--max-rms": (3, 1)})
 
+    def test_the_same_weight_everywhere_is_told_of(self):
+        for weight, said in ((0, "is 0 everywhere"), (2.5, "is 2.5 everywhere")):
+            mesh = TinyVtu(6)
+            mesh.arrays.insert(1, ["PointData", "heavy", "Float64", 1, [weight] * len(mesh.points)])
+            path = self.write(mesh)
+            told = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "20%", "--weight", "heavy").stderr.decode()
+            self.assertIn(f"--weight heavy {said}: all places count alike", told)
+
     def test_the_mesh_stays_finer_round_heavy_cells(self):
         mesh = TinyVtu(12)
         centres = [[sum(mesh.points[v][k] for v in tet) / 4 for k in range(3)] for tet in mesh.tets]
