@@ -131,6 +131,10 @@ void parse_arguments(SimplifyArguments* a) {
   if (!a->regions.empty()) {
     const bool none = a->regions.size() == 1 && a->regions[0] == "none";
     b.regions = none ? std::vector<std::string>{} : a->regions;
+    // As --array and --weight say it.
+    for (std::string& name : *b.regions) {
+      if (name.starts_with("cell:")) name.erase(0, std::string_view("cell:").size());
+    }
   }
   parse_lods(*a, &b);
   if (!a->memory.empty()) a->request.performance.memory = parse_memory(a->memory);

@@ -224,7 +224,7 @@ class Formats(FolderTest):
         original = self.write(mesh)
         for suffix, name in ((".mesh", "medit:ref"), (".msh", "gmsh:physical"), (".node", "tetgen:ref")):
             out = self.folder / ("labelled" + suffix)
-            for options, labelled in (([], False), (["--regions", "layer"], True)):
+            for options, labelled in (([], False), (["--regions", "layer"], True), (["--regions", "cell:layer"], True)):
                 result = finish("simplify", original, "-o", out, "--reduction", "20%", *options)
                 self.assertEqual(result.returncode, 0, result.stderr)
                 run("convert", out, self.folder / "back.vtu")
