@@ -354,8 +354,9 @@ void add_field_options(CLI::App& command, SimplifyArguments* a) {
       ->group(kCriteriaGroup);
   command
       .add_option("--regions", a->regions,
-                  "A cell array of one component whose interfaces stay, or none; may be given "
-                  "again. Floating-point numbers tell regions apart where they differ. Default: "
+                  "A cell array of one component (NAME or cell:NAME) whose interfaces stay, or "
+                  "none; may be given again. Floating-point numbers tell regions apart where they "
+                  "differ. Default: "
                   "those of integers named like material, region, physical, tissue, block, zone, "
                   "part, label, the references medit:ref and tetgen:ref, and the blocks of Exodus "
                   "(ObjectId)")
