@@ -82,7 +82,19 @@ void forget_ghosts(Association association, const ArrayInfo& info, std::span<std
   }
 }
 
+bool is_dropped_patch(std::uint8_t type, const OpenOptions& options) {
+  return options.drop_patches && type != kLeftOut && vtk_cell_dimension(type) < 3;
+}
+
+void leave_out_patches(const OpenOptions& options, std::span<std::uint8_t> types) {
+  if (!options.drop_patches) return;
+  for (std::uint8_t& type : types) {
+    if (is_dropped_patch(type, options)) type = kLeftOut;
+  }
+}
+
 int kept_vertices(std::uint8_t type, const OpenOptions& options) {
+  if (type == kLeftOut || is_dropped_patch(type, options)) return 0;
   const std::uint8_t linear = linear_type(type);
   if (linear != type && !options.linearize) return -1;
   if (is_cut(linear)) return options.tetrahedralize ? vtk_cell_size(linear) : -1;
@@ -104,15 +116,17 @@ void unmark_global_ids(const OpenOptions& options, AttributeSet* cell_data) {
 
 std::string refusal(std::uint8_t type, const OpenOptions& options) {
   const std::uint8_t linear = linear_type(type);
+  const bool is_split_by_vtk = type == kVtkPolyhedron || type == kVtkPolygon;
   std::string advice =
       ", which cannot be read: only tetrahedra, and vertices, lines and triangles beside them";
+  if (vtk_cell_dimension(type) < 3) advice += "; --drop-patches leaves such cells out";
   if (linear != type && is_cut(linear)) {
     advice =
         ": use --linearize and --tetrahedralize to keep no more than the corners of such cells, "
         "and split them";
   } else if (linear != type) {
     advice = ": use --linearize to keep no more than the corners of such cells";
-  } else if (is_cut(type) || (type == kVtkPolyhedron && !options.tetrahedralize)) {
+  } else if (is_cut(type) || (is_split_by_vtk && !options.tetrahedralize)) {
     advice = ": use --tetrahedralize to split such cells";
   } else if (type == kVtkConvexPointSet || type == kVtkPolyhedron || type == kVtkPentagonalPrism ||
              type == kVtkHexagonalPrism) {

@@ -43,8 +43,18 @@ inline std::size_t corners_of(std::uint8_t type) {
   return static_cast<std::size_t>(vtk_cell_size(linear_type(type)));
 }
 
-// How many of a cell's vertices are kept with these options, from the first on: its corners. -1
-// when the cell cannot be read.
+// In place of the type of a cell that is left out: a ghost cell, or a patch's.
+inline constexpr std::uint8_t kLeftOut = 255;
+
+// Whether a cell of this type is one of the patches that are dropped with these options: any that
+// has no volume, whether it could be read or not.
+bool is_dropped_patch(std::uint8_t type, const OpenOptions& options);
+
+// Overwrites the types of those.
+void leave_out_patches(const OpenOptions& options, std::span<std::uint8_t> types);
+
+// How many of a cell's vertices are kept with these options, from the first on: its corners. None
+// of a cell that is left out; -1 when the cell cannot be read.
 int kept_vertices(std::uint8_t type, const OpenOptions& options);
 
 // Whether a cell of this settled type may have so many vertices.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "io/cell_kinds.h"
 #include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
@@ -21,7 +22,7 @@ void put_block(const MixedCells& cells, std::size_t begin, std::size_t end, Plac
                CellWindow* out) {
   for (std::size_t i = begin; i < end; ++i) {
     const std::uint8_t type = cells.types[i];
-    if (type == MixedCells::kLeftOut) continue;
+    if (type == kLeftOut) continue;
     const std::uint64_t vertices = cells.ends[i + 1] - cells.ends[i];
     const VertexId* const v = cells.ids.data() + (cells.ends[i] - cells.ends[0]);
     if (type == kVtkTetra) {
@@ -54,7 +55,7 @@ void sort_cells(const MixedCells& cells, CellWindow* out) {
   std::vector<Places> places(block_count(count, kCellsPerBlock) + 1);
   for_each_block(count, kCellsPerBlock, [&](std::size_t b, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (cells.types[i] == MixedCells::kLeftOut) continue;
+      if (cells.types[i] == kLeftOut) continue;
       const bool tet = cells.types[i] == kVtkTetra;
       places[b + 1].tets += tet ? 1 : 0;
       places[b + 1].lower += tet ? 0 : 1;

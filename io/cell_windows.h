@@ -10,9 +10,8 @@
 
 namespace tetfusion {
 
-// Tetrahedra, triangles, lines, vertices; and what is left out.
+// Tetrahedra, triangles, lines, vertices; and what is left out (kLeftOut).
 struct MixedCells {
-  static constexpr std::uint8_t kLeftOut = 255;
   std::uint64_t first = 0;              // row of the first one
   std::span<const std::uint8_t> types;  // VTK's
   std::span<const std::uint64_t> ends;  // one entry more: where the ids of each begin and end

@@ -58,7 +58,7 @@ class FormatSource final : public MeshSource {
     return array;
   }
 
-  std::unique_ptr<MeshStream> stream() override { return open_format_stream(*reader_); }
+  std::unique_ptr<MeshStream> stream() override { return open_format_stream(*reader_, options_); }
 
   std::uint64_t memory_to_read() override {
     return tetfusion::memory_to_read(description(), reader_->cell_types()) + reader_->bytes();
@@ -96,6 +96,7 @@ class FormatSource final : public MeshSource {
       }
       cells.offsets[c + 1] = cells.offsets[c] + corners_of(cells.types[c]);
     }
+    leave_out_patches(options_, cells.types);
     cells.connectivity = std::move(list.ids);
     return cells;
   }

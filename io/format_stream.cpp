@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "io/cell_kinds.h"
 #include "io/cell_windows.h"
 #include "mesh/split_cells.h"
 
@@ -17,7 +18,8 @@ constexpr std::uint64_t kPointsScanned = std::uint64_t{1} << 18;
 
 class FormatStream final : public MeshStream {
  public:
-  explicit FormatStream(const FormatReader& reader) : reader_(reader) {
+  FormatStream(const FormatReader& reader, const OpenOptions& options)
+      : reader_(reader), options_(options) {
     for (std::uint64_t first = 0; first < points(); first += kPointsScanned) {
       const std::uint64_t count = std::min(kPointsScanned, points() - first);
       if (reader_.description().point_type == ValueType::kFloat32) {
@@ -46,14 +48,15 @@ class FormatStream final : public MeshStream {
     check_window(first, count, cells());
     clear(out);
     if (count == 0) return;
-    const ListedCells list = reader_.read_cells(first, count);
+    ListedCells list = reader_.read_cells(first, count);
     Vector<std::uint64_t> ends(count + 1);
     ends[0] = 0;
     for (std::uint64_t i = 0; i < count; ++i) {
       ends[i + 1] = ends[i] + static_cast<std::uint64_t>(vtk_cell_size(list.types[i]));
     }
+    leave_out_patches(options_, list.types);
     sort_cells({first, list.types, ends, list.ids}, out);
-    if (!bad_points_.empty()) check_finite(list.ids);
+    if (!bad_points_.empty()) check_finite(*out);
   }
 
   void read_rows(Association association, std::size_t index, std::uint64_t first,
@@ -76,11 +79,13 @@ class FormatStream final : public MeshStream {
   }
 
   // Names the lowest point.
-  void check_finite(const Vector<VertexId>& ids) const {
+  void check_finite(const CellWindow& window) const {
     VertexId lowest = kNoVertex;
-    for (const VertexId v : ids) {
+    const auto look = [&](VertexId v) {
       if ((bad_points_[v / 64] >> (v % 64) & 1) != 0) lowest = std::min(lowest, v);
-    }
+    };
+    for (const Tet& tet : window.tets) std::for_each(tet.begin(), tet.end(), look);
+    std::for_each(window.lower.connectivity.begin(), window.lower.connectivity.end(), look);
     if (lowest == kNoVertex) return;
     Vec3<double> p{};
     if (reader_.description().point_type == ValueType::kFloat32) {
@@ -97,21 +102,28 @@ class FormatStream final : public MeshStream {
   }
 
   const FormatReader& reader_;
+  const OpenOptions& options_;
   Vector<std::uint64_t> bad_points_;  // a bit each; empty when all are finite
 };
 
-bool can_stream(const FormatReader& reader) {
+bool can_stream(const FormatReader& reader, const OpenOptions& options) {
   const CellTypeCounts types = reader.cell_types();
-  const std::uint64_t taken =
-      types[kVtkTetra] + types[kVtkTriangle] + types[kVtkLine] + types[kVtkVertex];
+  std::uint64_t taken = 0;
+  for (std::size_t t = 0; t < types.size(); ++t) {
+    const auto type = static_cast<std::uint8_t>(t);
+    const bool as_it_is = type == kVtkTetra || type == kVtkTriangle || type == kVtkLine ||
+                          type == kVtkVertex || is_dropped_patch(type, options);
+    taken += as_it_is ? types[t] : 0;
+  }
   return types[kVtkTetra] > 0 && taken == reader.description().cells && reader.has_rows_in_order();
 }
 
 }  // namespace
 
-std::unique_ptr<MeshStream> open_format_stream(const FormatReader& reader) {
-  if (!can_stream(reader)) return nullptr;
-  return std::make_unique<FormatStream>(reader);
+std::unique_ptr<MeshStream> open_format_stream(const FormatReader& reader,
+                                               const OpenOptions& options) {
+  if (!can_stream(reader, options)) return nullptr;
+  return std::make_unique<FormatStream>(reader, options);
 }
 
 void fail_not_finite(const MeshDescription& mesh, std::uint64_t point, std::size_t axis,

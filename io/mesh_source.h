@@ -69,8 +69,8 @@ struct OpenOptions {
   // Points with the same coordinates are one, with the values of the first, before cells are split.
   // Throws Error(kUsage) for Medit's, Gmsh's and TetGen's files.
   bool merge_points = false;
-  // Cells of lower dimension are left out, and points that only these use are used by no cell. Ones
-  // that could not be read are refused all the same.
+  // Cells of lower dimension are left out, also ones that could not be read, and points that only
+  // these use are used by no cell.
   bool drop_patches = false;
 };
 

@@ -22,7 +22,6 @@
 #include "io/pvtu_reader.h"
 #include "io/suffix.h"
 #include "io/tetgen_reader.h"
-#include "io/tets_alone.h"
 #include "io/vtk_bridge.h"
 #include "io/vtu_reader.h"
 #include "io/xml_scan.h"
@@ -60,11 +59,9 @@ std::vector<double> time_steps_of(const std::string& path, const OpenOptions& op
   return time_steps_with_vtk(path, options);
 }
 
-namespace {
-
 // The content decides. Where it says nothing, a file that is only called .vtu or .mesh goes to the
 // native reader: it says best what is wrong with it.
-std::unique_ptr<MeshSource> open_any(const std::string& path, const OpenOptions& options) {
+std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
   if (is_openfoam_name(path) && guess_format_of(path).format == ForeignFormat::kOpenFoam) {
     return open_with_vtk(path, options);
   }
@@ -76,14 +73,17 @@ std::unique_ptr<MeshSource> open_any(const std::string& path, const OpenOptions&
   const ForeignFormat foreign = guess_format(path, file.bytes()).format;
   if (!may_have_time_steps(foreign)) choose_time_step(path, 0, options.time_step);
   const std::string_view type = vtk_file_type(text);
-  std::string what;
-  if (type == "UnstructuredGrid") {
-    if (auto source = open_vtu(std::move(file), options, &what)) return source;
+  const bool legacy = is_legacy_grid(text);
+  if (type == "UnstructuredGrid" || legacy) {
+    std::string cells;
+    auto source = legacy ? open_legacy_vtk(std::move(file), options, &cells)
+                         : open_vtu(std::move(file), options, &cells);
+    if (source) return source;
+    const std::string what = (legacy ? "a legacy .vtk with " : "a .vtu with ") + cells;
     if (!standard_input) return open_with_vtk(path, options, what);
     throw Error(ErrorCode::kBadInput,
                 "standard input is " + what + ", which VTK reads, and not from there: give a file");
   }
-  if (is_legacy_grid(text)) return open_legacy_vtk(std::move(file), options);
   const auto open_as = [&](auto open) {
     if (options.merge_points) {
       throw Error(ErrorCode::kUsage, path +
@@ -104,18 +104,12 @@ std::unique_ptr<MeshSource> open_any(const std::string& path, const OpenOptions&
         "standard input is neither a .vtu file, a legacy .vtk file of an unstructured grid nor a "
         "mesh of Medit or Gmsh, the formats that are read from there");
   }
+  std::string what;
   if (type == "PUnstructuredGrid") {
     if (auto source = open_pvtu(file, options, &what)) return source;
   }
   if (foreign == ForeignFormat::kUnknown) refuse_unread_formats(path, file.bytes(), true);
   return open_with_vtk(path, options, what);
-}
-
-}  // namespace
-
-std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
-  auto source = open_any(path, options);
-  return options.drop_patches ? tets_alone(std::move(source)) : std::move(source);
 }
 
 }  // namespace tetfusion

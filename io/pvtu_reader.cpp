@@ -160,11 +160,13 @@ bool PvtuSource::merge(const AttributeSet& from, bool* seen, AttributeSet* to) {
 
 // Or straightened: where they may be, or opening the piece would have failed.
 bool PvtuSource::has_cells_to_split() const {
+  const OpenOptions as_they_are{.drop_patches = options_.drop_patches};
   for (const auto& input : inputs_) {
     CellTypeCounts counts{};
     input->guarded([&] { counts = count_types(*input); });
     for (std::size_t type = 0; type < counts.size(); ++type) {
-      if (counts[type] > 0 && kept_vertices(static_cast<std::uint8_t>(type), {}) < 0) return true;
+      if (counts[type] > 0 && kept_vertices(static_cast<std::uint8_t>(type), as_they_are) < 0)
+        return true;
     }
   }
   return false;

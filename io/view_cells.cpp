@@ -121,7 +121,7 @@ VtuCells ViewCells::all() const {
   cells.ghosts = ghosts_;
   cells.types.resize(size());
   for (std::uint64_t c = 0; c < size(); ++c) {
-    cells.types[c] = is_ghost(c) ? VtuCells::kGhost : type_of(c);
+    cells.types[c] = is_ghost(c) ? kLeftOut : type_of(c);
   }
   const auto copy = [&](auto zero) {
     using Id = decltype(zero);

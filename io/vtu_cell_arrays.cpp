@@ -87,7 +87,7 @@ void VtuCellArrays::read_types(const TypeArray& types, std::uint64_t first, std:
     for (std::uint64_t i = 0; i < chunk.count; ++i) {
       const T type = load<T>(chunk.data, i);
       // As unsigned, so that negative ones are too large.
-      if (static_cast<std::uint64_t>(type) >= kGhost) {
+      if (static_cast<std::uint64_t>(type) >= kLeftOut) {
         input_->fail(ErrorCode::kBadInput, cell_name(chunk.first + i) + " has the type " +
                                                std::to_string(type) + ", which VTK does not have" +
                                                types.reader.where(chunk.first + i));
@@ -121,8 +121,8 @@ std::uint64_t VtuCellArrays::mark_ghosts(const std::vector<GhostArray>& ghosts, 
       for (std::uint64_t i = 0; i < chunk.count; ++i) {
         const T value = load<T>(chunk.data, i);
         if (levels ? value <= 0 : (value & T{kGhostDropped}) == 0) continue;
-        fresh += to[i] != kGhost ? 1 : 0;
-        to[i] = kGhost;
+        fresh += to[i] != kLeftOut ? 1 : 0;
+        to[i] = kLeftOut;
       }
       marked += fresh;
     });
@@ -174,7 +174,7 @@ void VtuCellArrays::check_cells(const ArrayReader& offsets, const OpenOptions& o
                      std::to_string(static_cast<std::int64_t>(ends[i + 1])) + ", but there are " +
                      std::to_string(limit) + " vertex ids" + offsets.where(cell));
       }
-      if (types[i] == kGhost) continue;
+      if (types[i] == kLeftOut) continue;
       if (kept_vertices(types[i], options) < 0) refuse(cell, types[i], options);
       const std::uint64_t vertices = ends[i + 1] - ends[i];
       if (!may_have_vertices(types[i], vertices)) {

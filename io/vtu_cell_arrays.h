@@ -19,8 +19,6 @@ namespace tetfusion {
 
 class VtuCellArrays {
  public:
-  static constexpr std::uint8_t kGhost = 255;  // in place of a type
-
   // Opens nothing yet. `input` outlives this.
   VtuCellArrays(const VtuInput& input, std::size_t piece) : input_(&input), piece_(piece) {}
 
@@ -50,7 +48,7 @@ class VtuCellArrays {
   void read_types(const TypeArray& types, std::uint64_t first, std::uint64_t count,
                   std::uint8_t* out) const;
 
-  // Overwrites the types of ghost cells. Returns how many were none before.
+  // Overwrites the types of ghost cells with kLeftOut. Returns how many had others before.
   std::uint64_t mark_ghosts(const std::vector<GhostArray>& ghosts, std::uint64_t first,
                             std::uint64_t count, std::uint8_t* types) const;
 
@@ -61,7 +59,7 @@ class VtuCellArrays {
   void read_ends(const ArrayReader& offsets, std::uint64_t first, std::uint64_t count,
                  std::uint64_t* ends) const;
 
-  // Cells of all kinds: every one lies within `limit` vertex ids and, unless it is a ghost, has as
+  // Cells of all kinds: every one lies within `limit` vertex ids and, unless it is left out, has as
   // many as its type wants and is of a kind that can be read. `ends` as from read_ends().
   void check_cells(const ArrayReader& offsets, const OpenOptions& options, std::uint64_t first,
                    std::uint64_t count, const std::uint8_t* types, const std::uint64_t* ends,

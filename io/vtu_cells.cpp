@@ -29,6 +29,7 @@ class CellReader {
       cells_.ghosts +=
           part.arrays.mark_ghosts(part.arrays.open_ghosts(), 0, part.piece.cells, types_of(part));
     });
+    leave_out_patches(options_, cells_.types);
     if (cells_.tets_only) {
       if (cells > kMaxTets) fail_too_many_tets(input_.file.path(), cells);
       cells_.tets.resize(cells);
@@ -95,7 +96,7 @@ class CellReader {
     for_each_block(cells_.tets.size(), kCellsPerBlock,
                    [&](std::size_t, std::size_t begin, std::size_t end) {
                      for (std::size_t c = begin; c < end; ++c) {
-                       if (cells_.types[c] == VtuCells::kGhost) continue;
+                       if (cells_.types[c] == kLeftOut) continue;
                        for (const VertexId v : cells_.tets[c]) mark_used(used_, v);
                      }
                    });
@@ -130,7 +131,7 @@ class CellReader {
                    [&](std::size_t, std::size_t begin, std::size_t end) {
                      for (std::size_t i = begin; i < end; ++i) {
                        const std::size_t c = part.first_cell + i;
-                       if (cells_.types[c] == VtuCells::kGhost) continue;
+                       if (cells_.types[c] == kLeftOut) continue;
                        const int kept = kept_vertices(cells_.types[c], options_);
                        const VertexId* const ids = &cells_.connectivity[cells_.offsets[c]];
                        for (int k = 0; k < kept; ++k) mark_used(used_, ids[k]);

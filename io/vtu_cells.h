@@ -17,9 +17,7 @@ namespace tetfusion {
 // The cells as the file has them, pieces one after another, ghost cells marked. Vertex ids count
 // through all pieces. Either tetrahedra alone, or cells of all kinds.
 struct VtuCells {
-  static constexpr std::uint8_t kGhost = VtuCellArrays::kGhost;
-
-  Vector<std::uint8_t> types;  // kGhost in place of a ghost cell's
+  Vector<std::uint8_t> types;  // kLeftOut in place of those of cells that are left out
   std::uint64_t ghosts = 0;
 
   bool tets_only = false;

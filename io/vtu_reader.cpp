@@ -20,6 +20,7 @@
 #include "io/vtu_input.h"
 #include "io/vtu_points.h"
 #include "io/vtu_stream.h"
+#include "mesh/split_cells.h"
 
 namespace tetfusion {
 
@@ -37,9 +38,17 @@ class VtuSource final : public MeshSource {
 
   const MeshDescription& description() const override { return description_; }
 
-  bool has_faces() const {
+  // Cells that are to be split and that VTK alone reads, by their name; empty: there are none.
+  std::string cells_for_vtk() const {
+    if (!options_.tetrahedralize) return {};
     const auto& pieces = input_.head.pieces;
-    return std::any_of(pieces.begin(), pieces.end(), [](const VtuPiece& p) { return p.has_faces; });
+    if (std::any_of(pieces.begin(), pieces.end(), [](const auto& p) { return p.has_faces; })) {
+      return "polyhedra";
+    }
+    if (options_.drop_patches) return {};
+    CellTypeCounts cells{};
+    input_.guarded([&] { cells = count_types(input_); });
+    return cells[kVtkPolygon] > 0 ? "polygons" : "";
   }
 
   Geometry read_geometry() override {
@@ -324,6 +333,15 @@ class VtuSource final : public MeshSource {
   std::vector<std::uint64_t> piece_begin_;  // first point of each piece; one entry more
 };
 
+std::unique_ptr<MeshSource> unless_for_vtk(MappedFile file, const OpenOptions& options,
+                                           VtuHead (*parse)(const MappedFile&),
+                                           std::string* for_vtk) {
+  auto source = std::make_unique<VtuSource>(std::move(file), options, parse);
+  *for_vtk = source->cells_for_vtk();
+  if (!for_vtk->empty()) return nullptr;
+  return source;
+}
+
 }  // namespace
 
 std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options) {
@@ -331,15 +349,17 @@ std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options
 }
 
 std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options,
-                                     std::string* why) {
-  auto source = std::make_unique<VtuSource>(std::move(file), options, parse_vtu_head);
-  if (!options.tetrahedralize || !source->has_faces()) return source;
-  *why = "a .vtu with polyhedra";
-  return nullptr;
+                                     std::string* for_vtk) {
+  return unless_for_vtk(std::move(file), options, parse_vtu_head, for_vtk);
 }
 
 std::unique_ptr<MeshSource> open_legacy_vtk(MappedFile file, const OpenOptions& options) {
   return std::make_unique<VtuSource>(std::move(file), options, parse_legacy_head);
+}
+
+std::unique_ptr<MeshSource> open_legacy_vtk(MappedFile file, const OpenOptions& options,
+                                            std::string* for_vtk) {
+  return unless_for_vtk(std::move(file), options, parse_legacy_head, for_vtk);
 }
 
 }  // namespace tetfusion

@@ -26,11 +26,14 @@ namespace tetfusion {
 // in any order and again; each keeps nothing.
 std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options = {});
 
-// The same, but null for a file whose polyhedra are to be split, as VTK alone reads their faces:
-// `why` then says so, "a .vtu with polyhedra".
-std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options, std::string* why);
+// The same, but null for a file with cells that are to be split and that VTK alone reads: `for_vtk`
+// then names them, "polyhedra" or "polygons", and is empty otherwise.
+std::unique_ptr<MeshSource> open_vtu(MappedFile file, const OpenOptions& options,
+                                     std::string* for_vtk);
 
-// The same for a legacy .vtk file of an unstructured grid (legacy_head.h).
+// The same two for a legacy .vtk file of an unstructured grid (legacy_head.h).
 std::unique_ptr<MeshSource> open_legacy_vtk(MappedFile file, const OpenOptions& options = {});
+std::unique_ptr<MeshSource> open_legacy_vtk(MappedFile file, const OpenOptions& options,
+                                            std::string* for_vtk);
 
 }  // namespace tetfusion

@@ -154,7 +154,7 @@ class VtuStream final : public MeshStream {
 
   void look_at(std::uint64_t cell, std::uint8_t type, CellSurvey* found) const {
     if (type == kVtkTetra) ++found->tets;
-    if (type == kVtkTetra || type == VtuCellArrays::kGhost) return;
+    if (type == kVtkTetra || type == kLeftOut || is_dropped_patch(type, options_)) return;
     const int kept = kept_vertices(type, options_);
     if (kept < 0) arrays_.refuse(cell, type, options_);
     const bool lower = type == kVtkVertex || type == kVtkLine || type == kVtkTriangle;
@@ -187,7 +187,7 @@ class VtuStream final : public MeshStream {
     if (out->ghost_cells == 0) return;
     std::size_t kept = 0;
     for (std::uint64_t i = 0; i < count; ++i) {
-      if (types[i] == VtuCellArrays::kGhost) continue;
+      if (types[i] == kLeftOut) continue;
       out->tets[kept++] = out->tets[i];
       out->tet_rows.push_back(first + i);
     }
@@ -198,6 +198,7 @@ class VtuStream final : public MeshStream {
     Vector<std::uint8_t> types(count);
     arrays_.read_types(types_, first, count, types.data());
     out->ghost_cells = arrays_.mark_ghosts(ghosts_, first, count, types.data());
+    leave_out_patches(options_, types);
     return types;
   }
 
@@ -216,7 +217,6 @@ class VtuStream final : public MeshStream {
           return first + static_cast<std::uint64_t>(next - (ends.begin() + 1));
         },
         nullptr, ids.data());
-    static_assert(MixedCells::kLeftOut == VtuCellArrays::kGhost);
     sort_cells({first, types, ends, ids}, out);
   }
 

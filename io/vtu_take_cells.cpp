@@ -30,7 +30,7 @@ void take_tets(VtuCells cells, const Vector<VertexId>& new_ids, Geometry* mesh) 
     mesh->tet_source.resize(mesh->tets.size() - cells.ghosts);
     std::size_t kept = 0;
     for (std::size_t c = 0; c < cells.types.size(); ++c) {
-      if (cells.types[c] == VtuCells::kGhost) continue;
+      if (cells.types[c] == kLeftOut) continue;
       mesh->tets[kept] = mesh->tets[c];
       mesh->tet_source[kept++] = c;
     }
@@ -68,7 +68,7 @@ class MixedTaker {
   void take_cell(std::size_t cell, Taken* out) const {
     const std::uint8_t type = linear_type(cells_.types[cell]);
     switch (type) {
-      case VtuCells::kGhost:
+      case kLeftOut:
         return;
       case kVtkVertex:
       case kVtkLine:

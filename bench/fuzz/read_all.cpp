@@ -148,7 +148,10 @@ std::optional<Error> refusal(F f) {
 
 }  // namespace
 
-OpenOptions options_of(Input input) { return {(input.size() & 1) != 0, (input.size() & 2) != 0}; }
+OpenOptions options_of(Input input) {
+  const auto bit = [&](std::size_t b) { return (input.size() & b) != 0; };
+  return {.tetrahedralize = bit(1), .linearize = bit(2), .drop_patches = bit(4)};
+}
 
 MappedFile memory_file(Input input, const char* name) {
   Descriptor fd(::memfd_create(name, MFD_CLOEXEC));

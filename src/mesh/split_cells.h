@@ -78,6 +78,9 @@ std::string_view vtk_cell_name(std::uint8_t vtk_type);
 // Bezier cells, ...) and for numbers that VTK does not use.
 int vtk_cell_size(std::uint8_t vtk_type);
 
+// 0 to 3; 3 for numbers that VTK does not use, and 0 for the empty cell.
+int vtk_cell_dimension(std::uint8_t vtk_type);
+
 // Writes the tetrahedra of one cell to `out` and returns their number: 1 for a tetrahedron, 2 for a
 // pyramid, 3 for a wedge, 5 or 6 for a hexahedron or voxel, 0 for other types. They are positively
 // wound if the cell is convex and wound as VTK documents it (a wedge's triangle (0, 1, 2) faces

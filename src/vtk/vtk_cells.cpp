@@ -92,6 +92,7 @@ class CellConverter {
         }
         piece.data->GetCellPoints(c, ids);
         type = settled_type(type, static_cast<std::uint64_t>(ids->GetNumberOfIds()));
+        if (is_dropped_patch(type, options_)) continue;
         if (type == kVtkPolyhedron && has_centre(piece, c)) {
           take_faces(piece, c, cell, ids);
         } else if (type == kVtkPolygon && options_.tetrahedralize) {

@@ -254,14 +254,39 @@ class DroppedPatches(FolderTest):
         run("simplify", self.write(self.sample()), "-o", path, "--pieces", "3", "--reduction", "0%", "--chunk-tets", "60")
         self.expect_tetrahedra_alone(path, 125, 384)
 
-    def test_what_is_read_whole(self):
-        """Where a quadrilateral is to be split, a mesh is not read in windows."""
-        mesh = self.sample()
-        mesh.array("types")[4].append(9)
-        mesh.array("connectivity")[4] += [0, 1, 6, len(mesh.points) - 1]
+    def add_cell(self, mesh, kind, points):
+        mesh.array("types")[4].append(kind)
+        mesh.array("connectivity")[4] += points
         mesh.array("offsets")[4].append(len(mesh.array("connectivity")[4]))
         mesh.array("id")[4].append(0)
         mesh.counts["NumberOfCells"] = str(len(mesh.array("types")[4]))
+
+    def test_patches_of_types_that_are_not_read(self):
+        """Whatever has no volume: a polyline, a polygon, a quadratic triangle, a pixel, an empty cell."""
+        mesh = self.sample()
+        bare = self.folder / "bare.vtu"
+        run("convert", self.write(mesh), bare, "--drop-patches")
+        for kind, points in (4, [0, 1, 2]), (7, [0, 1, 6, 5, 2]), (22, [0, 1, 2, 3, 4, 5]), (8, [0, 1, 5, 6]), (0, []):
+            mesh = self.sample()
+            self.add_cell(mesh, kind, points)
+            path = self.write(mesh)
+            said = finish("convert", path, self.folder / "out.vtu")
+            self.assertEqual(said.returncode, BAD)
+            self.assertRegex(said.stderr.decode(), "--drop-patches leaves such cells out|: use --")
+            for memory in ([], ["--memory", "70M", "--threads", "1"]):
+                self.assertEqual(report_of("check", path, "--drop-patches", *memory)["tets"], 384)
+            run("convert", path, self.folder / "out.vtu", "--drop-patches")
+            self.assertEqual((self.folder / "out.vtu").read_bytes(), bare.read_bytes(), kind)
+
+    def test_what_is_read_whole(self):
+        """Where a cell is to be split (a pyramid that names a vertex twice, so that it is one tetrahedron), a mesh is not read in windows."""
+        mesh = self.sample()
+        types, ids, ends = (mesh.array(name)[4] for name in ("types", "connectivity", "offsets"))
+        first = types.index(10)
+        types[first] = 14
+        ids.insert(ends[first] - 1, ids[ends[first] - 2])
+        ends[first:] = [end + 1 for end in ends[first:]]
+        self.add_cell(mesh, 9, [0, 1, 6, len(mesh.points) - 1])
         path, out = self.write(mesh), self.folder / "out.vtu"
         self.assertEqual(report_of("info", path, "--drop-patches")["needs"], ["--tetrahedralize"])
         self.expect_tetrahedra_alone(path, len(mesh.points) - 1, len(mesh.tets), "--tetrahedralize")

@@ -1,10 +1,9 @@
 // Meshes without their cells of lower dimension (OpenOptions::drop_patches).
-#include "io/tets_alone.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "io/mesh_stream.h"
@@ -18,9 +17,9 @@ using ::testing::ElementsAre;
 using testing::plain;
 using testing::VtuText;
 
-const OpenOptions kAlone = {.drop_patches = true};
+const OpenOptions kDropped = {.drop_patches = true};
 
-class TetsAlone : public testing::VtuFileTest {
+class DroppedPatches : public testing::VtuFileTest {
  protected:
   // Point 0 is used by no cell, point 1 by the first cell and the vertex alone. The cells: a
   // triangle (or what else it is to be), a tetrahedron, a line, a tetrahedron, a vertex.
@@ -35,8 +34,8 @@ class TetsAlone : public testing::VtuFileTest {
   }
 };
 
-TEST_F(TetsAlone, WindowsKeepTheNumbersOfTheFile) {
-  const auto source = open(mesh(), kAlone);
+TEST_F(DroppedPatches, WindowsKeepTheNumbersOfTheFile) {
+  const auto source = open(mesh(), kDropped);
   const auto stream = open_stream(source.get());
   EXPECT_TRUE(stream->streams_from_disk());
   EXPECT_EQ(stream->points(), 7u);
@@ -51,8 +50,8 @@ TEST_F(TetsAlone, WindowsKeepTheNumbersOfTheFile) {
   EXPECT_TRUE(window.lower_rows.empty());
 }
 
-TEST_F(TetsAlone, AWholeMeshHasNoPointsOfOtherCells) {
-  const auto source = open(mesh(), kAlone);
+TEST_F(DroppedPatches, AWholeMeshHasNoPointsOfOtherCells) {
+  const auto source = open(mesh(), kDropped);
   const Geometry whole = source->read_geometry();
   EXPECT_THAT(testing::tets(whole), ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 2, 1, 3}));
   EXPECT_THAT(plain(whole.tet_source), ElementsAre(1u, 3u));
@@ -64,9 +63,12 @@ TEST_F(TetsAlone, AWholeMeshHasNoPointsOfOtherCells) {
   EXPECT_EQ(source->read_array(Association::kCell, 0).info.tuples, 5u);
 }
 
-// A quadrilateral that is split has the mesh read whole.
-TEST_F(TetsAlone, WhatIsReadWholeIsTheSameInWindows) {
-  const auto source = open(mesh(9, {1, 2, 3, 4}), {.tetrahedralize = true, .drop_patches = true});
+// A pyramid that is split has the mesh read whole.
+TEST_F(DroppedPatches, WhatIsReadWholeIsTheSameInWindows) {
+  VtuText text = mesh();
+  text.pieces[0] = cell_piece({9, 9, 9, 5, 5, 5, 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1},
+                              {5, 14}, {{0, 1, 2}, {2, 3, 4, 5, 6}});
+  const auto source = open(text, {.tetrahedralize = true, .drop_patches = true});
   const auto stream = open_stream(source.get());
   EXPECT_FALSE(stream->streams_from_disk());
   EXPECT_EQ(stream->points(), 5u);
@@ -76,11 +78,45 @@ TEST_F(TetsAlone, WhatIsReadWholeIsTheSameInWindows) {
   EXPECT_EQ(rows->points(), 5u);
 }
 
-TEST_F(TetsAlone, PointsStayWhereTetrahedraUseThemAll) {
+// Whatever has no volume is left out, though it could not be read: a poly-vertex, a polyline, a
+// strip, a polygon, a pixel, an empty cell, a quadratic edge.
+TEST_F(DroppedPatches, MayBeOfTypesThatAreNotRead) {
+  const std::vector<std::pair<double, std::vector<double>>> kinds = {
+      {2, {1, 2}},
+      {4, {1, 2, 3}},
+      {6, {1, 2, 3, 4, 5}},
+      {7, {1, 2, 3, 4, 5}},
+      {8, {1, 2, 3, 4}},
+      {9, {1, 2, 3, 4}},
+      {0, {}},
+      {21, {1, 2, 3}},
+  };
+  for (const auto& [type, points] : kinds) {
+    SCOPED_TRACE(type);
+    EXPECT_ANY_THROW(read(mesh(type, points)));
+    const auto source = open(mesh(type, points), kDropped);
+    const Geometry whole = source->read_geometry();
+    EXPECT_THAT(testing::tets(whole), ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 2, 1, 3}));
+    EXPECT_THAT(plain(whole.tet_source), ElementsAre(1u, 3u));
+    const auto stream = open_stream(source.get());
+    EXPECT_TRUE(stream->streams_from_disk());
+    EXPECT_EQ(stream->ghost_cells(), 0u);
+    CellWindow window;
+    stream->read_cells(0, 5, &window);
+    EXPECT_EQ(window.tets.size(), 2u);
+    EXPECT_EQ(window.lower.size(), 0u);
+  }
+}
+
+TEST_F(DroppedPatches, ACellWithVolumeIsRefusedAsEver) {
+  EXPECT_ANY_THROW(read(mesh(12, {1, 2, 3, 4, 5, 6, 0, 1}), kDropped));
+}
+
+TEST_F(DroppedPatches, PointsStayWhereTetrahedraUseThemAll) {
   VtuText mesh;
   mesh.pieces = {cell_piece({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 7, 7, 7}, {10, 5},
                             {{0, 1, 2, 3}, {0, 1, 2}})};
-  const Geometry whole = read(mesh, kAlone);
+  const Geometry whole = read(mesh, kDropped);
   EXPECT_THAT(testing::tets(whole), ElementsAre(Tet{0, 1, 2, 3}));
   EXPECT_THAT(plain(whole.point_source), ElementsAre(0u, 1u, 2u, 3u));
   EXPECT_EQ(whole.unused_points, 1u);
