@@ -59,8 +59,11 @@ std::optional<std::uint64_t> parse_count(std::string_view text) {
   const auto value = parse_number(text);
   if (!value) return std::nullopt;
   const double count = *value * std::pow(1000.0, power);
-  if (!(count >= 0) || count > kLargestWhole || count != std::floor(count)) return std::nullopt;
-  return static_cast<std::uint64_t>(count);
+  if (!(count >= 0) || count > kLargestWhole) return std::nullopt;
+  // 4.1 is not quite what its double is: times a million, it is one ulp off.
+  const double whole = std::round(count);
+  if (std::abs(count - whole) > 1e-15 * whole) return std::nullopt;
+  return static_cast<std::uint64_t>(whole);
 }
 
 std::optional<std::uint64_t> parse_bytes(std::string_view text) {
@@ -107,7 +110,7 @@ std::string format_bytes(std::uint64_t bytes) {
     value /= 1024;
     ++unit;
   }
-  return unit == 0 ? fmt::format("{} bytes", bytes) : fmt::format("{:.1f} {}", value, kUnits[unit]);
+  return unit == 0 ? format_count(bytes, "byte") : fmt::format("{:.1f} {}", value, kUnits[unit]);
 }
 
 std::string format_memory(std::uint64_t bytes) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 namespace tetfusion {
 namespace {
 
@@ -21,7 +23,16 @@ TEST(Numbers, Counts) {
   EXPECT_EQ(*parse_count("1M"), 1000000u);
   EXPECT_EQ(*parse_count("2.5k"), 2500u);
   EXPECT_EQ(*parse_count("1G"), 1000000000u);
-  for (const char* bad : {"", "M", "-1", "0.5", "1.0005k2", "1e300", "1T", "nan"}) {
+  // Products that double precision does not hold exactly.
+  EXPECT_EQ(*parse_count("4.1M"), 4100000u);
+  EXPECT_EQ(*parse_count("16.1k"), 16100u);
+  EXPECT_EQ(*parse_count("2.01M"), 2010000u);
+  for (std::uint64_t thousands = 1; thousands < 100'000; thousands += 7) {
+    const std::string text = std::to_string(thousands / 1000) + "." +
+                             std::to_string(1000 + thousands % 1000).substr(1) + "M";
+    ASSERT_EQ(parse_count(text), thousands * 1000) << text;
+  }
+  for (const char* bad : {"", "M", "-1", "0.5", "1.0000001k", "1.0005k2", "1e300", "1T", "nan"}) {
     EXPECT_FALSE(parse_count(bad)) << bad;
   }
 }
