@@ -25,7 +25,8 @@ class BucketPieces {
   const std::vector<std::span<const std::byte>>& pieces() const { return pieces_; }
 
   // Throws Error(kIo) when bytes have been lost since read(): someone shortened a file. Worth a
-  // call after the bytes were used where no commit() follows, which would report it too.
+  // call after the bytes were used where neither commit() nor Scratch::check() follows, which
+  // report it too, when this object is gone.
   virtual void check() const {}
 
  protected:

@@ -48,6 +48,10 @@ class Scratch {
   // remove(), whoever destroys its store. Throws what commit() throws.
   virtual void keep(const std::string& name) = 0;
 
+  // Throws Error(kIo) for what has failed behind the run's back, or was lost of pieces while they
+  // were used. To be called before a result that was made of them gets its name.
+  virtual void check() const = 0;
+
   // Takes back what an interrupted run left: the latest committed generation that is whole. Nothing
   // when there is none. Call once, first.
   virtual std::optional<Checkpoint> resume() = 0;

@@ -63,6 +63,7 @@ class DiskScratch : public Scratch {
   void commit(const std::string& name, std::span<const std::byte> state) override;
   void keep(const std::string& name) override;
   std::optional<Checkpoint> resume() override;
+  void check() const override { folder_->throw_failure(); }
   void drop_spares() override { sync_.drop_spares(); }
   void remove() override;
   std::uint64_t peak_bytes() const override { return folder_->peak_bytes(); }

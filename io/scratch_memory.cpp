@@ -183,6 +183,7 @@ class MemoryScratch : public Scratch {
   void commit(const std::string&, std::span<const std::byte>) override {}
   void keep(const std::string&) override {}
   std::optional<Checkpoint> resume() override { return std::nullopt; }
+  void check() const override {}
   void drop_spares() override {}
   void remove() override {}
   std::uint64_t peak_bytes() const override { return count_->peak(); }

@@ -406,7 +406,9 @@ Examination examine_chunks(const MeshDescription& mesh, const MeshStream& stream
   const auto run = [&]<class Real>(Real) {
     return Examiner<Real>(mesh, stream, context, budget).run(chunk_tets, scratch);
   };
-  return mesh.point_type == ValueType::kFloat32 ? run(float{}) : run(double{});
+  Examination found = mesh.point_type == ValueType::kFloat32 ? run(float{}) : run(double{});
+  scratch->check();
+  return found;
 }
 
 }  // namespace tetfusion

@@ -44,7 +44,7 @@ class Exporter {
     } else {
       write_in_order(&writer);
     }
-    job_.context.check();
+    job_.check();
     writer.finish();
     if (inspect) inspect(output.file()->path_to_read(), chunks_.summary());
     output.commit([this](double done) { job_.report(done); },

@@ -55,6 +55,11 @@ struct ExportJob {
   MemoryBudget* budget = nullptr;
   Scratch* scratch = nullptr;
 
+  // Before what was written gets its name. Throws Error.
+  void check() const {
+    context.check();
+    scratch->check();
+  }
   void report(double done) const {
     if (settings.progress) settings.progress(done);
   }

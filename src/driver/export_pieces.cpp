@@ -227,7 +227,7 @@ class PiecesExporter {
     while (pieces + 1 < first_slice_.size()) write_piece(pieces++, layout);
     stored_.store.reset();
     if (job_.lower.cells.size() > 0) write_lower(pieces++, layout);
-    job_.context.check();
+    job_.check();
     if (job_.settings.inspect) {
       job_.settings.inspect(output_.path_to_read(layout, pieces), chunks_.summary());
     }

@@ -435,6 +435,7 @@ class WatchedScratch : public Scratch {
   void commit(const std::string&, std::span<const std::byte>) override {}
   void keep(const std::string&) override {}
   std::optional<Checkpoint> resume() override { return {}; }
+  void check() const override {}
   void drop_spares() override {}
   void remove() override {}
   std::uint64_t peak_bytes() const override { return 0; }

@@ -198,8 +198,10 @@ TEST_F(DamagedScratch, AFileShortenedWhileItIsHeldIsAnError) {
   EXPECT_THROW(held->check(), Error);
   EXPECT_EQ(testing::text(held->pieces().front()).size(), 100000u);  // no SIGBUS
   EXPECT_THROW(held->check(), Error);
+  EXPECT_NO_THROW(scratch->check());
   held.reset();
-  // Nothing that was computed from zeros is ever committed.
+  // Nothing that was computed from zeros is ever committed, or gets its name.
+  EXPECT_THROW(scratch->check(), Error);
   EXPECT_THROW(scratch->commit("one", {}), Error);
 }
 
