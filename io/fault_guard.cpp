@@ -23,11 +23,23 @@ struct Guard {
 static_assert(std::atomic<std::uintptr_t>::is_always_lock_free, "read by a signal handler");
 
 // The handler may run at any time, so it looks at nothing but this table, and takes no lock.
-std::array<Guard, 256> guards;
+std::array<Guard, 1024> guards;
 struct sigaction previous_action {};
 std::uintptr_t page_bytes = 4096;
 
-void on_fault(int, siginfo_t* info, void*) {
+// Not ours: to whoever had the signal before. Without a handler of theirs, the instruction faults
+// again and ends the process.
+void pass_on(int signal, siginfo_t* info, void* context) {
+  if ((previous_action.sa_flags & SA_SIGINFO) != 0) {
+    previous_action.sa_sigaction(signal, info, context);
+  } else if (previous_action.sa_handler != SIG_DFL && previous_action.sa_handler != SIG_IGN) {
+    previous_action.sa_handler(signal);
+  } else {
+    ::sigaction(SIGBUS, &previous_action, nullptr);
+  }
+}
+
+void on_fault(int signal, siginfo_t* info, void* context) {
   const auto address = reinterpret_cast<std::uintptr_t>(info->si_addr);
   for (Guard& guard : guards) {
     const std::uintptr_t begin = guard.begin.load();
@@ -40,8 +52,7 @@ void on_fault(int, siginfo_t* info, void*) {
     guard.missing.compare_exchange_strong(none, page - begin);
     return;  // the instruction runs again and reads zeros
   }
-  // Not ours: the instruction faults again under the handler that was there before.
-  ::sigaction(SIGBUS, &previous_action, nullptr);
+  pass_on(signal, info, context);
 }
 
 void install_handler() {
