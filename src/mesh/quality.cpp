@@ -38,11 +38,12 @@ std::size_t coarse_bin(double value, double bin_width) {
 
 }  // namespace
 
-template <class Real>
-Shape measure_shape(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c,
-                    const Vec3<Real>& d) {
-  const Vector3 ab = difference(b, a), ac = difference(c, a), ad = difference(d, a);
-  const Vector3 bc = difference(c, b), bd = difference(d, b), cd = difference(d, c);
+namespace {
+
+using Edges = std::array<Vector3, 6>;  // ab, ac, ad, bc, bd, cd
+
+Shape shape_of(const Edges& edges) {
+  const auto& [ab, ac, ad, bc, bd, cd] = edges;
   const std::array<double, 6> squares{dot(ab, ab), dot(ac, ac), dot(ad, ad),
                                       dot(bc, bc), dot(bd, bd), dot(cd, cd)};
   const auto [shortest, longest] = std::minmax_element(squares.begin(), squares.end());
@@ -53,6 +54,35 @@ Shape measure_shape(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& 
   const double cosine =
       largest_cosine({cross(bc, bd), cross(ad, ac), cross(ab, ad), cross(ac, ab)});
   return {ratio, cosine, *longest, *shortest};
+}
+
+// With a longest edge of one to two.
+void scale_to_one(Edges* edges) {
+  double longest = 0;
+  for (const Vector3& e : *edges) {
+    longest = std::max({longest, std::abs(e.x), std::abs(e.y), std::abs(e.z)});
+  }
+  if (!(longest > 0) || !std::isfinite(longest)) return;
+  const int power = -std::ilogb(longest);
+  for (Vector3& e : *edges) {
+    e = {std::scalbn(e.x, power), std::scalbn(e.y, power), std::scalbn(e.z, power)};
+  }
+}
+
+}  // namespace
+
+template <class Real>
+Shape measure_shape(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c,
+                    const Vec3<Real>& d) {
+  Edges edges{difference(b, a), difference(c, a), difference(d, a),
+              difference(c, b), difference(d, b), difference(d, c)};
+  const Shape shape = shape_of(edges);
+  if (shape.longest_squared > 1e-100 && shape.longest_squared < 1e100) return shape;
+  // Fourth powers of edges would leave the range of double precision.
+  scale_to_one(&edges);
+  const Shape scaled = shape_of(edges);
+  return {scaled.mean_ratio, scaled.min_dihedral_cosine, shape.longest_squared,
+          shape.shortest_squared};
 }
 
 template Shape measure_shape(const Vec3<float>&, const Vec3<float>&, const Vec3<float>&,

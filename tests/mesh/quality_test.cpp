@@ -38,7 +38,7 @@ TEST(Quality, CornerOfACube) {
 }
 
 TEST(Quality, ScaleDoesNotMatter) {
-  for (const double scale : {1e-60, 1e60}) {
+  for (const double scale : {1e-200, 1e-60, 1e60, 1e100, 1e150, 1e200}) {
     Geometry mesh = regular();
     for (auto& p : std::get<Vector<Vec3<double>>>(mesh.points))
       p = {scale * p.x, scale * p.y, scale * p.z};
