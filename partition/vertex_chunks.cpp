@@ -50,7 +50,7 @@ std::uint32_t VertexChunks::Notes::add(const Tet& tet) {
   return lowest;
 }
 
-VertexChunks::Notes::~Notes() {
+void VertexChunks::Notes::hand_over() {
   sort_unique(&more_, 0);
   const std::lock_guard lock(table_->mutex_);
   Vector<std::uint64_t>& all = table_->more_;

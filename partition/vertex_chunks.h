@@ -21,13 +21,13 @@ class VertexChunks {
   void set_home(VertexId v, std::uint32_t chunk) { places_[v] = kNoneAway | chunk; }
 
   // Notes, for a run of tetrahedra, that chunks have their points. One a thread; what it holds goes
-  // to the table when it is destroyed.
+  // to the table with hand_over(), after which nothing is added.
   class Notes {
    public:
     explicit Notes(VertexChunks* table) : table_(table) {
       recent_.assign(kRecent, ~std::uint64_t{0});
     }
-    ~Notes();
+    void hand_over();
     Notes(const Notes&) = delete;
     Notes& operator=(const Notes&) = delete;
     void add(VertexId v, std::uint32_t chunk);

@@ -31,9 +31,10 @@ class InOrder {
   void put(std::size_t task, T value) {
     const std::lock_guard lock(mutex_);
     waiting_.emplace(task, std::move(value));
-    for (auto it = waiting_.begin(); it != waiting_.end() && it->first == next_;
-         it = waiting_.erase(it), ++next_) {
-      take_(std::move(it->second));
+    while (!waiting_.empty() && waiting_.begin()->first == next_) {
+      auto first = waiting_.extract(waiting_.begin());
+      ++next_;  // also if that throws: nothing is handed on twice
+      take_(std::move(first.mapped()));
     }
   }
 

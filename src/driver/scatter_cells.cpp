@@ -85,10 +85,9 @@ void CellScatterer<Real>::scatter_window(std::uint32_t window, std::uint64_t fir
 
   Vector<std::uint32_t>& chunk_of = scratch->chunk_of;
   chunk_of.resize(cells.tets.size());
-  {
-    VertexChunks::Notes notes(&job_.table);
-    for (std::size_t t = 0; t < cells.tets.size(); ++t) chunk_of[t] = notes.add(cells.tets[t]);
-  }
+  VertexChunks::Notes notes(&job_.table);
+  for (std::size_t t = 0; t < cells.tets.size(); ++t) chunk_of[t] = notes.add(cells.tets[t]);
+  notes.hand_over();
   for (std::uint64_t& row : cells.tet_rows) row -= first;
   if (job_.settings.sample != nullptr) keep_sampled(&*scratch);
   if (job_.excerpt.exists()) add_to_excerpt(&*scratch);
@@ -151,6 +150,7 @@ void CellScatterer<Real>::add_to_excerpt(Scratch* scratch) {
     scratch->chunk_of.push_back(job_.chunks);
     for (const VertexId v : tet) notes.add(v, job_.chunks);
   }
+  notes.hand_over();
 }
 
 template <class Real>

@@ -167,6 +167,7 @@ class Pool {
     explicit Loan(Pool* pool) : pool_(pool) {
       const std::lock_guard lock(pool->mutex_);
       if (pool->free_.empty()) {
+        pool->free_.reserve(++pool->objects_);  // so that giving it back cannot fail
         object_ = std::make_unique<T>();
       } else {
         object_ = std::move(pool->free_.back());
@@ -191,6 +192,7 @@ class Pool {
 
  private:
   std::mutex mutex_;
+  std::size_t objects_ = 0;  // lent ones, too
   std::vector<std::unique_ptr<T>> free_;
 };
 

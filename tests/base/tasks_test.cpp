@@ -158,5 +158,16 @@ TEST(InOrder, HandsOnInOrderWhatComesInAnyOrder) {
   }
 }
 
+TEST(InOrder, WhatCouldNotBeTakenIsNotHandedOnAgain) {
+  std::vector<std::string> taken;
+  InOrder<std::string> join([&](std::string value) {
+    taken.push_back(value);
+    if (value == "full") throw std::runtime_error("no room");
+  });
+  EXPECT_THROW(join.put(0, "full"), std::runtime_error);
+  join.put(1, "next");
+  EXPECT_EQ(taken, (std::vector<std::string>{"full", "next"}));
+}
+
 }  // namespace
 }  // namespace tetfusion

@@ -52,13 +52,12 @@ void expect_chunks(const VertexChunks& table,
 TEST(VertexChunks, ATetrahedronIsInTheLowestOfItsPointsChunks) {
   VertexChunks table(6);
   for (VertexId v = 0; v < 6; ++v) table.set_home(v, v < 4 ? 2 : v);
-  {
-    VertexChunks::Notes notes(&table);
-    EXPECT_EQ(notes.add({0, 1, 2, 3}), 2u);
-    EXPECT_EQ(notes.add({0, 1, 2, 3}), 2u);
-    EXPECT_EQ(notes.add({5, 1, 4, 3}), 2u);
-    EXPECT_EQ(notes.add({5, 5, 4, 4}), 4u);
-  }
+  VertexChunks::Notes notes(&table);
+  EXPECT_EQ(notes.add({0, 1, 2, 3}), 2u);
+  EXPECT_EQ(notes.add({0, 1, 2, 3}), 2u);
+  EXPECT_EQ(notes.add({5, 1, 4, 3}), 2u);
+  EXPECT_EQ(notes.add({5, 5, 4, 4}), 4u);
+  notes.hand_over();
   table.finish();
   expect_chunks(table, {{2}, {2}, {2}, {2}, {2, 4}, {2, 4}});
 }
@@ -69,12 +68,11 @@ TEST(VertexChunks, KnowsTheChunksOfAVertex) {
   table.set_home(1, 5);
   table.set_home(2, VertexChunks::kMaxChunks - 1);
   table.set_home(3, 0);
-  {
-    VertexChunks::Notes notes(&table);
-    notes.add(0, 5);  // at home
-    for (const std::uint32_t c : {7, 1, 7, 5, 2, 1}) notes.add(1, c);
-    notes.add(2, 0);  // never at home
-  }
+  VertexChunks::Notes notes(&table);
+  notes.add(0, 5);  // at home
+  for (const std::uint32_t c : {7, 1, 7, 5, 2, 1}) notes.add(1, c);
+  notes.add(2, 0);  // never at home
+  notes.hand_over();
   table.finish();
   expect_chunks(table, {{5}, {1, 2, 5, 7}, {0}, {}});
 }
@@ -100,6 +98,7 @@ TEST(VertexChunks, AgreesWithBruteForceFromSeveralThreads) {
               mine.add(v, notes[i].chunk);
               ASSERT_EQ(mine.add({v, v, v, v}), home_of(v, chunks));
             }
+            mine.hand_over();
           }
         });
       }
@@ -119,6 +118,7 @@ TEST(VertexChunks, TakesMoreNotesThanItKeepsApart) {
     for (std::uint32_t c = 0; c < 9; ++c) {
       VertexChunks::Notes notes(&table);
       for (VertexId v = 0; v < kVertices; ++v) notes.add(v, c);
+      notes.hand_over();
     }
   }
   table.finish();
