@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 #include <utility>
 
 #include "base/error.h"
@@ -29,8 +30,14 @@ void DurableSync::commit(std::shared_ptr<Generation> generation, bool durable) {
   start_worker();
 }
 
+// Where the system gives no more threads nothing becomes durable until it does: that is lost only
+// with the machine's power.
 void DurableSync::start_worker() {
-  if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
+  try {
+    if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
+  } catch (const std::system_error&) {
+    return;
+  }
   changed_.notify_all();
 }
 

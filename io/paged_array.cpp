@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <new>
+#include <vector>
 
 #include "base/error.h"
 
@@ -52,10 +53,8 @@ void PagedBytes::set_size(std::uint64_t bytes) {
     FileSystem& system = file_system();
     const auto from = static_cast<off_t>(bytes_), more = static_cast<off_t>(rounded - bytes_);
     if (retry([&] { return system.fallocate(file_.get(), 0, from, more); }) != 0) {
-      if (errno != EOPNOTSUPP) fail("making room in", errno);
-      if (system.ftruncate(file_.get(), static_cast<off_t>(rounded)) != 0) {
-        fail("making room in", errno);
-      }
+      if (errno != EOPNOTSUPP && errno != ENOSYS) fail("making room in", errno);
+      fill_with_zeros(bytes_, rounded);
     }
   }
   void* data = data_ == nullptr ? map(rounded) : ::mremap(data_, bytes_, rounded, MREMAP_MAYMOVE);
@@ -63,6 +62,17 @@ void PagedBytes::set_size(std::uint64_t bytes) {
   data_ = static_cast<std::byte*>(data);
   bytes_ = rounded;
   if (!file_ && rounded >= kHugePage) file_system().madvise(data_, rounded, MADV_HUGEPAGE);
+}
+
+// For file systems that cannot set room aside.
+void PagedBytes::fill_with_zeros(std::uint64_t begin, std::uint64_t end) const {
+  const std::vector<std::byte> zeros(kHugePage);
+  for (std::uint64_t at = begin; at < end; at += zeros.size()) {
+    const std::uint64_t count = std::min<std::uint64_t>(zeros.size(), end - at);
+    if (const int error = pwrite_all(file_.get(), zeros.data(), count, at)) {
+      fail("making room in", error);
+    }
+  }
 }
 
 void* PagedBytes::map(std::uint64_t bytes) const {

@@ -36,6 +36,7 @@ class PagedBytes {
  private:
   void set_size(std::uint64_t bytes);
   void* map(std::uint64_t bytes) const;
+  void fill_with_zeros(std::uint64_t begin, std::uint64_t end) const;
   [[noreturn]] void fail(const char* what, int error) const;
 
   std::string folder_;

@@ -13,7 +13,8 @@ namespace tetfusion {
 RowFile::RowFile(std::string folder, std::uint64_t bytes)
     : folder_(std::move(folder)), file_(open_nameless(folder_)) {
   if (!file_) fail("making", errno);
-  if (file_system().ftruncate(file_.get(), static_cast<off_t>(bytes)) != 0) fail("making", errno);
+  const auto size = static_cast<off_t>(bytes);
+  if (retry([&] { return file_system().ftruncate(file_.get(), size); }) != 0) fail("making", errno);
 }
 
 void RowFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {

@@ -64,6 +64,7 @@ void Coarsening<Real>::resume(Checkpoint left) {
   if (state_.values) state_.values->resume(state_.value_chunks, &left);
   plan_output(state_.input.facts.tets);
   planner_.limit_errors(error_limits(options_, state_.fields));
+  run_.input.stream.reset();
 }
 
 template <class Real>

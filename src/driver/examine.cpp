@@ -12,6 +12,7 @@
 #include "base/resources.h"
 #include "driver/chunked_examination.h"
 #include "driver/memory_plan.h"
+#include "io/file_system.h"
 #include "io/mesh_stream.h"
 #include "io/scratch.h"
 #include "mesh/inspect.h"
@@ -45,7 +46,7 @@ class TemporaryScratch {
  public:
   TemporaryScratch(const std::string& parent, std::uint64_t expected_bytes)
       : scratch_(
-            disk_scratch({(std::filesystem::path(parent.empty() ? default_parent() : parent) /
+            disk_scratch({(std::filesystem::path(parent.empty() ? temporary_folder() : parent) /
                            fmt::format("tetfusion-{}-{}", ::getpid(),
                                        std::chrono::steady_clock::now().time_since_epoch().count()))
                               .string(),
@@ -62,7 +63,6 @@ class TemporaryScratch {
   Scratch* get() { return scratch_.get(); }
 
  private:
-  static std::string default_parent() { return std::filesystem::temp_directory_path().string(); }
   std::unique_ptr<Scratch> scratch_;
 };
 

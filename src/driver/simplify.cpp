@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <new>
 #include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "base/resources.h"
 #include "driver/coarsening.h"
 #include "driver/export.h"
@@ -146,8 +148,15 @@ SimplifyReport simplify_mesh(const SimplifyRequest& request, std::unique_ptr<Mes
     const MeshDescription& mesh = run.input.description();
     auto left = run.place.open(mesh, sink != nullptr);
     if (!left) say_what_is_left(run);
-    mesh.point_type == ValueType::kFloat32 ? coarsen<float>(std::move(left), &run, &report)
-                                           : coarsen<double>(std::move(left), &run, &report);
+    try {
+      mesh.point_type == ValueType::kFloat32 ? coarsen<float>(std::move(left), &run, &report)
+                                             : coarsen<double>(std::move(left), &run, &report);
+    } catch (const std::bad_alloc&) {
+      throw Error(ErrorCode::kMemory,
+                  fmt::format("{}: the system gave no more memory: give a smaller --memory, so "
+                              "that more of the mesh lies on disk, or fewer --threads",
+                              request.input));
+    }
   } catch (const Error& error) {
     run.place.give_up(error);
   }
