@@ -20,6 +20,7 @@ class ByteWriter {
   void put(const T& value) { append(&value, sizeof value); }
   // The number of elements, then these.
   template <class Container>
+  requires std::is_trivially_copyable_v<typename Container::value_type>
   void put_all(const Container& values) {
     put(static_cast<std::uint64_t>(values.size()));
     append(values.data(), values.size() * sizeof(values[0]));
@@ -43,6 +44,7 @@ class ByteReader {
   requires std::is_trivially_copyable_v<T>
   void get(T* value) { std::memcpy(value, take(sizeof *value), sizeof *value); }
   template <class Container>
+  requires std::is_trivially_copyable_v<typename Container::value_type>
   void get_all(Container* values) {
     std::uint64_t size = 0;
     get(&size);

@@ -52,7 +52,7 @@ class ExportChunks {
   // But for the counts of points and tetrahedra, after for_each() alone.
   const MeshSummary& summary() const { return summary_; }
 
-  // After for_each(). Of the chunk, ascending by vertex: its own points that cells of lower
+  // Of a chunk that for_each() has given, ascending by vertex: its own points that cells of lower
   // dimension use.
   const Vector<Numbered>& used_by_lower(std::uint32_t chunk) const { return asked_for_[chunk]; }
   // The corners of the cells of lower dimension.

@@ -18,8 +18,9 @@ inline constexpr double kDefaultScalarTolerance = 0.025;
 inline constexpr double kDefaultStretchFactor = 5;
 inline constexpr double kDefaultMaxError = 0.01;
 
-// With Method::kFuse a chunk, whose events are counted in 32 bits, may have no more tetrahedra.
-inline constexpr std::uint64_t kMaxFuseChunk = std::uint64_t{1} << 27;
+// Of a chunk, whose events are counted in 32 bits with fuse; what is made of it may be three times
+// as large, and its corners are.
+inline constexpr std::uint64_t kMaxChunkTets = std::uint64_t{1} << 27;
 
 // What may become of the boundary surface, and of surfaces between regions.
 enum class Boundary : std::uint8_t {

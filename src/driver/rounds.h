@@ -1,5 +1,5 @@
-// Rounds: greedy passes run over each chunk of a macroLoD, side by side, and the chunks of the next
-// macroLoD, cut elsewhere, are made of what is left.
+// Rounds: passes of TetFuse, or a round of fuse, run over each chunk of a macroLoD, side by side,
+// and the chunks of the next macroLoD, cut elsewhere, are made of what is left.
 #pragma once
 
 #include <atomic>

@@ -11,14 +11,14 @@
 
 namespace tetfusion {
 
-// Reads request.input, runs greedy passes of TetFuse until the goal is reached or nothing fuses,
-// and writes request.output (and a file a level, with request.behaviour.lods). Each file appears
-// under its name when it is whole. The files' bytes are a function of the input and the behaviour
-// options alone.
+// Reads request.input, runs rounds of request.behaviour.method until the goal is reached or nothing
+// fuses, and writes request.output (and a file a level, with request.behaviour.lods). Each file
+// appears under its name when it is whole. The files' bytes are a function of the input and the
+// behaviour options alone.
 //
-// Throws Error: kUsage for options that contradict each other or the mesh, kBadInput, kIo,
-// kInterrupted; OutOfReach. On a throw no output has been touched, but for levels that were already
-// whole.
+// Throws Error: kUsage for options that contradict each other or the mesh, kBadInput, kIo, kMemory,
+// kInterrupted, kBroken where a result is not what was promised (verify); OutOfReach. On a throw no
+// output has been touched, but for levels that were already whole.
 SimplifyReport simplify(const SimplifyRequest& request, const RunContext& context = {});
 
 // The same with a mesh that is opened already; the request's input is a word for messages.

@@ -122,11 +122,10 @@ void check_criteria(const BehaviourOptions& b) {
 
 void check_method(const BehaviourOptions& b) {
   if (b.chunk_tets == 0) refuse("--chunk-tets must be at least 1");
-  if (b.method == Method::kFuse) {
-    if (b.chunk_tets > kMaxFuseChunk) {
-      refuse(fmt::format("--chunk-tets must be at most {} with --method fuse", kMaxFuseChunk));
-    }
-  } else {
+  if (b.chunk_tets > kMaxChunkTets) {
+    refuse(fmt::format("--chunk-tets must be at most {}", kMaxChunkTets));
+  }
+  if (b.method == Method::kTetFuse) {
     if (b.boundary != Boundary::kExact) {
       refuse("--boundary belongs to --method fuse: tetfuse keeps the boundary exact");
     }

@@ -245,8 +245,6 @@ void FuseCavity<Real>::list(VertexId partner, bool fixed) {
   deleted_.resize(deleted);
 }
 
-// New faces between the partner and an edge opposite to v, of which the mesh has one already:
-// around a partner where the mesh is folded over, or several parts of it meet.
 // Along the base triangle's normal, which is the gradient of the tetrahedron's determinant.
 template <class Real>
 auto FuseCavity<Real>::obstacle() const -> Obstacle {

@@ -4,22 +4,15 @@
 #include <atomic>
 #include <cmath>
 
+#include "base/mix.h"
 #include "mesh/blocks.h"
 
 namespace tetfusion {
 
 namespace {
 
-// splitmix64's finaliser.
-std::uint64_t splitmix(std::uint64_t h) {
-  h += 0x9E3779B97F4A7C15u;
-  h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9u;
-  h = (h ^ (h >> 27)) * 0x94D049BB133111EBu;
-  return h ^ (h >> 31);
-}
-
 std::uint64_t edge_hash(VertexId a, VertexId b) {
-  return splitmix(std::uint64_t{std::min(a, b)} << 32 | std::max(a, b));
+  return mix(std::uint64_t{std::min(a, b)} << 32 | std::max(a, b));
 }
 
 }  // namespace
@@ -36,7 +29,7 @@ void BoundarySample::add(std::span<const Tet> tets) {
     for (std::size_t k = 0; k < 4; ++k) {
       const std::uint64_t run = t[k] / run_;
       // Its place in the run is drawn, as files often have a period.
-      if (run_ > 1 && t[k] % run_ != splitmix(run) % run_) continue;
+      if (run_ > 1 && t[k] % run_ != mix(run) % run_) continue;
       const VertexId a = t[(k + 1) % 4], b = t[(k + 2) % 4], c = t[(k + 3) % 4];
       const std::uint64_t edges = edge_hash(a, b) ^ edge_hash(b, c) ^ edge_hash(c, a);
       std::atomic_ref(edges_[run]).fetch_xor(edges, std::memory_order_relaxed);
