@@ -34,8 +34,9 @@ void add_estimate(const RunPlan& plan, std::string* text) {
   const RunEstimate& e = plan.estimate;
   fmt::format_to(to, "boundary   about {:.3g} % of the points\n", 100 * e.boundary_share);
   fmt::format_to(to, "reachable  {}\n", describe_reach(e));
-  fmt::format_to(to, "time       about {:.2g} s with {}, without waiting for disks\n", e.seconds,
-                 format_count(static_cast<std::uint64_t>(plan.threads), "thread"));
+  fmt::format_to(to, "time       about {:.2g} s with {}, without waiting for disks{}\n", e.seconds,
+                 format_count(static_cast<std::uint64_t>(plan.threads), "thread"),
+                 plan.verifies ? " and without --verify, which about doubles it" : "");
   fmt::format_to(
       to, "basis      {}, simplified on one thread in {:.2g} s; the input was read once\n",
       e.is_whole() ? "the whole mesh" : format_count(e.sample_tets) + " tetrahedra from its middle",
@@ -86,10 +87,13 @@ void summarize(const SimplifyReport& r, Console* console) {
                            format_count(r.output.boundary_triangles), r.input.volume, change));
   if (r.boundary != "exact" && !r.lods.empty()) {
     const double moved = r.lods.back().deviation;
-    console->say(moved < kRounding
-                     ? "the surface has stayed where it was"
-                     : fmt::format("the surface has moved by at most {:.2g} % of the diagonal",
-                                   100 * moved));
+    const std::string surface =
+        r.regions.empty() ? "the surface has"
+                          : fmt::format("the surface and what lies between regions of {} have",
+                                        fmt::join(r.regions, ", "));
+    console->say(moved < kRounding ? surface + " stayed in place"
+                                   : fmt::format("{} moved by at most {:.2g} % of the diagonal",
+                                                 surface, 100 * moved));
   }
   for (const Verification& v : r.verified) {
     console->say(

@@ -94,7 +94,10 @@ double SimplifyReport::reduction() const {
 std::string SimplifyReport::reason_of_locks() const {
   std::vector<std::string> places;
   if (locks.between_regions) {
-    places.push_back(fmt::format("between regions of {}", fmt::join(regions, ", ")));
+    // Where they may move edges and corners stay, and a mesh of voxels has nothing else.
+    places.push_back(fmt::format("{}between regions of {}",
+                                 boundary == "exact" ? "" : "at an edge, a corner or a step ",
+                                 fmt::join(regions, ", ")));
   }
   if (locks.in_interest) places.emplace_back("in the region of interest");
   const Oddities& o = oddities;

@@ -30,6 +30,7 @@ RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
   if (mesh.spooled_checksum) plan.needs.scratch += mesh.file_bytes;
   plan.method = request.behaviour.method;
   plan.threads = thread_count();
+  plan.verifies = request.verify;
   const Steering steering = read_steering(&run);
   plan.estimate = estimate_run(run, steering, sample_tets, start);
   context.report("done", 1);

@@ -24,6 +24,7 @@ struct RunPlan {
   bool on_disk = false;      // chunks are kept in `scratch`
   std::string scratch;
   int threads = 1;
+  bool verifies = false;  // the result will be verified; the estimate does not count that
   RunEstimate estimate;
 
   // Where the chunks will be.

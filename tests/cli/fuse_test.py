@@ -223,8 +223,11 @@ class Fuse(FolderTest):
         path = self.write(TinyVtu(6))
         for boundary in "planar", "0.5%":
             said = finish("simplify", path, "-o", self.folder / "out.vtu", "--boundary", boundary, "--reduction", "50%").stderr.decode()
-            self.assertIn("the surface has stayed where it was", said)
+            self.assertIn("the surface has stayed in place", said)
             self.assertNotIn("moved by", said)
+            said = finish("simplify", path, "-o", self.folder / "out.vtu", "--boundary", boundary, "--reduction", "50%",
+                          "--regions", "id").stderr.decode()
+            self.assertIn("the surface and what lies between regions of id have stayed in place", said)
 
     def test_what_it_promises_for_every_point(self):
         path = self.generate("--jitter", "0.5", tets="40k")
