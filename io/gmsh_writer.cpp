@@ -17,6 +17,7 @@
 #include "io/gmsh_steps.h"
 #include "io/text_rows.h"
 #include "mesh/blocks.h"
+#include "mesh/region_names.h"
 #include "mesh/split_cells.h"
 #include "mesh/time_value.h"
 
@@ -44,11 +45,9 @@ class GmshWriter {
   GmshWriter(MeshPasses* mesh, OutputFile* file, bool binary)
       : mesh_(*mesh), file_(file), binary_(binary) {
     const AttributeSet& cells = mesh_.description().cell_data;
-    physical_ = find_references(cells, Association::kCell, kGmshPhysical, mesh_.label());
-    geometrical_ = find_references(cells, Association::kCell, kGmshGeometrical);
-    if (geometrical_ != kNoArray && cells.arrays[geometrical_].name != kGmshGeometrical) {
-      geometrical_ = kNoArray;
-    }
+    physical_ = mesh_.cell_labels();
+    own_physical_ = find_integer_label(cells, kGmshPhysical);
+    geometrical_ = find_integer_label(cells, kGmshGeometrical);
   }
 
   void run(const std::function<void(double)>& progress) {
@@ -67,17 +66,20 @@ class GmshWriter {
     for (std::size_t i = 0; i < point_arrays; ++i) put_node_data(i, of_points[i]);
     const auto of_cells = gmsh_steps_of(mesh_.description().cell_data, time);
     for (std::size_t i = 0; i < cell_arrays; ++i) {
-      if (!is_tag(mesh_.description().cell_data.arrays[i], i)) put_element_data(i, of_cells[i]);
+      if (!is_tag(i)) put_element_data(i, of_cells[i]);
     }
   }
 
  private:
   std::uint64_t cells() const { return mesh_.tets() + mesh_.lower().size(); }
 
-  // A material that is the physical group stays an array of its own, under its name.
-  bool is_tag(const ArrayInfo& info, std::size_t index) const {
-    return index == geometrical_ || (index == physical_ && info.name == kGmshPhysical);
+  static std::size_t find_integer_label(const AttributeSet& cells, const char* name) {
+    const std::size_t i = cells.find(name);
+    return i != kNoArray && is_integer_label(cells.arrays[i]) ? i : kNoArray;
   }
+  // A material that is the physical group stays an array of its own, under its name. Groups whose
+  // place it has do not: that name is the one that it is read as.
+  bool is_tag(std::size_t index) const { return index == geometrical_ || index == own_physical_; }
 
   void check_size() const {
     constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();
@@ -120,6 +122,7 @@ class GmshWriter {
   }
 
   void put_names() {
+    if (own_physical_ != kNoArray && physical_ != own_physical_) return;  // they have other groups
     std::string rows;
     std::size_t count = 0;
     for (std::size_t i = 0; i < mesh_.description().field_data.arrays.size(); ++i) {
@@ -359,6 +362,7 @@ class GmshWriter {
   OutputFile* file_;
   bool binary_;
   std::size_t physical_ = kNoArray;
+  std::size_t own_physical_ = kNoArray;  // the groups that the mesh was read with
   std::size_t geometrical_ = kNoArray;
   Vector<std::byte> buffer_;
 };

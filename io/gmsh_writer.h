@@ -1,7 +1,7 @@
 // Gmsh meshes (gmsh_head.h) of version 2.2, which holds a physical group and an entity for each
 // element on its own, and which Gmsh and other programs read alike.
 //
-// Physical groups are find_references(), 0 where there is none; entities the array
+// Physical groups are the cell_labels(), 0 where there are none; entities the array
 // "gmsh:geometrical", else the group, or 1. All other arrays become $NodeData and $ElementData, as
 // doubles, without rows of which nothing is a number; names of groups come from the field arrays
 // that reading a Gmsh file makes.

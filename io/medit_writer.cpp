@@ -40,8 +40,8 @@ class MeditWriter {
   MeditWriter(MeshPasses* mesh, OutputFile* file, bool binary)
       : mesh_(*mesh), file_(file), binary_(binary) {
     const MeshDescription& d = mesh_.description();
-    point_array_ = find_references(d.point_data, Association::kPoint, kMeditReference);
-    cell_array_ = find_references(d.cell_data, Association::kCell, kMeditReference, mesh_.label());
+    point_array_ = find_point_labels(d.point_data, kMeditReference);
+    cell_array_ = mesh_.cell_labels();
     for (const char* name : {"Triangles", "Edges", "RequiredVertices"}) {
       const MeditKeyword* const keyword = find_medit_keyword(std::string_view(name));
       Vector<std::uint64_t> cells = mesh_.lower_of_type(keyword->type);

@@ -1,5 +1,5 @@
 // Medit meshes (medit_head.h): points, tetrahedra, then triangles, edges and, as RequiredVertices,
-// vertices, each with its reference: find_references(), 0 where there is none.
+// vertices, each with its reference: find_point_labels() or cell_labels(), 0 where there is none.
 #pragma once
 
 #include <functional>

@@ -21,7 +21,10 @@ void MeshOutput::commit(const std::function<void(double)>& progress,
     return;
   }
   const auto source = open_vtu(file_.read_back());
-  WriteOptions options{encoding_, {}, label_, tell};
+  WriteOptions options;
+  options.encoding = encoding_;
+  options.label = label_;
+  options.tell = tell;
   if (progress) {
     options.progress = [&](double share) { progress(vtu_share() + (1 - vtu_share()) * share); };
   }

@@ -7,6 +7,8 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/vector.h"
@@ -16,8 +18,25 @@
 
 namespace tetfusion {
 
-// Values of any type as integers. Throws Error(kBadInput) for a value above all of Int64.
+// Values of any type as integers; what is no number is 0, which stands for no label. Throws
+// Error(kBadInput) for a value above all of Int64.
 Vector<std::int64_t> to_integers(const ArrayInfo& info, std::span<const std::byte> values);
+
+// What a format has for labels of cells.
+struct LabelPlace {
+  const char* own = "";              // the array that is made of them when such a file is read
+  std::string_view name;             // "references"
+  int bits = 64;                     // of a value
+  bool holds_own_fractions = false;  // of `own`
+  bool is_only_place = true;         // for arrays of cells
+};
+
+// Of the cell arrays those that may be these labels, the first one before all others: the integers
+// called `own`, or as another format calls its own, then the one called `label`, of any type, then
+// the first of integers that is named like a region, and of floating-point numbers. With
+// `label_comes_first` that one is before all.
+std::vector<std::size_t> possible_labels(const AttributeSet& cells, const LabelPlace& place,
+                                         const std::string& label, bool label_comes_first);
 
 // Rows that one thread makes text of at a time.
 inline constexpr std::size_t kTextRowsPerBlock = 16384;
@@ -26,12 +45,17 @@ class MeshPasses {
  public:
   static constexpr std::size_t kNone = AttributeSet::npos;
 
-  // Counts the cells, and keeps those of lower dimension. Both must outlive this object. `label` is
-  // WriteOptions::label.
-  MeshPasses(MeshSource* source, const MeshStream* stream, std::string label);
+  // Counts the cells, and keeps those of lower dimension. Both must outlive this object.
+  MeshPasses(MeshSource* source, const MeshStream* stream);
 
   const MeshDescription& description() const { return source_->description(); }
-  const std::string& label() const { return label_; }
+  // Of these arrays of cells the first one whose values the format has room for, and are not 0
+  // everywhere, if another one is not: it has no more to say than none. tell() is called, if it is
+  // there, where that is another one than names say; `label` is the name that the user gave.
+  void choose_labels(const std::vector<std::size_t>& possible, const LabelPlace& place,
+                     const std::string& label, const std::string& path,
+                     const std::function<void(std::string_view)>& tell);
+  std::size_t cell_labels() const { return labels_; }  // kNone: there are none
   std::uint64_t points() const { return stream_->points(); }
   std::uint64_t tets() const { return tets_; }
   const LowerCells& lower() const { return lower_; }
@@ -95,6 +119,8 @@ class MeshPasses {
     return all - first < kWindow ? all - first : kWindow;
   }
   const ArrayInfo& info(Association association, std::size_t array) const;
+  std::string refusal(std::size_t cell_array, int bits) const;
+  bool is_zero(std::size_t cell_array) const;
   Points read_points(std::uint64_t first, std::uint64_t count) const;
   Vector<std::byte> read_rows(Association association, std::size_t array, std::uint64_t first,
                               std::uint64_t count) const;
@@ -104,7 +130,7 @@ class MeshPasses {
 
   MeshSource* source_;
   const MeshStream* stream_;
-  std::string label_;
+  std::size_t labels_ = kNone;
   std::uint64_t tets_ = 0;
   LowerCells lower_;
   std::vector<std::pair<std::uint64_t, Vector<std::uint64_t>>> lower_rows_;  // by windows
@@ -113,10 +139,8 @@ class MeshPasses {
   std::uint64_t visited_ = 0;
 };
 
-// The integer array that says what cells or points are: the one called `own`, else that of another
-// format, else, of cells, the one called `label`, else the first that is named like a region. kNone
-// where there is none.
-std::size_t find_references(const AttributeSet& set, Association association, const char* own,
-                            const std::string& label = {});
+// The integer array that says what points are: the one called `own`, else that of another format.
+// kNone where there is none.
+std::size_t find_point_labels(const AttributeSet& points, const char* own);
 
 }  // namespace tetfusion

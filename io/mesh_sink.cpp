@@ -57,15 +57,29 @@ bool has_encoding(MeshFormat format, Encoding encoding) {
   return false;
 }
 
+LabelPlace label_place(MeshFormat format) {
+  switch (format) {
+    case MeshFormat::kGmsh:
+      return {kGmshPhysical, "physical groups", 32, false, false};
+    case MeshFormat::kTetgen:
+      return {kTetgenReference, "attributes", 64, true, true};
+    default:
+      return {kMeditReference, "references", 64, false, true};
+  }
+}
+
+// As far as names tell.
+std::size_t probable_label(const MeshDescription& mesh, const LabelPlace& place,
+                           const std::string& label, bool label_comes_first) {
+  const auto possible = possible_labels(mesh.cell_data, place, label, label_comes_first);
+  return possible.empty() ? AttributeSet::npos : possible.front();
+}
+
 // Medit has a place for references alone, TetGen for these and floating-point arrays of points.
 std::vector<std::string> arrays_left_out(MeshFormat format, const MeshDescription& mesh,
-                                         const std::string& label) {
+                                         std::size_t cell) {
   std::vector<std::string> names;
-  const char* const own = format == MeshFormat::kTetgen ? kTetgenReference : kMeditReference;
-  const std::size_t point = find_references(mesh.point_data, Association::kPoint, own);
-  const std::size_t cell = format == MeshFormat::kTetgen
-                               ? find_tetgen_attribute(mesh.cell_data, label)
-                               : find_references(mesh.cell_data, Association::kCell, own, label);
+  const std::size_t point = find_point_labels(mesh.point_data, label_place(format).own);
   for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {
     const ArrayInfo& info = mesh.point_data.arrays[i];
     if (i == point || (format == MeshFormat::kTetgen && has_tetgen_attributes(info))) continue;
@@ -78,9 +92,13 @@ std::vector<std::string> arrays_left_out(MeshFormat format, const MeshDescriptio
   return names;
 }
 
-std::vector<std::string> arrays_left_out_of_gmsh(const MeshDescription& mesh) {
+std::vector<std::string> arrays_left_out_of_gmsh(const MeshDescription& mesh, std::size_t label) {
   const bool has_data = !mesh.point_data.arrays.empty() || !mesh.cell_data.arrays.empty();
   std::vector<std::string> names;
+  const std::size_t own = mesh.cell_data.find(kGmshPhysical);
+  if (own != AttributeSet::npos && own != label && !is_float(mesh.cell_data.arrays[own].type)) {
+    names.push_back(kGmshPhysical);
+  }
   for (const ArrayInfo& array : mesh.field_data.arrays) {
     if (is_gmsh_name(array) || (has_data && is_time_value(array))) continue;
     names.push_back(array.name);
@@ -101,7 +119,7 @@ std::vector<std::string> changed_names(const MeshDescription& mesh) {
 }
 
 // What Gmsh's files have doubles for, though they do not hold all of it.
-std::vector<std::string> long_integers(const MeshDescription& mesh, const std::string& label) {
+std::vector<std::string> long_integers(const MeshDescription& mesh, std::size_t label) {
   std::vector<std::string> names;
   const auto add = [&](const AttributeSet& set, std::initializer_list<std::size_t> tags) {
     for (std::size_t i = 0; i < set.arrays.size(); ++i) {
@@ -112,8 +130,7 @@ std::vector<std::string> long_integers(const MeshDescription& mesh, const std::s
     }
   };
   add(mesh.point_data, {});
-  add(mesh.cell_data, {find_references(mesh.cell_data, Association::kCell, kGmshPhysical, label),
-                       find_references(mesh.cell_data, Association::kCell, kGmshGeometrical)});
+  add(mesh.cell_data, {label, mesh.cell_data.find(kGmshGeometrical)});
   return names;
 }
 
@@ -190,7 +207,13 @@ void check_mesh_output(const std::string& path, Encoding encoding) {
 void write_mesh(MeshSource* source, const std::string& path, const WriteOptions& options) {
   const MeshFormat format = output_format(path);
   const auto stream = open_stream(source);
-  MeshPasses mesh(source, stream.get(), options.label);
+  MeshPasses mesh(source, stream.get());
+  if (format != MeshFormat::kVtu && format != MeshFormat::kLegacyVtk) {
+    const LabelPlace place = label_place(format);
+    mesh.choose_labels(possible_labels(source->description().cell_data, place, options.label,
+                                       options.label_comes_first),
+                       place, options.label, path, options.tell);
+  }
   if (format == MeshFormat::kTetgen) {
     const std::size_t vertices = mesh.lower_of_type(kVtkVertex).size();
     if (vertices > 0 && options.tell) {
@@ -234,20 +257,21 @@ std::string unread_of(const MeshDescription& mesh) {
 }
 
 std::string left_out_of(const std::string& path, const MeshDescription& mesh,
-                        const std::string& label) {
+                        const std::string& label, bool label_comes_first) {
   const MeshFormat format = output_format(path);
   if (format == MeshFormat::kVtu || format == MeshFormat::kLegacyVtk) return unread_of(mesh);
   std::vector<std::string> sentences;
   if (const std::string unread = unread_of(mesh); !unread.empty()) sentences.push_back(unread);
   const bool gmsh = format == MeshFormat::kGmsh;
+  const std::size_t cell = probable_label(mesh, label_place(format), label, label_comes_first);
   const std::vector<std::string> names =
-      gmsh ? arrays_left_out_of_gmsh(mesh) : arrays_left_out(format, mesh, label);
+      gmsh ? arrays_left_out_of_gmsh(mesh, cell) : arrays_left_out(format, mesh, cell);
   if (!names.empty()) {
     sentences.push_back(fmt::format("{} has no place for these arrays, which are left out: {}",
                                     path, fmt::join(names, ", ")));
   }
   const std::vector<std::string> rounded =
-      gmsh ? long_integers(mesh, label) : std::vector<std::string>{};
+      gmsh ? long_integers(mesh, cell) : std::vector<std::string>{};
   if (!rounded.empty()) {
     sentences.push_back(
         fmt::format("{} has doubles for these integers, which are rounded from 2^53 on: {}", path,

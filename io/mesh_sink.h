@@ -18,10 +18,13 @@ enum class Encoding { kRaw, kZlib, kLz4, kInline, kAscii };
 struct WriteOptions {
   Encoding encoding = Encoding::kRaw;
   std::function<void(double share)> progress;  // 0..1; may be empty
-  // A cell array of integers that says what cells are: where a format has references or groups and
-  // the mesh none of another format, they are this one's. It need not be there.
+  // A cell array of whole numbers, of any type, that says what cells are: where a format has
+  // references or groups and the mesh none of another format, they are this one's. It need not be
+  // there.
   std::string label = {};
-  // Told, as a sentence, of cells that the format has no place for; may be empty.
+  bool label_comes_first = false;  // before those that the mesh has of any format
+  // Told, as sentences, of cells that the format has no place for, and of arrays whose values do
+  // not let them be what the format has for them; may be empty.
   std::function<void(std::string_view)> tell = {};
 };
 
@@ -58,9 +61,10 @@ void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh);
 // A sentence about what of that mesh was not read; empty where all was.
 std::string unread_of(const MeshDescription& mesh);
 
-// The same, and what a file of that name cannot hold; `label` is WriteOptions::label.
+// The same, and what a file of that name cannot hold, as far as no value matters; the last two are
+// those of WriteOptions.
 std::string left_out_of(const std::string& path, const MeshDescription& mesh,
-                        const std::string& label = {});
+                        const std::string& label = {}, bool label_comes_first = false);
 
 // A mesh that goes to memory. Cells are VTK's, as MeshView has them: tetrahedra first.
 struct MeshLayout {

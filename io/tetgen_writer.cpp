@@ -23,8 +23,8 @@ class TetgenWriter {
  public:
   explicit TetgenWriter(MeshPasses* mesh) : mesh_(*mesh) {
     const MeshDescription& d = mesh_.description();
-    point_array_ = find_references(d.point_data, Association::kPoint, kTetgenReference);
-    cell_array_ = find_tetgen_attribute(d.cell_data, mesh_.label());
+    point_array_ = find_point_labels(d.point_data, kTetgenReference);
+    cell_array_ = mesh_.cell_labels();
     for (std::size_t i = 0; i < d.point_data.arrays.size(); ++i) {
       if (has_tetgen_attributes(d.point_data.arrays[i])) attributes_.push_back(i);
     }
@@ -91,7 +91,7 @@ class TetgenWriter {
     return mesh_.description().point_data.arrays[i];
   }
   const ArrayInfo& info() const { return mesh_.description().cell_data.arrays[cell_array_]; }
-  bool is_whole() const { return !is_float(info().type); }
+  bool is_whole() const { return !is_float(info().type) || info().name != kTetgenReference; }
   // Markers of sides are whole in files of tetrahedra whose attributes are not.
   Vector<std::int64_t> whole_numbers(std::span<const std::byte> rows) const {
     if (is_whole()) return to_integers(info(), rows);
@@ -136,14 +136,6 @@ class TetgenWriter {
 }  // namespace
 
 bool has_tetgen_attributes(const ArrayInfo& info) { return is_float(info.type); }
-
-std::size_t find_tetgen_attribute(const AttributeSet& cells, const std::string& label) {
-  const std::size_t markers = find_references(cells, Association::kCell, kTetgenReference, label);
-  const std::size_t own = cells.find(kTetgenReference);
-  if (markers != AttributeSet::npos || own == AttributeSet::npos) return markers;
-  const ArrayInfo& info = cells.arrays[own];
-  return info.type == ValueType::kFloat64 && info.components == 1 ? own : AttributeSet::npos;
-}
 
 std::vector<std::string> tetgen_files(const std::string& path) {
   std::vector<std::string> names;

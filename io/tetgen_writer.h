@@ -1,8 +1,8 @@
 // TetGen meshes (tetgen_reader.h): NAME.node, NAME.ele, NAME.face and NAME.edge, numbered from 1.
 //
-// Regions and markers are find_tetgen_attribute(); the components of
-// floating-point point arrays become attributes, whose names a comment says. Vertices among the
-// cells, and other arrays, have no place.
+// Regions and markers are the cell_labels(), or kTetgenReference with values that are not whole;
+// the components of floating-point point arrays become attributes, whose names a comment says.
+// Vertices among the cells, and other arrays, have no place.
 #pragma once
 
 #include <functional>
@@ -24,8 +24,5 @@ void write_tetgen(MeshPasses* mesh, const std::string& path,
 
 // Is there room for that point array?
 bool has_tetgen_attributes(const ArrayInfo& info);
-// Of the cells' arrays the one that there is room for, or AttributeSet::npos: find_references(), or
-// kTetgenReference with values that are not whole.
-std::size_t find_tetgen_attribute(const AttributeSet& cells, const std::string& label);
 
 }  // namespace tetfusion

@@ -217,12 +217,14 @@ class Formats(FolderTest):
             self.assertRegex(said, r"regions +(medit:ref|gmsh:physical|tetgen:ref)")
 
     def test_a_region_that_was_named_is_what_the_format_has_for_it(self):
-        """Though its name does not say so; nothing tells that it is left out then."""
+        """Though its name does not say so, and whatever its type; nothing tells that it is left out then."""
         mesh = TinyVtu(4)
         half = len(mesh.tets) // 2
-        mesh.array("id")[1:] = "layer", "Int32", 1, [3 + (i >= half) for i in range(len(mesh.tets))]
-        original = self.write(mesh)
-        for suffix, name in ((".mesh", "medit:ref"), (".msh", "gmsh:physical"), (".node", "tetgen:ref")):
+        values = [3 + (i >= half) for i in range(len(mesh.tets))]
+        for (suffix, name), kind in itertools.product(((".mesh", "medit:ref"), (".meshb", "medit:ref"), (".msh", "gmsh:physical"),
+                                                       (".node", "tetgen:ref")), ("Int32", "UInt64", "Float32", "Float64")):
+            mesh.arrays[1][1:] = "layer", kind, 1, values
+            original = self.write(mesh)
             out = self.folder / ("labelled" + suffix)
             for options, labelled in (([], False), (["--regions", "layer"], True), (["--regions", "cell:layer"], True)):
                 result = finish("simplify", original, "-o", out, "--reduction", "20%", *options)
@@ -230,10 +232,47 @@ class Formats(FolderTest):
                 run("convert", out, self.folder / "back.vtu")
                 cells = Vtu(self.folder / "back.vtu").arrays["cell"]
                 found = set(cells[name][1].ravel().tolist()) if name in cells else set()
-                self.assertEqual(found == {3, 4}, labelled, suffix)
+                self.assertEqual(found == {3, 4}, labelled, (suffix, kind, options))
                 if suffix != ".msh":
                     left_out = result.stderr.partition(b"left out: ")[2].partition(b"\n")[0]
                     self.assertEqual(b"layer" in left_out, not labelled)
+
+    def test_labels_that_a_format_has_no_room_for_are_named_with_the_reason(self):
+        mesh = TinyVtu(4)
+        for suffix, name, value, told in (
+                (".mesh", "layer", 4.5, "cannot be the references of {}, and is left out: its value 4.5 is no whole number"),
+                (".node", "layer", 4.5, "cannot be the attributes of {}, and is left out: its value 4.5 is no whole number"),
+                (".msh", "layer", 4.5, "cannot be the physical groups of {}: its value 4.5 is no whole number"),
+                (".msh", "layer", 3e9, "cannot be the physical groups of {}: its value 3000000000 has more than 32 bits"),
+                (".mesh", "layer", 1e30, "cannot be the references of {}, and is left out: its value 1e+30 has more than 64 bits"),
+                (".mesh", "layer", 3e9, ""), (".mesh", "material", 2.5, "references of {}, and is left out"), (".msh", "material", 2.5, "")):
+            mesh.arrays[1][1:] = name, "Float64", 1, [1.0] * (len(mesh.tets) - 1) + [value]
+            out = self.folder / ("out" + suffix)
+            options = [] if name == "material" else ["--regions", name]
+            result = finish("simplify", self.write(mesh), "-o", out, "--reduction", "1%", *options)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            if told:
+                self.assertIn(f"cell array {name} " * (name == "layer") + told.format(out), result.stderr.decode())
+            else:
+                self.assertNotIn(b"cannot be", result.stderr)
+
+    def test_groups_that_are_0_everywhere_are_none(self):
+        """As a Gmsh file has them where nobody gave any: the first array that says more takes their place."""
+        mesh, out = TinyVtu(4), self.folder / "out.mesh"
+        values = [1 + i % 2 for i in range(len(mesh.tets))]
+        mesh.arrays[1][1:] = "material", "Float64", 1, values
+        mesh.arrays.insert(1, ["CellData", "gmsh:physical", "Int32", 1, [0] * len(values)])
+
+        def references(path):
+            run("convert", path, self.folder / "back.vtu")
+            return Vtu(self.folder / "back.vtu").arrays["cell"]["medit:ref"][1].ravel().tolist()
+
+        told = finish("convert", self.write(mesh), out).stderr.decode()
+        self.assertIn(f"cell array gmsh:physical is 0 everywhere: material becomes the references of {out} in its place", told)
+        self.assertEqual(references(out), values)
+        mesh.array("gmsh:physical")[4][-1] = 7
+        self.assertIn("left out: temperature, material", finish("convert", self.write(mesh), out).stderr.decode())
+        self.assertEqual(references(out), [0] * (len(values) - 1) + [7])
 
     def test_labels_that_went_through_gmsh_are_regions_still(self):
         """The first as the physical group, an integer; a second one as a floating-point number, by its name."""
