@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include <cstddef>
 #include <memory>
 
 #include "base/resources.h"
@@ -5,6 +8,7 @@
 #include "cli/console.h"
 #include "driver/convert.h"
 #include "driver/notices.h"
+#include "driver/regions.h"
 #include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 
@@ -13,12 +17,21 @@ namespace tetfusion {
 namespace {
 
 struct ConvertArguments {
-  std::string input, output;
+  std::string input, output, labels;
   OpenOptions open;
   WriteOptions write;
   int threads = 0;
   ConsoleOptions console;
 };
+
+void choose_labels(const MeshDescription& mesh, ConvertArguments* a) {
+  if (a->labels.empty()) return;
+  std::string name = a->labels;
+  if (name.starts_with("cell:")) name.erase(0, std::string_view("cell:").size());
+  const std::vector<std::size_t> chosen = choose_regions(mesh, {{name}}, "--labels");
+  a->write.label = mesh.cell_data.arrays[chosen.front()].name;
+  a->write.label_comes_first = true;
+}
 
 void run_convert(ConvertArguments* a) {
   Console console(a->console);
@@ -29,7 +42,9 @@ void run_convert(ConvertArguments* a) {
   a->open.cancelled = context.cancelled;
   const auto source = open_mesh(a->input, a->open);
   refuse_piece_as_mesh(a->output, source->description());
-  const std::string left_out = left_out_of(a->output, source->description());
+  choose_labels(source->description(), a);
+  const std::string left_out =
+      left_out_of(a->output, source->description(), a->write.label, a->write.label_comes_first);
   if (!left_out.empty()) console.say(left_out);
   a->write.progress = [&](double share) {
     context.check();
@@ -54,6 +69,14 @@ void add_convert_command(CLI::App& app) {
           "The file to write: .vtu, .vtk, .mesh or .meshb (Medit), .msh (Gmsh), .node or .ele "
           "(TetGen), or - for a .vtu to standard output")
       ->required();
+  command
+      ->add_option("--labels", a->labels,
+                   "The cell array of one component (NAME or cell:NAME), of whole numbers, that "
+                   "becomes Medit's references, Gmsh's physical groups or TetGen's attributes. "
+                   "Default: those of another format, else the first that is named like a region "
+                   "(simplify --regions)")
+      ->check(not_empty)
+      ->group(kOutputGroup);
   add_encoding_option(*command, &a->write.encoding);
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console);

@@ -20,7 +20,8 @@ std::string possible_regions(const MeshDescription& mesh) {
 }  // namespace
 
 std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
-                                        const std::optional<std::vector<std::string>>& names) {
+                                        const std::optional<std::vector<std::string>>& names,
+                                        std::string_view option) {
   std::vector<std::size_t> regions;
   if (!names) {
     for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
@@ -38,9 +39,9 @@ std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
     if (i == AttributeSet::npos || !can_be_region(mesh.cell_data.arrays[i])) {
       throw Error(
           ErrorCode::kUsage,
-          fmt::format("{}: --regions {}: there is no cell array of numbers of one component with "
-                      "that name; there are: {}",
-                      mesh.path, name, possible_regions(mesh)));
+          fmt::format("{}: {} {}: there is no cell array of numbers of one component with that "
+                      "name; there are: {}",
+                      mesh.path, option, name, possible_regions(mesh)));
     }
     regions.push_back(i);
   }

@@ -51,6 +51,26 @@ class Convert(FolderTest):
         told = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "10%")
         self.assertIn(b"marks of points that are hidden", told.stderr)
 
+    def test_labels_are_the_array_that_was_named(self):
+        """Also before those that the mesh has of another format."""
+        mesh = TinyVtu()
+        values = [1 + i % 2 for i in range(len(mesh.tets))]
+        mesh.array("id")[1:] = "scalars", "UInt8", 1, values
+        mesh.arrays.insert(2, ["CellData", "gmsh:physical", "Int32", 1, [9] * len(values)])
+        path, back = self.write(mesh), self.folder / "back.vtu"
+        for suffix, name in ((".mesh", "medit:ref"), (".msh", "gmsh:physical"), (".node", "tetgen:ref")):
+            out = self.folder / ("out" + suffix)
+            for options, expected in (([], [9] * len(values)), (["--labels", "scalars"], values), (["--labels", "cell:scalars"], values)):
+                told = finish("convert", path, out, *options)
+                self.assertEqual(told.returncode, 0, told.stderr)
+                self.assertEqual(b"gmsh:physical" in told.stderr, bool(options), told.stderr)
+                run("convert", out, back)
+                self.assertEqual(Vtu(back).arrays["cell"][name][1].ravel().tolist(), expected, (suffix, options))
+        for name in ("none", "temperature", ""):
+            run("convert", path, self.folder / "out.mesh", "--labels", name, code=USAGE)
+        self.assertIn(b"--labels none: there is no cell array of numbers of one component with that name; there are: scalars, gmsh:physical",
+                      finish("convert", path, self.folder / "out.mesh", "--labels", "none").stderr)
+
     def test_an_array_whose_name_is_empty_gets_one(self):
         mesh, out = TinyVtu(), self.folder / "out.vtu"
         mesh.array("temperature")[1] = ""

@@ -19,7 +19,7 @@ OPTIONS = {
     "check": READING + ["--report", "--strict", "--fix", "--encoding", "--memory", "--scratch"],
     "compare": READING + ["--report", "--max-error", "--max-rms", "--surface", "--array", "--memory"],
     "apply": READING + ["--output", "--array", "--encoding", "--report"],
-    "convert": READING + ["--encoding"],
+    "convert": READING + ["--labels", "--encoding"],
     "generate": ["--tets", "--output", "--jitter", "--grading", "--shuffle", "--seed", "--time", "--double", "--encoding"]}
 
 
