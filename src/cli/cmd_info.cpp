@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -22,6 +23,8 @@
 #include "cli/findings.h"
 #include "cli/listed_steps.h"
 #include "driver/examine.h"
+#include "driver/regions.h"
+#include "driver/steering.h"
 #include "io/gmsh_writer.h"
 #include "io/mesh_passes.h"
 #include "io/mesh_source.h"
@@ -117,6 +120,29 @@ std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& cont
     }
   }
   return lines;
+}
+
+// What simplify takes where nobody says anything else.
+struct Defaults {
+  std::vector<std::string> steering, regions;
+};
+
+Defaults find_defaults(MeshSource* source, const RunContext& context) {
+  const MeshDescription& mesh = source->description();
+  Defaults defaults;
+  defaults.regions = names_of_cell_arrays(mesh, choose_regions(mesh, std::nullopt));
+  const auto stream = source->stream();
+  const auto steers = steering_by_default(source, stream.get(), context);
+  if (steers) defaults.steering.push_back(steers->name);
+  return defaults;
+}
+
+void add_defaults(const Defaults& defaults, std::string* text) {
+  const auto list = [](const std::vector<std::string>& names) {
+    return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+  };
+  *text += fmt::format("steering      {}\nregions       {}\n", list(defaults.steering),
+                       list(defaults.regions));
 }
 
 std::string describe_groups(const ArrayLine& line) {
@@ -228,7 +254,7 @@ std::string describe_steps(const MeshDescription& mesh) {
 
 std::string table(const MeshDescription& mesh, const std::vector<std::string>& needs,
                   const InspectionSummary& i, const std::vector<ArrayLine>& arrays,
-                  const std::vector<Finding>& findings) {
+                  const Defaults& defaults, const std::vector<Finding>& findings) {
   std::string text;
   const auto out = std::back_inserter(text);
   const auto points = static_cast<double>(std::max<std::uint64_t>(1, i.points));
@@ -255,6 +281,7 @@ std::string table(const MeshDescription& mesh, const std::vector<std::string>& n
                  100 * static_cast<double>(i.boundary_vertices) / points,
                  format_count(i.surface_components, "surface"), i.surface_euler());
   add_arrays(arrays, &text);
+  add_defaults(defaults, &text);
   if (!mesh.unread.empty()) {
     fmt::format_to(out, "not read      {} (strings or bits)\n", fmt::join(mesh.unread, ", "));
   }
@@ -303,6 +330,7 @@ InfoAnswer look_at(const InfoArguments& a, const OpenOptions& open,
   const MeshDescription& mesh = source->description();
   refuse_piece(a.report, mesh);
   const std::vector<ArrayLine> arrays = measure_arrays(source.get(), context);
+  const Defaults defaults = find_defaults(source.get(), context);
   const InspectionSummary summary = examine(source.get(), a.examine, context).mesh;
   const std::vector<Finding> findings = list_findings(summary, mesh.point_data);
   context.report("done", 1);
@@ -312,6 +340,8 @@ InfoAnswer look_at(const InfoArguments& a, const OpenOptions& open,
             {"pieces", mesh.pieces}, {"point_type", vtk_name(mesh.point_type)}};
   json.update(counts_json(summary));
   json["arrays"] = arrays_json(arrays);
+  json["steering"] = defaults.steering;
+  json["regions"] = defaults.regions;
   json["unread_arrays"] = mesh.unread;
   json["left_out"] = mesh.left_out;
   json["time_steps"] = mesh.time_steps;
@@ -319,7 +349,7 @@ InfoAnswer look_at(const InfoArguments& a, const OpenOptions& open,
   json["needs"] = needs;
   json.update(findings_json(findings));
   json["largest_difference"] = difference_json(summary.largest_difference, mesh.point_data);
-  return {json, table(mesh, needs, summary, arrays, findings)};
+  return {json, table(mesh, needs, summary, arrays, defaults, findings)};
 }
 
 // A file that simplify takes with other options only is told of as it is with these.

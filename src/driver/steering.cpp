@@ -144,6 +144,30 @@ bool has_another_row(const ArrayInfo& info, std::span<const std::byte> rows,
   return false;
 }
 
+// Of point arrays.
+std::vector<SteeringChoice>::const_iterator first_that_varies(
+    const std::vector<SteeringChoice>& choices, MeshSource* source, const MeshStream* stream,
+    const RunContext& context) {
+  const auto varies = [&](const SteeringChoice& choice) {
+    ArrayInfo info = source->description().point_data.arrays[choice.index];
+    Vector<double> first_row;
+    if (stream == nullptr) {
+      const DataArray array = source->read_array(Association::kPoint, choice.index);
+      return has_another_row(info, array.bytes, &first_row);
+    }
+    Vector<std::byte> rows;
+    for (std::uint64_t first = 0; first < stream->points(); first += kSteeringWindow) {
+      context.check();
+      info.tuples = std::min(kSteeringWindow, stream->points() - first);
+      rows.resize(info.values() * size_of(info.type));
+      stream->read_rows(Association::kPoint, choice.index, first, info.tuples, rows);
+      if (has_another_row(info, rows, &first_row)) return true;
+    }
+    return false;
+  };
+  return std::find_if(choices.begin(), choices.end(), varies);
+}
+
 void say_does_not_steer(const std::string& name, const RunContext& context) {
   context.say(fmt::format("array {} has no two different finite values: it does not steer", name));
 }
@@ -180,28 +204,17 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
   return choices;
 }
 
+std::optional<SteeringChoice> steering_by_default(MeshSource* source, const MeshStream* stream,
+                                                  const RunContext& context) {
+  const std::vector<SteeringChoice> choices = choices_by_default(source->description());
+  const auto first = first_that_varies(choices, source, stream, context);
+  return first == choices.end() ? std::nullopt : std::optional(*first);
+}
+
 std::vector<SteeringChoice> choose_what_varies(MeshSource* source, const MeshStream* stream,
                                                const RunContext& context) {
-  const MeshDescription& mesh = source->description();
-  const std::vector<SteeringChoice> choices = choices_by_default(mesh);
-  const auto varies = [&](const SteeringChoice& choice) {
-    ArrayInfo info = mesh.point_data.arrays[choice.index];
-    Vector<double> first_row;
-    if (stream == nullptr) {
-      const DataArray array = source->read_array(Association::kPoint, choice.index);
-      return has_another_row(info, array.bytes, &first_row);
-    }
-    Vector<std::byte> rows;
-    for (std::uint64_t first = 0; first < stream->points(); first += kSteeringWindow) {
-      context.check();
-      info.tuples = std::min(kSteeringWindow, stream->points() - first);
-      rows.resize(info.values() * size_of(info.type));
-      stream->read_rows(Association::kPoint, choice.index, first, info.tuples, rows);
-      if (has_another_row(info, rows, &first_row)) return true;
-    }
-    return false;
-  };
-  const auto first = std::find_if(choices.begin(), choices.end(), varies);
+  const std::vector<SteeringChoice> choices = choices_by_default(source->description());
+  const auto first = first_that_varies(choices, source, stream, context);
   if (first == choices.end()) return choices;
   for (auto before = choices.begin(); before != first; ++before) {
     say_does_not_steer(before->name, context);

@@ -35,6 +35,11 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
 std::vector<SteeringChoice> choose_what_varies(MeshSource* source, const MeshStream* stream,
                                                const RunContext& context);
 
+// The one that those who name none get; none where all arrays that could be it are the same
+// everywhere.
+std::optional<SteeringChoice> steering_by_default(MeshSource* source, const MeshStream* stream,
+                                                  const RunContext& context);
+
 // Values a point, of all of them.
 std::uint32_t components_of(const std::vector<SteeringChoice>& choices,
                             const MeshDescription& mesh);

@@ -42,6 +42,22 @@ class Info(FolderTest):
         for word in ("temperature", "velocity", "region", "TimeValue", "Float64", "bounding box", "boundary", f"{report['tets']:,}"):
             self.assertIn(word, text)
 
+    def test_what_steers_and_which_regions_are_kept_by_default(self):
+        """As simplify says it."""
+        mesh, out = TinyVtu(), self.folder / "out.vtu"
+        mesh.arrays.insert(0, ["PointData", "flat", "Float64", 1, [2.5] * len(mesh.points)])
+        for name, regions in (("id", []), ("material", ["material"])):
+            mesh.arrays[2][1] = name
+            path = self.write(mesh)
+            report = report_of("info", path)
+            plan = report_of("simplify", path, "-o", out, "--reduction", "10%", "--dry-run")
+            self.assertEqual((report["steering"], report["regions"]), (["temperature"], regions))
+            self.assertEqual((plan["steering"], plan["regions"]), (["temperature"], regions))
+            text = run("info", path).decode()
+            self.assertIn(f"\nsteering      temperature\nregions       {''.join(regions) or 'none'}\n", text)
+        mesh.array("temperature")[4] = [1.0] * len(mesh.points)
+        self.assertEqual(report_of("info", self.write(mesh))["steering"], [])
+
     def test_what_is_odd(self):
         mesh = TinyVtu(2)
         mesh.points.append((5, 5, 5))
