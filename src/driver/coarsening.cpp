@@ -175,6 +175,9 @@ void Coarsening<Real>::say_what_was_found() const {
   }
   say_which_are_regions(in.description(), *in.stream, state_.input.facts.tets, in.regions,
                         options_.regions.has_value(), run_.context);
+  if (surfaces_move(options_)) {
+    say_which_may_be_node_sets(in.description(), *in.stream, in.steering, run_.context);
+  }
   if (!in.interest.empty() && state_.input.interesting_points == 0) {
     run_.context.say("no point of the mesh is in the region of interest (--roi): it keeps nothing");
   }

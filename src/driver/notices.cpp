@@ -13,6 +13,7 @@
 #include "base/numbers.h"
 #include "base/vector.h"
 #include "io/gmsh_head.h"
+#include "mesh/array_names.h"
 #include "mesh/region_names.h"
 
 namespace tetfusion {
@@ -110,6 +111,25 @@ class TetLabels {
   const MeshStream* stream_;
   const bool are_all_cells_;
 };
+
+// Two or more that points have, and no more than sets have. What differs is mostly found soon, and
+// nothing is read behind the window in which it is.
+bool has_few_values(const MeshStream& stream, std::size_t point_array, const ArrayInfo& info) {
+  constexpr std::uint64_t kWindow = std::uint64_t{1} << 16;
+  constexpr std::size_t kMost = 32;
+  std::set<double> values;
+  Vector<std::byte> rows;
+  for (std::uint64_t first = 0; values.size() < 2 && first < stream.points(); first += kWindow) {
+    const std::uint64_t count = std::min(kWindow, stream.points() - first);
+    rows.resize(count * size_of(info.type));
+    stream.read_rows(Association::kPoint, point_array, first, count, rows);
+    for (const double value : to_doubles(info.type, rows)) {
+      values.insert(value);
+      if (values.size() > kMost) return false;
+    }
+  }
+  return values.size() > 1 && values.size() < stream.points();
+}
 
 // Entities of Gmsh are what its groups are made of: where there are groups these are what is meant.
 bool has_coarser(const MeshDescription& mesh, const TetLabels& labels,
@@ -287,6 +307,28 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
         "those of one)",
         fmt::join(others, ", "), taken));
   }
+}
+
+void say_which_may_be_node_sets(const MeshDescription& mesh, const MeshStream& stream,
+                                const std::vector<SteeringChoice>& steering,
+                                const RunContext& context) {
+  std::vector<std::string> sets;
+  for (std::size_t i = 0; i < mesh.point_data.arrays.size(); ++i) {
+    const ArrayInfo& array = mesh.point_data.arrays[i];
+    const bool steers =
+        std::any_of(steering.begin(), steering.end(), [&](const SteeringChoice& choice) {
+          return choice.association == Association::kPoint && choice.index == i;
+        });
+    if (steers || !is_integer_label(array) || is_ghost_mark(array.name)) continue;
+    if (has_few_values(stream, i, array)) sets.push_back(array.name);
+  }
+  if (sets.empty()) return;
+  const bool is_one = sets.size() == 1;
+  context.say(fmt::format(
+      "point array{} {} may be {}: {} not kept where the surface gets other triangles (--boundary "
+      "exact keeps {})",
+      is_one ? "" : "s", list_names(sets, kMostNames), is_one ? "a set of nodes" : "sets of nodes",
+      is_one ? "its border is" : "their borders are", is_one ? "it" : "them"));
 }
 
 }  // namespace tetfusion

@@ -51,4 +51,10 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
                            std::uint64_t tets, const std::vector<std::size_t>& regions,
                            bool by_name, const RunContext& context);
 
+// The point arrays that may be sets of nodes, whose borders are lost where the surface gets other
+// triangles: of few integers, one component, and none that steers.
+void say_which_may_be_node_sets(const MeshDescription& mesh, const MeshStream& stream,
+                                const std::vector<SteeringChoice>& steering,
+                                const RunContext& context);
+
 }  // namespace tetfusion

@@ -231,6 +231,24 @@ class Report(FolderTest):
         self.assertIn(b"cell:lab (--array", finish("simplify", path, "-o", out).stderr)
         self.assertNotIn(b"cell:lab", finish("simplify", path, "-o", out, "--regions", "lab").stderr)
 
+    def test_sets_of_nodes_whose_borders_may_go_are_told_of(self):
+        mesh, out = TinyVtu(), self.folder / "out.vtu"
+        count = len(mesh.points)
+        clamp = [int(p[2] == 0 and p[0] < 2) for p in mesh.points]
+        for name, kind, values in (("nset_clamp", "Int32", clamp), ("numbers", "Int64", list(range(count))), ("flat", "UInt8", [1] * count),
+                                   ("share", "Float64", clamp), ("vtkGhostType", "UInt8", [0] * count)):
+            mesh.arrays.insert(1, ["PointData", name, kind, 1, values])
+        path, notice = self.write(mesh), b"of nodes: "
+        options = ["simplify", path, "-o", out, "--reduction", "10%"]
+        self.assertNotIn(notice, finish(*options).stderr)
+        for more in (["--boundary", "planar"], ["--boundary", "1%"]):
+            self.assertIn(b"point array nset_clamp may be a set of nodes: its border is not kept where the surface gets other triangles "
+                          b"(--boundary exact keeps it)", finish(*options, *more).stderr)
+        self.assertNotIn(notice, finish(*options, "--boundary", "planar", "--array", "nset_clamp").stderr)
+        mesh.arrays.insert(1, ["PointData", "nset_top", "UInt8", 1, clamp])
+        self.write(mesh)
+        self.assertIn(b"point arrays nset_top, nset_clamp may be sets of nodes: their borders are", finish(*options, "--boundary", "planar").stderr)
+
     def test_the_option_that_a_notice_names_is_what_to_type(self):
         """With those that are kept by default, whose place it takes, and with quotes where a shell wants them."""
         mesh, out = TinyVtu(), self.folder / "out.vtu"
