@@ -169,11 +169,28 @@ std::string describe_texts(const std::vector<std::string>& texts) {
   return all.substr(0, end) + " ...";
 }
 
+// Integers as they are; else six digits, or as many as tell the ends apart.
+std::pair<std::string, std::string> describe_ends(const Range& range, ValueType type) {
+  constexpr int kFewDigits = 6, kAllDigits = 17;
+  constexpr double kExact = 0x1p53;  // statistics are doubles
+  const bool is_exact = std::max(std::abs(range.min), std::abs(range.max)) <= kExact;
+  if (!is_float(type) && is_exact) {
+    return {fmt::format("{:.0f}", range.min), fmt::format("{:.0f}", range.max)};
+  }
+  std::pair<std::string, std::string> ends;
+  for (int digits = kFewDigits; digits <= kAllDigits; ++digits) {
+    ends = {fmt::format("{:.{}g}", range.min, digits), fmt::format("{:.{}g}", range.max, digits)};
+    if (ends.first != ends.second || range.min == range.max) break;
+  }
+  return ends;
+}
+
 std::string describe_range(const ArrayLine& line) {
   if (!line.texts.empty()) return describe_texts(line.texts);
   if (!line.groups.empty()) return describe_groups(line);
   const ArrayStatistics& s = line.statistics;
   if (s.components.empty()) return "";
+  if (line.info.tuples == 0) return "empty";
   const bool scalar = s.components.size() == 1;
   const Range& range = scalar ? s.components[0] : s.magnitude;
   std::string text;
@@ -183,9 +200,12 @@ std::string describe_range(const ArrayLine& line) {
     // Statistics are doubles: from here on different integers may be one of them.
     const bool rounded =
         !is_float(line.info.type) && std::max(std::abs(range.min), std::abs(range.max)) >= 0x1p53;
-    text = fmt::format("{:.6g}{}", range.min, rounded ? ", rounded" : " everywhere");
+    text = fmt::format("{}{}", describe_ends({range.min, range.min}, line.info.type).first,
+                       rounded ? ", rounded" : " everywhere");
   } else {
-    text = fmt::format("{}{:.6g} .. {:.6g}", scalar ? "" : "length ", range.min, range.max);
+    // Lengths are no integers.
+    const auto [least, most] = describe_ends(range, scalar ? line.info.type : ValueType::kFloat64);
+    text = fmt::format("{}{} .. {}", scalar ? "" : "length ", least, most);
     if (!scalar && !s.constant()) text += fmt::format(", range {:.6g}", s.diagonal());
     if (s.constant()) text += ", constant";
   }

@@ -58,6 +58,20 @@ class Info(FolderTest):
         mesh.array("temperature")[4] = [1.0] * len(mesh.points)
         self.assertEqual(report_of("info", self.write(mesh))["steering"], [])
 
+    def test_ranges_have_digits_that_tell_their_ends_apart(self):
+        mesh = TinyVtu()
+        count = len(mesh.points)
+        for name, kind, values, told in (
+                ("pressure", "Float64", [101325 + 3e-4 * (i % 2) for i in range(count)], "101325 .. 101325.0003"),
+                ("short", "Float64", [0.1 * (i % 2) for i in range(count)], "0 .. 0.1"),
+                ("number", "Int32", [1234567 + i % 2 for i in range(count)], "1234567 .. 1234568"),
+                ("same", "Int64", [123456789] * count, "123456789 everywhere")):
+            mesh.arrays[0][1:] = name, kind, 1, values
+            self.assertRegex(run("info", self.write(mesh)).decode(), rf"{name} +{kind} +{told}\n")
+        empty = TinyVtu().bytes().replace(b"<Piece", b'<FieldData><DataArray type="Float64" Name="nothing" NumberOfTuples="0" format="ascii">'
+                                          b"</DataArray></FieldData><Piece", 1)
+        self.assertRegex(run("info", self.write(empty)).decode(), r"nothing +Float64 +empty\n")
+
     def test_what_is_odd(self):
         mesh = TinyVtu(2)
         mesh.points.append((5, 5, 5))
