@@ -129,6 +129,11 @@ std::uint64_t parse_memory(const std::string& text) {
         ErrorCode::kUsage,
         fmt::format("--memory {}: give a size, as in 2G, 512M or 1.5G (powers of 1024)", text));
   }
+  const bool has_unit = text.find_first_not_of("0123456789.") != std::string::npos;
+  if (!has_unit && *bytes < (std::uint64_t{1} << 20)) {
+    throw Error(ErrorCode::kUsage, fmt::format("--memory {0}: that is {1}; is {0}G or {0}M meant?",
+                                               text, format_count(*bytes, "byte")));
+  }
   return *bytes;
 }
 

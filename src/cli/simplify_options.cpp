@@ -79,6 +79,16 @@ void parse_boundary(const std::string& text, BehaviourOptions* behaviour) {
     refuse(fmt::format("--boundary {}: give exact, planar, or a share of the diagonal, as in 0.1%",
                        text));
   }
+  if (*share >= 1) {
+    refuse(fmt::format("--boundary {}: that is {:.6g} % of the diagonal; give less, as in 0.1%",
+                       text, 100 * *share));
+  }
+  if (*share == 0) {
+    refuse(fmt::format(
+        "--boundary {}: give exact, where no vertex of the surface moves, or a share of the "
+        "diagonal, as in 0.1%",
+        text));
+  }
   behaviour->boundary = Boundary::kWithin;
   behaviour->boundary_distance = *share;
 }

@@ -249,6 +249,17 @@ class Report(FolderTest):
         self.write(mesh)
         self.assertIn(b"point arrays nset_top, nset_clamp may be sets of nodes: their borders are", finish(*options, "--boundary", "planar").stderr)
 
+    def test_values_in_the_wrong_unit_are_answered_with_what_they_are(self):
+        path = self.write(TinyVtu())
+        for option, value, told in (("--boundary", "5", b"--boundary 5: that is 500 % of the diagonal; give less, as in 0.1%"),
+                                    ("--boundary", "1", b"--boundary 1: that is 100 % of the diagonal"),
+                                    ("--boundary", "0", b"--boundary 0: give exact, where no vertex of the surface moves"),
+                                    ("--memory", "2", b"--memory 2: that is 2 bytes; is 2G or 2M meant?"),
+                                    ("--memory", "1000000", b"--memory 1000000: that is 1,000,000 bytes")):
+            result = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "10%", option, value)
+            self.assertEqual(result.returncode, USAGE)
+            self.assertIn(told, result.stderr)
+
     def test_the_option_that_a_notice_names_is_what_to_type(self):
         """With those that are kept by default, whose place it takes, and with quotes where a shell wants them."""
         mesh, out = TinyVtu(), self.folder / "out.vtu"
