@@ -204,7 +204,7 @@ void check_mesh_output(const std::string& path, Encoding encoding) {
   for (const std::string& name : tetgen_files(path)) check_output_path(name);
 }
 
-void write_mesh(MeshSource* source, const std::string& path, const WriteOptions& options) {
+std::uint64_t write_mesh(MeshSource* source, const std::string& path, const WriteOptions& options) {
   const MeshFormat format = output_format(path);
   const auto stream = open_stream(source);
   MeshPasses mesh(source, stream.get());
@@ -220,7 +220,8 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
       options.tell(fmt::format("{} has no place for {}: left out", path,
                                format_count(vertices, "vertex cell")));
     }
-    return write_tetgen(&mesh, path, options.progress);
+    write_tetgen(&mesh, path, options.progress);
+    return mesh.tets();
   }
   OutputFile file(path);
   const bool binary = options.encoding != Encoding::kAscii;
@@ -232,6 +233,7 @@ void write_mesh(MeshSource* source, const std::string& path, const WriteOptions&
     write_medit(&mesh, &file, format == MeshFormat::kMeditBinary, options.progress);
   }
   file.commit();
+  return mesh.tets();
 }
 
 std::string unread_of(const MeshDescription& mesh) {

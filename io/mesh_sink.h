@@ -40,8 +40,9 @@ MeshFormat output_format(const std::string& path);
 void check_mesh_output(const std::string& path, Encoding encoding = Encoding::kRaw);
 
 // Writes the mesh to a file that is no .vtu: tetrahedra first, then the cells of lower dimension,
-// in the memory of a few windows and these cells, where the source can be read in windows.
-void write_mesh(MeshSource* source, const std::string& path, const WriteOptions& options);
+// in the memory of a few windows and these cells, where the source can be read in windows. Returns
+// how many tetrahedra there are.
+std::uint64_t write_mesh(MeshSource* source, const std::string& path, const WriteOptions& options);
 
 // All files that a mesh of that name consists of, as far as the name tells: of TetGen several.
 std::vector<std::string> files_of_mesh(const std::string& path);

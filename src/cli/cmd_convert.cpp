@@ -2,7 +2,11 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
 
+#include "base/numbers.h"
 #include "base/resources.h"
 #include "cli/commands.h"
 #include "cli/console.h"
@@ -35,6 +39,7 @@ void choose_labels(const MeshDescription& mesh, ConvertArguments* a) {
 
 void run_convert(ConvertArguments* a) {
   Console console(a->console);
+  const double start = wall_seconds();
   const RunContext context = console.context();
   set_thread_count(a->threads);
   check_mesh_output(a->output, a->write.encoding);
@@ -51,9 +56,12 @@ void run_convert(ConvertArguments* a) {
     context.report("writing", 0.5 + 0.5 * share);
   };
   a->write.tell = [&](std::string_view what) { context.say(what); };
-  say_what_is_odd(convert_mesh(source.get(), a->output, a->write), source->description(),
-                  a->open.linearize, context);
+  const InputFacts facts = convert_mesh(source.get(), a->output, a->write);
+  say_what_is_odd(facts, source->description(), a->open.linearize, context);
   context.report("done", 1);
+  console.say(fmt::format("{}: {} -> {} in {:.2f} s", a->input,
+                          format_count(facts.tets, "tetrahedron", "tetrahedra"), a->output,
+                          wall_seconds() - start));
   console.detail_resources();
 }
 

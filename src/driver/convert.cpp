@@ -32,8 +32,9 @@ class Converter {
       : source_(source), stream_(open_stream(source)), carried_(source->description()) {}
 
   InputFacts run(const std::string& path, const WriteOptions& options) {
-    const InputFacts facts = facts_of(*stream_);
+    InputFacts facts = facts_of(*stream_);
     count_cells(options.progress);
+    facts.tets = tets_;
     OutputFile file(path, VtuWriter::access(options.encoding));
     VtuWriter writer(&file, layout(options.encoding), options.progress);
     for (std::size_t i = 0; i < carried_.point_indices.size(); ++i) put_point_array(i, &writer);
@@ -167,7 +168,7 @@ InputFacts convert_mesh(MeshSource* source, const std::string& path, const Write
       arrays.begin(), arrays.end(), [](const ArrayInfo& info) { return is_ghost_mark(info.name); });
   InputFacts facts;
   if (may_have_ghosts || mesh.joins_points) facts = facts_of(*open_stream(source));
-  write_mesh(source, path, options);
+  facts.tets = write_mesh(source, path, options);
   return facts;
 }
 

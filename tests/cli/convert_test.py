@@ -71,6 +71,15 @@ class Convert(FolderTest):
         self.assertIn(b"--labels none: there is no cell array of numbers of one component with that name; there are: scalars, gmsh:physical",
                       finish("convert", path, self.folder / "out.mesh", "--labels", "none").stderr)
 
+    def test_says_what_it_has_done(self):
+        path = self.write(TinyVtu())
+        for name in ("out.vtu", "out.mesh", "out.node", "-"):
+            out = name if name == "-" else self.folder / name
+            told = finish("convert", path, out)
+            self.assertRegex(told.stderr.decode(), rf"(?m)^(tetfusion: )?{path}: {len(TinyVtu().tets):,} tetrahedra -> {out} in \d+\.\d\d s$")
+            self.assertEqual(told.stdout[:5], b"<?xml" if name == "-" else b"")
+            self.assertEqual(finish("convert", path, out, "--quiet").stderr, b"")
+
     def test_an_array_whose_name_is_empty_gets_one(self):
         mesh, out = TinyVtu(), self.folder / "out.vtu"
         mesh.array("temperature")[1] = ""
