@@ -277,8 +277,10 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
   std::string taken;  // as options: names take the place of the default
   for (const std::size_t i : regions) {
     if (!labels.have_several(i, arrays[i])) continue;
-    context.say(fmt::format(
-        "interfaces of cell array {} are kept (--regions none switches that off)", arrays[i].name));
+    context.say(fmt::format("interfaces of cell array {} are kept ({})", arrays[i].name,
+                            may_be_partition(arrays[i])
+                                ? "if it is a partition of a parallel run: --regions none"
+                                : "--regions none switches that off"));
     taken += fmt::format("--regions {} ", in_a_shell(arrays[i].name));
   }
   if (by_name) return;

@@ -100,6 +100,12 @@ bool is_region_of_floats(const ArrayInfo& array) {
          (is_reference(array) || is_named_like_material(array.name));
 }
 
+bool may_be_partition(const ArrayInfo& array) {
+  constexpr std::array<std::string_view, 4> kShares{"part", "partid", "partno", "partition"};
+  const std::vector<std::string> words = words_of(array.name);
+  return has_word(words, kShares) || has_rank(words);
+}
+
 bool may_be_region(const ArrayInfo& array) {
   const std::vector<std::string> words = words_of(array.name);
   return is_integer_label(array) && !looks_like_region(array) && !has_rank(words) &&

@@ -23,6 +23,9 @@ bool looks_like_region(const ArrayInfo& array);
 // a field.
 bool is_region_of_floats(const ArrayInfo& array);
 
+// Its name may say which part of a mesh a process had: part, partition, rank, proc.
+bool may_be_partition(const ArrayInfo& array);
+
 // Not one of those, but an integer array of one component whose name does not say that it holds
 // numbers of cells or ranks: cell_tags, CellEntityIds, marker, but not id, global_ids, RankId.
 bool may_be_region(const ArrayInfo& array);

@@ -231,6 +231,14 @@ class Report(FolderTest):
         self.assertIn(b"cell:lab (--array", finish("simplify", path, "-o", out).stderr)
         self.assertNotIn(b"cell:lab", finish("simplify", path, "-o", out, "--regions", "lab").stderr)
 
+    def test_regions_that_may_be_a_partition_are_told_of(self):
+        mesh, out = TinyVtu(), self.folder / "out.vtu"
+        mesh.array("id")[4] = [i % 2 for i in mesh.array("id")[4]]
+        for name, hint in (("part", b"(if it is a partition of a parallel run: --regions none)"), ("zone", b"(--regions none switches that off)")):
+            mesh.arrays[1][1] = name
+            path = self.write(mesh)
+            self.assertIn(b"interfaces of cell array %s are kept %s" % (name.encode(), hint), finish("simplify", path, "-o", out).stderr)
+
     def test_sets_of_nodes_whose_borders_may_go_are_told_of(self):
         mesh, out = TinyVtu(), self.folder / "out.vtu"
         count = len(mesh.points)

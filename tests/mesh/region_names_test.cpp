@@ -41,6 +41,15 @@ TEST(RegionNames, MayMeanRegionsWhereTheyDoNotSayWhatTheyAre) {
   EXPECT_FALSE(is_region_of_floats(integers("MaterialIds")));
 }
 
+TEST(RegionNames, SomeMayBePartitions) {
+  for (const char* name : {"part", "PartId", "partition", "Rank", "proc_zone"}) {
+    EXPECT_TRUE(may_be_partition(integers(name))) << name;
+  }
+  for (const char* name : {"material", "particle_zone", "procedure", "region"}) {
+    EXPECT_FALSE(may_be_partition(integers(name))) << name;
+  }
+}
+
 // By whatever name, if a user gives it.
 TEST(RegionNames, AnyNumbersOfOneComponentCanBeRegions) {
   EXPECT_TRUE(can_be_region(integers("a")));
