@@ -282,7 +282,8 @@ struct Options {
   // used where the memory is not enough for so many.
   int threads = 0;
   // Bytes that the run may take, beside the mesh that goes in and the one that comes out. 0: half
-  // of what the machine or its control group allows.
+  // of what the machine or its control group allows, divided by the runs that go on in the process
+  // when this one begins.
   std::uint64_t memory = 0;
   // A folder that is there: what does not fit into the memory goes to one that is made in it, and
   // removed in the end. Empty: too little memory is Code::kMemory.
@@ -339,9 +340,8 @@ struct Result {
   Report report;
 };
 
-// May be called from any thread, but not from an observer. Runs are done one at a time in a
-// process: a second one waits, and can be cancelled meanwhile. Threads that a run starts are gone
-// when it ends.
+// May be called from any thread, and from several at once, but not from an observer. Each run has
+// threads of its own, so many as its options say; they are gone when it ends.
 TETFUSION_PUBLIC Result simplify(const Mesh& mesh, const Options& options = {},
                                  const Observer& observer = {}) noexcept;
 

@@ -35,7 +35,8 @@ double cpu_seconds() {
 }
 
 namespace {
-std::atomic<int> threads_in_use{0};  // 0: not chosen yet
+std::atomic<int> threads_of_process{0};  // 0: not chosen yet
+thread_local std::atomic<int>* threads_in_use = &threads_of_process;
 
 // As OpenMP reads it: "4", or "4,2" with a number for each level of nested loops, of which the
 // first is meant.
@@ -53,16 +54,22 @@ int default_threads() {
 }  // namespace
 
 void set_thread_count(int threads) {
-  threads_in_use = threads > 0 ? threads : default_threads();
+  *threads_in_use = threads > 0 ? threads : default_threads();
 #ifdef _OPENMP
   omp_set_num_threads(thread_count());
 #endif
 }
 
 int thread_count() {
-  if (const int threads = threads_in_use; threads > 0) return threads;
+  if (const int threads = *threads_in_use; threads > 0) return threads;
   return default_threads();
 }
+
+OwnThreadCount::OwnThreadCount() : before_(threads_in_use) { threads_in_use = &threads_; }
+OwnThreadCount::~OwnThreadCount() { threads_in_use = before_; }
+
+std::atomic<int>* place_of_thread_count() { return threads_in_use; }
+void share_thread_count(std::atomic<int>* place) { threads_in_use = place; }
 
 LoopThreads::LoopThreads([[maybe_unused]] int threads) {
 #ifdef _OPENMP

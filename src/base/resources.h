@@ -1,6 +1,7 @@
 // Clocks, memory, processors and the number of threads.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -49,6 +50,25 @@ void leave_openmp_place();
 // called while any run.
 void set_thread_count(int threads);
 int thread_count();
+
+// As long as it lives, the two are about the calling thread and those that run_tasks() starts from
+// it, and no others: so runs that go on at once in a process need not agree on a number.
+class OwnThreadCount {
+ public:
+  OwnThreadCount();
+  ~OwnThreadCount();
+  OwnThreadCount(const OwnThreadCount&) = delete;
+  OwnThreadCount& operator=(const OwnThreadCount&) = delete;
+
+ private:
+  std::atomic<int> threads_{0};
+  std::atomic<int>* before_ = nullptr;
+};
+
+// For those who start threads: what the calling thread takes its number from, and which to take it
+// from. Whoever owns it must outlive the thread.
+std::atomic<int>* place_of_thread_count();
+void share_thread_count(std::atomic<int>* place);
 
 // As long as it lives, loops that the calling thread begins use so many threads.
 class LoopThreads {

@@ -49,7 +49,8 @@ void run_tasks(std::size_t tasks, int threads,
   std::vector<std::jthread> others;
   try {
     for (std::size_t worker = 1; worker < workers; ++worker) {
-      others.emplace_back([&run, worker] {
+      others.emplace_back([&run, worker, count = place_of_thread_count()] {
+        share_thread_count(count);
         leave_openmp_place();
         run(worker);
       });

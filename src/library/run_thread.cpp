@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/resources.h"
 #include "library/requests.h"
 
 namespace tetfusion {
@@ -111,38 +112,32 @@ class Watch {
   std::string what_;
 };
 
-std::mutex one_at_a_time;
+std::atomic<int> runs_going_on{0};
 thread_local bool is_in_run = false;
-
-// The number of threads is the process's.
-std::unique_lock<std::mutex> wait_for_turn(Watch* watch) {
-  std::unique_lock turn(one_at_a_time, std::defer_lock);
-  while (!turn.try_lock()) {
-    if (watch->wants_end()) {
-      watch->check();
-      throw Error(ErrorCode::kInterrupted, "interrupted while it waited for another run");
-    }
-    std::this_thread::sleep_for(kPoll);
-  }
-  return turn;
-}
 
 // While this thread waits for a job and calls its observer.
 struct InRun {
-  InRun() { is_in_run = true; }
-  ~InRun() { is_in_run = false; }
+  InRun() {
+    is_in_run = true;
+    ++runs_going_on;
+  }
+  ~InRun() {
+    is_in_run = false;
+    --runs_going_on;
+  }
   InRun(const InRun&) = delete;
   InRun& operator=(const InRun&) = delete;
 };
 
 }  // namespace
 
+int runs_of_process() { return runs_going_on; }
+
 void run_observed(const Observer& observer, const std::function<void(const RunContext&)>& job) {
   if (is_in_run) {
     throw Error(ErrorCode::kUsage, "a run cannot be begun by the observer of another one");
   }
   Watch watch(observer);
-  const auto turn = wait_for_turn(&watch);
   const InRun here;
   News news;
   std::atomic<bool> cancelled{false};
@@ -152,6 +147,7 @@ void run_observed(const Observer& observer, const std::function<void(const RunCo
   context.cancelled = &cancelled;
   std::exception_ptr failure;
   std::thread thread([&] {
+    const OwnThreadCount own;
     try {
       job(context);
     } catch (...) {

@@ -11,8 +11,13 @@
 namespace tetfusion {
 
 // Calls job(context) and returns when it has ended. What the job throws comes out here; so does
-// Error(kInterrupted) where the observer throws, and where it asks for it before the turn of the
-// job has come: jobs of a process run one after another.
+// Error(kInterrupted) where the observer throws.
+//
+// Jobs of several threads go on at once. None may wait for another one: who waits may hold what the
+// other's observer needs, as the lock of an interpreter.
 void run_observed(const Observer& observer, const std::function<void(const RunContext&)>& job);
+
+// How many go on now.
+int runs_of_process();
 
 }  // namespace tetfusion

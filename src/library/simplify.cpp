@@ -24,10 +24,18 @@ std::string scratch_in(const std::string& folder) {
   return fmt::format("{}/tetfusion-{}-{}", folder, ::getpid(), ++runs);
 }
 
+// As Options::memory says.
+std::uint64_t memory_of(const Options& options) {
+  const int runs = runs_of_process();
+  if (options.memory != 0 || runs <= 1) return options.memory;
+  return memory_limit() / 2 / static_cast<std::uint64_t>(runs);
+}
+
 void run(const Mesh& mesh, const Options& options, const Observer& observer, Result* result) {
   OwnedSink sink(mesh);
   run_observed(observer, [&](const RunContext& context) {
     SimplifyRequest request = to_request(options);
+    request.performance.memory = memory_of(options);
     request.performance.scratch = scratch_in(options.scratch);
     auto source = open_view(to_view(mesh), {options.tetrahedralize, options.linearize, {}});
     const double cpu_before = cpu_seconds();

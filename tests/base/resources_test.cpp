@@ -1,5 +1,6 @@
 #include "base/resources.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -20,6 +21,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/tasks.h"
 #include "support/temp_dir.h"
 #include "support/units.h"
 
@@ -278,6 +280,25 @@ TEST(PhaseClock, WhatIsMovedIsStillThere) {
   EXPECT_EQ(clock.seconds().at("fit"), 2);
   EXPECT_GE(clock.seconds().at("write"), -2);
   EXPECT_LT(clock.seconds().at("write"), -1);
+}
+
+// Two runs of a process, and the tasks that they start.
+TEST(OwnThreadCount, IsThatOfOneThreadAndItsTasks) {
+  set_thread_count(2);
+  const auto seen_by_tasks = [](int threads) {
+    const OwnThreadCount own;
+    set_thread_count(threads);
+    std::array<int, 6> seen{};
+    run_tasks(seen.size(), 3, [&](std::size_t task, std::size_t) { seen[task] = thread_count(); });
+    return seen;
+  };
+  std::array<int, 6> of_other{};
+  std::thread other([&] { of_other = seen_by_tasks(7); });
+  EXPECT_THAT(seen_by_tasks(5), ::testing::Each(5));
+  other.join();
+  EXPECT_THAT(of_other, ::testing::Each(7));
+  EXPECT_EQ(thread_count(), 2);
+  set_thread_count(0);
 }
 
 #ifdef _OPENMP

@@ -2,13 +2,17 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <future>
 #include <map>
 #include <set>
 #include <stdexcept>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "support/library_test.h"
 
@@ -236,21 +240,51 @@ TEST_F(LibraryRun, AnObserverThatThrowsEndsTheRun) {
   EXPECT_EQ(result.status.message, "the observer threw: no more");
 }
 
-TEST_F(LibraryRun, RunsFromSeveralThreadsTakeTurns) {
+// Each with threads of its own.
+TEST_F(LibraryRun, RunsFromSeveralThreadsGoOnAtOnce) {
   options.reduction = 0.5;
-  options.threads = 2;
+  options.chunk_tets = 200;
   const MeshFile file = wavy_box(6);
   const Result alone = run(file);
   std::vector<std::thread> threads;
   std::atomic<int> same{0};
-  for (int i = 0; i < 3; ++i) {
-    threads.emplace_back([&] {
-      const Result result = run(file);
-      if (result.status.ok() && result.mesh.tets == alone.mesh.tets) ++same;
+  for (int i = 1; i <= 4; ++i) {
+    threads.emplace_back([&, i] {
+      LibraryMesh<std::int64_t> input(file, false);
+      Options own = options;
+      own.threads = i;
+      const Result result = simplify(input.mesh(), own);
+      const auto before = alone.mesh.points.as<double>(), after = result.mesh.points.as<double>();
+      if (result.status.ok() && result.report.threads == i &&
+          std::equal(before.begin(), before.end(), after.begin(), after.end())) {
+        ++same;
+      }
     });
   }
   for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(same, 3);
+  EXPECT_EQ(same, 4);
+}
+
+// Its observer may need what that thread holds.
+TEST_F(LibraryRun, WaitsForNoOtherThreadsRun) {
+  options.reduction = 0.5;
+  std::promise<void> begun, other_ended;
+  bool is_first = true;
+  Observer observer;
+  observer.progress = [&](double, std::string_view) {
+    if (!std::exchange(is_first, false)) return;
+    begun.set_value();
+    const auto ended = other_ended.get_future().wait_for(std::chrono::minutes(5));
+    if (ended != std::future_status::ready) throw std::runtime_error("the other one waits");
+  };
+  std::thread other([&] {
+    begun.get_future().wait();
+    EXPECT_TRUE(run(wavy_box(4)).status.ok());
+    other_ended.set_value();
+  });
+  const Result result = run(wavy_box(6), observer);
+  other.join();
+  EXPECT_TRUE(result.status.ok()) << result.status.message;
 }
 
 TEST(LibraryVersion, IsTheProjects) { EXPECT_STREQ(library_version(), TETFUSION_VERSION); }

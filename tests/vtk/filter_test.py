@@ -559,6 +559,42 @@ class Progress(FilterTest):
         self.assertEqual(run.GetErrorCode(), 0)
         self.assertGreater(run.GetOutput().GetNumberOfCells(), 0)
 
+    def test_no_filter_waits_for_another_one(self):
+        """One's observer lets go of Python's lock, which the other one holds while it runs."""
+        script = """if True:
+            import sys, threading, time
+            from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+            import vtktetfusion
+            def read():
+                reader = vtkXMLUnstructuredGridReader()
+                reader.SetFileName(sys.argv[1])
+                reader.Update()
+                return reader.GetOutput()
+            def made(reduction):
+                run = vtktetfusion.vtkTetFusion()
+                run.SetInputData(read())
+                run.SetTargetReduction(reduction)
+                return run
+            watched, other, third = made(0.8), made(0.7), made(0.6)
+            watched.AddObserver("ProgressEvent", lambda caller, event: time.sleep(0.01))
+            grid = read()
+            works = [watched.Update, other.Update, third.Update,
+                     lambda: vtktetfusion.simplify(grid, 0.8, progress=lambda share: time.sleep(0.01))]
+            threads = [threading.Thread(target=work) for work in works]
+            for thread in threads:
+                thread.start()
+                time.sleep(0.05)
+            for thread in threads:
+                thread.join()
+            for run in watched, other, third:
+                assert run.GetErrorCode() == 0 and run.GetOutput().GetNumberOfCells() > 0
+        """
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "five.vtu"
+            command("generate", "five", "--tets", "60k", "-o", path)
+            subprocess.run([sys.executable, "-c", script, path], check=True, timeout=120, capture_output=True,
+                           env=os.environ | {"PYTHONPATH": str(PACKAGES)})
+
 
 class Function(FilterTest):
     def test_takes_and_returns_what_stands_for_grids(self):

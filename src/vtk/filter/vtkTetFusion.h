@@ -280,7 +280,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   ///@{
   /**
    * Bytes that a run may take beside its input and output. 0, the default: half of what the machine
-   * allows. The result does not depend on it.
+   * allows, divided by the runs that go on at once in the process. The result does not depend on
+   * it.
    */
   vtkSetMacro(MemoryLimit, vtkTypeInt64);
   vtkGetMacro(MemoryLimit, vtkTypeInt64);

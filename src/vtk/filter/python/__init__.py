@@ -23,7 +23,7 @@ __all__ = ["TetFusionError", "TetFusionWarning", "simplify", "vtkTetFusion"]
 
 _log = logging.getLogger("vtktetfusion")
 
-# One run at a time, as in the library; but who waits here lets other threads of Python go on.
+# One run at a time: who waits here lets other threads of Python go on, which the run itself does not.
 _turn = threading.Lock()
 _runs_here = threading.local()
 
