@@ -21,7 +21,8 @@ from vtkmodules.numpy_interface import dataset_adapter
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import (vtkBitArray, vtkDoubleArray, vtkFloatArray, vtkPoints, vtkSOADataArrayTemplate,
                                       vtkStringArray)
-from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkDataObject, vtkImageData, vtkMultiBlockDataSet, vtkPolyData,
+from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkCompositeDataSet, vtkDataObject, vtkImageData, vtkMultiBlockDataSet,
+                                           vtkMultiPieceDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection, vtkPolyData,
                                            vtkTable, vtkUnstructuredGrid, VTK_HEXAHEDRON, VTK_TETRA, VTK_TRIANGLE)
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
@@ -423,9 +424,44 @@ class Filter(FilterTest):
         for block, name in (image, "vtkImageData"), (vtkTable(), "vtkTable"):
             blocks = vtkMultiBlockDataSet()
             blocks.SetBlock(0, block)
-            with self.assertRaisesRegex(TetFusionError, f"a block is a {name}") as caught:
+            with self.assertRaisesRegex(TetFusionError, f"block 1: it is a {name}, and not a vtkUnstructuredGrid") as caught:
                 vtktetfusion.simplify(blocks, 0.5)
             self.assertEqual(caught.exception.code, 3)
+
+    def test_composite_inputs_of_other_kinds(self):
+        grid = box(4)
+        names = ["fluid", None]
+        parts = vtkPartitionedDataSetCollection()
+        for number, name in enumerate(names):
+            part = vtkPartitionedDataSet()
+            part.SetPartition(0, grid)
+            parts.SetPartitionedDataSet(number, part)
+            if name:
+                parts.GetMetaData(number).Set(vtkCompositeDataSet.NAME(), name)
+        inner = vtkMultiBlockDataSet()
+        inner.SetBlock(0, grid)
+        inner.GetMetaData(0).Set(vtkCompositeDataSet.NAME(), "inside")
+        outer = vtkMultiBlockDataSet()
+        outer.SetBlock(0, inner)
+        add(outer.GetFieldData(), "time", np.array([2.5]), np.float64)
+        pieces = vtkMultiPieceDataSet()
+        pieces.SetPiece(0, grid)
+        expected = vtktetfusion.simplify(grid, 0.5)
+        run = vtkTetFusion()
+        run.SetTargetReduction(0.5)
+        for blocks, find in ((parts, lambda out: out.GetPartition(1, 0)), (outer, lambda out: out.GetBlock(0).GetBlock(0)),
+                             (pieces, lambda out: out.GetPiece(0)), (grid, lambda out: out)):
+            run.SetInputDataObject(blocks)  # one filter for all of them
+            run.Update()
+            out = run.GetOutputDataObject(0)
+            self.assertEqual(out.GetClassName(), blocks.GetClassName())
+            self.expect_same(find(out), expected)
+            if blocks is parts:
+                self.assertEqual(out.GetMetaData(0).Get(vtkCompositeDataSet.NAME()), "fluid")
+            if blocks is outer:
+                self.assertEqual(out.GetBlock(0).GetMetaData(0).Get(vtkCompositeDataSet.NAME()), "inside")
+                self.assertEqual(out.GetFieldData().GetArray("time").GetValue(0), 2.5)
+        self.assertEqual(vtkTetFusion().GetOutput().GetNumberOfCells(), 0)
 
     def test_progress_and_errors_of_composite_inputs(self):
         blocks = vtkMultiBlockDataSet()
@@ -494,6 +530,25 @@ class Filter(FilterTest):
         self.assertEqual(run.GetErrorCode(), 0)
         self.assertGreater(run.GetOutput().GetNumberOfCells(), 0)
 
+    def test_callers_may_remove_all_observers(self):
+        run = self.run_on(box(5), TargetReduction=1.5)
+        run.RemoveAllObservers()
+        errors = Errors(run)
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), USER_ERROR + 2)
+        for reduction in 0.5, 0.4:
+            run.SetTargetReduction(reduction)
+            run.Update()
+            self.assertEqual(run.GetErrorCode(), 0)
+            self.assertEqual(run.GetNotices().count("wave steers"), 1)
+        surface = vtkUnstructuredGrid()
+        surface.SetPoints(box(1).GetPoints())
+        surface.InsertNextCell(VTK_TRIANGLE, 3, [0, 1, 2])
+        run.SetInputData(surface)
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), USER_ERROR + 3)
+        self.assertIn("no tetrahedra", errors.messages[-2])
+
     def test_a_goal_out_of_reach(self):
         """A warning, with Strict an error; the grid is there in any case."""
         run = self.run_on(box(3), TargetReduction=0.99)
@@ -558,6 +613,33 @@ class Progress(FilterTest):
         run.Update()
         self.assertEqual(run.GetErrorCode(), 0)
         self.assertGreater(run.GetOutput().GetNumberOfCells(), 0)
+
+    def test_an_abort_ends_the_blocks_that_are_not_done(self):
+        blocks = vtkMultiBlockDataSet()
+        for i in range(4):
+            blocks.SetBlock(i, box(8))
+        patch = vtkPolyData()
+        patch.SetPoints(box(1).GetPoints())
+        patch.Allocate()
+        patch.InsertNextCell(VTK_TRIANGLE, 3, [0, 1, 2])
+        blocks.SetBlock(4, patch)
+        run = self.run_on(blocks, TargetReduction=0.5)
+
+        def stop(caller, event):
+            if 0.26 < caller.GetProgress() < 0.5:
+                caller.SetAbortExecute(1)
+        observer = run.AddObserver("ProgressEvent", stop)
+        errors = Errors(run)
+        run.Update()
+        self.assertEqual((run.GetErrorCode(), errors.messages), (USER_ERROR + 130, []))
+        cells = [run.GetOutputDataObject(0).GetBlock(i).GetNumberOfCells() for i in range(5)]
+        self.assertGreater(cells[0], 0)
+        self.assertEqual(cells[1:], [0] * 4)
+        run.RemoveObserver(observer)
+        run.Modified()
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), 0)
+        self.assertEqual(run.GetOutputDataObject(0).GetBlock(3).GetNumberOfCells(), cells[0])
 
     def test_no_filter_waits_for_another_one(self):
         """One's observer lets go of Python's lock, which the other one holds while it runs."""

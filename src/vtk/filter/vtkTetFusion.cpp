@@ -1,14 +1,18 @@
 #include <vtkTetFusion.h>
 
 #include <vtkCellData.h>
-#include <vtkCommand.h>
+#include <vtkCompositeDataIterator.h>
+#include <vtkCompositeDataSet.h>
 #include <vtkDataArray.h>
+#include <vtkDataObjectTree.h>
+#include <vtkDemandDrivenPipeline.h>
 #include <vtkErrorCode.h>
 #include <vtkGenericCell.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
+#include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 
@@ -79,6 +83,15 @@ const char* name_of_mode(int mode) {
   return mode == vtkTetFusion::PLANAR ? "planar" : "exact";
 }
 
+// "block 'inlet': ", or its flat index where it has no name, before what is said about it.
+std::string words_for_block(vtkCompositeDataIterator* blocks) {
+  const char* name = blocks->HasCurrentMetaData() != 0
+                         ? blocks->GetCurrentMetaData()->Get(vtkCompositeDataSet::NAME())
+                         : nullptr;
+  if (name != nullptr && *name != '\0') return "block '" + std::string(name) + "': ";
+  return "block " + std::to_string(blocks->GetCurrentFlatIndex()) + ": ";
+}
+
 // Progress events of a filter: as the library reports, and in between, so that an observer can ask
 // for an abort at any time.
 class Heartbeat {
@@ -121,11 +134,15 @@ struct vtkTetFusion::Internals {
   std::vector<Steering> steering;
   std::vector<std::string> regions;
   std::vector<std::string> roi;
-  std::string stop_sentence, report, notices;
-  // Of a composite input the executive begins and ends an update for each block, too.
-  int open_updates = 0;
-  bool is_in_block() const { return open_updates > 1; }
-  int blocks_without_volume = 0, other_blocks = 0;  // in this update
+
+  // Of the last update, and of the block in work.
+  struct Update {
+    std::string stop_sentence, report, notices;
+    std::string block;
+    int blocks_without_volume = 0, other_blocks = 0;
+    bool has_failed = false;
+  };
+  Update update;
 
   std::string add_inputs_to_process(vtkTetFusion* filter, vtkUnstructuredGrid* input,
                                     const GridView& view, tetfusion::Options* options) const;
@@ -196,10 +213,7 @@ tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const 
   return o;
 }
 
-vtkTetFusion::vtkTetFusion() : Internal(std::make_unique<Internals>()) {
-  this->AddObserver(vtkCommand::StartEvent, this, &vtkTetFusion::BeginUpdate);
-  this->AddObserver(vtkCommand::EndEvent, this, &vtkTetFusion::EndUpdate);
-}
+vtkTetFusion::vtkTetFusion() : Internal(std::make_unique<Internals>()) {}
 
 vtkTetFusion::~vtkTetFusion() {
   this->SetWeightArrayName(nullptr);
@@ -273,83 +287,170 @@ int vtkTetFusion::GetNumberOfRegionsOfInterest() {
   return static_cast<int>(this->Internal->roi.size());
 }
 
-const char* vtkTetFusion::GetStopSentence() { return this->Internal->stop_sentence.c_str(); }
-const char* vtkTetFusion::GetReport() { return this->Internal->report.c_str(); }
-const char* vtkTetFusion::GetNotices() { return this->Internal->notices.c_str(); }
+const char* vtkTetFusion::GetStopSentence() { return this->Internal->update.stop_sentence.c_str(); }
+const char* vtkTetFusion::GetReport() { return this->Internal->update.report.c_str(); }
+const char* vtkTetFusion::GetNotices() { return this->Internal->update.notices.c_str(); }
 
-// What one block has failed with must outlast the next one.
-void vtkTetFusion::BeginUpdate() {
-  Internals& own = *this->Internal;
-  if (own.open_updates++ > 0) return;
-  this->SetErrorCode(vtkErrorCode::NoError);
-  own.blocks_without_volume = own.other_blocks = 0;
-  own.notices.clear();
+int vtkTetFusion::FillInputPortInformation(int, vtkInformation* info) {
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkUnstructuredGrid");
+  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkDataObjectTree");
+  return 1;
 }
 
-void vtkTetFusion::EndUpdate() {
-  Internals& own = *this->Internal;
-  if (--own.open_updates > 0 || own.blocks_without_volume == 0 || own.other_blocks > 0) return;
-  this->SetErrorCode(vtkErrorCode::UserError +
-                     static_cast<unsigned long>(tetfusion::Code::kBadInput));
-  vtkErrorMacro("no block of the input has tetrahedra");
+int vtkTetFusion::FillOutputPortInformation(int, vtkInformation* info) {
+  info->Set(vtkDataObject::DATA_TYPE_NAME(), "vtkDataObject");
+  return 1;
+}
+
+vtkTypeBool vtkTetFusion::ProcessRequest(vtkInformation* request,
+                                         vtkInformationVector** inputVector,
+                                         vtkInformationVector* outputVector) {
+  if (request->Has(vtkDemandDrivenPipeline::REQUEST_DATA_OBJECT()) == 0) {
+    return this->Superclass::ProcessRequest(request, inputVector, outputVector);
+  }
+  return this->RequestDataObject(request, inputVector, outputVector);
+}
+
+// Blocks in the place of the input's blocks, else a grid.
+int vtkTetFusion::RequestDataObject(vtkInformation*, vtkInformationVector** inputVector,
+                                    vtkInformationVector* outputVector) {
+  vtkDataObject* const input = vtkDataObject::GetData(inputVector[0]);
+  auto* const blocks = vtkDataObjectTree::SafeDownCast(input);
+  if (input != nullptr && blocks == nullptr && !input->IsA("vtkUnstructuredGrid")) {
+    this->Internal->update = {};
+    this->Fail(
+        static_cast<int>(tetfusion::Code::kBadInput),
+        std::string("the input is a ") + input->GetClassName() + ", and not a vtkUnstructuredGrid");
+    return 0;
+  }
+  const int type = blocks != nullptr ? blocks->GetDataObjectType() : VTK_UNSTRUCTURED_GRID;
+  vtkInformation* const info = outputVector->GetInformationObject(0);
+  vtkDataObject* const output = vtkDataObject::GetData(info);
+  if (output != nullptr && output->GetDataObjectType() == type) return 1;
+  auto made = blocks != nullptr
+                  ? vtkSmartPointer<vtkDataObject>::Take(blocks->NewInstance())
+                  : vtkSmartPointer<vtkDataObject>(vtkSmartPointer<vtkUnstructuredGrid>::New());
+  info->Set(vtkDataObject::DATA_OBJECT(), made);
+  return 1;
+}
+
+// What one block has failed with must outlast the next one.
+void vtkTetFusion::Fail(int code, const std::string& message) {
+  Internals::Update& update = this->Internal->update;
+  if (this->GetErrorCode() == vtkErrorCode::NoError) {
+    this->SetErrorCode(vtkErrorCode::UserError + static_cast<unsigned long>(code));
+  }
+  if (code == static_cast<int>(tetfusion::Code::kInterrupted)) return;
+  update.has_failed = true;
+  vtkErrorMacro(<< update.block << message);
+}
+
+void vtkTetFusion::Warn(const std::string& message) {
+  vtkWarningMacro(<< this->Internal->update.block << message);
 }
 
 int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVector,
                               vtkInformationVector* outputVector) {
-  vtkDataObject* const object = vtkDataObject::GetData(inputVector[0]);
-  vtkUnstructuredGrid* output = vtkUnstructuredGrid::GetData(outputVector);
-  Internals& own = *this->Internal;
-  own.stop_sentence = own.report = "";
-  const auto fail = [&](tetfusion::Code code, const std::string& message) {
-    this->SetErrorCode(vtkErrorCode::UserError + static_cast<unsigned long>(code));
-    if (code != tetfusion::Code::kInterrupted) vtkErrorMacro(<< message);
-    return code == tetfusion::Code::kInterrupted ? 1 : 0;
-  };
-  // Patches and side sets come as blocks beside the volume.
-  if (auto* const block = vtkDataSet::SafeDownCast(object); own.is_in_block() && block != nullptr &&
-                                                            block->GetNumberOfCells() > 0 &&
-                                                            !has_volume(block)) {
-    ++own.blocks_without_volume;
-    fill_grid_as_it_is(block, this->OriginalIds, output);
-    return 1;
+  vtkDataObject* const input = vtkDataObject::GetData(inputVector[0]);
+  this->Internal->update = {};
+  this->SetErrorCode(vtkErrorCode::NoError);
+  if (auto* const blocks = vtkDataObjectTree::SafeDownCast(input)) {
+    this->SimplifyBlocks(blocks, vtkDataObjectTree::GetData(outputVector));
+  } else {
+    this->SimplifyGrid(input, vtkUnstructuredGrid::GetData(outputVector));
   }
-  if (++own.other_blocks == 2 && own.is_in_block() && this->BoundaryMode != EXACT) {
-    vtkWarningMacro(
+  return this->Internal->update.has_failed ? 0 : 1;
+}
+
+// The executive could do it, but forgets from one block to the next that an abort was asked for,
+// and does not say which block it is.
+void vtkTetFusion::SimplifyBlocks(vtkDataObjectTree* input, vtkDataObjectTree* output) {
+  Internals::Update& update = this->Internal->update;
+  output->CopyStructure(input);
+  const auto blocks = vtk::TakeSmartPointer(input->NewIterator());
+  const double shift = this->GetProgressShift(), scale = this->GetProgressScale();
+  int count = 0, done = 0;
+  for (blocks->InitTraversal(); blocks->IsDoneWithTraversal() == 0; blocks->GoToNextItem()) ++count;
+  for (blocks->InitTraversal(); blocks->IsDoneWithTraversal() == 0; blocks->GoToNextItem()) {
+    this->SetProgressShiftScale(shift + scale * done++ / count, scale / count);
+    update.block = words_for_block(blocks);
+    vtkNew<vtkUnstructuredGrid> result;
+    this->SimplifyBlock(blocks->GetCurrentDataObject(), result);
+    output->SetDataSet(blocks, result);
+    if (this->GetAbortExecute() == 0) this->UpdateProgress(1);
+  }
+  this->SetProgressShiftScale(shift, scale);
+  update.block.clear();
+  if (update.blocks_without_volume > 0 && update.other_blocks == 0) {
+    this->Fail(static_cast<int>(tetfusion::Code::kBadInput),
+               "no block of the input has tetrahedra");
+  }
+}
+
+void vtkTetFusion::SimplifyBlock(vtkDataObject* block, vtkUnstructuredGrid* output) {
+  Internals::Update& update = this->Internal->update;
+  // Patches and side sets come as blocks beside the volume.
+  if (auto* const surface = vtkDataSet::SafeDownCast(block);
+      surface != nullptr && surface->GetNumberOfCells() > 0 && !has_volume(surface)) {
+    ++update.blocks_without_volume;
+    if (this->GetAbortExecute() == 0) fill_grid_as_it_is(surface, this->OriginalIds, output);
+    return;
+  }
+  if (++update.other_blocks == 2 && this->BoundaryMode != EXACT) {
+    this->Warn(
         "each block is simplified for itself: where blocks touch, a boundary that moves "
         "moves apart (BoundaryMode EXACT keeps it)");
   }
+  this->SimplifyGrid(block, output);
+}
+
+void vtkTetFusion::SimplifyGrid(vtkDataObject* object, vtkUnstructuredGrid* output) {
+  Internals& own = *this->Internal;
+  own.update.stop_sentence = own.update.report = "";
+  const auto fail = [&](tetfusion::Code code, const std::string& message) {
+    this->Fail(static_cast<int>(code), message);
+  };
   auto* const input = vtkUnstructuredGrid::SafeDownCast(object);
   if (input == nullptr) {
-    return fail(tetfusion::Code::kBadInput, std::string("a block is a ") + object->GetClassName() +
-                                                ", and not a vtkUnstructuredGrid");
+    fail(tetfusion::Code::kBadInput,
+         std::string("it is a ") + object->GetClassName() + ", and not a vtkUnstructuredGrid");
+    return;
   }
   if (!has_own_cells(input)) {
     fill_empty_grid(input, this->OriginalIds, output);
-    return 1;
+    return;
   }
-  if (this->GetAbortExecute() != 0) return fail(tetfusion::Code::kInterrupted, "");
+  if (this->GetAbortExecute() != 0) {
+    fail(tetfusion::Code::kInterrupted, "");
+    return;
+  }
   const GridView view(input);
   for (const std::string& what : view.left_out()) {
-    vtkWarningMacro(<< what << " holds no numbers and is left out");
+    this->Warn(what + " holds no numbers and is left out");
   }
   tetfusion::Options options = own.options(this);
   const std::string missing = own.add_inputs_to_process(this, input, view, &options);
-  if (!missing.empty()) return fail(tetfusion::Code::kUsage, missing);
+  if (!missing.empty()) {
+    fail(tetfusion::Code::kUsage, missing);
+    return;
+  }
   Heartbeat heartbeat(this);
   tetfusion::Observer observer;
   observer.progress = [&](double share, std::string_view phase) { heartbeat.report(share, phase); };
   observer.cancelled = [&] { return heartbeat.wants_abort(); };
-  observer.notice = [&](std::string_view s) { own.notices += std::string(s) + "\n"; };
+  observer.notice = [&](std::string_view sentence) {
+    own.update.notices += own.update.block + std::string(sentence) + "\n";
+  };
   tetfusion::Result result = tetfusion::simplify(view.mesh(), options, observer);
-  own.stop_sentence = result.report.stop_sentence;
-  own.report = result.report.json;
+  own.update.stop_sentence = result.report.stop_sentence;
+  own.update.report = result.report.json;
   if (result.mesh.tets > 0) fill_grid(view, input, std::move(result.mesh), output);
   if (this->Tetrahedralize) unmark_global_ids(output->GetCellData());
-  if (!result.status.ok()) return fail(result.status.code, result.status.message);
-  if ((options.reduction || options.tets) && !result.report.goal_reached) {
-    vtkWarningMacro(<< result.report.stop_sentence);
+  if (!result.status.ok()) {
+    fail(result.status.code, result.status.message);
+  } else if ((options.reduction || options.tets) && !result.report.goal_reached) {
+    this->Warn(result.report.stop_sentence);
   }
-  return 1;
 }
 
 void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
@@ -387,5 +488,5 @@ void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "ScratchDirectory: "
      << (this->ScratchDirectory != nullptr ? this->ScratchDirectory : "(none)") << "\n";
   os << indent << "ChunkTets: " << this->ChunkTets << "\n";
-  os << indent << "StopSentence: " << this->Internal->stop_sentence << "\n";
+  os << indent << "StopSentence: " << this->Internal->update.stop_sentence << "\n";
 }

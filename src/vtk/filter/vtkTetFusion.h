@@ -31,6 +31,9 @@
 #include <vtkUnstructuredGridAlgorithm.h>
 
 #include <memory>
+#include <string>
+
+class vtkDataObjectTree;
 
 class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorithm {
  public:
@@ -316,10 +319,17 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   const char* GetNotices();
   ///@}
 
+  vtkTypeBool ProcessRequest(vtkInformation* request, vtkInformationVector** inputVector,
+                             vtkInformationVector* outputVector) override;
+
  protected:
   vtkTetFusion();
   ~vtkTetFusion() override;
 
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int FillOutputPortInformation(int port, vtkInformation* info) override;
+  int RequestDataObject(vtkInformation* request, vtkInformationVector** inputVector,
+                        vtkInformationVector* outputVector);
   int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
                   vtkInformationVector* outputVector) override;
 
@@ -352,8 +362,11 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   vtkTetFusion(const vtkTetFusion&) = delete;
   void operator=(const vtkTetFusion&) = delete;
 
-  void BeginUpdate();
-  void EndUpdate();
+  void SimplifyBlocks(vtkDataObjectTree* input, vtkDataObjectTree* output);
+  void SimplifyBlock(vtkDataObject* block, vtkUnstructuredGrid* output);
+  void SimplifyGrid(vtkDataObject* input, vtkUnstructuredGrid* output);
+  void Fail(int code, const std::string& message);
+  void Warn(const std::string& message);
 
   struct Internals;
   std::unique_ptr<Internals> Internal;
