@@ -19,7 +19,7 @@ import warnings
 import numpy as np
 from vtkmodules.numpy_interface import dataset_adapter
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import (vtkBitArray, vtkDoubleArray, vtkFloatArray, vtkPoints, vtkSOADataArrayTemplate,
+from vtkmodules.vtkCommonCore import (vtkBitArray, vtkDoubleArray, vtkFloatArray, vtkObject, vtkPoints, vtkSOADataArrayTemplate,
                                       vtkStringArray)
 from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkCompositeDataSet, vtkDataObject, vtkImageData, vtkMultiBlockDataSet,
                                            vtkMultiPieceDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection, vtkPolyData,
@@ -463,6 +463,26 @@ class Filter(FilterTest):
                 self.assertEqual(out.GetFieldData().GetArray("time").GetValue(0), 2.5)
         self.assertEqual(vtkTetFusion().GetOutput().GetNumberOfCells(), 0)
 
+    def test_what_is_said_of_a_block_has_its_name(self):
+        hexahedra = vtkUnstructuredGrid()
+        hexahedra.SetPoints(box(1).GetPoints())
+        hexahedra.InsertNextCell(VTK_HEXAHEDRON, 8, [0, 1, 3, 2, 4, 5, 7, 6])
+        blocks = vtkMultiBlockDataSet()
+        for number, block in enumerate((box(3), hexahedra, box(3), hexahedra)):
+            blocks.SetBlock(number, block)
+        blocks.GetMetaData(0).Set(vtkCompositeDataSet.NAME(), "inlet")
+        blocks.GetMetaData(1).Set(vtkCompositeDataSet.NAME(), "valve")
+        run = self.run_on(blocks, TargetReduction=0.99)
+        errors = Errors(run)
+        run.Update()
+        self.assertEqual(run.GetErrorCode(), USER_ERROR + 3)
+        self.assertTrue(run.GetErrorMessage().startswith("block 'valve': the mesh: cell 0 is a hexahedron"), run.GetErrorMessage())
+        warned = run.GetWarnings().splitlines()
+        self.assertEqual([line.partition(": The goal was not reached")[0] for line in warned], ["block 'inlet'", "block 3"])
+        self.assertTrue(run.GetNotices().startswith("block 'inlet': array wave steers"), run.GetNotices())
+        for part in "block 'inlet': ", "block 'valve': ", "block 3: ", "block 4: ":
+            self.assertTrue(any(part in message for message in errors.messages), part)
+
     def test_progress_and_errors_of_composite_inputs(self):
         blocks = vtkMultiBlockDataSet()
         for block in range(3):
@@ -539,7 +559,7 @@ class Filter(FilterTest):
         for reduction in 0.5, 0.4:
             run.SetTargetReduction(reduction)
             run.Update()
-            self.assertEqual(run.GetErrorCode(), 0)
+            self.assertEqual((run.GetErrorCode(), run.GetErrorMessage()), (0, ""))
             self.assertEqual(run.GetNotices().count("wave steers"), 1)
         surface = vtkUnstructuredGrid()
         surface.SetPoints(box(1).GetPoints())
@@ -548,6 +568,27 @@ class Filter(FilterTest):
         run.Update()
         self.assertEqual(run.GetErrorCode(), USER_ERROR + 3)
         self.assertIn("no tetrahedra", errors.messages[-2])
+
+    def test_what_it_says_is_kept(self):
+        """Also where VTK's warnings are off, so that no event says it."""
+        vtkObject.GlobalWarningDisplayOff()
+        self.addCleanup(vtkObject.GlobalWarningDisplayOn)
+        run = self.run_on(box(5), TargetReduction=1.5, KeepRegions=False)
+        run.Update()
+        self.assertEqual(run.GetErrorMessage(), "reduction must be at least 0% and less than 100%")
+        self.assertFalse(run.GetGoalReached())
+        run.SetTargetReduction(0.1)
+        run.Update()
+        self.assertEqual((run.GetErrorMessage(), run.GetWarnings()), ("", ""))
+        self.assertTrue(run.GetGoalReached())
+        run.SetTargetReduction(0.99)
+        run.Update()
+        self.assertIn("The goal was not reached: ", run.GetWarnings())
+        self.assertFalse(run.GetGoalReached())
+        with self.assertRaisesRegex(TetFusionError, "reduction must be at least 0%"):
+            vtktetfusion.simplify(box(3), 1.5)
+        with self.assertWarnsRegex(TetFusionWarning, "The goal was not reached: "):
+            vtktetfusion.simplify(box(3), 0.99)
 
     def test_a_goal_out_of_reach(self):
         """A warning, with Strict an error; the grid is there in any case."""

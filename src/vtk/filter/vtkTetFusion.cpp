@@ -137,9 +137,10 @@ struct vtkTetFusion::Internals {
 
   // Of the last update, and of the block in work.
   struct Update {
-    std::string stop_sentence, report, notices;
+    std::string stop_sentence, report, notices, warnings, error_message;
     std::string block;
     int blocks_without_volume = 0, other_blocks = 0;
+    int goals = 0, goals_reached = 0;  // of grids
     bool has_failed = false;
   };
   Update update;
@@ -289,6 +290,12 @@ int vtkTetFusion::GetNumberOfRegionsOfInterest() {
 
 const char* vtkTetFusion::GetStopSentence() { return this->Internal->update.stop_sentence.c_str(); }
 const char* vtkTetFusion::GetReport() { return this->Internal->update.report.c_str(); }
+const char* vtkTetFusion::GetErrorMessage() { return this->Internal->update.error_message.c_str(); }
+const char* vtkTetFusion::GetWarnings() { return this->Internal->update.warnings.c_str(); }
+bool vtkTetFusion::GetGoalReached() {
+  const Internals::Update& update = this->Internal->update;
+  return update.goals > 0 && update.goals_reached == update.goals;
+}
 const char* vtkTetFusion::GetNotices() { return this->Internal->update.notices.c_str(); }
 
 int vtkTetFusion::FillInputPortInformation(int, vtkInformation* info) {
@@ -341,12 +348,15 @@ void vtkTetFusion::Fail(int code, const std::string& message) {
     this->SetErrorCode(vtkErrorCode::UserError + static_cast<unsigned long>(code));
   }
   if (code == static_cast<int>(tetfusion::Code::kInterrupted)) return;
+  if (!update.has_failed) update.error_message = update.block + message;
   update.has_failed = true;
   vtkErrorMacro(<< update.block << message);
 }
 
 void vtkTetFusion::Warn(const std::string& message) {
-  vtkWarningMacro(<< this->Internal->update.block << message);
+  Internals::Update& update = this->Internal->update;
+  update.warnings += update.block + message + "\n";
+  vtkWarningMacro(<< update.block << message);
 }
 
 int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVector,
@@ -446,9 +456,12 @@ void vtkTetFusion::SimplifyGrid(vtkDataObject* object, vtkUnstructuredGrid* outp
   own.update.report = result.report.json;
   if (result.mesh.tets > 0) fill_grid(view, input, std::move(result.mesh), output);
   if (this->Tetrahedralize) unmark_global_ids(output->GetCellData());
+  const bool has_goal = options.reduction || options.tets;
+  own.update.goals += has_goal ? 1 : 0;
+  own.update.goals_reached += result.report.goal_reached ? 1 : 0;
   if (!result.status.ok()) {
     fail(result.status.code, result.status.message);
-  } else if ((options.reduction || options.tets) && !result.report.goal_reached) {
+  } else if (has_goal && !result.report.goal_reached) {
     this->Warn(result.report.stop_sentence);
   }
 }

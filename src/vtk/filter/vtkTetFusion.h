@@ -319,6 +319,22 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   const char* GetNotices();
   ///@}
 
+  ///@{
+  /**
+   * Of the last run, whether VTK shows errors and warnings or not: what failed first (empty where
+   * nothing did, and after an abort; GetErrorCode() has the code), and the warnings, a line each.
+   * What is about a block of a composite input begins with the block's name, or its flat index.
+   */
+  const char* GetErrorMessage();
+  const char* GetWarnings();
+  ///@}
+
+  /**
+   * Was there a goal (TargetReduction, NumberOfTetsOutput), and has the last run reached it? Of a
+   * composite input: in all blocks.
+   */
+  bool GetGoalReached();
+
   vtkTypeBool ProcessRequest(vtkInformation* request, vtkInformationVector** inputVector,
                              vtkInformationVector* outputVector) override;
 

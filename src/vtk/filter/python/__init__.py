@@ -210,18 +210,16 @@ def _set_regions(run, regions):
 
 
 def _execute(run, progress):
-    errors, concerns = [], []
+    errors = []
 
-    def listen(event, messages):
-        def on_event(caller, name, text="unknown error"):
-            messages.append(_plain(text))
-        on_event.CallDataType = "string0"
-        # The executive complains, too; with an observer neither prints.
-        for speaker in (run, run.GetExecutive()):
-            speaker.AddObserver(event, on_event)
-
-    listen("ErrorEvent", errors)
-    listen("WarningEvent", concerns)
+    def on_error(caller, name, text="unknown error"):
+        errors.append(_plain(text))
+    on_error.CallDataType = "string0"
+    # The executive complains, too; with an observer neither prints. What the filter has to say it keeps, as events do not come
+    # where VTK's warnings are off.
+    for speaker in (run, run.GetExecutive()):
+        speaker.AddObserver("ErrorEvent", on_error)
+        speaker.AddObserver("WarningEvent", lambda caller, name: None)
     raised = []
 
     def on_progress(caller, event):
@@ -248,13 +246,14 @@ def _execute(run, progress):
         raise raised[0]
     for line in run.GetNotices().splitlines():
         _log.info(line)
-    for concern in concerns:
+    for concern in run.GetWarnings().splitlines():
         warnings.warn(concern, TetFusionWarning, stacklevel=3)
     code = run.GetErrorCode()
     if code == 0 and not errors:
         return
     code = code - _USER_ERROR if code >= _USER_ERROR else 3
-    raise TetFusionError(code, "the run was ended" if code == 130 else (errors or ["it was not simplified"])[0])
+    said = run.GetErrorMessage() or (errors or ["it was not simplified"])[0]
+    raise TetFusionError(code, "the run was ended" if code == 130 else said)
 
 
 class _Interrupt:
