@@ -23,6 +23,10 @@ bool ViewCells::is_ghost(std::uint64_t cell) const {
   return !view_.ghosts.empty() && (view_.ghosts[cell] & kGhostDropped) != 0;
 }
 
+bool ViewCells::is_left_out(std::uint64_t cell) const {
+  return is_ghost(cell) || is_dropped_patch(type_of(cell), options_);
+}
+
 std::uint8_t ViewCells::type_of(std::uint64_t cell) const {
   if (view_.tets_only) return kVtkTetra;
   const std::uint8_t type = view_.types[cell];
@@ -69,6 +73,7 @@ void ViewCells::look_at(std::uint64_t cell) {
     return;
   }
   const std::uint8_t type = type_of(cell);
+  if (is_dropped_patch(type, options_)) return;
   if (kept_vertices(type, options_) < 0) fail(cell, refusal(type, options_));
   if (!may_have_vertices(type, ids.size())) {
     fail(cell, wrong_vertex_count(type, ids.size()));
@@ -96,8 +101,8 @@ void ViewCells::read_as(std::uint64_t first, std::uint64_t count, CellWindow* ou
   out->tets.reserve(count);
   LowerCells& lower = out->lower;
   for (std::uint64_t c = first; c < first + count; ++c) {
-    if (is_ghost(c)) {
-      ++out->ghost_cells;
+    if (is_left_out(c)) {
+      out->ghost_cells += is_ghost(c) ? 1 : 0;
       continue;
     }
     const std::uint64_t begin = begin_of<Id>(c);
@@ -121,7 +126,7 @@ VtuCells ViewCells::all() const {
   cells.ghosts = ghosts_;
   cells.types.resize(size());
   for (std::uint64_t c = 0; c < size(); ++c) {
-    cells.types[c] = is_ghost(c) ? kLeftOut : type_of(c);
+    cells.types[c] = is_left_out(c) ? kLeftOut : type_of(c);
   }
   const auto copy = [&](auto zero) {
     using Id = decltype(zero);

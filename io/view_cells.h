@@ -44,6 +44,7 @@ class ViewCells {
 
   bool is_wide() const { return view_.connectivity.type == ValueType::kInt64; }
   bool is_ghost(std::uint64_t cell) const;
+  bool is_left_out(std::uint64_t cell) const;  // a ghost cell, or a patch's that is dropped
   std::uint8_t type_of(std::uint64_t cell) const;
   // Where in the connectivity a cell begins; that of the cell behind the last one is the end.
   template <class Id>

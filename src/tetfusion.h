@@ -165,7 +165,7 @@ struct Mesh {
   // cell type of cell c (1 vertex, 3 line, 5 triangle, 10 tetrahedron; more with
   // Options::tetrahedralize and Options::linearize), and its points are connectivity[offsets[c]] to
   // [offsets[c + 1] - 1]. Cells of lower dimension are part of the result, and their points stay
-  // where they are.
+  // where they are; but see Options::drop_patches.
   Values offsets;  // one more than there are cells; the type of the connectivity
   std::span<const std::uint8_t> types;
 
@@ -273,6 +273,8 @@ struct Options {
 
   bool tetrahedralize = false;  // split hexahedra, voxels, wedges and pyramids
   bool linearize = false;       // take cells of higher order by their corners
+  // Leave out cells of lower dimension, of any type, that else hold their points where they are.
+  bool drop_patches = false;
 
   // Tetrahedra in each of the chunks that threads work on, at least 1. The result depends on it.
   std::uint64_t chunk_tets = 200'000;

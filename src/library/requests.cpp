@@ -91,6 +91,7 @@ SimplifyRequest to_request(const Options& o) {
   b.original_ids = o.original_ids;
   b.tetrahedralize = o.tetrahedralize;
   b.linearize = o.linearize;
+  b.drop_patches = o.drop_patches;
   request.performance.threads = o.threads;
   request.performance.memory = o.memory;
   return request;

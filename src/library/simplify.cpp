@@ -37,7 +37,9 @@ void run(const Mesh& mesh, const Options& options, const Observer& observer, Res
     SimplifyRequest request = to_request(options);
     request.performance.memory = memory_of(options);
     request.performance.scratch = scratch_in(options.scratch);
-    auto source = open_view(to_view(mesh), {options.tetrahedralize, options.linearize, {}});
+    auto source = open_view(to_view(mesh), {.tetrahedralize = options.tetrahedralize,
+                                            .linearize = options.linearize,
+                                            .drop_patches = options.drop_patches});
     const double cpu_before = cpu_seconds();
     check_steering(options, source->description());
     SimplifyReport report = simplify(request, std::move(source), &sink, context);

@@ -166,6 +166,36 @@ TEST(MeshViews, CellsAreSplitAndStraightened) {
   expect_windows_like_whole(curved.view(), options);
 }
 
+// Of any type, those that are not read otherwise, too; ghost cells are counted all the same.
+TEST(MeshViews, PatchesAreDropped) {
+  auto cells = mixed_cells<std::int32_t>();
+  cells.add(4, {0, 1, 9});
+  cells.add(7, {0, 1, 2, 3, 4});
+  cells.add(22, {0, 1, 2, 3, 5, 4});
+  cells.add(5, {0, 1, 2}, 1);
+  cells.points[3 * 9] = std::numeric_limits<double>::infinity();  // no tetrahedron's
+  const MeshView view = cells.view();
+  EXPECT_THROW(open_view(view)->stream(), Error);
+  const OpenOptions dropped = {.drop_patches = true};
+  expect_windows_like_whole(view, dropped);
+  const auto source = open_view(view, dropped);
+  const auto stream = source->stream();
+  EXPECT_EQ(stream->cells(), 12u);
+  EXPECT_EQ(stream->ghost_cells(), 3u);
+  CellWindow window;
+  stream->read_cells(0, 12, &window);
+  EXPECT_THAT(window.tet_rows, ElementsAre(1, 4, 7));
+  EXPECT_EQ(window.lower.size(), 0u);
+  EXPECT_EQ(window.ghost_cells, 3u);
+
+  cells.add(14, {0, 1, 2, 3, 8});
+  expect_windows_like_whole(cells.view(), {.tetrahedralize = true, .drop_patches = true});
+
+  auto surface = eight_points<std::int64_t>();
+  surface.add(5, {0, 1, 2});
+  EXPECT_THROW(open_view(surface.view(), dropped)->stream(), Error);
+}
+
 TEST(MeshViews, PointsThatAreNotFiniteMatterWhereTheyAreUsed) {
   auto cells = mixed_cells<std::int32_t>();
   cells.points[3 * 4] = std::numeric_limits<double>::quiet_NaN();

@@ -287,6 +287,33 @@ TEST_F(LibraryRun, WaitsForNoOtherThreadsRun) {
   EXPECT_TRUE(result.status.ok()) << result.status.message;
 }
 
+// They hold their points.
+TEST_F(LibraryRun, PatchesAreDropped) {
+  const MeshFile file = wavy_box(6);
+  LibraryMesh<std::int64_t> input(file, true);
+  Mesh& mesh = input.mesh();
+  options.reduction = 0.5;
+  const Result alone = simplify(mesh, options);
+  const auto ids = [&](const Values& v) {
+    const auto* from = static_cast<const std::int64_t*>(v.data());
+    return std::vector<std::int64_t>(from, from + v.size());
+  };
+  std::vector<std::int64_t> connectivity = ids(mesh.connectivity), offsets = ids(mesh.offsets);
+  std::vector<std::uint8_t> types(mesh.types.begin(), mesh.types.end());
+  connectivity.insert(connectivity.end(), {0, 1, 2, 3});
+  offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
+  types.push_back(4);  // a polyline
+  mesh.connectivity = connectivity;
+  mesh.offsets = offsets;
+  mesh.types = types;
+  EXPECT_THAT(failure(mesh).message, HasSubstr("drop_patches leaves such cells out"));
+  options.drop_patches = true;
+  const Result result = simplify(mesh, options);
+  ASSERT_TRUE(result.status.ok()) << result.status.message;
+  EXPECT_EQ(result.mesh.types.size(), result.mesh.tets);
+  EXPECT_EQ(result.mesh.tets, alone.mesh.tets);
+}
+
 TEST(LibraryVersion, IsTheProjects) { EXPECT_STREQ(library_version(), TETFUSION_VERSION); }
 
 }  // namespace

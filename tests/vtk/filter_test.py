@@ -23,7 +23,8 @@ from vtkmodules.vtkCommonCore import (vtkBitArray, vtkDoubleArray, vtkFloatArray
                                       vtkStringArray)
 from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkCompositeDataSet, vtkDataObject, vtkImageData, vtkMultiBlockDataSet,
                                            vtkMultiPieceDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection, vtkPolyData,
-                                           vtkTable, vtkUnstructuredGrid, VTK_HEXAHEDRON, VTK_TETRA, VTK_TRIANGLE)
+                                           vtkTable, vtkUnstructuredGrid, VTK_HEXAHEDRON, VTK_POLY_LINE, VTK_POLYGON, VTK_TETRA,
+                                           VTK_TRIANGLE)
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
 
@@ -537,6 +538,41 @@ class Filter(FilterTest):
         self.assertGreaterEqual(out.GetNumberOfCells(), 5)
         self.assertIsNone(out.GetCellData().GetGlobalIds())  # its parts have the one number
         self.assertEqual(set(vtk_to_numpy(out.GetCellData().GetPedigreeIds())), {7})
+
+    def test_patches_are_dropped(self):
+        volume = box(5)
+        expected = vtktetfusion.simplify(volume, 0.5, regions=[])
+        mixed = vtkUnstructuredGrid()
+        mixed.SetPoints(volume.GetPoints())
+        ids = numbers(volume)["connectivity"].reshape(-1, 4)
+        for tet in ids.tolist():
+            mixed.InsertNextCell(VTK_TETRA, 4, tet)
+        for kind, corners in (VTK_TRIANGLE, [50, 51, 57]), (VTK_POLY_LINE, [0, 1, 2, 3]), (VTK_POLYGON, [0, 1, 7, 6, 3]):
+            mixed.InsertNextCell(kind, len(corners), corners)
+        add(mixed.GetPointData(), "wave", numbers(volume)["point wave"], np.float32)
+        with self.assertRaisesRegex(TetFusionError, "drop_patches leaves such cells out"):
+            vtktetfusion.simplify(mixed, 0.5)
+        out = vtktetfusion.simplify(mixed, 0.5, drop_patches=True)
+        self.assertEqual(set(numbers(out)["types"]), {VTK_TETRA})
+        for name in "points", "connectivity", "point wave":
+            np.testing.assert_array_equal(numbers(out)[name], numbers(expected)[name])
+        patch = vtkPolyData()
+        patch.SetPoints(volume.GetPoints())
+        patch.Allocate()
+        patch.InsertNextCell(VTK_TRIANGLE, 3, [0, 1, 7])
+        add(patch.GetPointData(), "wave", numbers(volume)["point wave"], np.float32)
+        blocks = vtkMultiBlockDataSet()
+        blocks.SetBlock(0, mixed)
+        blocks.SetBlock(1, patch)
+        run = self.run_on(blocks, TargetReduction=0.5)
+        run.DropPatchesOn()
+        self.assertIn("DropPatches: 1", str(run))
+        run.Update()
+        self.assertEqual(run.GetErrorMessage(), "")
+        self.assertEqual(run.GetOutputDataObject(0).GetBlock(0).GetNumberOfCells(), out.GetNumberOfCells())
+        dropped = run.GetOutputDataObject(0).GetBlock(1)
+        self.assertEqual((dropped.GetNumberOfCells(), dropped.GetNumberOfPoints()), (0, 0))
+        self.assertTrue(dropped.GetPointData().HasArray("wave"))
 
     def test_errors(self):
         grid = box(3)

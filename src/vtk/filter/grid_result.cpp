@@ -169,9 +169,12 @@ void fill_grid_as_it_is(vtkDataSet* input, bool original_ids, vtkUnstructuredGri
   output->GetPointData()->AddArray(ids);
 }
 
-void fill_empty_grid(vtkUnstructuredGrid* input, bool original_ids, vtkUnstructuredGrid* output) {
+void fill_empty_grid(vtkDataSet* input, bool original_ids, vtkUnstructuredGrid* output) {
   vtkNew<vtkPoints> points;
-  if (input->GetPoints() != nullptr) points->SetDataType(input->GetPoints()->GetDataType());
+  auto* const set = vtkPointSet::SafeDownCast(input);
+  if (set != nullptr && set->GetPoints() != nullptr) {
+    points->SetDataType(set->GetPoints()->GetDataType());
+  }
   output->SetPoints(points);
   empty_like(input->GetPointData(), output->GetPointData());
   if (original_ids) output->GetPointData()->AddArray(make_original_ids());

@@ -12,7 +12,7 @@ void fill_grid(const GridView& view, vtkUnstructuredGrid* input, tetfusion::Owne
                vtkUnstructuredGrid* output);
 
 // The same for a mesh without cells.
-void fill_empty_grid(vtkUnstructuredGrid* input, bool original_ids, vtkUnstructuredGrid* output);
+void fill_empty_grid(vtkDataSet* input, bool original_ids, vtkUnstructuredGrid* output);
 
 // The same for a surface, or what else has no volume, which stays as it is.
 void fill_grid_as_it_is(vtkDataSet* input, bool original_ids, vtkUnstructuredGrid* output);

@@ -207,6 +207,7 @@ tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const 
   o.original_ids = filter->OriginalIds;
   o.tetrahedralize = filter->Tetrahedralize;
   o.linearize = filter->Linearize;
+  o.drop_patches = filter->DropPatches;
   o.threads = filter->NumberOfThreads;
   o.memory = static_cast<std::uint64_t>(std::max<vtkTypeInt64>(filter->MemoryLimit, 0));
   if (filter->ScratchDirectory != nullptr) o.scratch = filter->ScratchDirectory;
@@ -391,7 +392,8 @@ void vtkTetFusion::SimplifyBlocks(vtkDataObjectTree* input, vtkDataObjectTree* o
   }
   this->SetProgressShiftScale(shift, scale);
   update.block.clear();
-  if (update.blocks_without_volume > 0 && update.other_blocks == 0) {
+  if (update.blocks_without_volume > 0 && update.other_blocks == 0 &&
+      this->GetErrorCode() == vtkErrorCode::NoError) {
     this->Fail(static_cast<int>(tetfusion::Code::kBadInput),
                "no block of the input has tetrahedra");
   }
@@ -403,7 +405,13 @@ void vtkTetFusion::SimplifyBlock(vtkDataObject* block, vtkUnstructuredGrid* outp
   if (auto* const surface = vtkDataSet::SafeDownCast(block);
       surface != nullptr && surface->GetNumberOfCells() > 0 && !has_volume(surface)) {
     ++update.blocks_without_volume;
-    if (this->GetAbortExecute() == 0) fill_grid_as_it_is(surface, this->OriginalIds, output);
+    if (this->GetAbortExecute() != 0) {
+      this->Fail(static_cast<int>(tetfusion::Code::kInterrupted), "");
+    } else if (this->DropPatches) {
+      fill_empty_grid(surface, this->OriginalIds, output);
+    } else {
+      fill_grid_as_it_is(surface, this->OriginalIds, output);
+    }
     return;
   }
   if (++update.other_blocks == 2 && this->BoundaryMode != EXACT) {
@@ -493,6 +501,7 @@ void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
   os << "\n" << indent << "OriginalIds: " << this->OriginalIds << "\n";
   os << indent << "Tetrahedralize: " << this->Tetrahedralize << "\n";
   os << indent << "Linearize: " << this->Linearize << "\n";
+  os << indent << "DropPatches: " << this->DropPatches << "\n";
   os << indent << "NumberOfThreads: " << this->NumberOfThreads << "\n";
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent

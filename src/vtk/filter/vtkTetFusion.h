@@ -13,10 +13,11 @@
  * mesh is simplified as far as it goes with no steering field off by more than 1 % of its range at
  * any point of the input.
  *
- * Cells of lower dimension are kept, with their points. Ghost cells are not part of the output, and
- * their points stay where they are. Of a composite input each block is simplified for itself, so
- * that blocks which touch fit afterwards only with a boundary that stays; a block without cells
- * that have a volume (a patch, a side set) comes back as it is, as an unstructured grid.
+ * Cells of lower dimension are kept, with their points, unless DropPatches leaves them out. Ghost
+ * cells are not part of the output, and their points stay where they are. Of a composite input each
+ * block is simplified for itself, so that blocks which touch fit afterwards only with a boundary
+ * that stays; a block without cells that have a volume (a patch, a side set) comes back as it is,
+ * as an unstructured grid. An abort ends all blocks that are not done.
  *
  * While it runs, progress events come at least ten times a second, on the thread that called
  * Update(), and the progress never falls; an observer may call SetAbortExecute(1). The output is
@@ -273,6 +274,16 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
+   * Leave out cells without volume, of any type, which else hold their points where they are? A
+   * block of a composite input that has no others comes out empty. Default: no.
+   */
+  vtkSetMacro(DropPatches, bool);
+  vtkGetMacro(DropPatches, bool);
+  vtkBooleanMacro(DropPatches, bool);
+  ///@}
+
+  ///@{
+  /**
    * Threads to use; 0, the default, is what OMP_NUM_THREADS says, or one for each processor that
    * the program may use. The result does not depend on it.
    */
@@ -368,6 +379,7 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   bool OriginalIds = false;
   bool Tetrahedralize = false;
   bool Linearize = false;
+  bool DropPatches = false;
   int NumberOfThreads = 0;
   vtkTypeInt64 MemoryLimit = 0;
   char* WeightArrayName = nullptr;

@@ -52,7 +52,7 @@ class TetFusionWarning(UserWarning):
 def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=False, method="fuse", boundary="exact",
              min_quality=None, conserve=False, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
              boundary_tets_stay=False, arrays=None, regions=None, roi=(), weight=None, original_ids=False,
-             tetrahedralize=False, linearize=False, threads=0, memory=0, scratch=None, chunk_tets=200000, progress=None):
+             tetrahedralize=False, linearize=False, drop_patches=False, threads=0, memory=0, scratch=None, chunk_tets=200000, progress=None):
     """Return a grid with fewer tetrahedra than `grid`, which stays as it is.
 
     Of a composite data set each block for itself (blocks that touch fit afterwards with an exact boundary); one without cells that have a volume (a patch, a side set) comes back as it is.
@@ -75,6 +75,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
     weight: the name of a point array, or "cell:NAME": errors count so many times as much there, so that the mesh stays finer.
     original_ids: the result has the point array OriginalPointIds: the number of a point of `grid` that stayed, -1 of a new one.
+    drop_patches: leave out cells without volume, of any type, which else hold their points where they are.
     tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take cells of higher order, as
         ten-node tetrahedra, as straight ones.
     threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
@@ -114,6 +115,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     run.SetOriginalIds(original_ids)
     run.SetTetrahedralize(tetrahedralize)
     run.SetLinearize(linearize)
+    run.SetDropPatches(drop_patches)
     run.SetMethod(_choice("method", method, {"fuse": run.FUSE, "tetfuse": run.TETFUSE}))
     _set_boundary(run, _share("boundary", boundary))
     _set_arrays(run, arrays)
