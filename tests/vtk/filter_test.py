@@ -2,6 +2,7 @@
 """The filter vtkTetFusion in VTK pipelines, beside the command. Usage: filter_test.py TETFUSION PACKAGES DATA_FOLDER
 [unittest's arguments], where PACKAGES holds the Python package vtktetfusion. Without the data folder the tests of real meshes are
 skipped."""
+import inspect
 import os
 import pathlib
 import pickle
@@ -851,9 +852,29 @@ class Function(FilterTest):
                                 ({"reduction": "half"}, "reduction cannot be 'half'"),
                                 ({"reduction": "x%"}, "reduction cannot be 'x%': give a share"),
                                 ({"memory": "much"}, "memory cannot be 'much'"),
-                                ({"boundary": None}, "boundary must be one of exact, planar"),
-                                ({"arrays": {"wave": "1"}}, "must be greater than 0"),
+                                ({"boundary": []}, "boundary must be one of exact, planar"),
+                                ({"arrays": {"wave": "1"}}, "arrays: the bound of wave cannot be '1': give '100%' or '1%'"),
+                                ({"arrays": {"wave": "x"}}, "arrays: the bound of wave cannot be 'x': give a share"),
+                                ({"arrays": {"wave": [1]}}, "arrays: the bound of wave cannot be [1]"),
                                 ({"chunk_tets": None, "max_volume": [1]}, "max_volume cannot be [1]"),
+                                ({"arrays": [("wave", 0.01)]}, "arrays: give a name, a list of names, or {'f': 0.01}"),
+                                ({"arrays": ("wave", 0.01)}, "arrays: give a name, a list of names, or"),
+                                ({"arrays": 1}, "arrays: give a name, a list of names, or"),
+                                ({"arrays": {1: 0.01}}, "arrays: give a name, a list of names, or"),
+                                ({"regions": False}, "regions: give a name, a list of names, or 'none', not False"),
+                                ({"roi": 1}, "roi: give a text, or a list of them"),
+                                ({"method": []}, "method must be one of fuse, tetfuse, not []"),
+                                ({"progress": 1}, "progress: give a function that takes a share, not 1"),
+                                ({"strict": "no"}, "strict cannot be 'no': give True or False"),
+                                ({"drop_patches": 2}, "drop_patches cannot be 2: give True or False"),
+                                ({"max_error": "1"}, "max_error cannot be '1': give '100%' or '1%'"),
+                                ({"tets": 10.5}, "tets cannot be 10.5"),
+                                ({"tets": "10.5"}, "tets cannot be '10.5': give a whole number"),
+                                ({"memory": 1.5}, "memory cannot be 1.5"),
+                                ({"memory": "2GB"}, "memory cannot be '2GB': give bytes, or a text"),
+                                ({"memory": "0"}, "memory cannot be '0'"),
+                                ({"scratch": 5}, "scratch cannot be 5"),
+                                ({"weight": 5}, "weight cannot be 5"),
                                 ({"min_quality": 0.3, "method": "tetfuse"}, "min_quality belongs to method fuse")):
             with self.subTest(arguments=arguments), self.assertRaises(TetFusionError) as caught:
                 vtktetfusion.simplify(grid, **arguments)
@@ -884,6 +905,23 @@ class Function(FilterTest):
         texts = {"reduction": "30%", "max_error": "5%", "boundary": "1%", "memory": "1.5G", "arrays": {"wave": "2%"}}
         same = {"reduction": 0.3, "max_error": 0.05, "boundary": 0.01, "memory": 3 << 29, "arrays": {"wave": 0.02}}
         self.expect_same(vtktetfusion.simplify(grid, **texts), vtktetfusion.simplify(grid, **same))
+        texts = {"tets": "0.4k", "max_error": "0.05", "boundary": "0.01", "memory": "2g", "arrays": {"wave": ".02"}, "chunk_tets": "1k"}
+        same = {"tets": 400, "max_error": 0.05, "boundary": 0.01, "memory": 2 << 30, "arrays": {"wave": 0.02}, "chunk_tets": 1000}
+        self.expect_same(vtktetfusion.simplify(grid, **texts), vtktetfusion.simplify(grid, **same))
+
+    def test_numbers_and_folders_of_other_types(self):
+        grid = box(5)
+        with tempfile.TemporaryDirectory() as folder:
+            out = vtktetfusion.simplify(grid, tets=400.0, threads=2.0, memory=np.float64(2 ** 31), chunk_tets=1e3, strict=np.bool_(False),
+                                        conserve=0, arrays=types.MappingProxyType({"wave": 0.02}), scratch=pathlib.Path(folder))
+        self.expect_same(out, vtktetfusion.simplify(grid, tets=400, chunk_tets=1000, arrays={"wave": 0.02}))
+
+    def test_none_is_the_default(self):
+        grid = box(5)
+        options = inspect.signature(vtktetfusion.simplify).parameters
+        self.assertEqual({option.default for name, option in options.items() if name != "grid"}, {None})
+        nothing = dict.fromkeys(name for name in options if name != "grid")
+        self.expect_same(vtktetfusion.simplify(grid, **nothing), vtktetfusion.simplify(grid))
 
     def test_what_is_no_grid_is_refused(self):
         for nothing in None, "mesh.vtu", [1, 2]:

@@ -6,9 +6,11 @@
 simplify() takes and returns a vtkUnstructuredGrid, or what stands for one in vtkmodules.numpy_interface or in PyVista.
 vtkTetFusion is the filter itself, for a pipeline; help(vtktetfusion.vtkTetFusion) explains every option.
 """
+import collections.abc
 import logging
 import math
 import numbers
+import os
 import re
 import signal
 import sys
@@ -49,11 +51,11 @@ class TetFusionWarning(UserWarning):
     """A goal was not reached, an array that holds no numbers is left out, or blocks may not fit any more."""
 
 
-def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=False, method="fuse", boundary="exact",
-             min_quality=None, conserve=False, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
-             boundary_tets_stay=False, arrays=None, regions=None, roi=(), weight=None, original_ids=False,
-             tetrahedralize=False, linearize=False, drop_patches=False, threads=0, memory=0, scratch=None, chunk_tets=200000, progress=None):
-    """Return a grid with fewer tetrahedra than `grid`, which stays as it is.
+def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=None, method=None, boundary=None,
+             min_quality=None, conserve=None, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
+             boundary_tets_stay=None, arrays=None, regions=None, roi=None, weight=None, original_ids=None, tetrahedralize=None,
+             linearize=None, drop_patches=None, threads=None, memory=None, scratch=None, chunk_tets=None, progress=None):
+    """Return a grid with fewer tetrahedra than `grid`, which stays as it is. None is the default of every option.
 
     Of a composite data set each block for itself (blocks that touch fit afterwards with an exact boundary); one without cells that have a volume (a patch, a side set) comes back as it is.
 
@@ -62,8 +64,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     max_error: at no point is a steering field off by more than this share of its range; default 0.01 where nothing else limits.
     max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range.
     strict: a goal that cannot be reached is an error, and not only a TetFusionWarning.
-    method: "fuse", or "tetfuse", the operation of the paper.
-    boundary: "exact", "planar", or how far it may move, as a share of the diagonal of the bounding box.
+    method: "fuse", the default, or "tetfuse", the operation of the paper.
+    boundary: "exact", the default, "planar", or how far it may move, as a share of the diagonal of the bounding box.
     min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
     conserve: the integrals of all floating-point arrays stay; cells keep the values of regions.
     scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
@@ -79,48 +81,44 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take cells of higher order, as
         ten-node tetrahedra, as straight ones.
     threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
-    chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it.
+    chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it. Default: 200000.
     progress: called with the share that is done, from 0 to 1; False as its answer ends the run. It cannot call simplify().
-    Shares may be texts as the command takes them, "50%", and so may memory, "2G".
+    Shares may be texts as the command takes them, "50%" or "0.5", and so may counts, "20k", and memory, "2G".
     One call runs at a time: those of other threads wait for it. Ctrl-C ends the run: KeyboardInterrupt.
 
     What the command would say meanwhile goes to the logger "vtktetfusion", as info.
 
     Raises TetFusionError.
     """
-    if min_quality is not None and method == "tetfuse":
+    method = "fuse" if method is None else method
+    if min_quality is not None and isinstance(method, str) and method == "tetfuse":
         _refuse("min_quality belongs to method fuse")
+    if progress is not None and not callable(progress):
+        _refuse(f"progress: give a function that takes a share, not {progress!r}")
     grid_of_vtk = getattr(grid, "VTKObject", grid)
     if not isinstance(grid_of_vtk, vtkCommonDataModel.vtkDataObject):
         _refuse(f"grid must be a vtkUnstructuredGrid, or what stands for one, not {type(grid).__name__}")
     run = vtkTetFusion()
     run.SetInputDataObject(grid_of_vtk)
-    given = {"reduction": ("TargetReduction", _share("reduction", reduction)), "tets": ("NumberOfTetsOutput", tets),
-             "max_error": ("MaximumError", _share("max_error", max_error)),
-             "max_rms": ("MaximumRMS", _share("max_rms", max_rms)), "min_quality": ("MinimumQuality", min_quality),
-             "scalar_tolerance": ("ScalarTolerance", _share("scalar_tolerance", scalar_tolerance)),
+    given = {"reduction": ("TargetReduction", _share(reduction)), "tets": ("NumberOfTetsOutput", _count(tets)),
+             "max_error": ("MaximumError", _share(max_error)), "max_rms": ("MaximumRMS", _share(max_rms)),
+             "min_quality": ("MinimumQuality", min_quality), "scalar_tolerance": ("ScalarTolerance", _share(scalar_tolerance)),
              "stretch_factor": ("StretchFactor", stretch_factor), "aspect_ratio": ("AspectRatio", aspect_ratio),
              "max_volume": ("MaximumVolume", max_volume), "weight": ("WeightArrayName", weight),
-             "scratch": ("ScratchDirectory", scratch), "chunk_tets": ("ChunkTets", chunk_tets)}
+             "scratch": ("ScratchDirectory", _path(scratch)), "chunk_tets": ("ChunkTets", _count(chunk_tets)),
+             "threads": ("NumberOfThreads", _whole(threads)), "memory": ("MemoryLimit", _size(memory)),
+             "strict": ("Strict", _flag(strict)), "conserve": ("Conserve", _flag(conserve)),
+             "boundary_tets_stay": ("BoundaryTetsStay", _flag(boundary_tets_stay)),
+             "original_ids": ("OriginalIds", _flag(original_ids)), "tetrahedralize": ("Tetrahedralize", _flag(tetrahedralize)),
+             "linearize": ("Linearize", _flag(linearize)), "drop_patches": ("DropPatches", _flag(drop_patches))}
     for option, (name, value) in given.items():
         if value is not None:
             _set(run, option, name, _no_default(name, value))
-    for option, name, value in (("threads", "NumberOfThreads", threads), ("memory", "MemoryLimit", _size(memory))):
-        if _is_number(value) and value < 0:
-            _refuse(f"{option} must be at least 0")
-        _set(run, option, name, value)
-    run.SetStrict(strict)
-    run.SetConserve(conserve)
-    run.SetBoundaryTetsStay(boundary_tets_stay)
-    run.SetOriginalIds(original_ids)
-    run.SetTetrahedralize(tetrahedralize)
-    run.SetLinearize(linearize)
-    run.SetDropPatches(drop_patches)
     run.SetMethod(_choice("method", method, {"fuse": run.FUSE, "tetfuse": run.TETFUSE}))
-    _set_boundary(run, _share("boundary", boundary))
+    _set_boundary(run, "exact" if boundary is None else boundary)
     _set_arrays(run, arrays)
     _set_regions(run, regions)
-    for region in [roi] if isinstance(roi, str) else roi:
+    for region in _texts("roi", () if roi is None else roi, "a text, or a list of them, as in 'pressure>0.5'"):
         run.AddRegionOfInterest(region)
     _execute(run, progress)
     return _like(grid, run.GetOutputDataObject(0))
@@ -134,37 +132,110 @@ def _is_number(value):
     return isinstance(value, numbers.Real)
 
 
+# What cannot be read as it should is a _Wrong, which names the option when it is set.
+class _Wrong:
+    def __init__(self, value, advice=""):
+        self.value = value
+        self.advice = advice
+
+
 def _set(run, option, name, value):
+    advice = ""
     try:
-        getattr(run, "Set" + name)(value)
-    except (TypeError, OverflowError):
-        _refuse(f"{option} cannot be {value!r}")
+        if not isinstance(value, _Wrong):
+            if name in ("NumberOfThreads", "MemoryLimit") and value < 0:
+                _refuse(f"{option} must be at least 0")
+            getattr(run, "Set" + name)(value)
+            return
+        value, advice = value.value, value.advice
+    except (TypeError, ValueError, OverflowError):
+        pass
+    _refuse(f"{option} cannot be {value!r}{advice}")
 
 
-def _share(option, value):
-    """A text such as "50%" as a number; all else as it is."""
-    if not isinstance(value, str) or not value.endswith("%"):
+def _number(text):
+    """As the command reads it; None of another text."""
+    if re.fullmatch(r"-?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", text) is None or math.isinf(float(text)):
+        return None
+    return float(text)
+
+
+def _share(value):
+    """A text such as "50%" or "0.5" as a number; all else as it is."""
+    if not isinstance(value, str):
         return value
-    try:
-        return float(value[:-1]) / 100
-    except ValueError:
-        _refuse(f"{option} cannot be {value!r}: give a share, as in 0.5 or '50%'")
+    number = _number(value[:-1] if value.endswith("%") else value)
+    if number is None:
+        return _Wrong(value, ": give a share, as in 0.5 or '50%'")
+    if value.endswith("%"):
+        return number / 100
+    return _Wrong(value, ": give '100%' or '1%'") if number == 1 else number
+
+
+def _scaled(value, thousand, units):
+    """A text such as "2M" as a whole number, or None."""
+    power = units.find(value[-1:].lower()) + 1 if value else 0
+    number = _number(value[:-1] if power > 0 else value)
+    if number is None or number < 0 or number * thousand ** power > 2 ** 53:
+        return None
+    return number * thousand ** power
+
+
+def _count(value):
+    """A text such as "20k" as a number; all else that is whole as it is."""
+    if not isinstance(value, str):
+        return _whole(value)
+    count = _scaled(value, 1000, "kmg")
+    return _Wrong(value, ": give a whole number, as in '20k'") if count is None or count != int(count) else int(count)
 
 
 def _size(value):
-    """A text such as "2G" as a number of bytes, as the command takes it; all else as it is."""
+    """A text such as "2G" as a number of bytes, as the command takes it; all else that is whole as it is."""
     if not isinstance(value, str):
-        return value
-    match = re.fullmatch(r"([0-9.]+)([KMGT]?)(iB|B)?", value.strip())
+        return _whole(value)
+    size = _scaled(value[:-2] if value.endswith("iB") else value, 1024, "kmgt")
+    is_whole = size is not None and (value[-1].isalpha() or size == int(size))
+    if not is_whole or size < 1 or (value.endswith("iB") and not value[-3:-2].isalpha()):
+        return _Wrong(value, ": give bytes, or a text as in '2G'")
+    return int(size)
+
+
+def _whole(value):
+    is_whole = _is_number(value) and not isinstance(value, numbers.Integral) and float(value).is_integer()
+    return int(value) if is_whole and abs(value) < 2 ** 63 else value
+
+
+def _path(value):
+    return os.fspath(value) if isinstance(value, os.PathLike) else value
+
+
+def _flag(value):
+    if value is None:
+        return None
+    is_flag = isinstance(value, numbers.Integral) and value in (0, 1) or type(value).__name__ in ("bool_", "bool")  # numpy's
+    return bool(value) if is_flag else _Wrong(value, ": give True or False")
+
+
+def _texts(option, value, what):
+    """One text or several, as a list."""
+    if isinstance(value, str):
+        return [value]
     try:
-        return int(float(match[1]) * 1024 ** " KMGT".index(match[2] or " "))
-    except (TypeError, ValueError):
-        _refuse(f"memory cannot be {value!r}: give bytes, or a text as in '2G'")
+        texts = list(value)
+    except TypeError:
+        texts = [None]
+    if isinstance(value, bytes) or not all(isinstance(text, str) for text in texts):
+        _refuse(f"{option}: give {what}, not {value!r}")
+    return texts
+
+
+_ZERO_IS_DEFAULT = ("TargetReduction", "NumberOfTetsOutput", "MaximumError", "MaximumRMS", "ScalarTolerance", "StretchFactor",
+                    "AspectRatio", "MaximumVolume")
 
 
 def _no_default(name, value):
     """The filter takes a 0 for its default, but here the default is None: another value that means what 0 says."""
-    if not _is_number(value) or value != 0 or name == "ChunkTets" or name == "MinimumQuality":
+    if name not in _ZERO_IS_DEFAULT or not _is_number(value) or value != 0:
         return value
     if name == "TargetReduction":
         return sys.float_info.min  # so small a share is no tetrahedron of any mesh
@@ -172,31 +243,35 @@ def _no_default(name, value):
 
 
 def _choice(option, value, choices):
-    if value not in choices:
+    if not isinstance(value, str) or value not in choices:
         _refuse(f"{option} must be one of {', '.join(choices)}, not {value!r}")
     return choices[value]
 
 
 def _set_boundary(run, boundary):
-    if not _is_number(boundary):
-        run.SetBoundaryMode(_choice("boundary", boundary, {"exact": run.EXACT, "planar": run.PLANAR}))
-        return
-    run.SetBoundaryModeToWithin()
-    run.SetBoundaryTolerance(boundary)
+    modes = {"exact": run.EXACT, "planar": run.PLANAR}
+    if not isinstance(boundary, str) or boundary not in modes:
+        share = _share(boundary)
+        if _is_number(share):
+            run.SetBoundaryModeToWithin()
+            run.SetBoundaryTolerance(share)
+            return
+    run.SetBoundaryMode(_choice("boundary", boundary, modes))
 
 
 def _set_arrays(run, arrays):
     if arrays is None:
         return
-    if isinstance(arrays, str):
-        arrays = [arrays]
-    bounds = arrays if isinstance(arrays, dict) else dict.fromkeys(arrays)
-    for name, bound in bounds.items():
+    names = _texts("arrays", arrays, "a name, a list of names, or {'f': 0.01}")
+    bounds = arrays if isinstance(arrays, collections.abc.Mapping) else dict.fromkeys(names)
+    for name, given in bounds.items():
         of_cells = name.startswith("cell:")
         association = vtkCommonDataModel.vtkDataObject.FIELD_ASSOCIATION_CELLS if of_cells else \
             vtkCommonDataModel.vtkDataObject.FIELD_ASSOCIATION_POINTS
-        bound = _share("arrays", bound)
-        if bound is not None and not (_is_number(bound) and bound > 0 and not math.isnan(bound)):
+        bound = _share(given)
+        if bound is not None and not _is_number(bound):
+            _refuse(f"arrays: the bound of {name} cannot be {given!r}{getattr(bound, 'advice', '')}")
+        if bound is not None and not bound > 0:
             _refuse(f"arrays: the bound of {name} must be greater than 0, a share of its range")
         run.AddSteeringArray(association, name[len("cell:"):] if of_cells else name, bound or 0)
 
@@ -204,8 +279,8 @@ def _set_arrays(run, arrays):
 def _set_regions(run, regions):
     if regions is None:
         return
-    if isinstance(regions, str):
-        regions = [] if regions == "none" else [regions]
+    regions = [] if isinstance(regions, str) and regions == "none" else \
+        _texts("regions", regions, "a name, a list of names, or 'none'")
     run.SetKeepRegions(bool(regions))
     for name in regions:
         run.AddRegionArray(name)
