@@ -15,6 +15,10 @@
 // the options alone, whatever the threads and the memory.
 #pragma once
 
+#if __cplusplus < 202002L
+#error "tetfusion.h needs C++20: compile with -std=c++20, or CMake's cxx_std_20"
+#endif
+
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -97,6 +101,9 @@ class Values {
   template <class T, class Allocator>
   Values(const std::vector<T, Allocator>& values)  // NOLINT(google-explicit-constructor)
       : Values(type_of<T>(), values.data(), values.size()) {}
+  // Of a temporary nothing would be left.
+  template <class T, class Allocator>
+  Values(const std::vector<T, Allocator>&&) = delete;
 
   Type type() const { return type_; }
   const void* data() const { return data_; }
@@ -127,9 +134,10 @@ class OwnedValues {
   std::span<const T> as() const {
     return {static_cast<const T*>(data()), size_};
   }
-  operator Values() const {  // NOLINT(google-explicit-constructor)
+  operator Values() const& {  // NOLINT(google-explicit-constructor)
     return {type_, data(), size_};
   }
+  operator Values() const&& = delete;
 
   // Hands the memory over; whoever takes it frees it with std::free. Null where there are no
   // numbers.

@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "driver/steering.h"
 #include "mesh/array_names.h"
 
@@ -43,14 +44,24 @@ std::string to_text(const SteeringArray& array) {
   return text;
 }
 
-ValuesView to_values(const Values& values) {
+void check_address(const void* data, std::size_t size, const std::string& what) {
+  if (data != nullptr || size == 0) return;
+  throw Error(ErrorCode::kBadInput, fmt::format("the mesh: {} has {}, but its address is null",
+                                                what, format_count(size, "value")));
+}
+
+ValuesView to_values(const Values& values, const std::string& what) {
+  check_address(values.data(), values.size(), what);
   const ValueType type = to_value_type(values.type());
   return {type, {static_cast<const std::byte*>(values.data()), values.size() * size_of(type)}};
 }
 
-std::vector<ArrayView> to_arrays(const std::vector<Array>& arrays) {
+std::vector<ArrayView> to_arrays(const std::vector<Array>& arrays, const char* kind) {
   std::vector<ArrayView> views;
-  for (const Array& a : arrays) views.push_back({a.name, a.components, to_values(a.values)});
+  for (const Array& a : arrays) {
+    const std::string what = fmt::format("{} array \"{}\"", kind, a.name);
+    views.push_back({a.name, a.components, to_values(a.values, what)});
+  }
   return views;
 }
 
@@ -120,14 +131,16 @@ void check_steering(const Options& options, const MeshDescription& mesh) {
 
 MeshView to_view(const Mesh& mesh) {
   MeshView view;
-  view.points = to_values(mesh.points);
-  view.connectivity = to_values(mesh.connectivity);
-  view.offsets = to_values(mesh.offsets);
+  view.points = to_values(mesh.points, "points");
+  view.connectivity = to_values(mesh.connectivity, "connectivity");
+  view.offsets = to_values(mesh.offsets, "offsets");
+  check_address(mesh.types.data(), mesh.types.size(), "types");
+  check_address(mesh.ghosts.data(), mesh.ghosts.size(), "ghosts");
   view.types = mesh.types;
   view.tets_only = mesh.types.empty() && mesh.offsets.empty();
   view.ghosts = mesh.ghosts;
-  view.point_arrays = to_arrays(mesh.point_arrays);
-  view.cell_arrays = to_arrays(mesh.cell_arrays);
+  view.point_arrays = to_arrays(mesh.point_arrays, "point");
+  view.cell_arrays = to_arrays(mesh.cell_arrays, "cell");
   if (!mesh.active_scalars.empty()) view.point_markers["Scalars"] = mesh.active_scalars;
   return view;
 }

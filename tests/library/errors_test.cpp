@@ -1,5 +1,8 @@
 // What the library refuses, and how it says so.
 #include <limits>
+#include <span>
+#include <type_traits>
+#include <vector>
 
 #include "support/library_test.h"
 
@@ -109,6 +112,46 @@ TEST_F(LibraryErrors, BadMeshesAreNamed) {
   mesh.ghosts = ghosts;
   EXPECT_THAT(message(), HasSubstr("2 ghost flags for 1 cell"));
 }
+
+TEST_F(LibraryErrors, ValuesAtNoAddressAreRefused) {
+  const MeshFile file = wavy_box(3);
+  const Values nowhere(Type::kFloat64, nullptr, 12);
+  const auto message = [&](auto change) {
+    LibraryMesh<std::int64_t> input(file, true);
+    change(&input.mesh());
+    const Status status = failure(input.mesh());
+    EXPECT_EQ(status.code, Code::kBadInput);
+    return status.message;
+  };
+  const std::uint8_t* const no_bytes = nullptr;
+  EXPECT_EQ(message([&](Mesh* m) { m->points = nowhere; }),
+            "the mesh: points has 12 values, but its address is null");
+  EXPECT_THAT(message([&](Mesh* m) {
+                m->connectivity = {Type::kInt64, nullptr, 4};
+              }),
+              HasSubstr("connectivity has 4 values, but"));
+  EXPECT_THAT(message([&](Mesh* m) {
+                m->offsets = {Type::kInt64, nullptr, 2};
+              }),
+              HasSubstr("offsets has 2 values, but"));
+  EXPECT_THAT(message([&](Mesh* m) {
+                m->types = {no_bytes, m->types.size()};
+              }),
+              HasSubstr("types has"));
+  EXPECT_THAT(message([&](Mesh* m) {
+                m->ghosts = {no_bytes, 1};
+              }),
+              HasSubstr("ghosts has 1 value, but"));
+  EXPECT_THAT(message([&](Mesh* m) { m->point_arrays[0].values = nowhere; }),
+              HasSubstr("point array \"wave\" has 12 values, but"));
+}
+
+// They refer to somebody else's numbers, which must outlast them.
+static_assert(std::is_constructible_v<Values, std::vector<double>&>);
+static_assert(!std::is_constructible_v<Values, std::vector<double>>);
+static_assert(std::is_constructible_v<Values, std::span<const double>>);
+static_assert(std::is_convertible_v<const OwnedValues&, Values>);
+static_assert(!std::is_convertible_v<OwnedValues, Values>);
 
 TEST_F(LibraryErrors, BadOptionsAreNamedInItsOwnWords) {
   const MeshFile file = wavy_box(3);
