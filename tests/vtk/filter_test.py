@@ -539,6 +539,11 @@ class Filter(FilterTest):
         self.assertGreaterEqual(out.GetNumberOfCells(), 5)
         self.assertIsNone(out.GetCellData().GetGlobalIds())  # its parts have the one number
         self.assertEqual(set(vtk_to_numpy(out.GetCellData().GetPedigreeIds())), {7})
+        ids = numpy_to_vtk(np.arange(n), deep=1)
+        ids.SetName("ids")
+        grid.GetCellData().SetGlobalIds(ids)
+        out = vtktetfusion.simplify(grid, 0.3, tetrahedralize=True)  # where nothing is split they stay what they are
+        self.assertIsNotNone(out.GetCellData().GetGlobalIds())
 
     def test_patches_are_dropped(self):
         volume = box(5)
@@ -586,6 +591,15 @@ class Filter(FilterTest):
         run.Update()
         self.assertEqual(run.GetErrorCode(), 0)
         self.assertGreater(run.GetOutput().GetNumberOfCells(), 0)
+
+    def test_options_of_the_other_method_are_refused(self):
+        for settings, part in (({"Method": vtkTetFusion.TETFUSE, "MinimumQuality": 0.3}, "min_quality belongs to method fuse"),
+                               ({"MemoryLimit": -1}, "memory must be at least 0")):
+            run = self.run_on(box(2), **settings)
+            errors = Errors(run)
+            run.Update()
+            self.assertEqual(run.GetErrorCode(), USER_ERROR + 2)
+            self.assertIn(part, errors.first())
 
     def test_callers_may_remove_all_observers(self):
         run = self.run_on(box(5), TargetReduction=1.5)
@@ -691,6 +705,7 @@ class Progress(FilterTest):
         run.Update()
         self.assertEqual(run.GetErrorCode(), 0)
         self.assertGreater(run.GetOutput().GetNumberOfCells(), 0)
+
 
     def test_an_abort_ends_the_blocks_that_are_not_done(self):
         blocks = vtkMultiBlockDataSet()

@@ -36,6 +36,8 @@ constexpr unsigned char kNotOurs = vtkDataSetAttributes::DUPLICATECELL |
                                    vtkDataSetAttributes::REFINEDCELL |
                                    vtkDataSetAttributes::HIDDENCELL;
 
+constexpr double kUsualQuality = 0.22;  // the default of MinimumQuality
+
 bool has_own_cells(vtkUnstructuredGrid* grid) {
   const vtkIdType cells = grid->GetNumberOfCells();
   vtkUnsignedCharArray* ghosts = grid->GetCellGhostArray();
@@ -55,7 +57,23 @@ bool has_volume(vtkDataSet* block) {
   return false;
 }
 
-// As the command does: the parts of a cell that is split have its number.
+// Straight or curved: all but tetrahedra, triangles and what has less dimensions.
+bool is_split(vtkGenericCell* cell) {
+  if (cell->GetCellDimension() == 3) return cell->GetNumberOfFaces() != 4;
+  return cell->GetCellDimension() == 2 && cell->GetNumberOfEdges() != 3;
+}
+
+bool has_cells_to_split(vtkUnstructuredGrid* grid, bool without_patches) {
+  vtkNew<vtkGenericCell> cell;
+  for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) {
+    if (grid->GetCellType(c) == cell->GetCellType()) continue;  // looked at
+    cell->SetCellType(grid->GetCellType(c));
+    if (is_split(cell) && (cell->GetCellDimension() == 3 || !without_patches)) return true;
+  }
+  return false;
+}
+
+// The parts of a cell that is split have its number.
 void unmark_global_ids(vtkDataSetAttributes* cells) {
   vtkDataArray* const ids = cells->GetGlobalIds();
   if (ids == nullptr) return;
@@ -189,7 +207,7 @@ tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const 
   o.method = fuse ? tetfusion::Operation::kFuse : tetfusion::Operation::kTetFuse;
   o.boundary = boundary_mode(filter->BoundaryMode);
   o.boundary_distance = filter->BoundaryTolerance;
-  if (fuse) o.min_quality = filter->MinimumQuality;
+  if (fuse || filter->MinimumQuality != kUsualQuality) o.min_quality = filter->MinimumQuality;
   o.conserve = filter->Conserve;
   if (filter->ScalarTolerance != 0) o.scalar_tolerance = {filter->ScalarTolerance};
   if (filter->StretchFactor != 0) o.stretch_factor = {filter->StretchFactor};
@@ -447,6 +465,10 @@ void vtkTetFusion::SimplifyGrid(vtkDataObject* object, vtkUnstructuredGrid* outp
     this->Warn(what + " holds no numbers and is left out");
   }
   tetfusion::Options options = own.options(this);
+  if (this->MemoryLimit < 0) {
+    fail(tetfusion::Code::kUsage, "memory must be at least 0");
+    return;
+  }
   const std::string missing = own.add_inputs_to_process(this, input, view, &options);
   if (!missing.empty()) {
     fail(tetfusion::Code::kUsage, missing);
@@ -463,7 +485,9 @@ void vtkTetFusion::SimplifyGrid(vtkDataObject* object, vtkUnstructuredGrid* outp
   own.update.stop_sentence = result.report.stop_sentence;
   own.update.report = result.report.json;
   if (result.mesh.tets > 0) fill_grid(view, input, std::move(result.mesh), output);
-  if (this->Tetrahedralize) unmark_global_ids(output->GetCellData());
+  if (this->Tetrahedralize && has_cells_to_split(input, this->DropPatches)) {
+    unmark_global_ids(output->GetCellData());
+  }
   const bool has_goal = options.reduction || options.tets;
   own.update.goals += has_goal ? 1 : 0;
   own.update.goals_reached += result.report.goal_reached ? 1 : 0;

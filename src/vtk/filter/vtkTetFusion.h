@@ -125,7 +125,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   ///@{
   /**
    * With Method FUSE: no new tetrahedron has a lower mean ratio (1 is regular, 0 flat), unless
-   * there was a worse one in its place; in [0, 1). Default: 0.22.
+   * there was a worse one in its place; in [0, 1). Default: 0.22; with TETFUSE another value is an
+   * error.
    */
   vtkSetMacro(MinimumQuality, double);
   vtkGetMacro(MinimumQuality, double);
