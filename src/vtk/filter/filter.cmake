@@ -17,7 +17,9 @@ vtk_module_build(
   CMAKE_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/TetFusionVTK
   TARGETS_COMPONENT vtk
   HEADERS_COMPONENT vtk)
-install(FILES ${CMAKE_CURRENT_LIST_DIR}/TetFusionVTKConfig.cmake
+set(version_file ${CMAKE_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR}/cmake/TetFusionVTK/TetFusionVTKConfigVersion.cmake)
+write_basic_package_version_file(${version_file} COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_LIST_DIR}/TetFusionVTKConfig.cmake ${version_file}
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/TetFusionVTK COMPONENT vtk)
 
 # The system's Python: another one on the PATH has no vtkmodules.
