@@ -90,7 +90,7 @@ constexpr Type type_of() {
   }
 }
 
-// Somebody else's numbers: they must stay as they are while they are used.
+// A view of the caller's numbers, which must not change while it is in use.
 class Values {
  public:
   Values() = default;
@@ -343,7 +343,7 @@ struct Report {
   std::string json;  // all of this and more: what the command writes with --report
 };
 
-// Without Status::ok() there is no mesh, but with kGoalNotReached.
+// If !status.ok() there is no mesh, except with kGoalNotReached.
 struct Result {
   Status status;
   OwnedMesh mesh;

@@ -171,7 +171,7 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
-   * No tetrahedron grows beyond this volume, nor one that is larger at all. 0, the default: off.
+   * No tetrahedron grows beyond this volume; larger ones do not grow. 0, the default: off.
    */
   vtkSetMacro(MaximumVolume, double);
   vtkGetMacro(MaximumVolume, double);
