@@ -36,7 +36,7 @@ void add_estimate(const RunPlan& plan, std::string* text) {
   fmt::format_to(to, "reachable  {}\n", describe_reach(e));
   fmt::format_to(to, "time       about {:.2g} s with {}, without waiting for disks{}\n", e.seconds,
                  format_count(static_cast<std::uint64_t>(plan.threads), "thread"),
-                 plan.verifies ? " and without --verify, which about doubles it" : "");
+                 plan.verifies ? " and without --verify" : "");
   fmt::format_to(
       to, "basis      {}, simplified on one thread in {:.2g} s; the input was read once\n",
       e.is_whole() ? "the whole mesh" : format_count(e.sample_tets) + " tetrahedra from its middle",
