@@ -83,7 +83,7 @@ void forget_ghosts(Association association, const ArrayInfo& info, std::span<std
 }
 
 bool is_dropped_patch(std::uint8_t type, const OpenOptions& options) {
-  return options.drop_patches && type != kLeftOut && vtk_cell_dimension(type) < 3;
+  return options.drop_patches && vtk_cell_dimension(type) < 3;
 }
 
 void leave_out_patches(const OpenOptions& options, std::span<std::uint8_t> types) {
