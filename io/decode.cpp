@@ -9,12 +9,13 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <new>
 #include <string>
 #include <type_traits>
+
+#include "base/numbers.h"
 
 namespace tetfusion {
 
@@ -184,8 +185,7 @@ bool parse_word(std::string_view word, T* value) {
   if constexpr (std::is_floating_point_v<T>) {
     if (error != std::errc::result_out_of_range) return false;
     // Too large or too small is the same error; the value tells which.
-    const double wide = std::strtod(std::string(word).c_str(), nullptr);
-    *value = static_cast<T>(wide);
+    *value = out_of_range_number<T>(word);
     return std::isfinite(*value);
   }
   return false;

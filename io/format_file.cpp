@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdlib>
 #include <limits>
 #include <system_error>
 #include <type_traits>
+
+#include "base/numbers.h"
 
 namespace tetfusion {
 
@@ -26,8 +27,7 @@ bool parse_odd(std::string_view token, T* value) {
   const std::from_chars_result result = parse(std::string_view(text), value);
   if (result.ptr != text.data() + text.size()) return false;
   if (result.ec == std::errc::result_out_of_range) {
-    *value = static_cast<T>(std::is_same_v<T, float> ? std::strtof(text.c_str(), nullptr)
-                                                     : std::strtod(text.c_str(), nullptr));
+    *value = out_of_range_number<T>(text);
     return true;
   }
   return result.ec == std::errc();

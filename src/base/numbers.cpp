@@ -1,6 +1,8 @@
 #include "base/numbers.h"
 
 #include <fmt/format.h>
+#include <locale.h>
+#include <stdlib.h>
 
 #include <array>
 #include <charconv>
@@ -15,6 +17,16 @@ std::optional<double> parse_number(std::string_view text) {
   if (result.ec != std::errc() || result.ptr != end || !std::isfinite(value)) return std::nullopt;
   return value;
 }
+
+template <class T>
+T out_of_range_number(std::string_view text) {
+  // A host's own locale may want a comma, and end the number at its point.
+  static const locale_t plain = newlocale(LC_ALL_MASK, "C", nullptr);
+  return static_cast<T>(strtod_l(std::string(text).c_str(), nullptr, plain));
+}
+
+template float out_of_range_number(std::string_view text);
+template double out_of_range_number(std::string_view text);
 
 std::optional<double> parse_share(std::string_view text) {
   const bool percent = text.ends_with('%');

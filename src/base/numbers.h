@@ -1,4 +1,5 @@
-// Numbers as users write them: 90%, 0.9, 2.5M, 1G; and sizes in bytes.
+// Numbers as users write them: 90%, 0.9, 2.5M, 1G; and sizes in bytes. And as files do. None of
+// these asks the host's locale.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,11 @@
 namespace tetfusion {
 
 std::optional<double> parse_number(std::string_view text);  // all of the text, or nothing; finite
-std::optional<double> parse_share(std::string_view text);   // "0.5%" is 0.005, "0.005" too
+// What a file's number is where std::from_chars() has found all of it out of the range of a T,
+// float or double: infinite, or as near to 0 as a T comes.
+template <class T>
+T out_of_range_number(std::string_view text);
+std::optional<double> parse_share(std::string_view text);  // "0.5%" is 0.005, "0.005" too
 bool is_bare_one(std::string_view text);  // "1": a share of all, though 1% may be what is meant
 // Whole numbers: "1000000", "1M", "2.5k", "1G" (powers of 1000).
 std::optional<std::uint64_t> parse_count(std::string_view text);

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -30,6 +29,13 @@ std::optional<int> to_int(const std::string& word) {
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc{} || end != word.data() + word.size()) return {};
   return value;
+}
+
+double to_time(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  double time = 0;
+  std::from_chars(word.data(), word.data() + word.size(), time);
+  return time;
 }
 
 // The first of `words` where it is a number and another word follows, taken from them.
@@ -191,7 +197,7 @@ void EnSightCase::take_time(const std::string& key, const std::vector<std::strin
   if (key == "filename increment") set.increment = number;
   for (const std::string& word : words) {
     if (key == "filename numbers") set.numbers.push_back(to_int(word).value_or(0));
-    if (key == "time values") set.times.push_back(std::strtod(word.c_str(), nullptr));
+    if (key == "time values") set.times.push_back(to_time(word));
   }
 }
 

@@ -4,7 +4,6 @@
 #include <bit>
 #include <charconv>
 #include <cstddef>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <optional>
@@ -12,6 +11,7 @@
 #include <type_traits>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "io/byte_values.h"
 #include "io/listed_files.h"
 #include "io/text_tokens.h"
@@ -32,7 +32,7 @@ std::optional<T> number_in(std::string_view token) {
   if constexpr (std::is_floating_point_v<T>) {
     // Numbers that are nearer to 0 than any other one of that type are no fault.
     if (error == std::errc::result_out_of_range) {
-      return static_cast<T>(std::strtod(std::string(token).c_str(), nullptr));
+      return out_of_range_number<T>(token);
     }
   }
   return {};

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <string>
 
 namespace tetfusion {
@@ -68,6 +70,15 @@ TEST(Numbers, Formats) {
   EXPECT_EQ(format_memory(1), "1M");
   EXPECT_EQ(format_memory(1048577), "2M");
   EXPECT_EQ(format_memory(std::uint64_t{3} << 30), "3072M");
+}
+
+TEST(Numbers, KnowsWhatIsOutOfRange) {
+  EXPECT_EQ(out_of_range_number<float>("-2.5e-60"), 0);
+  EXPECT_TRUE(std::signbit(out_of_range_number<float>("-2.5e-60")));
+  EXPECT_EQ(out_of_range_number<double>("2.5e-400"), 0);
+  EXPECT_EQ(out_of_range_number<double>("2.5e400"), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(out_of_range_number<float>("-2.5e60"), -std::numeric_limits<float>::infinity());
+  EXPECT_EQ(out_of_range_number<float>("1.2e-45"), std::numeric_limits<float>::denorm_min());
 }
 
 TEST(Numbers, Splits) {
