@@ -13,6 +13,7 @@
 #include "base/numbers.h"
 #include "base/vector.h"
 #include "io/gmsh_head.h"
+#include "io/stream_windows.h"
 #include "mesh/array_names.h"
 #include "mesh/region_names.h"
 
@@ -85,27 +86,24 @@ class TetLabels {
   // The bytes of each one's value, until visit(value) is false.
   template <class Visit>
   void visit(std::size_t index, const ArrayInfo& info, const Visit& visit) const {
-    constexpr std::uint64_t kWindow = std::uint64_t{1} << 16;
     const std::size_t bytes = info.components * size_of(info.type);
-    Vector<std::byte> rows;
     CellWindow cells;
-    for (std::uint64_t first = 0; first < stream_->cells(); first += kWindow) {
-      const std::uint64_t count = std::min(kWindow, stream_->cells() - first);
-      rows.resize(count * bytes);
-      stream_->read_rows(Association::kCell, index, first, count, rows);
+    const auto visit_window = [&](std::uint64_t first, std::span<const std::byte> rows) {
       const auto is_enough = [&](std::uint64_t row) {
         return !visit({reinterpret_cast<const char*>(rows.data()) + (row - first) * bytes, bytes});
       };
-      std::uint64_t tets = count;
+      std::uint64_t tets = rows.size() / bytes;
       if (!are_all_cells_) {
-        stream_->read_cells(first, count, &cells);
+        stream_->read_cells(first, tets, &cells);
         tets = cells.tets.size();
       }
       for (std::uint64_t i = 0; i < tets; ++i) {
         const bool has_rows = !are_all_cells_ && !cells.tet_rows.empty();
-        if (is_enough(has_rows ? cells.tet_rows[i] : first + i)) return;
+        if (is_enough(has_rows ? cells.tet_rows[i] : first + i)) return false;
       }
-    }
+      return true;
+    };
+    for_each_window_of(*stream_, Association::kCell, index, info, RunContext(), visit_window);
   }
 
   const MeshStream* stream_;
@@ -115,20 +113,17 @@ class TetLabels {
 // Two or more that points have, and no more than sets have. What differs is mostly found soon, and
 // nothing is read behind the window in which it is.
 bool has_few_values(const MeshStream& stream, std::size_t point_array, const ArrayInfo& info) {
-  constexpr std::uint64_t kWindow = std::uint64_t{1} << 16;
   constexpr std::size_t kMost = 32;
   std::set<double> values;
-  Vector<std::byte> rows;
-  for (std::uint64_t first = 0; values.size() < 2 && first < stream.points(); first += kWindow) {
-    const std::uint64_t count = std::min(kWindow, stream.points() - first);
-    rows.resize(count * size_of(info.type));
-    stream.read_rows(Association::kPoint, point_array, first, count, rows);
-    for (const double value : to_doubles(info.type, rows)) {
-      values.insert(value);
-      if (values.size() > kMost) return false;
-    }
-  }
-  return values.size() > 1 && values.size() < stream.points();
+  for_each_window_of(stream, Association::kPoint, point_array, info, RunContext(),
+                     [&](std::uint64_t, std::span<const std::byte> rows) {
+                       for (const double value : to_doubles(info.type, rows)) {
+                         values.insert(value);
+                         if (values.size() > kMost) break;
+                       }
+                       return values.size() < 2;
+                     });
+  return values.size() > 1 && values.size() <= kMost && values.size() < stream.points();
 }
 
 // Entities of Gmsh are what its groups are made of: where there are groups these are what is meant.

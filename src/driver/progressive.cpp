@@ -11,14 +11,13 @@
 #include "base/resources.h"
 #include "driver/progressive_base.h"
 #include "driver/windows.h"
-#include "io/mesh_stream.h"
 #include "io/progressive_file.h"
+#include "io/stream_windows.h"
 
 namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kProgressiveWindow = std::uint64_t{1} << 18;
 // What a product in single precision may lack.
 constexpr double kRoundedUp = 1 + 1e-7;
 
@@ -67,11 +66,10 @@ void put_spare(const MeshStream& stream, const CarriedArrays& carried, const Wor
                const std::vector<bool>& known, ProgressiveWriter* writer) {
   std::vector<Column> columns = layout.point_columns;
   Vector<Vec3<Real>> positions;
-  for (std::uint64_t first = 0; first < known.size(); first += kProgressiveWindow) {
-    const std::uint64_t count = std::min<std::uint64_t>(kProgressiveWindow, known.size() - first);
+  for_each_window(known.size(), RunContext(), [&](std::uint64_t first, std::uint64_t count) {
     const auto begin = known.begin() + static_cast<std::ptrdiff_t>(first);
     const auto end = begin + static_cast<std::ptrdiff_t>(count);
-    if (std::find(begin, end, false) == end) continue;
+    if (std::find(begin, end, false) == end) return;
     positions.resize(count);
     stream.read_points(first, count, std::as_writable_bytes(std::span(positions)));
     read_columns(stream, Association::kPoint, carried.point_indices, first, count, &columns);
@@ -83,7 +81,7 @@ void put_spare(const MeshStream& stream, const CarriedArrays& carried, const Wor
       append_rows(columns, i, &spare.rows);
     }
     writer->put_spare(spare);
-  }
+  });
 }
 
 void put_rewound(const std::vector<bool>& rewound, ProgressiveWriter* writer) {

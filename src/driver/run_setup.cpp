@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "driver/error_limits.h"
 #include "driver/promise.h"
+#include "io/stream_windows.h"
 #include "kernel/vertex_quadrics.h"
 
 namespace tetfusion {
@@ -115,19 +116,12 @@ WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
 double scale_of_weights(const std::string& name, const MeshDescription& mesh,
                         const MeshStream& stream, const RunContext& context) {
   if (name.empty()) return 1;
-  constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
   const SteeringChoice choice = choose_weights(name, mesh);
   const bool of_cells = choice.association == Association::kCell;
   const ArrayInfo& info = (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index];
-  const std::uint64_t all = of_cells ? stream.cells() : stream.points();
-  Vector<std::byte> rows;
   double largest = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (std::uint64_t first = 0; first < all; first += kWindow) {
-    context.check();
-    const std::uint64_t count = std::min(kWindow, all - first);
-    rows.resize(count * size_of(info.type));
-    stream.read_rows(choice.association, choice.index, first, count, rows);
+  const auto look = [&](std::uint64_t first, std::span<const std::byte> rows) {
     const Vector<double> values = to_doubles(info.type, rows);
     const auto wrong = std::find_if(values.begin(), values.end(), [](double value) {
       return !(value >= 0 && value <= std::numeric_limits<float>::max());
@@ -143,7 +137,8 @@ double scale_of_weights(const std::string& name, const MeshDescription& mesh,
       largest = std::max(largest, value);
       least = std::min(least, value);
     }
-  }
+  };
+  for_each_window_of(stream, choice.association, choice.index, info, context, look);
   if (least == largest) {
     context.say(fmt::format("--weight {} is {} everywhere: all places count alike", name, least));
   }

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "driver/notices.h"
+#include "io/stream_windows.h"
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
@@ -54,22 +55,18 @@ SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
                   mesh.path, text, names_of(mesh.point_data), names_of(mesh.cell_data)));
 }
 
-constexpr std::uint64_t kSteeringWindow = std::uint64_t{1} << 18;
-
 Vector<Vec3<double>> read_positions(const MeshDescription& mesh, const MeshStream& stream,
                                     const RunContext& context) {
   Vector<Vec3<double>> positions(stream.points());
   Vector<std::byte> rows;
-  for (std::uint64_t first = 0; first < positions.size(); first += kSteeringWindow) {
-    context.check();
-    const std::uint64_t count = std::min<std::uint64_t>(kSteeringWindow, positions.size() - first);
+  for_each_window(positions.size(), context, [&](std::uint64_t first, std::uint64_t count) {
     rows.resize(count * 3 * size_of(mesh.point_type));
     stream.read_points(first, count, rows);
     const Vector<double> values = to_doubles(mesh.point_type, rows);
     for (std::size_t p = 0; p < count; ++p) {
       positions[first + p] = {values[3 * p], values[3 * p + 1], values[3 * p + 2]};
     }
-  }
+  });
   return positions;
 }
 
@@ -83,15 +80,10 @@ Vector<double> means_at_points(std::size_t cell_array, const MeshDescription& me
   Vector<double> sums, weights;
   sums.assign(positions.size() * components, 0.0);
   weights.assign(positions.size(), 0.0);
-  Vector<std::byte> rows;
   CellWindow window;
-  for (std::uint64_t first = 0; first < stream.cells(); first += kSteeringWindow) {
-    context.check();
-    const std::uint64_t count = std::min(kSteeringWindow, stream.cells() - first);
-    stream.read_cells(first, count, &window);
-    rows.resize(count * components * size_of(info.type));
-    stream.read_rows(Association::kCell, cell_array, first, count, rows);
+  const auto add = [&](std::uint64_t first, std::span<const std::byte> rows) {
     const Vector<double> values = to_doubles(info.type, rows);
+    stream.read_cells(first, values.size() / components, &window);
     for (std::size_t t = 0; t < window.tets.size(); ++t) {
       const Tet& tet = window.tets[t];
       const double volume = std::abs(determinant(positions, tet).value);
@@ -103,7 +95,8 @@ Vector<double> means_at_points(std::size_t cell_array, const MeshDescription& me
         }
       }
     }
-  }
+  };
+  for_each_window_of(stream, Association::kCell, cell_array, info, context, add);
   for (std::size_t i = 0; i < sums.size(); ++i) {
     const double weight = weights[i / components];
     sums[i] /= weight > 0 ? weight : 1;
@@ -149,21 +142,19 @@ std::vector<SteeringChoice>::const_iterator first_that_varies(
     const std::vector<SteeringChoice>& choices, MeshSource* source, const MeshStream* stream,
     const RunContext& context) {
   const auto varies = [&](const SteeringChoice& choice) {
-    ArrayInfo info = source->description().point_data.arrays[choice.index];
+    const ArrayInfo& info = source->description().point_data.arrays[choice.index];
     Vector<double> first_row;
     if (stream == nullptr) {
       const DataArray array = source->read_array(Association::kPoint, choice.index);
       return has_another_row(info, array.bytes, &first_row);
     }
-    Vector<std::byte> rows;
-    for (std::uint64_t first = 0; first < stream->points(); first += kSteeringWindow) {
-      context.check();
-      info.tuples = std::min(kSteeringWindow, stream->points() - first);
-      rows.resize(info.values() * size_of(info.type));
-      stream->read_rows(Association::kPoint, choice.index, first, info.tuples, rows);
-      if (has_another_row(info, rows, &first_row)) return true;
-    }
-    return false;
+    bool found = false;
+    for_each_window_of(*stream, Association::kPoint, choice.index, info, context,
+                       [&](std::uint64_t, std::span<const std::byte> rows) {
+                         found = has_another_row(info, rows, &first_row);
+                         return !found;
+                       });
+    return found;
   };
   return std::find_if(choices.begin(), choices.end(), varies);
 }
@@ -246,8 +237,8 @@ double Steering::measure(Array* array, const RunContext& context) const {
   };
   const std::size_t components = array->components;
   const std::uint64_t points = stream_->points();
-  std::vector<std::vector<Range>> windows(block_count(points, kSteeringWindow));
-  for_each_block(points, kSteeringWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
+  std::vector<std::vector<Range>> windows(block_count(points, kStreamWindow));
+  for_each_block(points, kStreamWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
     context.check();
     Vector<double> values;
     read_array(*array, begin, end - begin, &values);

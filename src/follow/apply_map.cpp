@@ -14,7 +14,7 @@
 #include "compare/fields.h"
 #include "compare/measure.h"
 #include "follow/fit_values.h"
-#include "io/mesh_stream.h"
+#include "io/stream_windows.h"
 #include "mesh/array_names.h"
 #include "mesh/blocks.h"
 
@@ -22,10 +22,9 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
 constexpr std::size_t kValuesPerBlock = 8192;
 
-static_assert(kWindow % PointWeights::kWindow == 0);
+static_assert(kStreamWindow % PointWeights::kWindow == 0);
 
 // One array, in two passes over the original's values, and some more where it is fitted, for which
 // `weights` are needed.
@@ -75,14 +74,7 @@ class Mover {
   // Calls f(first, rows) for the original's values, window by window.
   template <class F>
   void for_each_window(const RunContext& context, F f) const {
-    Vector<std::byte> rows;
-    for (std::uint64_t first = 0; first < stream_.points(); first += kWindow) {
-      context.check();
-      const std::uint64_t count = std::min(kWindow, stream_.points() - first);
-      rows.resize(count * stride());
-      stream_.read_rows(Association::kPoint, index_, first, count, rows);
-      f(first, rows);
-    }
+    for_each_window_of(stream_, Association::kPoint, index_, info_, context, f);
   }
 
   template <class T>
@@ -97,7 +89,7 @@ class Mover {
     }
     auto next = map_.shares().begin();
     auto begin = next;
-    for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& rows) {
+    for_each_window(context, [&](std::uint64_t first, std::span<const std::byte> rows) {
       const T* values = reinterpret_cast<const T*>(rows.data());
       const std::uint64_t end = first + rows.size() / stride();
       for (; next != map_.shares().end() && next->original < end; ++next) {
@@ -140,7 +132,7 @@ class Mover {
       spread_values(info_, moved_.array.bytes, target(map_.counts().points, &values));
     }
     fit_values(*weights_, width_, bound, &values, [&](const TakeRows& take) {
-      for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& bytes) {
+      for_each_window(context, [&](std::uint64_t first, std::span<const std::byte> bytes) {
         spread_values(info_, bytes, target(bytes.size() / stride(), &rows));
         take(first, rows);
       });
@@ -174,7 +166,7 @@ class Mover {
     Sums all = nothing(set);
     Vector<double> values, rows;
     spread_values(info_, moved_.array.bytes, target(map_.counts().points, &values));
-    for_each_window(context, [&](std::uint64_t first, const Vector<std::byte>& bytes) {
+    for_each_window(context, [&](std::uint64_t first, std::span<const std::byte> bytes) {
       const std::size_t count = bytes.size() / stride();
       spread_values(info_, bytes, target(count, &rows));
       std::vector<Sums> parts(block_count(count, kValuesPerBlock), nothing(set));
@@ -326,7 +318,7 @@ std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weigh
 namespace {
 
 double largest_coordinate(ValueType type, std::span<const std::byte> coordinates) {
-  const std::size_t step = kWindow * size_of(type);
+  const std::size_t step = kStreamWindow * size_of(type);
   double largest = 0;
   for (std::size_t at = 0; at < coordinates.size(); at += step) {
     const auto part = coordinates.subspan(at, std::min(step, coordinates.size() - at));
@@ -351,9 +343,7 @@ StayedPoints compare_stayed_points(const MapFile& map, MeshSource* source,
   StayedPoints stayed;
   Vector<std::byte> rows;
   auto next = map.shares().begin();
-  for (std::uint64_t first = 0; first < stream->points(); first += kWindow) {
-    context.check();
-    const std::uint64_t count = std::min(kWindow, stream->points() - first);
+  for_each_window(stream->points(), context, [&](std::uint64_t first, std::uint64_t count) {
     rows.resize(count * 3 * size_of(type));
     stream->read_points(first, count, rows);
     const Vector<double> there = to_doubles(type, rows);
@@ -366,7 +356,7 @@ StayedPoints compare_stayed_points(const MapFile& map, MeshSource* source,
       stayed.elsewhere += std::equal(here.begin(), here.end(), other, is_about) ? 0 : 1;
     }
     map.forget(std::span(begin, next));
-  }
+  });
   return stayed;
 }
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "compare/original_mesh.h"
-#include "io/mesh_stream.h"
 #include "io/stream_around.h"
+#include "io/stream_windows.h"
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
@@ -15,7 +15,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
 constexpr std::size_t kBlock = 8192;
 constexpr std::uint64_t kDuplicateBytes = std::uint64_t{64} << 20;  // at a time
 
@@ -35,14 +34,13 @@ struct Plan {
 
 // Calls f(window, row of its tetrahedron i) for all windows of cells.
 template <class F>
-void for_each_window(const MeshStream& stream, const RunContext& context, F f) {
+void for_each_window_of_cells(const MeshStream& stream, const RunContext& context, F f) {
   CellWindow window;
-  for (std::uint64_t first = 0; first < stream.cells(); first += kWindow) {
-    context.check();
-    stream.read_cells(first, std::min(kWindow, stream.cells() - first), &window);
+  for_each_window(stream.cells(), context, [&](std::uint64_t first, std::uint64_t count) {
+    stream.read_cells(first, count, &window);
     f(window,
       [&](std::size_t i) { return window.tet_rows.empty() ? first + i : window.tet_rows[i]; });
-  }
+  });
 }
 
 class Planner {
@@ -61,7 +59,7 @@ class Planner {
 
  private:
   void find_used() {
-    for_each_window(*stream_, context_, [&](const CellWindow& window, auto) {
+    for_each_window_of_cells(*stream_, context_, [&](const CellWindow& window, auto) {
       for (const Tet& t : window.tets) {
         for (const VertexId v : t) plan_.used.add(v);
       }
@@ -81,7 +79,7 @@ class Planner {
     Vector<Cell> cells;
     for (std::uint64_t turn = 0; turn < turns; ++turn) {
       cells.clear();
-      for_each_window(*stream_, context_, [&](const CellWindow& window, auto row_of) {
+      for_each_window_of_cells(*stream_, context_, [&](const CellWindow& window, auto row_of) {
         for (std::size_t i = 0; i < window.tets.size(); ++i) {
           Cell cell{window.tets[i], row_of(i)};
           std::sort(cell.corners.begin(), cell.corners.end());
@@ -200,8 +198,8 @@ class RepairedStream final : public StreamAround {
     const std::uint64_t end = plan_.used.id_of(first + count - 1) + 1;
     Vector<std::byte> rows;
     std::byte* to = out.data();
-    for (std::uint64_t from = plan_.used.id_of(first); from < end; from += kWindow) {
-      const std::uint64_t n = std::min(kWindow, end - from);
+    for (std::uint64_t from = plan_.used.id_of(first); from < end; from += kStreamWindow) {
+      const std::uint64_t n = std::min(kStreamWindow, end - from);
       rows.resize(n * stride);
       read(from, n, std::span<std::byte>(rows));
       for (std::uint64_t i = 0; i < n; ++i) {
@@ -246,7 +244,7 @@ class RepairedSource : public MeshSource {
           from->read_points(0, points.size(), std::as_writable_bytes(std::span(points)));
         },
         mesh.points);
-    for_each_window(*from, RunContext(), [&](const CellWindow& window, auto row_of) {
+    for_each_window_of_cells(*from, RunContext(), [&](const CellWindow& window, auto row_of) {
       for (std::size_t i = 0; i < window.tets.size(); ++i) {
         mesh.tets.push_back(window.tets[i]);
         mesh.tet_source.push_back(row_of(i));

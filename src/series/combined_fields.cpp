@@ -9,21 +9,11 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "compare/measure.h"
+#include "io/stream_windows.h"
 
 namespace tetfusion {
 
 namespace {
-
-constexpr std::uint64_t kPointWindow = std::uint64_t{1} << 18;
-
-// Calls f(first, count) for the windows of [0, points).
-template <class F>
-void for_each_window(std::uint64_t points, const RunContext& context, F f) {
-  for (std::uint64_t first = 0; first < points; first += kPointWindow) {
-    context.check();
-    f(first, std::min(kPointWindow, points - first));
-  }
-}
 
 // 1 or -1 by the number of the step, as a coin would have it: with signs that alternate, sums of
 // steps that are alike would be nothing. (The finalizer of MurmurHash3.)

@@ -2,16 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <span>
 
+#include "io/stream_windows.h"
 #include "mesh/region_of_interest.h"
 
 namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kInterestWindow = std::uint64_t{1} << 18;
 constexpr const char* kName = "in a region of interest";
 
 }  // namespace
@@ -31,9 +30,7 @@ void CombinedInterest::add(const MeshDescription& mesh, const MeshStream& stream
   if (empty()) return;
   const RegionOfInterest interest(by_values_, mesh.path, mesh.point_data);
   Vector<std::uint8_t> inside;
-  for (std::uint64_t first = 0; first < inside_.points(); first += kInterestWindow) {
-    context.check();
-    const std::uint64_t count = std::min(kInterestWindow, inside_.points() - first);
+  for_each_window(inside_.points(), context, [&](std::uint64_t first, std::uint64_t count) {
     inside.assign(count, 0);
     const auto read = [&](std::size_t array, std::span<std::byte> rows) {
       stream.read_rows(Association::kPoint, array, first, count, rows);
@@ -43,7 +40,7 @@ void CombinedInterest::add(const MeshDescription& mesh, const MeshStream& stream
     for (std::uint64_t i = 0; i < count; ++i) {
       if (inside[i] != 0) inside_.add(first + i);
     }
-  }
+  });
 }
 
 std::vector<std::string> CombinedInterest::texts() const {

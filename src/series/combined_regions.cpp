@@ -7,6 +7,7 @@
 
 #include "base/mix.h"
 #include "io/checksum.h"
+#include "io/stream_windows.h"
 #include "mesh/blocks.h"
 #include "mesh/region_names.h"
 #include "mesh/region_numbers.h"
@@ -15,24 +16,18 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kCellWindow = std::uint64_t{1} << 18;
 constexpr std::uint64_t kBlock = std::uint64_t{1} << 14;
 
 // Calls f(first, values) with what an array says of regions, window by window.
 template <class F>
-void for_each_window(const ArrayInfo& info, std::size_t index, std::uint64_t cells,
-                     const MeshStream& stream, const RunContext& context, F f) {
-  Vector<std::byte> rows;
+void for_each_window_of_regions(const ArrayInfo& info, std::size_t index, const MeshStream& stream,
+                                const RunContext& context, F f) {
   Vector<std::uint64_t> values;
-  for (std::uint64_t first = 0; first < cells; first += kCellWindow) {
-    context.check();
-    const std::uint64_t count = std::min(kCellWindow, cells - first);
-    rows.resize(count * size_of(info.type));
-    values.resize(count);
-    stream.read_rows(Association::kCell, index, first, count, rows);
+  const auto take = [&](std::uint64_t first, std::span<const std::byte> rows) {
+    values.resize(rows.size() / size_of(info.type));
     visit_type(info.type, [&](auto zero) {
       using T = decltype(zero);
-      for_each_block(count, kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for_each_block(values.size(), kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
           T value;
           std::memcpy(&value, rows.data() + i * sizeof value, sizeof value);
@@ -41,7 +36,8 @@ void for_each_window(const ArrayInfo& info, std::size_t index, std::uint64_t cel
       });
     });
     f(first, values);
-  }
+  };
+  for_each_window_of(stream, Association::kCell, index, info, context, take);
 }
 
 }  // namespace
@@ -69,7 +65,7 @@ void CombinedRegions::add(std::uint64_t step, const MeshDescription& mesh, const
 void CombinedRegions::add(std::uint64_t step, const ArrayInfo& info, std::size_t index,
                           const MeshStream& stream, const RunContext& context) {
   std::uint64_t print = 0;
-  for_each_window(info, index, cells_, stream, context, [&](std::uint64_t, const auto& values) {
+  for_each_window_of_regions(info, index, stream, context, [&](std::uint64_t, const auto& values) {
     print = checksum(std::as_bytes(std::span(values)), print);
   });
   const std::lock_guard lock(mutex_);
@@ -87,7 +83,7 @@ void CombinedRegions::add(std::uint64_t step, const ArrayInfo& info, std::size_t
     });
     labels.of_cells.let_go();
   };
-  for_each_window(info, index, cells_, stream, context, add);
+  for_each_window_of_regions(info, index, stream, context, add);
 }
 
 std::vector<std::string> CombinedRegions::changing() const {

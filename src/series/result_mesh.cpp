@@ -5,15 +5,13 @@
 #include <utility>
 
 #include "driver/options.h"
-#include "io/mesh_stream.h"
+#include "io/stream_windows.h"
 #include "mesh/array_names.h"
 #include "series/other_arrays.h"
 
 namespace tetfusion {
 
 namespace {
-
-constexpr std::uint64_t kResultWindow = std::uint64_t{1} << 18;
 
 // Rows of an array as the mesh is read.
 template <class T>
@@ -73,7 +71,7 @@ std::vector<DataArray> ResultMesh::cell_arrays(MeshSource* step, const RunContex
     for (std::size_t next = 0; next < order_.size();) {
       context.check();
       const std::uint64_t first = numbers_[order_[next]];
-      const std::uint64_t count = std::min(kResultWindow, stream->cells() - first);
+      const std::uint64_t count = std::min(kStreamWindow, stream->cells() - first);
       rows.resize(count * stride);
       stream->read_rows(Association::kCell, i, first, count, rows);
       for (; next < order_.size() && numbers_[order_[next]] < first + count; ++next) {
