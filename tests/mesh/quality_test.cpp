@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
+#include <random>
+#include <vector>
 
 #include "base/resources.h"
 #include "support/meshes.h"
@@ -35,6 +38,39 @@ TEST(Quality, CornerOfACube) {
   EXPECT_NEAR(q.min_dihedral_deg.mean, 54.735610, 1e-6);
   EXPECT_DOUBLE_EQ(q.max_aspect, std::sqrt(2.0));
   EXPECT_DOUBLE_EQ(q.shortest_edge, 1);
+}
+
+// What a dihedral angle says of the mean ratio at best, as the kernel's README proves it.
+double best_mean_ratio(double dihedral) {
+  const double half = std::sin(dihedral / 2);
+  const double share = std::sin(dihedral) / (1 + half * half);
+  return std::cbrt(2 * share * share);
+}
+
+TEST(Quality, MeanRatiosBoundAngles) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  double nearest = 0;
+  for (int i = 0; i < 20000; ++i) {
+    std::vector<Vec3<double>> p(4);
+    for (Vec3<double>& v : p) v = {normal(random), normal(random), normal(random)};
+    // Every other one is nearly flat, or nearly an edge.
+    const double thin = std::pow(10, -4.0 * (i % 5) / 4);
+    for (std::size_t k = 2; k < 4; ++k) p[k].z = p[0].z + thin * (p[k].z - p[0].z);
+    if (i % 2 == 0) p[3] = {p[2].x + thin * p[3].x, p[2].y + thin * p[3].y, p[2].z + thin * p[3].z};
+    const Shape shape = measure_shape(p[0], p[1], p[2], p[3]);
+    const double bound = best_mean_ratio(std::acos(shape.min_dihedral_cosine));
+    EXPECT_LE(std::abs(shape.mean_ratio), bound * (1 + 1e-6));
+    nearest = std::max(nearest, std::abs(shape.mean_ratio) / bound);
+  }
+  EXPECT_GT(nearest, 0.9);
+  const Quality wedge = measure_quality(
+      make_mesh({{-0.5, 0, 0}, {0.5, 0, 0}, {0, -0.01, 1}, {0, 0.01, 1}}, {{0, 1, 3, 2}}));
+  EXPECT_NEAR(std::abs(wedge.mean_ratio.mean) /
+                  best_mean_ratio(wedge.min_dihedral_deg.mean * std::numbers::pi / 180),
+              1, 1e-3);
+  EXPECT_GT(best_mean_ratio(4.2 * std::numbers::pi / 180), 0.22);
+  EXPECT_LT(best_mean_ratio(4.18 * std::numbers::pi / 180), 0.22);
 }
 
 TEST(Quality, ScaleDoesNotMatter) {
