@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <variant>
 #include <vector>
 
@@ -42,8 +44,8 @@ int gmsh_type(std::uint8_t vtk) {
 
 class GmshWriter {
  public:
-  GmshWriter(MeshPasses* mesh, OutputFile* file, bool binary)
-      : mesh_(*mesh), file_(file), binary_(binary) {
+  GmshWriter(MeshPasses* mesh, OutputFile* file, bool binary, const TellUser& tell)
+      : mesh_(*mesh), file_(file), binary_(binary), tell_(tell) {
     const AttributeSet& cells = mesh_.description().cell_data;
     physical_ = mesh_.cell_labels();
     own_physical_ = find_integer_label(cells, kGmshPhysical);
@@ -60,6 +62,7 @@ class GmshWriter {
     put_head();
     put_names();
     put_nodes();
+    choose_entities();
     put_elements();
     const double time = find_time();
     const auto of_points = gmsh_steps_of(mesh_.description().point_data, time);
@@ -206,23 +209,72 @@ class GmshWriter {
 
   Tags both_tags(std::span<const std::byte> physical, std::span<const std::byte> geometrical,
                  std::size_t count) const {
-    Tags tags{tags_of(physical_, physical, count), tags_of(geometrical_, geometrical, count)};
-    if (geometrical_ == kNoArray) {
-      for (std::size_t i = 0; i < count; ++i) tags.geometrical[i] = std::max(tags.physical[i], 1);
+    Tags tags{tags_of(physical_, physical, count), tags_of(entities_, geometrical, count)};
+    if (entities_ == kNoArray) {
+      for (std::size_t i = 0; i < count; ++i) tags.geometrical[i] = entity_of(tags.physical[i]);
     }
     return tags;
+  }
+
+  std::int32_t entity_of(std::int32_t physical) const {
+    if (physical > 0) return physical;
+    const auto known = entities_of_others_.find(physical);
+    return known == entities_of_others_.end() ? 1 : known->second;
+  }
+
+  // Gmsh gives all of an entity to each group that an element of it is in, so where groups are made
+  // of an array that is none each needs entities of its own, and so does what is in no group.
+  void choose_entities() {
+    entities_ = geometrical_;
+    if (physical_ == kNoArray || physical_ == own_physical_) return;
+    std::unordered_map<std::int32_t, std::int32_t> group_of;
+    std::int32_t largest = 0;
+    bool are_whole = geometrical_ != kNoArray;
+    const auto look = [&](const Tags& tags) {
+      for (std::size_t i = 0; i < tags.physical.size(); ++i) {
+        const std::int32_t physical = tags.physical[i];
+        largest = std::max(largest, physical);
+        if (physical <= 0) entities_of_others_.emplace(physical, 0);
+        if (!are_whole) continue;
+        are_whole = group_of.emplace(tags.geometrical[i], physical).first->second == physical;
+      }
+    };
+    mesh_.for_each_tets({physical_, geometrical_}, [&](std::uint64_t, const Vector<Tet>& tets,
+                                                       const std::vector<Vector<std::byte>>& rows) {
+      look({tags_of(physical_, rows[0], tets.size()), tags_of(geometrical_, rows[1], tets.size())});
+    });
+    const std::size_t lower = mesh_.lower().size();
+    look({tags_of(physical_, mesh_.lower_rows(physical_), lower),
+          tags_of(geometrical_, mesh_.lower_rows(geometrical_), lower)});
+    if (!are_whole) entities_ = kNoArray;
+    const std::string& name = mesh_.description().cell_data.arrays[physical_].name;
+    if (!entities_of_others_.empty() && tell_) {
+      tell_(
+          fmt::format("cell array {} has values below 1, which are no physical groups in Gmsh: "
+                      "cells with these are in none",
+                      name));
+    }
+    for (auto& [physical, entity] : entities_of_others_) {
+      if (largest == std::numeric_limits<std::int32_t>::max()) {
+        throw Error(ErrorCode::kBadInput,
+                    fmt::format("array \"{}\" has the value {}: no tag of a Gmsh file is left for "
+                                "cells that are in no group; write a .vtu",
+                                name, largest));
+      }
+      entity = ++largest;
+    }
   }
 
   void put_elements() {
     put_text(fmt::format("$Elements\n{}\n", cells()), file_);
     if (binary_) put_block_head(kVtkTetra, mesh_.tets());
-    mesh_.for_each_tets({physical_, geometrical_}, [&](std::uint64_t first, const Vector<Tet>& tets,
-                                                       const std::vector<Vector<std::byte>>& rows) {
+    mesh_.for_each_tets({physical_, entities_}, [&](std::uint64_t first, const Vector<Tet>& tets,
+                                                    const std::vector<Vector<std::byte>>& rows) {
       const Tags tags = both_tags(rows[0], rows[1], tets.size());
       put_cells(kVtkTetra, first, tets.size(), tags, [&](std::size_t i) { return tets[i].data(); });
     });
-    const Tags tags = both_tags(mesh_.lower_rows(physical_), mesh_.lower_rows(geometrical_),
-                                mesh_.lower().size());
+    const Tags tags =
+        both_tags(mesh_.lower_rows(physical_), mesh_.lower_rows(entities_), mesh_.lower().size());
     put_lower(tags);
     end_section("Elements");
   }
@@ -364,14 +416,17 @@ class GmshWriter {
   std::size_t physical_ = kNoArray;
   std::size_t own_physical_ = kNoArray;  // the groups that the mesh was read with
   std::size_t geometrical_ = kNoArray;
+  std::size_t entities_ = kNoArray;  // that array, or none where it goes with other groups
+  std::map<std::int32_t, std::int32_t> entities_of_others_;  // by values that are no groups
+  const TellUser& tell_;
   Vector<std::byte> buffer_;
 };
 
 }  // namespace
 
 void write_gmsh(MeshPasses* mesh, OutputFile* file, bool binary,
-                const std::function<void(double)>& progress) {
-  GmshWriter(mesh, file, binary).run(progress);
+                const std::function<void(double)>& progress, const TellUser& tell) {
+  GmshWriter(mesh, file, binary, tell).run(progress);
 }
 
 bool is_gmsh_name(const ArrayInfo& field) {

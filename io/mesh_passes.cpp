@@ -231,6 +231,7 @@ void MeshPasses::choose_labels(const std::vector<std::size_t>& possible, const L
   // Values of these are as they are written by one of the formats: to refuse them is to lose them.
   const std::vector<std::size_t> of_formats = labels_of_formats(description().cell_data, place.own);
   std::size_t empty = kNone;
+  std::string refused;  // an array that looks like groups
   labels_ = kNone;
   for (const std::size_t i : possible) {
     const bool is_of_format =
@@ -238,9 +239,15 @@ void MeshPasses::choose_labels(const std::vector<std::size_t>& possible, const L
     const bool is_own = place.holds_own_fractions && name_of(i) == place.own;
     const std::string why = is_of_format || is_own ? "" : refusal(i, place.bits);
     if (!why.empty()) {
-      if (!place.is_only_place && name_of(i) != label) continue;  // it keeps its values
-      say(fmt::format("cell array {} cannot be the {} of {}{}: {}", name_of(i), place.name, path,
-                      place.is_only_place ? ", and is left out" : "", why));
+      const std::string what =
+          fmt::format("cell array {} cannot be the {} of {}{}: {}", name_of(i), place.name, path,
+                      place.is_only_place ? ", and is left out" : "", why);
+      // Elsewhere it keeps its values, under its name.
+      if (place.is_only_place || name_of(i) == label) {
+        say(what);
+      } else if (refused.empty() && looks_like_region(info(Association::kCell, i))) {
+        refused = what;
+      }
     } else if (possible.size() > 1 && name_of(i) != label && is_zero(i)) {
       if (empty == kNone) empty = i;
     } else {
@@ -249,6 +256,7 @@ void MeshPasses::choose_labels(const std::vector<std::size_t>& possible, const L
     }
   }
   if (labels_ == kNone) labels_ = empty;
+  if (labels_ == kNone && !refused.empty()) say(refused);
   if (empty != kNone && labels_ != empty) {
     say(fmt::format("cell array {} is 0 everywhere: {} becomes the {} of {} in its place",
                     name_of(empty), name_of(labels_), place.name, path));

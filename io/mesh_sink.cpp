@@ -118,6 +118,17 @@ std::vector<std::string> changed_names(const MeshDescription& mesh) {
   return names;
 }
 
+// Arrays that Gmsh's files hold, and the program does not show.
+std::vector<std::string> names_of_odd_width(const MeshDescription& mesh) {
+  std::vector<std::string> names;
+  for (const AttributeSet* set : {&mesh.point_data, &mesh.cell_data}) {
+    for (const ArrayInfo& a : set->arrays) {
+      if (a.components != 1 && a.components != 3 && a.components != 9) names.push_back(a.name);
+    }
+  }
+  return names;
+}
+
 // What Gmsh's files have doubles for, though they do not hold all of it.
 std::vector<std::string> long_integers(const MeshDescription& mesh, std::size_t label) {
   std::vector<std::string> names;
@@ -228,7 +239,7 @@ std::uint64_t write_mesh(MeshSource* source, const std::string& path, const Writ
   if (format == MeshFormat::kLegacyVtk) {
     write_legacy_vtk(&mesh, &file, binary, options.progress);
   } else if (format == MeshFormat::kGmsh) {
-    write_gmsh(&mesh, &file, binary, options.progress);
+    write_gmsh(&mesh, &file, binary, options.progress, options.tell);
   } else {
     write_medit(&mesh, &file, format == MeshFormat::kMeditBinary, options.progress);
   }
@@ -278,6 +289,12 @@ std::string left_out_of(const std::string& path, const MeshDescription& mesh,
     sentences.push_back(
         fmt::format("{} has doubles for these integers, which are rounded from 2^53 on: {}", path,
                     fmt::join(rounded, ", ")));
+  }
+  const std::vector<std::string> odd = gmsh ? names_of_odd_width(mesh) : std::vector<std::string>{};
+  if (!odd.empty()) {
+    sentences.push_back(fmt::format(
+        "Gmsh itself shows arrays of 1, 3 or 9 components; {} has these as they are: {}", path,
+        fmt::join(odd, ", ")));
   }
   const std::vector<std::string> changed = gmsh ? changed_names(mesh) : std::vector<std::string>{};
   if (!changed.empty()) {

@@ -256,6 +256,32 @@ class Formats(FolderTest):
             else:
                 self.assertNotIn(b"cannot be", result.stderr)
 
+    def test_each_physical_group_of_gmsh_has_entities_of_its_own(self):
+        """Gmsh gives an entity to all groups that elements of it are in."""
+        mesh, out = TinyVtu(4), self.folder / "out.msh"
+        count = len(mesh.tets)
+
+        def pairs(labels, entities=None):
+            mesh.arrays[1][1:] = "material", "Int32", 1, labels
+            mesh.arrays[:] = [a for a in mesh.arrays if a[1] != "gmsh:geometrical"]
+            if entities:
+                mesh.arrays.insert(2, ["CellData", "gmsh:geometrical", "Int32", 1, entities])
+            told = finish("convert", self.write(mesh), out, "--labels", "material").stderr
+            run("convert", out, self.folder / "back.vtu")
+            cells = Vtu(self.folder / "back.vtu").arrays["cell"]
+            tags = [np.squeeze(cells[name][1]).tolist() for name in ("gmsh:physical", "gmsh:geometrical")]
+            self.assertEqual(tags[0], labels)
+            return sorted(set(zip(*tags))), b"values below 1" in told
+
+        thirds = [i % 3 for i in range(count)]
+        self.assertEqual(pairs([t + 1 for t in thirds]), ([(1, 1), (2, 2), (3, 3)], False))
+        self.assertEqual(pairs(thirds), ([(0, 3), (1, 1), (2, 2)], True))
+        self.assertEqual(pairs([t - 1 for t in thirds]), ([(-1, 2), (0, 3), (1, 1)], True))
+        # Entities that are parts of groups stay; those that several groups have do not.
+        self.assertEqual(pairs([t + 1 for t in thirds], [7 + i % 6 for i in range(count)])[0],
+                         [(1, 7), (1, 10), (2, 8), (2, 11), (3, 9), (3, 12)])
+        self.assertEqual(pairs([t + 1 for t in thirds], [1] * count)[0], [(1, 1), (2, 2), (3, 3)])
+
     def test_groups_that_are_0_everywhere_are_none(self):
         """As a Gmsh file has them where nobody gave any: the first array that says more takes their place."""
         mesh, out = TinyVtu(4), self.folder / "out.mesh"
@@ -291,6 +317,12 @@ class Formats(FolderTest):
         result = Vtu(self.folder / "out.vtu")
         centres = result.points[result.tets].mean(axis=1)[:, 0]
         np.testing.assert_array_equal(np.squeeze(result.arrays["cell"]["phase"][1]), centres > 3)
+
+    def test_labels_that_cannot_be_groups_are_told_of_without_an_option(self):
+        mesh, out = TinyVtu(4), self.folder / "out.msh"
+        mesh.array("id")[1:] = "material", "UInt32", 1, [1] * (len(mesh.tets) - 1) + [4000000000]
+        told = finish("convert", self.write(mesh), out).stderr.decode()
+        self.assertIn(f"cell array material cannot be the physical groups of {out}: its value 4000000000 has more than 32 bits", told)
 
     def test_arrays_that_find_no_place_are_named(self):
         result = finish("convert", self.mesh(), self.folder / "out.mesh")
