@@ -96,8 +96,6 @@ void pass(Stream stream, State& state) {
   stream.value(mesh.facing.box());
   stream.all(mesh.facing.cells());
   stream.value(state.input.box);
-  stream.all(state.input.steering_box.low);
-  stream.all(state.input.steering_box.high);
   pass_bits(stream, state.input.rewound);
   stream.value(state.input.facts);
   auto& lower = state.input.lower;

@@ -99,14 +99,14 @@ Examination Examiner<Real>::run(std::uint64_t chunk_tets, Scratch* scratch) {
   ScatterSettings settings;
   settings.chunk_tets = chunk_tets;
   const CarriedArrays nothing{MeshDescription{}};
-  const Steering no_steering;
+  Steering no_steering;
   PhaseClock clock;
   out_.mesh.merged_points = stream_.merged_points();
   out_.mesh.differing_points = stream_.differing_points();
   out_.mesh.largest_difference = stream_.largest_difference();
   {
     ScatteredMesh<Real> scattered =
-        scatter_mesh<Real>({stream_, nothing, no_steering}, settings, WorkMesh<Real>(),
+        scatter_mesh<Real>({stream_, nothing, &no_steering}, settings, WorkMesh<Real>(),
                            {context_, &clock, budget_, scratch});
     context_.report_size(scattered.tet_count);
     out_.mesh.ghost_cells = scattered.ghost_cells;

@@ -70,12 +70,15 @@ void Coarsening<Real>::resume(Checkpoint left) {
 template <class Real>
 void Coarsening<Real>::import() {
   RunInput& in = run_.input;
-  const Steering steering = read_steering(&run_);
+  Steering steering = read_steering(&run_);
   state_.weight_scale =
       scale_of_weights(options_.weight, in.description(), *in.stream, run_.context);
   begin(steering.width());
-  state_.fields = fields_of(steering, in.carried);
-  planner_.limit_errors(error_limits(options_, state_.fields));
+  const auto take_fields = [&] {
+    state_.fields = fields_of(steering, in.carried);
+    planner_.limit_errors(error_limits(options_, state_.fields));
+  };
+  take_fields();
   state_.field_names = steering.names();
   state_.steering_width = steering.width();
   state_.chunk_tets = options_.chunk_tets;
@@ -89,15 +92,10 @@ void Coarsening<Real>::import() {
                      !error_limits(options_, state_.fields).at_points;
   RoundPlan plan;
   is_importing_ = true;
-  state_.input =
-      import_mesh<Real>({*in.stream, in.carried, steering}, settings, first_round(&plan),
-                        {run_.context, &run_.clock, run_.place.budget(), run_.place.scratch()});
+  state_.input = import_mesh<Real>(
+      {*in.stream, in.carried, &steering}, settings, first_round(take_fields, &plan),
+      {run_.context, &run_.clock, run_.place.budget(), run_.place.scratch()});
   is_importing_ = false;
-  const ErrorLimits limits = error_limits(options_, state_.fields);
-  if (limits.at_points && state_.input.facts.unused_points > 0) {
-    relate_to_used_points(state_.input.steering_box, limits.max_error, &state_.fields);
-    planner_.limit_errors(error_limits(options_, state_.fields));
-  }
   say_what_was_found();
   plan_output(state_.input.facts.tets);
   if (state_.input.first_round_done) {
@@ -127,8 +125,9 @@ void Coarsening<Real>::plan_output(std::uint64_t tets) {
 // Under the rule of boundary tetrahedra there is none, as chunks must know each other's boundary
 // before they begin. `plan` is made when all is known that it depends on.
 template <class Real>
-FirstRound<Real> Coarsening<Real>::first_round(RoundPlan* plan) {
+FirstRound<Real> Coarsening<Real>::first_round(std::function<void()> scattered, RoundPlan* plan) {
   FirstRound<Real> first;
+  first.scattered = std::move(scattered);
   if (options_.boundary_rule != BoundaryRule::kVertices) return first;
   first.look = [this](const Box& box, std::uint64_t tets, WorkMesh<Real>* excerpt) {
     look_at_excerpt(box, tets, excerpt);

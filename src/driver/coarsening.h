@@ -53,7 +53,7 @@ class Coarsening {
  private:
   void begin(std::uint32_t steering_width);
   void plan_output(std::uint64_t tets);
-  FirstRound<Real> first_round(RoundPlan* plan);
+  FirstRound<Real> first_round(std::function<void()> scattered, RoundPlan* plan);
   void look_at_excerpt(const Box& box, std::uint64_t tets, WorkMesh<Real>* excerpt);
   void say_what_was_found() const;
   RoundPlan plan_round(std::uint64_t tets, const std::optional<std::uint64_t>& goal) const;

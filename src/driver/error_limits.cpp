@@ -31,38 +31,15 @@ double squared_limits(std::span<const SteeringField> fields, double max_error) {
   return fields.empty() ? kInfinity : squares;
 }
 
-double range_in(const SteeringBox& box, const SteeringField& f) {
-  double diagonal = 0;
-  for (std::size_t k = f.first; k < f.first + f.count; ++k) {
-    if (box.high[k] > box.low[k]) diagonal = std::hypot(diagonal, box.high[k] - box.low[k]);
-  }
-  return diagonal;
-}
-
 }  // namespace
 
-void relate_to_used_points(const SteeringBox& box, double max_error,
-                           std::vector<SteeringField>* fields) {
-  for (SteeringField& f : *fields) {
-    const double limit = f.tolerance.value_or(max_error);
-    if (limit < kInfinity) f.tolerance = limit * (range_in(box, f) / f.range);
-  }
-}
-
-NotedErrors noted_errors(const BehaviourOptions& options, const SteeringBox* used_points,
-                         std::span<const SteeringField> fields) {
-  NotedErrors noted;
-  if (options.method != Method::kFuse || fields.empty()) return noted;
+FusionErrors noted_errors(const BehaviourOptions& options, std::span<const SteeringField> fields) {
+  if (options.method != Method::kFuse || fields.empty()) return FusionErrors::kNone;
   const double all = error_limits(options, fields).max_error;
   const bool at_points = std::all_of(fields.begin(), fields.end(), [&](const SteeringField& f) {
     return f.tolerance.value_or(all) < kInfinity;
   });
-  noted.kind = at_points ? FusionErrors::kLargest : FusionErrors::kMean;
-  for (const SteeringField& f : fields) {
-    const double range = used_points != nullptr ? range_in(*used_points, f) : f.range;
-    if (range > 0) noted.scale = std::max(noted.scale, f.range / range);
-  }
-  return noted;
+  return at_points ? FusionErrors::kLargest : FusionErrors::kMean;
 }
 
 bool limits_errors(const BehaviourOptions& options, std::span<const SteeringField> fields) {

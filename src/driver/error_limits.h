@@ -31,18 +31,7 @@ ErrorLimits error_limits(const BehaviourOptions& options, std::span<const Steeri
 // Is there any limit to what becomes of the fields, with any method?
 bool limits_errors(const BehaviourOptions& options, std::span<const SteeringField> fields);
 
-// Shares of ranges, of which each field has its own then, so that limits at points are those of the
-// ranges over the points that tetrahedra use: others may have had a say in the fields' ranges.
-void relate_to_used_points(const SteeringBox& box, double max_error,
-                           std::vector<SteeringField>* fields);
-
-// What a run's log notes of errors, and by what its shares of ranges are to be multiplied to be
-// shares of the ranges over the points that tetrahedra use.
-struct NotedErrors {
-  FusionErrors kind = FusionErrors::kNone;
-  double scale = 1;
-};
-NotedErrors noted_errors(const BehaviourOptions& options, const SteeringBox* used_points,
-                         std::span<const SteeringField> fields);
+// What a run's log notes of errors.
+FusionErrors noted_errors(const BehaviourOptions& options, std::span<const SteeringField> fields);
 
 }  // namespace tetfusion

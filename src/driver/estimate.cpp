@@ -27,7 +27,7 @@ constexpr double kCutting = 1.3;
 template <class Real>
 class Trial {
  public:
-  Trial(const Run& run, const Steering& steering, std::uint64_t sample_tets)
+  Trial(const Run& run, Steering* steering, std::uint64_t sample_tets)
       : run_(run),
         steering_(steering),
         behaviour_(run.request.behaviour),
@@ -53,7 +53,7 @@ class Trial {
   MacroLod<Real>& mesh() { return input_.mesh; }
 
   const Run& run_;
-  const Steering& steering_;
+  Steering* steering_;
   const BehaviourOptions& behaviour_;
   RoundPlanner planner_;
   const std::uint64_t sample_tets_;
@@ -82,7 +82,7 @@ RunEstimate Trial<Real>::run(double start) {
   std::optional<Remainder<Real>> remainder;
   if (out_.is_rough) remainder.emplace(*mesh().whole);
 
-  const auto layout = run_layout<Real>(behaviour_, run_.input.carried, steering_.width());
+  const auto layout = run_layout<Real>(behaviour_, run_.input.carried, steering_->width());
   Rounds<Real> rounds(layout, 1, run_.place.budget(), scratch_.get());
   state_.chunk_tets = behaviour_.chunk_tets;
   state_.weight_scale = scale_of_weights(behaviour_.weight, run_.input.description(),
@@ -112,8 +112,7 @@ double Trial<Real>::share_gone(const std::optional<Remainder<Real>>& remainder) 
 template <class Real>
 void Trial<Real>::import() {
   const RunInput& in = run_.input;
-  fields_ = fields_of(steering_, in.carried);
-  ImportSettings settings = import_settings(behaviour_, in.carried, in.regions, steering_.width());
+  ImportSettings settings = import_settings(behaviour_, in.carried, in.regions, steering_->width());
   settings.chunk_tets =
       std::max(sample_tets_, block_count(in.stream->cells(), VertexChunks::kMaxChunks));
   settings.sample = &boundary_;
@@ -121,6 +120,7 @@ void Trial<Real>::import() {
   input_ = import_mesh<Real>({*in.stream, in.carried, steering_}, settings, {},
                              {run_.context, &clock_, run_.place.budget(), scratch_.get()});
   clock_.end();
+  fields_ = fields_of(*steering_, in.carried);
 }
 
 template <class Real>
@@ -143,10 +143,6 @@ void Trial<Real>::look_at_marks() {
 
 template <class Real>
 void Trial<Real>::limit_errors() {
-  const ErrorLimits limits = error_limits(behaviour_, fields_);
-  if (limits.at_points && boundary_.used_points() < run_.input.stream->points()) {
-    relate_to_used_points(input_.steering_box, limits.max_error, &fields_);
-  }
   planner_.limit_errors(error_limits(behaviour_, fields_));
 }
 
@@ -195,7 +191,7 @@ std::optional<bool> RunEstimate::reaches_goal() const {
   return is_rough ? std::nullopt : std::optional(false);
 }
 
-RunEstimate estimate_run(const Run& run, const Steering& steering, std::uint64_t sample_tets,
+RunEstimate estimate_run(const Run& run, Steering* steering, std::uint64_t sample_tets,
                          double start) {
   return run.input.description().point_type == ValueType::kFloat32
              ? Trial<float>(run, steering, sample_tets).run(start)

@@ -43,8 +43,8 @@ struct RunEstimate {
 // the boundary may move so little can be left that the cut has most of it; there counts what the
 // sample has become away from the cut (remainder.h). Time is what reading took, from `start`
 // (wall_seconds()) on, and what the sample took for as many tetrahedra as there are; not the
-// waiting for disks.
-RunEstimate estimate_run(const Run& run, const Steering& steering, std::uint64_t sample_tets,
+// waiting for disks. The ranges of *steering become those of the points that tetrahedra use.
+RunEstimate estimate_run(const Run& run, Steering* steering, std::uint64_t sample_tets,
                          double start);
 
 }  // namespace tetfusion

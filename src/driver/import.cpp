@@ -52,12 +52,13 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
                                const FirstRound<Real>& first_round, const ImportPlace& place) {
   const MeshStream& stream = input.stream;
   stream.differing_points();  // what that takes is given back before the tables are made
-  WorkMesh<Real> layout = layout_of<Real>(input.carried, input.steering.width());
+  WorkMesh<Real> layout = layout_of<Real>(input.carried, input.steering->width());
   layout.quadric_width = settings.quadric_width;
   layout.has_deviations = settings.has_deviations;
   if (settings.keeps_numbers) layout.cell_columns.push_back(number_column());
   const auto scatter = [&] {
     auto scattered = scatter_mesh(input, settings, layout, place);
+    if (first_round.scattered) first_round.scattered();
     place.clock->begin("assemble");
     return scattered;
   };
@@ -82,7 +83,6 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
   out.mesh.samples = std::move(from.samples);
   out.box = from.box;
   out.rewound = std::move(assembly.rewound);
-  out.steering_box = std::move(from.steering_box);
   out.interesting_points = from.interesting_points;
   InputFacts& facts = out.facts = assembly.facts;
   facts.points += from.lower.loose_ids.size();

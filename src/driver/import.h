@@ -38,6 +38,9 @@ struct ImportSettings : ScatterSettings {
 // and read again in between. Without `begin` it is not done.
 template <class Real>
 struct FirstRound {
+  // Called when all of the mesh has been scattered and the fields' ranges are known; it may happen
+  // again.
+  std::function<void()> scattered;
   // Called before `begin` with an excerpt of the mesh, where one was asked for.
   std::function<void(const Box& box, std::uint64_t tets, WorkMesh<Real>* excerpt)> look;
   // Called once, when all is known that a round begins with (Rounds::begin).
@@ -56,7 +59,6 @@ struct ImportedMesh {
   Box box;
   LowerPart<Real> lower;
   InputFacts facts;
-  SteeringBox steering_box;  // ScatteredMesh's
   std::uint64_t interesting_points = 0;
   std::vector<bool> rewound;  // Assembly's, with ImportSettings::keeps_numbers
 };

@@ -18,9 +18,6 @@ namespace tetfusion {
 
 namespace {
 
-// What a product in single precision may lack.
-constexpr double kRoundedUp = 1 + 1e-7;
-
 // Rows side by side, of columns one after another.
 void append_rows(std::span<const Column> columns, std::size_t row, Vector<std::byte>* out) {
   for (const Column& c : columns) {
@@ -155,7 +152,7 @@ void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file) {
   rows.cell_columns.push_back(number_column());
   std::vector<bool> known(stream->points());
   MemoryBudget::Reservation memory;
-  ProgressiveWriter writer(file, describe(job.carried, job.errors.kind, job.source));
+  ProgressiveWriter writer(file, describe(job.carried, job.errors, job.source));
   LowerPart<Real>& lower = job.mesh->lower;
   {
     ProgressiveBase<Real> base(rows, stream->points(), stream->cells(), job.scratch);
@@ -171,9 +168,6 @@ void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file) {
   }
   writer.put_lower(lower_rows(lower));
   job.logs->take_backwards([&](FusionRecord record, std::uint32_t round, std::uint32_t chunk) {
-    if (job.errors.scale != 1) {
-      record.error = static_cast<float>(record.error * job.errors.scale * kRoundedUp);
-    }
     for (const VertexId v : record.points) known[v] = true;
     writer.put(record, round, chunk);
   });

@@ -33,7 +33,7 @@ template <class Real>
 struct ProgressiveJob {
   const WorkMesh<Real>& layout;  // empty: what a row holds, but for cells' numbers
   const CarriedArrays& carried;
-  NotedErrors errors;
+  FusionErrors errors;
   MeshSource* source = nullptr;  // the input
   // The result, which was imported with ImportSettings::keeps_numbers. Its cells of lower dimension
   // lose their numbers.

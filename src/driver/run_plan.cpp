@@ -31,8 +31,8 @@ RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
   plan.method = request.behaviour.method;
   plan.threads = thread_count();
   plan.verifies = request.verify;
-  const Steering steering = read_steering(&run);
-  plan.estimate = estimate_run(run, steering, sample_tets, start);
+  Steering steering = read_steering(&run);
+  plan.estimate = estimate_run(run, &steering, sample_tets, start);
   context.report("done", 1);
   return plan;
 }

@@ -29,6 +29,12 @@ std::uint32_t count_chunks(std::uint64_t cells, std::uint64_t chunk_tets) {
   return static_cast<std::uint32_t>(std::max<std::uint64_t>(chunks, 1));
 }
 
+bool all_are_used(const VertexChunks& table) {
+  std::size_t v = 0;
+  while (v < table.points() && table.is_used(static_cast<VertexId>(v))) ++v;
+  return v == table.points();
+}
+
 // f(window, first, positions) for each window of points.
 template <class Real, class F>
 void for_each_window(const ScatterJob<Real>& job, F f) {
@@ -40,6 +46,34 @@ void for_each_window(const ScatterJob<Real>& job, F f) {
                                           std::as_writable_bytes(std::span(positions)));
                    f(w, begin, positions);
                  });
+}
+
+// Where the first cut is made. A point far away, which perhaps nothing uses, would leave the curve
+// one cell for all others: beyond this many times the width of nearly all points it has none.
+template <class Real>
+Box box_to_cut(const ScatteredMesh<Real>& survey) {
+  constexpr double kReach = 64;
+  constexpr std::size_t kOneIn = 100;  // may be far away, on each side
+  Box box = survey.box;
+  const auto clip = [&](auto axis) {
+    std::vector<double> values;
+    for (const Vec3<Real>& p : survey.samples) values.push_back(p.*axis.first);
+    const auto value_at = [&](std::size_t rank) {
+      const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
+      std::nth_element(values.begin(), at, values.end());
+      return *at;
+    };
+    const double low = value_at(values.size() / kOneIn);
+    const double high = value_at(values.size() - 1 - values.size() / kOneIn);
+    if (!(high > low)) return;
+    const double reach = kReach * (high - low);
+    box.lo.*axis.second = std::max(box.lo.*axis.second, low - reach);
+    box.hi.*axis.second = std::min(box.hi.*axis.second, high + reach);
+  };
+  clip(std::pair(&Vec3<Real>::x, &Vec3<double>::x));
+  clip(std::pair(&Vec3<Real>::y, &Vec3<double>::y));
+  clip(std::pair(&Vec3<Real>::z, &Vec3<double>::z));
+  return box;
 }
 
 // The box of all points, and every so-many-th of them.
@@ -71,7 +105,7 @@ void survey_points(const ScatterJob<Real>& job, ScatteredMesh<Real>* out) {
 template <class Real>
 void find_homes(const ScatteredMesh<Real>& survey, ScatterJob<Real>* job) {
   const std::uint64_t points = job->stream.points();
-  const ShiftedCurve curve(survey.box, 0);
+  const ShiftedCurve curve(box_to_cut(survey), 0);
   Vector<std::uint64_t> keys;
   for (const Vec3<Real>& p : survey.samples) keys.push_back(curve.key(p));
   CurveExcerpt excerpt;
@@ -114,6 +148,9 @@ ScatteredMesh<Real> scatter_mesh(const ImportInput& input, const ScatterSettings
   place.clock->begin("scatter cells");
   out.tets = place.scratch->begin("tets");
   scatter_cells(&job, out.tets.get(), &out);
+  if (!all_are_used(job.table)) {
+    input.steering->relate_to([&](VertexId v) { return job.table.is_used(v); }, place.context);
+  }
   place.clock->begin("scatter points");
   out.points = place.scratch->begin("points");
   scatter_points(job, out.points.get(), &out);

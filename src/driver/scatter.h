@@ -29,7 +29,7 @@ namespace tetfusion {
 struct ImportInput {
   const MeshStream& stream;
   const CarriedArrays& carried;
-  const Steering& steering;
+  Steering* steering;  // its ranges become those of the points that tetrahedra use
 };
 
 // Where it goes, within which memory, and who hears of it.
@@ -70,11 +70,6 @@ struct LowerPart {
   std::vector<Column> loose_columns;  // point columns
 };
 
-// `low` is above `high` where there is no value.
-struct SteeringBox {
-  std::vector<double> low, high;
-};
-
 template <class Real>
 struct ScatteredMesh {
   std::uint32_t all_chunks = 1;
@@ -88,11 +83,9 @@ struct ScatteredMesh {
   std::uint64_t valueless_points = 0;    // a value of theirs that steers is not finite
   std::uint64_t interesting_points = 0;  // in the region of interest
   std::uint64_t coincident_points = 0;   // that were locked for it
-  Box box;                               // of all points
+  Box box;                               // of the points that tetrahedra use
   Vector<Vec3<Real>> samples;            // points, for cuts; none where the mesh is in one piece
   LowerPart<Real> lower;
-  // Of each steering value, over the points that tetrahedra use, where all of the field are finite.
-  SteeringBox steering_box;
 };
 
 // `layout` is an empty mesh that says what a row holds. Throws Error.

@@ -53,7 +53,7 @@ template <class Real>
 void scatter_cells(ScatterJob<Real>* job, PieceStore* to, ScatteredMesh<Real>* out);
 
 // The points with their arrays, to the chunks that have tetrahedra of them. After scatter_cells().
-// Fills in *out the counts of points, the steering values' box, and the loose points.
+// Fills in *out the counts of points, the box, and the loose points.
 template <class Real>
 void scatter_points(const ScatterJob<Real>& job, PieceStore* to, ScatteredMesh<Real>* out);
 

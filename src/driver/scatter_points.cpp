@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <span>
 
 #include "driver/scatter_passes.h"
@@ -38,7 +36,7 @@ class PointScatterer {
  private:
   // What is left of one when its points are in their chunks.
   struct Window {
-    SteeringBox box;
+    Box box;
     std::uint64_t valueless = 0, interesting = 0;
     Vector<VertexId> loose_ids;
     Vector<Vec3<Real>> loose_positions;
@@ -63,7 +61,6 @@ class PointScatterer {
   void place(std::uint64_t first, std::uint64_t count, Scratch* scratch, Window* window) const;
   std::size_t find_chunks(VertexId v, std::uint32_t item, Scratch* scratch) const;
   void put(std::uint32_t window, std::uint64_t first, Scratch* scratch) const;
-  void note_values(const double* values, SteeringBox* box) const;
   void join_windows();
 
   const ScatterJob<Real>& job_;
@@ -107,9 +104,9 @@ void PointScatterer<Real>::read(std::uint64_t first, std::uint64_t count, Scratc
   if (scratch->columns.empty()) scratch->columns = job_.layout.point_columns;
   read_columns(job_.stream, Association::kPoint, job_.carried.point_indices, first, count,
                &scratch->columns);
-  scratch->steering.resize(count * job_.steering.width());
+  scratch->steering.resize(count * job_.steering->width());
   scratch->locked.assign(count, 0);
-  job_.steering.read(first, count, scratch->steering.data(), scratch->locked.data());
+  job_.steering->read(first, count, scratch->steering.data(), scratch->locked.data());
 }
 
 // Those without a value are; what other parts of the mesh and the settings want to be locked, too.
@@ -140,12 +137,9 @@ void PointScatterer<Real>::lock(std::uint64_t first, std::uint64_t count, Scratc
 template <class Real>
 void PointScatterer<Real>::place(std::uint64_t first, std::uint64_t count, Scratch* scratch,
                                  Window* window) const {
-  const std::size_t width = job_.steering.width();
   const Vector<VertexId>& carried = out_.lower.vertices;
   auto next_carried =
       std::lower_bound(carried.begin(), carried.end(), static_cast<VertexId>(first));
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  window->box = {std::vector(width, kInfinity), std::vector(width, -kInfinity)};
   window->loose_columns = job_.layout.point_columns;
   scratch->marks.resize(count);
   scratch->last_chunk.resize(count);
@@ -160,7 +154,8 @@ void PointScatterer<Real>::place(std::uint64_t first, std::uint64_t count, Scrat
     scratch->marks[i] = static_cast<std::uint8_t>(
         (chunks > 1 ? kOnInterface : 0) | (is_locked ? kLocked : 0) | (is_carried ? kCarried : 0));
     if (chunks > 0) {
-      note_values(scratch->steering.data() + i * width, &window->box);
+      const Vec3<Real>& p = scratch->positions[i];
+      window->box.add({p.x, p.y, p.z});
     } else if (is_carried) {
       window->loose_ids.push_back(v);
       window->loose_positions.push_back(scratch->positions[i]);
@@ -208,7 +203,7 @@ void PointScatterer<Real>::put(std::uint32_t window, std::uint64_t first, Scratc
     }
     return static_cast<std::uint8_t>(mark);
   };
-  const std::size_t width = job_.steering.width();
+  const std::size_t width = job_.steering->width();
   const auto write = [&](std::span<const std::uint32_t> rows, RowWriter* writer) {
     writer->put<VertexId>(rows,
                           [&](std::size_t i) { return static_cast<VertexId>(first + items[i]); });
@@ -224,33 +219,17 @@ void PointScatterer<Real>::put(std::uint32_t window, std::uint64_t first, Scratc
 }
 
 template <class Real>
-void PointScatterer<Real>::note_values(const double* values, SteeringBox* box) const {
-  for (const SteeringField& f : job_.steering.fields()) {
-    const std::span<const double> of_field(values + f.first, f.count);
-    if (!std::ranges::all_of(of_field, [](double v) { return std::isfinite(v); })) continue;
-    for (std::size_t k = f.first; k < f.first + f.count; ++k) {
-      box->low[k] = std::min(box->low[k], values[k]);
-      box->high[k] = std::max(box->high[k], values[k]);
-    }
-  }
-}
-
-template <class Real>
 void PointScatterer<Real>::join_windows() {
   LowerPart<Real>& all = out_.lower;
   all.loose_columns = job_.layout.point_columns;
-  SteeringBox& box = out_.steering_box;
+  out_.box = Box();
   for (Window& window : windows_) {
     out_.valueless_points += window.valueless;
     out_.interesting_points += window.interesting;
     append(window.loose_ids, &all.loose_ids);
     append(window.loose_positions, &all.loose_positions);
     append_rows(window.loose_columns, &all.loose_columns);
-    if (box.low.empty()) box = window.box;
-    for (std::size_t k = 0; k < box.low.size(); ++k) {
-      box.low[k] = std::min(box.low[k], window.box.low[k]);
-      box.high[k] = std::max(box.high[k], window.box.high[k]);
-    }
+    out_.box.add(window.box);
     window = {};
   }
 }

@@ -43,12 +43,9 @@ template <class Real>
 void write_way_back(Run* run, Coarsening<Real>* coarsening, OutputFile* file) {
   const PhaseWithin phase("progressive", run);
   const RunState<Real>& state = coarsening->state();
-  const bool all_used = state.input.facts.unused_points == 0;
-  const NotedErrors errors = noted_errors(
-      run->request.behaviour, all_used ? nullptr : &state.input.steering_box, state.fields);
   write_progressive<Real>({.layout = coarsening->layout(),
                            .carried = run->input.carried,
-                           .errors = errors,
+                           .errors = noted_errors(run->request.behaviour, state.fields),
                            .source = run->input.source.get(),
                            .mesh = coarsening->mesh(),
                            .logs = coarsening->logs(),

@@ -226,8 +226,8 @@ void Steering::read_array(const Array& array, std::uint64_t first, std::uint64_t
   *values = to_doubles(array.type, rows);
 }
 
-// The field's range in its new unit, which it sets; 0 when all values are the same.
-double Steering::measure(Array* array, const RunContext& context) const {
+double Steering::measure(Array* array, const std::function<bool(VertexId)>& is_used,
+                         const RunContext& context) const {
   // A sixteenth, so that neither a difference nor the diagonal of a tensor's box overflows.
   constexpr double kSixteenth = 1.0 / 16;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -246,6 +246,7 @@ double Steering::measure(Array* array, const RunContext& context) const {
     for (std::size_t row = 0; row < values.size(); row += components) {
       const std::span<const double> tuple(values.data() + row, components);
       if (!std::ranges::all_of(tuple, [](double v) { return std::isfinite(v); })) continue;
+      if (is_used && !is_used(static_cast<VertexId>(begin + row / components))) continue;
       for (std::size_t k = 0; k < components; ++k) {
         Range& range = windows[w][k];
         range.lo = std::min(range.lo, tuple[k]);
@@ -283,7 +284,7 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
       say_means_steer(choice.name, context);
       array.averages = means_at_points(choice.index, mesh, stream, context);
     }
-    const double range = measure(&array, context);
+    const double range = measure(&array, {}, context);
     if (range > 0) {
       fields_.push_back(
           {width_, array.components, range, choice.tolerance, kNoColumn, array.exponent});
@@ -299,6 +300,15 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
     } else {
       say_does_not_steer(choice.name, context);
     }
+  }
+}
+
+void Steering::relate_to(const std::function<bool(VertexId)>& is_used, const RunContext& context) {
+  for (std::size_t f = 0; f < fields_.size(); ++f) {
+    const double range = measure(&arrays_[f], is_used, context);
+    if (!(range > 0)) continue;
+    fields_[f].range = range;
+    fields_[f].exponent = arrays_[f].exponent;
   }
 }
 

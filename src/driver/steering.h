@@ -1,6 +1,7 @@
 // Which arrays steer, and their values at the vertices.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +62,10 @@ class Steering {
   Steering(const std::vector<SteeringChoice>& choices, const MeshDescription& mesh,
            const MeshStream& stream, const RunContext& context);
 
+  // Takes the fields' ranges, and so their units, from the points of which is_used(point) is true
+  // alone: what others have may be anything. A field whose range is zero then stays as it is.
+  void relate_to(const std::function<bool(VertexId)>& is_used, const RunContext& context);
+
   const std::vector<SteeringField>& fields() const { return fields_; }
   const std::vector<std::string>& names() const { return names_; }  // one a field
   std::uint32_t width() const { return width_; }                    // values a point
@@ -85,7 +90,9 @@ class Steering {
   };
   void read_array(const Array& array, std::uint64_t first, std::uint64_t count,
                   Vector<double>* values) const;
-  double measure(Array* array, const RunContext& context) const;
+  // The field's range in its new unit, which is set; 0 when all values are the same.
+  double measure(Array* array, const std::function<bool(VertexId)>& is_used,
+                 const RunContext& context) const;
 
   const MeshStream* stream_ = nullptr;
   std::vector<Array> arrays_;

@@ -31,7 +31,6 @@ RunState<double> rich_state() {
   state.lods[2].seconds = 0.25;
   state.outputs = {{"level_1.vtu", 8, 5, 12, 0.5}, {"level_2.vtu", 4, 1, 4, 0.125}};
   state.log_slices = {1, 17, 3};
-  state.input.steering_box = {{-1, 2}, {0.5, 7}};
   state.chunk_tets = 1234;
   state.shrink = 0.875;
   state.spread = 0;
@@ -69,8 +68,6 @@ TEST(Checkpoint, GivesBackWhatWasSaved) {
   EXPECT_EQ(loaded.lods.at(2).seconds, 0.25);
   EXPECT_EQ(loaded.outputs, state.outputs);
   EXPECT_EQ(loaded.log_slices, (std::vector<std::uint32_t>{1, 17, 3}));
-  EXPECT_EQ(loaded.input.steering_box.low, (std::vector<double>{-1, 2}));
-  EXPECT_EQ(loaded.input.steering_box.high, (std::vector<double>{0.5, 7}));
   EXPECT_EQ(loaded.chunk_tets, 1234u);
   EXPECT_EQ(loaded.shrink, 0.875);
   EXPECT_EQ(loaded.spread, 0);

@@ -322,6 +322,21 @@ TEST_F(ImportMesh, JudgesDamagedMeshesAsTheWhole) {
   EXPECT_GT(late_locks, 0u);
 }
 
+// The curve that cuts the mesh would have one cell for all of it else.
+TEST_F(ImportMesh, APointFarAwayLeavesTheChunksAsLargeAsOthers) {
+  MeshFile file;
+  file.geometry = testing::five_split_cube(20, 0.1);
+  std::get<Vector<Vec3<double>>>(file.geometry.points).push_back({-3e9, 1e8, 5});
+  file.write(path);
+  const Import<double> cut(path, {.chunk_tets = 5000});
+  EXPECT_EQ(cut.imported.facts.unused_points, 1u);
+  EXPECT_EQ(cut.imported.box.lo.x, 0);
+  EXPECT_LT(cut.imported.box.hi.y, 21);
+  const auto chunks = cut.chunks();
+  EXPECT_EQ(chunks.size(), 8u);
+  for (const WorkMesh<double>& chunk : chunks) EXPECT_LT(chunk.tets.size(), 7000u);
+}
+
 // So large that its cells, and its points, come in several windows.
 TEST_F(ImportMesh, TakesMeshesOfSeveralWindows) {
   MeshFile file;

@@ -309,20 +309,41 @@ TEST_F(MaxError, HoldsWhereTheBoundaryMoves) {
   }
 }
 
-// Points that no tetrahedron uses have no say in what a share of the range is.
-TEST_F(MaxError, TheRangeIsThatOfThePointsInUse) {
-  MeshFile file = box_with_offset_wave(9, false);
-  request.behaviour.max_error = 0.01;
-  std::get<Vector<P>>(file.geometry.points).push_back({1, 1, 1});
+// Points that no tetrahedron uses have no say in what a share of the range, or of the diagonal, is.
+TEST_F(MaxError, RangeAndDiagonalAreThoseOfThePointsInUse) {
+  const MeshFile plain = box_with_offset_wave(9, false);
+  MeshFile file = plain;
+  std::get<Vector<P>>(file.geometry.points).push_back({1e8, -7, 1});
   DataArray& wave = file.point_arrays[0];
-  const std::size_t before = wave.bytes.size();
-  wave.bytes.resize(before + sizeof(double));
+  wave.bytes.resize(wave.bytes.size() + sizeof(double));
   wave.info.tuples += 1;
-  wave.as<double>().back() = 1e4;
-  const SimplifyReport report = run(file);
-  EXPECT_EQ(report.oddities.unused_points, 1u);
-  EXPECT_LT(report.output.tets, report.input.tets);
-  EXPECT_LE(array_of(compare(), "wave").max, 0.01);
+  wave.as<double>().back() = 1e30;
+  const auto limit = [&](int i) {
+    BehaviourOptions& options = request.behaviour = {};
+    if (i == 0) options.max_error = 0.01;
+    if (i == 1) options.max_rms = 0.001;
+    if (i == 2) options.arrays = {"wave:1%"};
+    if (i == 3) {
+      options.method = Method::kTetFuse;
+      options.scalar_tolerance = {0.02};
+    }
+    if (i == 4) {
+      options.reduction = 0.9;
+      options.boundary = Boundary::kWithin;
+      options.boundary_distance = 0.01;
+    }
+  };
+  for (int i = 0; i < 5; ++i) {
+    SCOPED_TRACE(i);
+    limit(i);
+    const SimplifyReport expected = run(plain);
+    const auto bytes = bytes_of(request.output);
+    EXPECT_LT(expected.output.tets, expected.input.tets);
+    const SimplifyReport report = run(file);
+    EXPECT_EQ(report.oddities.unused_points, 1u);
+    EXPECT_EQ(bytes_of(request.output), bytes);
+    EXPECT_EQ(report.lods.back().deviation, expected.lods.back().deviation);
+  }
 }
 
 TEST_F(MaxError, RefusesBoundsThatAreNone) {

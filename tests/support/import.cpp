@@ -19,8 +19,7 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
       chunk_tets_(choice.chunk_tets) {
   const MeshDescription& description = source->description();
   const auto stream = open_stream(source.get());
-  const Steering steering(choose_steering(description, choice.steering), description, *stream,
-                          context);
+  Steering steering(choose_steering(description, choice.steering), description, *stream, context);
   fields = steering.fields();
   ImportSettings import_settings;
   import_settings.chunk_tets = choice.chunk_tets;
@@ -35,6 +34,7 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
   layout = tetfusion::layout_of<Real>(carried, steering.width());
   rounds_ = std::make_unique<Rounds<Real>>(layout, thread_count(), &budget, scratch.get());
   FirstRound<Real> first;
+  first.scattered = [&] { fields = steering.fields(); };
   if (choice.first_round) {
     first.begin = [&](const Box& box, std::uint64_t tets, std::vector<std::uint64_t> shares,
                       const Vector<Vec3<Real>>& samples) {
@@ -48,7 +48,7 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
   import_settings.excerpt = choice.excerpt;
   first.look = [&](const Box&, std::uint64_t, WorkMesh<Real>* mesh) { excerpt = std::move(*mesh); };
   PhaseClock clock;
-  imported = import_mesh<Real>({*stream, carried, steering}, import_settings, first,
+  imported = import_mesh<Real>({*stream, carried, &steering}, import_settings, first,
                                {context, &clock, &budget, scratch.get()});
   box_ = imported.box;
   if (imported.first_round_done) {
