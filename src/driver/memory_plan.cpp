@@ -19,6 +19,13 @@ namespace {
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
 // Windows of the input and what is made of them, a thread; the writer's buffers are less.
 constexpr std::uint64_t kWindows = 30 * kMiB;
+// Where memory is short; and the least rows a window, however wide.
+constexpr std::uint64_t kWindowsShare = 16;
+constexpr std::uint64_t kLeastRows = 2048;
+// Of a row: where it goes, its turn, and room to grow.
+constexpr std::uint64_t kRowBytes = 24;
+// It is read, and then copied to the piece of its chunk.
+constexpr double kCopiesOfRow = 2.5;
 // Points that several chunks have are there more than once.
 constexpr double kCopies = 1.2;
 
@@ -31,6 +38,15 @@ double interface_vertices(double tets) {
 }
 
 }  // namespace
+
+InputWindow plan_window(std::uint64_t most, std::uint64_t bytes_a_row, std::uint64_t total,
+                        int threads) {
+  const auto each =
+      static_cast<std::uint64_t>(kCopiesOfRow * static_cast<double>(bytes_a_row)) + kRowBytes;
+  const std::uint64_t share = total / (kWindowsShare * static_cast<std::uint64_t>(threads));
+  const std::uint64_t rows = std::min(most, std::max(kLeastRows, std::max(kWindows, share) / each));
+  return {rows, rows * each};
+}
 
 MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
                            std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read) {
@@ -66,7 +82,10 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
       steering.point_aside == 0 ? 0
                                 : fit_memory(mesh.points, steering.point_aside / sizeof(double),
                                              std::min(mesh.cells, chunk_tets)));
-  const double windows = static_cast<double>(threads) * static_cast<double>(kWindows);
+  const auto widest = static_cast<std::uint64_t>(std::max(vertex, tet));
+  const double windows =
+      static_cast<double>(threads) *
+      static_cast<double>(std::max(kWindows, plan_window(kLeastRows, widest, 0, 1).bytes));
   const double at_work = std::min(static_cast<double>(threads), std::max(chunks, 1.0));
   const double work = std::max(windows, at_work * fit) + at_work * 6 * chunk;
   const double fixed = static_cast<double>(kProcessBytes) + static_cast<double>(memory_to_read) +

@@ -12,6 +12,16 @@ namespace tetfusion {
 // The program, its libraries, stacks and what the allocator keeps.
 inline constexpr std::uint64_t kProcessBytes = std::uint64_t{32} << 20;
 
+// How many rows of the input a thread has in hand at a time, and what they take: `most`, or what
+// has room beside all else in a budget of `total` bytes. A row takes bytes_a_row, and what is made
+// of it. Results do not depend on it.
+struct InputWindow {
+  std::uint64_t rows = 0;
+  std::uint64_t bytes = 0;
+};
+InputWindow plan_window(std::uint64_t most, std::uint64_t bytes_a_row, std::uint64_t total,
+                        int threads);
+
 struct MemoryNeeds {
   // Bytes of the mesh as pieces: what the run keeps in memory, or on disk.
   std::uint64_t pieces = 0;

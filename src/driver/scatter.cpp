@@ -29,6 +29,12 @@ std::uint32_t count_chunks(std::uint64_t cells, std::uint64_t chunk_tets) {
   return static_cast<std::uint32_t>(std::max<std::uint64_t>(chunks, 1));
 }
 
+std::uint64_t bytes_of(const std::vector<Column>& columns) {
+  std::uint64_t bytes = 0;
+  for (const Column& c : columns) bytes += c.stride();
+  return bytes;
+}
+
 bool all_are_used(const VertexChunks& table) {
   std::size_t v = 0;
   while (v < table.points() && table.is_used(static_cast<VertexId>(v))) ++v;
@@ -130,14 +136,21 @@ template <class Real>
 ScatteredMesh<Real> scatter_mesh(const ImportInput& input, const ScatterSettings& settings,
                                  const WorkMesh<Real>& layout, const ImportPlace& place) {
   const std::uint32_t chunks = count_chunks(input.stream.cells(), settings.chunk_tets);
-  ScatterJob<Real> job{input,
-                       settings,
-                       layout,
-                       place.context,
-                       place.budget,
-                       chunks,
-                       VertexChunks(input.stream.points()),
-                       {}};
+  ScatterJob<Real> job{
+      input,
+      settings,
+      layout,
+      place.context,
+      place.budget,
+      chunks,
+      VertexChunks(input.stream.points()),
+      {},
+      plan_window(settings.cell_window, sizeof(Tet) + bytes_of(layout.cell_columns),
+                  place.budget->total(), thread_count()),
+      plan_window(settings.point_window,
+                  sizeof(Vec3<Real>) + bytes_of(layout.point_columns) +
+                      sizeof(double) * input.steering->width(),
+                  place.budget->total(), thread_count())};
   ScatteredMesh<Real> out;
   out.all_chunks = chunks;
   out.chunks = settings.sample != nullptr ? 1 : chunks;

@@ -42,7 +42,7 @@ struct ImportPlace {
 
 struct ScatterSettings {
   std::uint64_t chunk_tets = 0;
-  // Cells and points a window: a few megabytes of each. The result does not depend on them.
+  // Cells and points a window at most: a few megabytes of each. The result does not depend on them.
   std::uint64_t cell_window = std::uint64_t{1} << 19;
   std::uint64_t point_window = std::uint64_t{1} << 18;
   // Where it is not null all tetrahedra are shown to it, but only the chunk in the middle of the

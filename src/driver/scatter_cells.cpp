@@ -28,7 +28,7 @@ class CellScatterer {
     for_each_block(job_.stream.cells(), window_size(),
                    [&](std::size_t w, std::size_t begin, std::size_t end) {
                      job_.context.check();
-                     const auto memory = job_.wait_for_window();
+                     const auto memory = job_.wait_for(job_.cell_window);
                      scatter_window(static_cast<std::uint32_t>(w), begin, end - begin);
                      job_.context.report("reading", 0.02, 0.09, ++done, windows_.size());
                    });
@@ -55,7 +55,7 @@ class CellScatterer {
     WindowPieces pieces;
   };
 
-  std::size_t window_size() const { return job_.settings.cell_window; }
+  std::size_t window_size() const { return job_.cell_window.rows; }
   void scatter_window(std::uint32_t window, std::uint64_t first, std::uint64_t count);
   void take_lower(const Scratch& scratch, std::uint64_t first, Window* window) const;
   void keep_sampled(Scratch* scratch) const;

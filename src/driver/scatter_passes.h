@@ -1,10 +1,12 @@
 // The passes of scatter_mesh() that fill chunks, and what they share.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <vector>
 
+#include "driver/memory_plan.h"
 #include "driver/scatter.h"
 #include "partition/vertex_chunks.h"
 
@@ -35,15 +37,17 @@ struct ScatterJob : ImportInput {
   std::uint32_t chunks = 1;
   VertexChunks table;  // of all chunks, and of the excerpt as number `chunks`
   ExcerptPoints excerpt;
+  InputWindow cell_window, point_window;
 
   // A sample is the chunk in the middle, as number 0.
   bool is_sampled(std::uint32_t chunk) const { return chunk == chunks / 2; }
   std::uint32_t made_chunks() const {
     return settings.sample != nullptr ? 1 : chunks + (excerpt.exists() ? 1 : 0);
   }
-  // What reading a window and sorting it takes.
-  MemoryBudget::Reservation wait_for_window() const {
-    return budget->wait_for(std::uint64_t{48} << 20, "a window of the input");
+  // What reading a window and sorting it takes: there are readers' buffers, too.
+  MemoryBudget::Reservation wait_for(const InputWindow& window) const {
+    constexpr std::uint64_t kLeast = std::uint64_t{48} << 20;
+    return budget->wait_for(std::max(kLeast, window.bytes), "a window of the input");
   }
 };
 

@@ -17,15 +17,15 @@ class PointScatterer {
       : job_(job),
         to_(to),
         out_(*out),
-        windows_(block_count(job.stream.points(), job.settings.point_window)) {}
+        windows_(block_count(job.stream.points(), job.point_window.rows)) {}
 
   void run() {
     if (job_.settings.lock_coincident) find_coincident();
     std::atomic<std::size_t> done{0};
-    for_each_block(job_.stream.points(), job_.settings.point_window,
+    for_each_block(job_.stream.points(), job_.point_window.rows,
                    [&](std::size_t w, std::size_t begin, std::size_t end) {
                      job_.context.check();
-                     const auto memory = job_.wait_for_window();
+                     const auto memory = job_.wait_for(job_.point_window);
                      scatter_window(static_cast<std::uint32_t>(w), begin, end - begin);
                      job_.context.report("reading", 0.09, 0.12, ++done, windows_.size());
                    });

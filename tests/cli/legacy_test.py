@@ -233,6 +233,35 @@ class Legacy(FolderTest):
                 self.assertLess(report["peak_rss_bytes"], 160 << 20)
                 self.assertLess(report["peak_rss_bytes"], whole["peak_rss_bytes"])
 
+    def test_arrays_that_are_wider_than_the_mesh(self):
+        """Windows of the input have fewer rows then: 40 numbers a cell take no more memory than was allowed."""
+        mesh = Vtu(self.generate("--jitter", "0.3", tets="200k"))
+        path, out = self.folder / "wide.vtu", self.folder / "out.vtu"
+        count = len(mesh.tets)
+        numbers = np.arange(40 * count, dtype=np.float64)
+        blocks = [mesh.points[:, 0].astype(np.float64), numbers, mesh.points.astype(np.float64), mesh.tets.astype(np.int64),
+                  4 * np.arange(1, count + 1, dtype=np.int64), np.full(count, 10, np.uint8)]
+        offsets = np.cumsum([0] + [8 + b.nbytes for b in blocks])
+
+        def array(i, type, name, components=1):
+            return f'<DataArray type="{type}" Name="{name}" NumberOfComponents="{components}" format="appended" offset="{offsets[i]}"/>'
+
+        with open(path, "wb") as file:
+            file.write(f'''<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64"><UnstructuredGrid>
+<Piece NumberOfPoints="{len(mesh.points)}" NumberOfCells="{count}"><PointData>{array(0, "Float64", "f")}</PointData>
+<CellData>{array(1, "Float64", "wide", 40)}</CellData><Points>{array(2, "Float64", "xyz", 3)}</Points><Cells>
+{array(3, "Int64", "connectivity")}{array(4, "Int64", "offsets")}{array(5, "UInt8", "types")}</Cells></Piece></UnstructuredGrid>
+<AppendedData encoding="raw">_'''.encode())
+            for block in blocks:
+                file.write(np.uint64(block.nbytes).tobytes() + block.tobytes())
+        options = ["simplify", path, "-o", out, "--reduction", "80%", "--chunk-tets", "20k", "--quiet", "--threads", "1"]
+        run(*options, "--memory", "4G")
+        expected = out.read_bytes()
+        report = report_of(*options, "--memory", "110M")
+        self.assertEqual(out.read_bytes(), expected)
+        if not sanitized():
+            self.assertLess(report["peak_rss_bytes"], 110 << 20)
+
 
 if __name__ == "__main__":
     main()

@@ -35,6 +35,21 @@ TEST_F(MemoryPlan, ThreadsWithoutAChunkTakeLessMemory) {
   EXPECT_GE(more(static_cast<int>(chunks)), 30u * testing::kMiB);
 }
 
+// Arrays may be many and wide.
+TEST_F(MemoryPlan, WindowsOfWideRowsHaveFewer) {
+  constexpr std::uint64_t kMost = 1 << 19, kTotal = 150 * testing::kMiB;
+  EXPECT_EQ(plan_window(kMost, 16, kTotal, 2).rows, 30 * testing::kMiB / (40 + 24));
+  for (const std::uint64_t row : {100u, 1000u, 5000u}) {
+    const InputWindow window = plan_window(kMost, row, kTotal, 2);
+    EXPECT_LE(window.bytes, 30 * testing::kMiB);
+    EXPECT_GE(window.bytes, window.rows * 2 * row);
+    EXPECT_GE(window.rows, 2048u);
+  }
+  EXPECT_EQ(plan_window(kMost, 100'000, kTotal, 2).rows, 2048u);
+  EXPECT_EQ(plan_window(kMost, 1000, std::uint64_t{1} << 40, 2).rows, kMost);
+  EXPECT_EQ(plan_window(700, 16, kTotal, 2).rows, 700u);
+}
+
 // In the end a chunk may be full of them.
 TEST_F(MemoryPlan, RemovedPointsTakeMemory) {
   const auto needs = [&](std::uint64_t removed) {
