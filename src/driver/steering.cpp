@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -160,7 +161,10 @@ std::vector<SteeringChoice>::const_iterator first_that_varies(
 }
 
 void say_does_not_steer(const std::string& name, const RunContext& context) {
-  context.say(fmt::format("array {} has no two different finite values: it does not steer", name));
+  context.say(
+      fmt::format("array {} has no two finite values that differ (as doubles): it does not "
+                  "steer",
+                  name));
 }
 
 }  // namespace
@@ -180,6 +184,7 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
   std::vector<SteeringChoice> choices;
   for (const std::string& name : names) {
     SteeringChoice choice = resolve(mesh, name);
+    choice.by_name = true;
     const bool is_twin = std::any_of(choices.begin(), choices.end(), [&](const SteeringChoice& c) {
       return c.index == choice.index && c.association == choice.association;
     });
@@ -226,8 +231,8 @@ void Steering::read_array(const Array& array, std::uint64_t first, std::uint64_t
   *values = to_doubles(array.type, rows);
 }
 
-double Steering::measure(Array* array, const std::function<bool(VertexId)>& is_used,
-                         const RunContext& context) const {
+Steering::Measured Steering::measure(Array* array, const std::function<bool(VertexId)>& is_used,
+                                     const RunContext& context) const {
   // A sixteenth, so that neither a difference nor the diagonal of a tensor's box overflows.
   constexpr double kSixteenth = 1.0 / 16;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -238,6 +243,7 @@ double Steering::measure(Array* array, const std::function<bool(VertexId)>& is_u
   const std::size_t components = array->components;
   const std::uint64_t points = stream_->points();
   std::vector<std::vector<Range>> windows(block_count(points, kStreamWindow));
+  std::atomic<bool> has_some{false}, lacks_some{false};
   for_each_block(points, kStreamWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
     context.check();
     Vector<double> values;
@@ -245,8 +251,11 @@ double Steering::measure(Array* array, const std::function<bool(VertexId)>& is_u
     windows[w].resize(components);
     for (std::size_t row = 0; row < values.size(); row += components) {
       const std::span<const double> tuple(values.data() + row, components);
-      if (!std::ranges::all_of(tuple, [](double v) { return std::isfinite(v); })) continue;
       if (is_used && !is_used(static_cast<VertexId>(begin + row / components))) continue;
+      const bool is_finite = std::ranges::all_of(tuple, [](double v) { return std::isfinite(v); });
+      std::atomic<bool>& seen = is_finite ? has_some : lacks_some;
+      if (!seen.load(std::memory_order_relaxed)) seen.store(true, std::memory_order_relaxed);
+      if (!is_finite) continue;
       for (std::size_t k = 0; k < components; ++k) {
         Range& range = windows[w][k];
         range.lo = std::min(range.lo, tuple[k]);
@@ -254,22 +263,28 @@ double Steering::measure(Array* array, const std::function<bool(VertexId)>& is_u
       }
     }
   });
-  double diagonal = 0;
+  double diagonal = 0, largest = 0;
   for (std::size_t k = 0; k < components; ++k) {
     Range all;
     for (const std::vector<Range>& window : windows) {
       all.lo = std::min(all.lo, window[k].lo);
       all.hi = std::max(all.hi, window[k].hi);
     }
+    if (all.hi >= all.lo) largest = std::max({largest, std::abs(all.lo), std::abs(all.hi)});
     if (all.hi > all.lo) {
       diagonal = std::hypot(diagonal, kSixteenth * all.hi - kSixteenth * all.lo);
     }
   }
-  if (!(diagonal > 0)) return 0;
+  Measured measured{0, has_some && lacks_some};
   int exponent = 0;
-  const double range = std::frexp(diagonal, &exponent);
+  if (!(diagonal > 0)) {
+    std::frexp(largest, &exponent);
+    array->exponent = -exponent;
+    return measured;
+  }
+  measured.range = std::frexp(diagonal, &exponent);
   array->exponent = -exponent - 4;
-  return range;
+  return measured;
 }
 
 Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescription& mesh,
@@ -284,10 +299,12 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
       say_means_steer(choice.name, context);
       array.averages = means_at_points(choice.index, mesh, stream, context);
     }
-    const double range = measure(&array, {}, context);
-    if (range > 0) {
+    Measured measured = measure(&array, {}, context);
+    // Any range will do for what is the same wherever it is anything.
+    if (measured.has_gaps && choice.by_name && measured.range == 0) measured.range = 1;
+    if (measured.range > 0) {
       fields_.push_back(
-          {width_, array.components, range, choice.tolerance, kNoColumn, array.exponent});
+          {width_, array.components, measured.range, choice.tolerance, kNoColumn, array.exponent});
       names_.push_back(choice.name);
       width_ += array.components;
       if (!of_cells && !is_float(info.type)) {
@@ -305,10 +322,13 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
 
 void Steering::relate_to(const std::function<bool(VertexId)>& is_used, const RunContext& context) {
   for (std::size_t f = 0; f < fields_.size(); ++f) {
-    const double range = measure(&arrays_[f], is_used, context);
-    if (!(range > 0)) continue;
-    fields_[f].range = range;
-    fields_[f].exponent = arrays_[f].exponent;
+    const double range = measure(&arrays_[f], is_used, context).range;
+    if (range > 0) {
+      fields_[f].range = range;
+      fields_[f].exponent = arrays_[f].exponent;
+    } else {
+      arrays_[f].exponent = fields_[f].exponent;
+    }
   }
 }
 

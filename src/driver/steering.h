@@ -19,6 +19,7 @@ struct SteeringChoice {
   std::size_t index = 0;            // in the description's AttributeSet
   std::optional<double> tolerance;  // "NAME:0.5%": its own, as a share of its range
   std::string name;                 // as in the file; "cell:NAME" for a cell array
+  bool by_name = false;             // the user has named it
 };
 
 // "NAME" of the points, "cell:NAME" of the cells.
@@ -58,7 +59,8 @@ class Steering {
 
   // Looks through the chosen arrays for their ranges. Cell arrays are averaged at the points,
   // weighted by volume, and kept in memory (8 bytes a component and point). A field whose range is
-  // zero is left out, with a notice. The stream must outlive this.
+  // zero is left out, with a notice; but not where it has been chosen by name and has no value at
+  // some points, which must stay as they are. The stream must outlive this.
   Steering(const std::vector<SteeringChoice>& choices, const MeshDescription& mesh,
            const MeshStream& stream, const RunContext& context);
 
@@ -90,9 +92,15 @@ class Steering {
   };
   void read_array(const Array& array, std::uint64_t first, std::uint64_t count,
                   Vector<double>* values) const;
-  // The field's range in its new unit, which is set; 0 when all values are the same.
-  double measure(Array* array, const std::function<bool(VertexId)>& is_used,
-                 const RunContext& context) const;
+  // The field's range in its new unit, which is set; 0 when all values are the same, and then in a
+  // unit in which they are no larger than one. Says, too, whether some tuples are finite and others
+  // are not.
+  struct Measured {
+    double range = 0;
+    bool has_gaps = false;
+  };
+  Measured measure(Array* array, const std::function<bool(VertexId)>& is_used,
+                   const RunContext& context) const;
 
   const MeshStream* stream_ = nullptr;
   std::vector<Array> arrays_;
