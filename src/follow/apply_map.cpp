@@ -26,6 +26,18 @@ constexpr std::size_t kValuesPerBlock = 8192;
 
 static_assert(kStreamWindow % PointWeights::kWindow == 0);
 
+// `before` is the weight of what the mean is of. Never outside of the values, by rounding neither,
+// so that what is the same everywhere stays so.
+void add_to_mean(double value, double weight, double before, double* mean) {
+  if (!(before > 0)) {
+    *mean = value;
+    return;
+  }
+  const double share = weight / (before + weight);
+  const auto [low, high] = std::minmax(*mean, value);
+  *mean = std::clamp((1 - share) * *mean + share * value, low, high);
+}
+
 // One array, in two passes over the original's values, and some more where it is fitted, for which
 // `weights` are needed.
 class Mover {
@@ -80,10 +92,12 @@ class Mover {
   template <class T>
   void move(const RunContext& context) {
     const std::span<T> out = moved_.array.as<T>();
-    Vector<double> sums, most;  // of floating-point values; the largest weight so far
-    Vector<double> lost;        // weight of those that are not finite, once there are any
+    Vector<double> means, most;  // of floating-point values; the largest weight so far
+    Vector<double> taken;        // weight so far
+    Vector<double> lost;         // that of those that are not finite, once there are any
     if constexpr (std::is_floating_point_v<T>) {
-      sums.assign(out.size(), 0);
+      means.assign(out.size(), 0);
+      taken.assign(map_.counts().points, 0);
     } else {
       most.assign(map_.counts().points, 0);
     }
@@ -96,15 +110,17 @@ class Mover {
         const T* from = values + (next->original - first) * width_;
         T* to = out.data() + next->point * width_;
         if constexpr (std::is_floating_point_v<T>) {
-          double* sum = sums.data() + next->point * width_;
+          const double before = taken[next->point];
+          taken[next->point] += next->weight;
           for (std::size_t c = 0; c < width_; ++c) {
+            const std::size_t i = next->point * width_ + c;
             if (std::isfinite(from[c])) {
-              sum[c] += next->weight * double{from[c]};
+              add_to_mean(from[c], next->weight, before - (lost.empty() ? 0 : lost[i]), &means[i]);
             } else if (next->weight < 1) {
               if (lost.empty()) lost.assign(out.size(), 0);
-              lost[next->point * width_ + c] += next->weight;
+              lost[i] += next->weight;
             }
-            to[c] = next->weight == 1 ? from[c] : static_cast<T>(sum[c]);
+            to[c] = next->weight == 1 ? from[c] : static_cast<T>(means[i]);
           }
         } else if (next->weight > most[next->point]) {
           most[next->point] = next->weight;
@@ -117,9 +133,7 @@ class Mover {
     if constexpr (std::is_floating_point_v<T>) {
       // As in a fusion (kernel/fusions.h).
       for (std::size_t i = 0; i < lost.size(); ++i) {
-        if (!(lost[i] > 0)) continue;
-        out[i] = lost[i] <= 0.5 ? static_cast<T>(sums[i] / (1 - lost[i]))
-                                : std::numeric_limits<T>::quiet_NaN();
+        if (lost[i] > 0.5) out[i] = std::numeric_limits<T>::quiet_NaN();
       }
     }
   }
