@@ -7,11 +7,7 @@ from vtkmodules.vtkIOXML import vtkXMLPUnstructuredGridReader, vtkXMLUnstructure
 
 from .failure import BAD_INPUT, Failure
 from .grids import IDS, cells_of, join_by_ids
-
-
-def pieces_named_in(path):
-    text = path.read_text(errors="replace")
-    return [path.parent / name for name in re.findall(r'<Piece\s[^>]*?Source="([^"]*)"', text)]
+from .piece_files import pieces_named_in
 
 
 def head_of(path):

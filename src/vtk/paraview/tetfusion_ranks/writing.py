@@ -1,19 +1,18 @@
 """From a part on each rank to a .pvtu."""
 import os
 import pathlib
-import shutil
 import tempfile
 
 from vtkmodules.vtkIOParallelXML import vtkXMLPUnstructuredGridWriter
 
 from .failure import IO, Failure
-from .reading import pieces_named_in
+from .piece_files import pieces_named_in, remove_pieces
 
 
 def write(grid, output, ranks):
     """The pieces, in a new folder, and then the file that names them; the pieces of the old one go last."""
     output = pathlib.Path(output)
-    old = {file.parent for file in pieces_named_in(output)} if output.exists() else set()
+    old = pieces_named_in(output) if output.exists() else []
     number = 1
     while (folder := output.with_name(output.stem + "_pieces" + (f"-{number}" if number > 1 else ""))).exists():
         number += 1
@@ -46,6 +45,4 @@ def write(grid, output, ranks):
     os.chmod(part, 0o666 & ~mask)
     os.replace(part, output)
     summary.unlink()
-    for before in old - {folder}:
-        if before.parent == output.parent and before.name.startswith(output.stem + "_pieces"):
-            shutil.rmtree(before, ignore_errors=True)
+    remove_pieces(old, output, folder)

@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""Of the run on several processes what needs no ParaView. Usage: ranks_test.py"""
+import pathlib
+import sys
+import tempfile
+import unittest
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "src/vtk/paraview"))
+from tetfusion_ranks import piece_files  # noqa: E402
+
+
+class PieceFiles(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="tetfusion-ranks-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.output = self.folder / "out.pvtu"
+
+    def pvtu(self, *names):
+        """A file that names these, which are there."""
+        for name in names:
+            file = self.folder / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text("a piece")
+        self.output.write_text("".join(f'<Piece Source="{name}"/>\n' for name in names))
+
+    def remove(self, folder="out_pieces-2"):
+        piece_files.remove_pieces(piece_files.pieces_named_in(self.output), self.output, self.folder / folder)
+
+    def left(self):
+        return sorted(str(path.relative_to(self.folder)) for path in self.folder.rglob("*"))
+
+    def test_the_old_pieces_go_with_their_folder(self):
+        self.pvtu("out_pieces/piece_0.vtu", "out_pieces/piece_1.vtu")
+        self.remove()
+        self.assertEqual(self.left(), ["out.pvtu"])
+
+    def test_what_else_lies_there_stays(self):
+        self.pvtu("out_pieces/piece_0.vtu", "out_pieces/piece_1.vtu")
+        for name in "thesis.txt", "piece_2.vtu":
+            (self.folder / "out_pieces" / name).write_text("years of work")
+        self.remove()
+        self.assertEqual(self.left(), ["out.pvtu", "out_pieces", "out_pieces/piece_2.vtu", "out_pieces/thesis.txt"])
+
+    def test_pieces_elsewhere_and_new_ones_stay(self):
+        names = "in.vtu", "elsewhere/piece_0.vtu", "other/out_pieces/piece_0.vtu", "out_pieces-2/piece_0.vtu"
+        self.pvtu(*names)
+        before = self.left()
+        self.remove()
+        self.assertEqual(self.left(), before)
+
+    def test_a_piece_that_is_gone_does_not_matter(self):
+        self.pvtu("out_pieces/piece_0.vtu", "out_pieces/piece_1.vtu")
+        (self.folder / "out_pieces/piece_0.vtu").unlink()
+        self.remove()
+        self.assertEqual(self.left(), ["out.pvtu"])
+
+
+if __name__ == "__main__":
+    unittest.main()
