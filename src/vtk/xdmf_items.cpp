@@ -293,6 +293,13 @@ XdmfItems::Array XdmfItems::read_hdf5(pugi::xml_node item, const Hyperslab* part
   }
   if (!place.part.empty()) {
     own = {place.part[0], place.part[1], place.part[2]};
+    if (own.count.empty() || own.start.size() != own.count.size() ||
+        own.stride.size() != own.count.size()) {
+      throw DataFault("names a part of a data set by " + std::to_string(own.start.size()) +
+                      " starts, " + std::to_string(own.stride.size()) + " steps and " +
+                      std::to_string(own.count.size()) +
+                      " counts, where there must be one of each for every dimension");
+    }
     if (part != nullptr) throw DataFault("takes a part of a part of a data set");
     part = &own;
   }

@@ -424,6 +424,15 @@ class DataSets(XdmfTest):
         self.assertIn("is not inside of", self.refused("info", self.grid_with(np.zeros(count), name="T" + part.replace("|0", "|1"))))
         self.assertIn("parts of several data sets", self.converted(self.grid_with(np.zeros(count), name="T" + part + part))[1])
         self.assertIn("without its start, step and count", self.refused("info", self.grid_with(np.zeros(count), name="T|0:1")))
+        # The data set has one dimension, and the XML says another number of them, so that only the lists tell how many there are.
+        for said, lists, counted in ((f"1 {count} 1", f"0:1 1:1 {count} 1", "1 starts, 2 steps and 3 counts"),
+                                     (f"1 {count}", f"0:1 1:1 {count}", "1 starts, 2 steps and 2 counts"),
+                                     (f"1 {count}", f"0 0:1:1 {count}", "2 starts, 1 steps and 2 counts"),
+                                     (count, f"0 0:1 1:{count}", "2 starts, 2 steps and 1 counts"),
+                                     (count, "::", "0 starts, 0 steps and 0 counts")):
+            with self.subTest(lists):
+                self.assertIn(f"by {counted}, where there must be one of each",
+                              self.refused("info", self.grid_with(np.zeros(count), dimensions=said, name="T|" + lists)))
         path = self.grid_with(np.zeros(count))
         (self.folder / "run.h5").write_bytes(b"no such file")
         self.assertIn("which the HDF5 library cannot open", self.refused("info", path))
