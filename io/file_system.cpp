@@ -2,12 +2,15 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/mman.h>
+#include <sys/random.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <climits>
 #include <cstdlib>
 #include <string_view>
@@ -174,6 +177,17 @@ std::string open_file_path(int fd) { return "/proc/self/fd/" + std::to_string(fd
 std::string temporary_folder() {
   const char* folder = std::getenv("TMPDIR");
   return folder != nullptr && *folder != '\0' ? folder : "/tmp";
+}
+
+std::string temporary_name() {
+  // Where the system has no random bytes (before Linux 3.17) the time must do.
+  auto number = static_cast<std::uint64_t>(
+      std::chrono::high_resolution_clock::now().time_since_epoch().count());
+  std::uint64_t random = 0;
+  if (::getrandom(&random, sizeof(random), 0) == static_cast<ssize_t>(sizeof(random))) {
+    number = random;
+  }
+  return fmt::format("tetfusion-{}-{:016x}", ::getpid(), number);
 }
 
 int open_nameless(const std::string& folder) {

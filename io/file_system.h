@@ -83,6 +83,9 @@ int pread_all(int fd, void* data, std::size_t bytes, std::uint64_t offset);
 
 // Where temporary files go: TMPDIR, else /tmp.
 std::string temporary_folder();
+// For a folder that no other process has, on no host and in no container that shares the disk:
+// numbers of processes and what hosts are called may be the same there.
+std::string temporary_name();
 // A file for reading and writing that has no name, or has none any more. -1 and errno on failure.
 int open_nameless(const std::string& folder);
 

@@ -1,9 +1,7 @@
 #include "driver/examine.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <filesystem>
 #include <memory>
 
@@ -47,8 +45,7 @@ class TemporaryScratch {
   TemporaryScratch(const std::string& parent, std::uint64_t expected_bytes)
       : scratch_(
             disk_scratch({(std::filesystem::path(parent.empty() ? temporary_folder() : parent) /
-                           fmt::format("tetfusion-{}-{}", ::getpid(),
-                                       std::chrono::steady_clock::now().time_since_epoch().count()))
+                           temporary_name())
                               .string(),
                           "examine", false, expected_bytes})) {}
   ~TemporaryScratch() {

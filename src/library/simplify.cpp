@@ -1,7 +1,3 @@
-#include <fmt/format.h>
-#include <unistd.h>
-
-#include <atomic>
 #include <exception>
 #include <new>
 
@@ -9,6 +5,7 @@
 #include "base/resources.h"
 #include "base/version.h"
 #include "driver/simplify.h"
+#include "io/file_system.h"
 #include "library/owned_sink.h"
 #include "library/requests.h"
 #include "library/run_thread.h"
@@ -17,11 +14,10 @@ namespace tetfusion {
 
 namespace {
 
-// A new name in the folder, so that several processes can share it.
+// A new name in the folder, so that several processes can share it, on several hosts, too.
 std::string scratch_in(const std::string& folder) {
-  static std::atomic<unsigned> runs{0};
   if (folder.empty()) return "";
-  return fmt::format("{}/tetfusion-{}-{}", folder, ::getpid(), ++runs);
+  return folder + "/" + temporary_name();
 }
 
 // As Options::memory says.
