@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <initializer_list>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -201,6 +202,11 @@ void refuse_same_file(std::string_view option, const std::string& path,
 
 void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh) {
   if (files_of_mesh(path).size() == 1) refuse_piece(path, mesh);
+}
+
+ValueType id_type_for(const MeshLayout& layout, ValueType wanted) {
+  const bool fits = layout.corners <= std::numeric_limits<std::int32_t>::max();
+  return fits ? wanted : ValueType::kInt64;
 }
 
 void check_mesh_output(const std::string& path, Encoding encoding) {

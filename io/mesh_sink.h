@@ -77,10 +77,14 @@ struct MeshLayout {
   AttributeSet point_data, cell_data;  // tuples are ignored
 };
 
+// What numbers of points and offsets are to be, kInt32 or kInt64, where those of the input were
+// `wanted`: kInt64 where that has no room for the number of corners, as when cells were split.
+ValueType id_type_for(const MeshLayout& layout, ValueType wanted);
+
 // Memory for a mesh of that layout, which somebody else owns.
 struct MeshRoom {
   std::byte* points = nullptr;            // three coordinates each
-  ValueType id_type = ValueType::kInt64;  // of the next two: kInt32, if corners fit, or kInt64
+  ValueType id_type = ValueType::kInt64;  // of the next two: kInt32, if they fit, or kInt64
   std::byte* connectivity = nullptr;
   std::byte* offsets = nullptr;   // one more than cells; may be null where all are tetrahedra
   std::uint8_t* types = nullptr;  // may be null where offsets are

@@ -197,8 +197,10 @@ struct OwnedArray {
 // Options::original_ids.
 struct OwnedMesh {
   OwnedValues points;
-  OwnedValues connectivity;  // the type of the input's
-  OwnedValues offsets;       // offsets and types are empty where the input's were
+  // The type of the input's; but Int64 where the last offset has no room in 32 bits, as where many
+  // cells were split.
+  OwnedValues connectivity;
+  OwnedValues offsets;  // that type, too; offsets and types are empty where the input's were
   OwnedValues types;
   std::uint64_t tets = 0;  // so many of the cells, from the first on
   std::vector<OwnedArray> point_arrays, cell_arrays;

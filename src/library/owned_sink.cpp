@@ -23,15 +23,18 @@ std::vector<OwnedArray> make_arrays(const AttributeSet& set, std::uint64_t tuple
 
 MeshRoom OwnedSink::make_room(const MeshLayout& layout) {
   MeshRoom room;
+  // Numbers of points always fit, as those of the input did.
+  const ValueType input_ids = to_value_type(id_type_);
+  room.id_type = tets_only_ ? input_ids : id_type_for(layout, input_ids);
+  const Type ids = to_type(room.id_type);
   mesh_.tets = layout.tets;
   mesh_.points = OwnedValues(to_type(layout.point_type), 3 * layout.points);
-  mesh_.connectivity = OwnedValues(id_type_, layout.corners);
+  mesh_.connectivity = OwnedValues(ids, layout.corners);
   if (!tets_only_) {
-    mesh_.offsets = OwnedValues(id_type_, layout.cells + 1);
+    mesh_.offsets = OwnedValues(ids, layout.cells + 1);
     mesh_.types = OwnedValues(Type::kUInt8, layout.cells);
   }
   room.points = bytes(&mesh_.points);
-  room.id_type = to_value_type(id_type_);
   room.connectivity = bytes(&mesh_.connectivity);
   room.offsets = bytes(&mesh_.offsets);
   room.types = static_cast<std::uint8_t*>(mesh_.types.data());

@@ -8,7 +8,8 @@ namespace tetfusion {
 
 class OwnedSink final : public MeshSink {
  public:
-  // The type of the connectivity, and whether there are offsets and types, are those of the input.
+  // The type of the connectivity, and whether there are offsets and types, are those of the input;
+  // but 64 bits where the offsets need them.
   // Active markers and the like do not come here.
   explicit OwnedSink(const Mesh& input)
       : id_type_(input.connectivity.type()), tets_only_(input.types.empty()) {}
