@@ -172,6 +172,8 @@ int pread_all(int fd, void* data, std::size_t bytes, std::uint64_t offset) {
   return 0;
 }
 
+bool is_left_by_nfs(std::string_view name) { return name.starts_with(".nfs"); }
+
 std::string open_file_path(int fd) { return "/proc/self/fd/" + std::to_string(fd); }
 
 std::string temporary_folder() {

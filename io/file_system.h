@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -88,6 +89,10 @@ std::string temporary_folder();
 std::string temporary_name();
 // A file for reading and writing that has no name, or has none any more. -1 and errno on failure.
 int open_nameless(const std::string& folder);
+
+// Is it of a file that was removed while a process had it open? On network file systems it stays
+// under such a name until that process is gone, or its host has noticed.
+bool is_left_by_nfs(std::string_view name);
 
 // A path that leads to an open file, even to one without a name.
 std::string open_file_path(int fd);

@@ -79,6 +79,7 @@ std::vector<std::string> ScratchFolder::names() const {
     throw Error(ErrorCode::kIo,
                 fmt::format("{}: cannot list the scratch folder: {}", path_, std::strerror(errno)));
   }
+  std::erase_if(names, is_left_by_nfs);
   std::sort(names.begin(), names.end());
   return names;
 }

@@ -40,7 +40,8 @@ class ScratchFolder {
   std::string path_of(std::string_view name) const;
   int fd() const { return folder_.get(); }
 
-  std::vector<std::string> names() const;  // of all that is there, sorted
+  // Of all that is there, sorted; but not of what a network file system leaves (is_left_by_nfs).
+  std::vector<std::string> names() const;
   Descriptor open(const std::string& name) const;
   // Makes a file of that name, which appears when it is whole.
   void write(const std::string& name, const SectionTable& table, std::span<const PieceRef> pieces);

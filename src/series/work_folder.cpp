@@ -46,7 +46,7 @@ WorkFolder::WorkFolder(std::string path) : path_(std::move(path)) {
   std::vector<std::string> names;
   if (system.list(folder_.get(), &names) != 0) fail("reading");
   for (const std::string& name : names) {
-    if (is_ours(name)) continue;
+    if (is_ours(name) || is_left_by_nfs(name)) continue;
     refuse(
         fmt::format("in this folder lies {}, which is not of a series: remove the folder, or "
                     "give another --scratch",

@@ -246,6 +246,24 @@ TEST_F(DiskScratchTest, WhatIsNotOursIsRefusedAndKept) {
   EXPECT_EQ(count_files(""), 1u);
 }
 
+// Nobody can remove them as long as the process that was killed is known to the network.
+TEST_F(DiskScratchTest, WhatANetworkFileSystemLeavesIsInNobodysWay) {
+  fs::create_directory(folder_);
+  const std::string left = folder_ + "/.nfs000000000001e24000000001";
+  std::ofstream(left) << "a manifest that was removed";
+  {
+    const auto scratch = open();
+    run(scratch.get(), "one");
+  }
+  {
+    const auto scratch = open(true);
+    expect_whole(scratch->resume(), "one");
+    scratch->remove();
+  }
+  EXPECT_TRUE(fs::exists(left));
+  EXPECT_EQ(count_files(""), 1u);
+}
+
 TEST_F(DiskScratchTest, PartFilesWithoutAManifestAreNotOurs) {
   fs::create_directory(folder_);
   std::ofstream(folder_ + "/0.part") << "?";
