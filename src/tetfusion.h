@@ -223,8 +223,8 @@ enum class BoundaryMode : std::uint8_t {
 struct SteeringArray {
   std::string name;
   bool of_cells = false;
-  // Its own, in the place of max_error (with kTetFuse of scalar_tolerance); a share of its range, >
-  // 0.
+  // Its own, in the place of max_error (with kTetFuse of scalar_tolerance); a share of its range,
+  // in (0, 1].
   std::optional<double> tolerance;
 };
 
@@ -237,9 +237,11 @@ struct Options {
   std::optional<double> reduction;
   std::optional<std::uint64_t> tets;
   // With kFuse. No steering field is off by more at any of the input's points, as a share of its
-  // range, > 0. Default: 0.01 without a goal, max_rms and a tolerance of any array, else anything.
+  // range, in (0, 1]. Default: 0.01 without a goal, max_rms and a tolerance of any array, else
+  // anything.
   std::optional<double> max_error;
-  // With kFuse: what a fusion may do to the steering fields, in the mean of squares; > 0.
+  // With kFuse: what a fusion may do to the steering fields, in the mean of squares, as a share of
+  // their ranges, in (0, 1].
   std::optional<double> max_rms;
   bool strict = false;  // a goal that is not reached is Code::kGoalNotReached
 

@@ -33,6 +33,17 @@ void refuse_foreign_options(const Options& o) {
   if (o.threads < 0) throw Error(ErrorCode::kUsage, "threads must be at least 0");
 }
 
+// In texts, as a request has them, they would be refused in the words of the command.
+void check_tolerances(const Options& o) {
+  for (const SteeringArray& array : o.arrays) {
+    if (!array.tolerance || (*array.tolerance > 0 && *array.tolerance <= 1)) continue;
+    throw Error(ErrorCode::kUsage,
+                fmt::format("arrays: the tolerance of \"{}\" is {}: it must be greater than 0 and "
+                            "at most 1, a share of its range",
+                            array.name, *array.tolerance));
+  }
+}
+
 Boundary to_boundary(BoundaryMode mode) {
   if (mode == BoundaryMode::kWithin) return Boundary::kWithin;
   return mode == BoundaryMode::kPlanar ? Boundary::kPlanar : Boundary::kExact;
@@ -76,6 +87,7 @@ Type to_type(ValueType type) { return static_cast<Type>(type); }
 
 SimplifyRequest to_request(const Options& o) {
   refuse_foreign_options(o);
+  check_tolerances(o);
   SimplifyRequest request;
   request.input = "the mesh";
   request.output = "the result";

@@ -11,6 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using testing::LibraryMesh;
+using ::testing::MatchesRegex;
 using testing::MeshFile;
 using testing::wavy_box;
 
@@ -172,6 +173,12 @@ TEST_F(LibraryErrors, BadOptionsAreNamedInItsOwnWords) {
   EXPECT_THAT(message(), HasSubstr("max_error must be greater than 0"));
   options.max_error = 5;
   EXPECT_EQ(message(), "max_error must be greater than 0% and at most 100% of the range");
+  for (const double wrong : {0.0, -0.5, 1.5, std::numeric_limits<double>::quiet_NaN()}) {
+    options.arrays = {{"wave", false, wrong}};
+    EXPECT_THAT(message(),
+                MatchesRegex("arrays: the tolerance of \"wave\" is (0|-0.5|1.5|nan): it "
+                             "must be greater than 0 and at most 1, a share of its range"));
+  }
   options.boundary = BoundaryMode::kWithin;
   EXPECT_THAT(message(), HasSubstr("boundary must be a share of the diagonal"));
   options.method = Operation::kTetFuse;

@@ -849,6 +849,7 @@ class Function(FilterTest):
                                 ({"boundary": 0.0}, "boundary must be a share of the diagonal"),
                                 ({"arrays": "nothing"}, 'no array "nothing" to steer by'),
                                 ({"arrays": {"wave": -1}}, "must be greater than 0"),
+                                ({"arrays": {"wave": 1.5}}, 'arrays: the tolerance of "wave" is 1.5: it must be greater than 0 and at most 1'),
                                 ({"regions": ["wave"]}, "no cell array of numbers of one component"),
                                 ({"reduction": 0.5, "tets": 3}, "two goals"),
                                 ({"reduction": 0, "tets": 3}, "two goals"),

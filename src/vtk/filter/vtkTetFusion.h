@@ -61,8 +61,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
-   * At no point of the input is a steering field off by more than this share of its range, as in
-   * 0.01. 0, the default: anything with a goal or MaximumRMS, else 0.01.
+   * At no point of the input is a steering field off by more than this share of its range, in
+   * (0, 1], as in 0.01. 0, the default: anything with a goal or MaximumRMS, else 0.01.
    */
   vtkSetMacro(MaximumError, double);
   vtkGetMacro(MaximumError, double);
@@ -70,8 +70,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
-   * No fusion may change a steering field by more in the mean of squares, as a share of its range;
-   * an estimate. 0, the default: anything.
+   * No fusion may change a steering field by more in the mean of squares, as a share of its range,
+   * in (0, 1]; an estimate. 0, the default: anything.
    */
   vtkSetMacro(MaximumRMS, double);
   vtkGetMacro(MaximumRMS, double);
@@ -190,7 +190,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   /**
    * An array that steers, beside those of SetInputArrayToProcess(). `association` is
    * vtkDataObject::FIELD_ASSOCIATION_POINTS or _CELLS. A tolerance above 0, a share of the array's
-   * range, takes the place of MaximumError (with TETFUSE of ScalarTolerance) for this array.
+   * range of 1 at most, takes the place of MaximumError (with TETFUSE of ScalarTolerance) for this
+   * array.
    */
   void AddSteeringArray(int association, const char* name, double tolerance = 0);
   void RemoveAllSteeringArrays();

@@ -61,8 +61,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
 
     reduction: the share of the tetrahedra that is to go, as in 0.9; of 0 the mesh stays as it is.
     tets: the same goal as the number that is to be left. Without a goal: as far as max_error allows.
-    max_error: at no point is a steering field off by more than this share of its range; default 0.01 where nothing else limits.
-    max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range.
+    max_error: at no point is a steering field off by more than this share of its range, in (0, 1]; default 0.01 where nothing else limits.
+    max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range, in (0, 1].
     strict: a goal that cannot be reached is an error, and not only a TetFusionWarning.
     method: "fuse", the default, or "tetfuse", the operation of the paper.
     boundary: "exact", the default, "planar", or how far it may move, as a share of the diagonal of the bounding box.
@@ -71,7 +71,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
     boundary_tets_stay: with "tetfuse", no tetrahedron that touches the boundary is fused.
     arrays: what steers: a name, or a list of names, "cell:NAME" for an array of the cells, or a dict from names to the largest error
-        of each (None: no other than max_error). Default: the active scalars, else the first floating-point array of the points,
+        of each, in (0, 1] (None: no other than max_error). Default: the active scalars, else the first floating-point array of the points,
         of these the first that is not the same everywhere.
     regions: names of cell arrays of one component whose interfaces are kept, or "none"; default: those of integers named like materials.
     roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
