@@ -49,9 +49,11 @@ FormatGuess guess_xml(std::string_view text) {
   if (type == "PUnstructuredGrid") {
     return {ForeignFormat::kXmlVtk, "a VTK XML unstructured grid in several files"};
   }
+  // Lists by other programs may leave the type out.
+  const bool is_list =
+      type == "Collection" || (type.empty() && text.find("<Collection") != std::string_view::npos);
   return {ForeignFormat::kXmlVtk,
-          "a VTK XML file" + (type.empty() ? "" : " of type " + std::string(type)),
-          type == "Collection"};
+          "a VTK XML file" + (type.empty() ? "" : " of type " + std::string(type)), is_list};
 }
 
 bool is_ensight_case(std::string_view text) {

@@ -70,8 +70,12 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
                                    : MappedFile::open(path, options.spool_folder);
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
   refuse_unread_formats(path, file.bytes(), false);
-  const ForeignFormat foreign = guess_format(path, file.bytes()).format;
-  if (!may_have_time_steps(foreign)) choose_time_step(path, 0, options.time_step);
+  const FormatGuess guess = guess_format(path, file.bytes());
+  const ForeignFormat foreign = guess.format;
+  // A list has steps, but is refused below: each of its files is a mesh.
+  if (!may_have_time_steps(foreign) && !guess.is_list) {
+    choose_time_step(path, 0, options.time_step);
+  }
   const std::string_view type = vtk_file_type(text);
   const bool legacy = is_legacy_grid(text);
   if (type == "UnstructuredGrid" || legacy) {

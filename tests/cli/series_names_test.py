@@ -81,10 +81,16 @@ class Names(SeriesTest):
                                (["compare", listed, steps[0]], "is 3 steps, and"),
                                (["compare", listed, out, "--report", self.folder / "out_007.vtu"], "out_007.vtu")):
             self.assertIn(why, self.refused_command(*arguments))
+        the_map = self.folder / "step.map"
+        run("simplify", steps[0], "-o", self.folder / "one.vtu", "--reduction", "30%", "--map", the_map)
+        for arguments in ["convert", listed, self.folder / "one.vtu"], ["apply", the_map, listed, "-o", self.folder / "one.vtu"]:
+            for more in [], ["--time-step", "1"], ["--time-step", "last"]:
+                said = self.refused_command(*arguments, *more, code=BAD)
+                self.assertIn("this is a list of the steps of a series: give one of the files that it names", said)
 
-    def refused_command(self, *arguments):
+    def refused_command(self, *arguments, code=USAGE):
         result = finish(*arguments)
-        self.assertEqual(result.returncode, USAGE, result)
+        self.assertEqual(result.returncode, code, result)
         return result.stderr.decode()
 
     def test_times_are_those_of_the_files(self):

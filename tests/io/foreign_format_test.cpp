@@ -30,6 +30,7 @@ TEST(GuessFormat, KnowsTheFirstBytes) {
   EXPECT_EQ(guess(testing::kXmlStructured).words, "a VTK XML file of type StructuredGrid");
   EXPECT_FALSE(guess(testing::kXmlStructured).is_list);
   EXPECT_TRUE(guess("<VTKFile type=\"Collection\">").is_list);
+  EXPECT_TRUE(guess("<VTKFile><Collection>").is_list);
   EXPECT_THAT(guess("<VTKFile type=\"PUnstructuredGrid\">").words, HasSubstr("several files"));
   EXPECT_EQ(guess("<VTKFile").words, "a VTK XML file");
   EXPECT_EQ(guess("<VTKFile type=").words, "a VTK XML file");
