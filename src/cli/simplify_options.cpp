@@ -89,6 +89,13 @@ void parse_boundary(const std::string& text, BehaviourOptions* behaviour) {
         "diagonal, as in 0.1%",
         text));
   }
+  constexpr double kMostBare = 0.1;  // so far that a percent sign is likely to be missing
+  if (*share >= kMostBare && !text.ends_with('%')) {
+    refuse(
+        fmt::format("--boundary {0}: that is {1:.6g} % of the diagonal; give {0}% or {1:.6g}%, "
+                    "whichever is meant",
+                    text, 100 * *share));
+  }
   behaviour->boundary = Boundary::kWithin;
   behaviour->boundary_distance = *share;
 }

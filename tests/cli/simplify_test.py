@@ -262,11 +262,16 @@ class Report(FolderTest):
         for option, value, told in (("--boundary", "5", b"--boundary 5: that is 500 % of the diagonal; give less, as in 0.1%"),
                                     ("--boundary", "1", b"--boundary 1: that is 100 % of the diagonal"),
                                     ("--boundary", "0", b"--boundary 0: give exact, where no vertex of the surface moves"),
+                                    ("--boundary", "0.5", b"--boundary 0.5: that is 50 % of the diagonal; give 0.5% or 50%, whichever is meant"),
+                                    ("--boundary", "0.1", b"--boundary 0.1: that is 10 % of the diagonal; give 0.1% or 10%"),
                                     ("--memory", "2", b"--memory 2: that is 2 bytes; is 2G or 2M meant?"),
                                     ("--memory", "1000000", b"--memory 1000000: that is 1,000,000 bytes")):
             result = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "10%", option, value)
             self.assertEqual(result.returncode, USAGE)
             self.assertIn(told, result.stderr)
+        for value, share in ("0.09", 0.09), ("50%", 0.5), ("99%", 0.99):
+            report = report_of("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "10%", "--boundary", value)
+            self.assertEqual(report["boundary"]["mode"], str(share))
 
     def test_the_option_that_a_notice_names_is_what_to_type(self):
         """With those that are kept by default, whose place it takes, and with quotes where a shell wants them."""

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Of the run on several processes what needs no ParaView. Usage: ranks_test.py"""
+import argparse
 import pathlib
 import sys
 import tempfile
@@ -7,7 +8,7 @@ import unittest
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "src/vtk/paraview"))
-from tetfusion_ranks import piece_files  # noqa: E402
+from tetfusion_ranks import command_line, piece_files  # noqa: E402
 
 
 class PieceFiles(unittest.TestCase):
@@ -55,6 +56,16 @@ class PieceFiles(unittest.TestCase):
         (self.folder / "out_pieces/piece_0.vtu").unlink()
         self.remove()
         self.assertEqual(self.left(), ["out.pvtu"])
+
+
+class CommandLine(unittest.TestCase):
+    def test_a_boundary_without_a_percent_sign_is_small(self):
+        self.assertEqual(command_line.boundary("planar"), "planar")
+        self.assertEqual([command_line.boundary(text) for text in ("0.09", "0.5%", "50%")], [0.09, 0.005, 0.5])
+        for text, told in ("0.5", "0.5 is 50 % of the diagonal; give 0.5% or 50%"), ("0.1", "give 0.1% or 10%"):
+            with self.assertRaises(argparse.ArgumentTypeError) as refused:
+                command_line.boundary(text)
+            self.assertIn(told, str(refused.exception))
 
 
 if __name__ == "__main__":

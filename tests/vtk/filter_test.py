@@ -868,6 +868,8 @@ class Function(FilterTest):
                                 ({"reduction": "half"}, "reduction cannot be 'half'"),
                                 ({"reduction": "x%"}, "reduction cannot be 'x%': give a share"),
                                 ({"memory": "much"}, "memory cannot be 'much'"),
+                                ({"boundary": 0.5}, "boundary cannot be 0.5, which is 50 % of the diagonal: give '0.5%' or '50%'"),
+                                ({"boundary": "0.1"}, "boundary cannot be '0.1', which is 10 % of the diagonal: give '0.1%' or '10%'"),
                                 ({"boundary": []}, "boundary must be one of exact, planar"),
                                 ({"arrays": {"wave": "1"}}, "arrays: the bound of wave cannot be '1': give '100%' or '1%'"),
                                 ({"arrays": {"wave": "x"}}, "arrays: the bound of wave cannot be 'x': give a share"),
@@ -921,6 +923,7 @@ class Function(FilterTest):
         texts = {"reduction": "30%", "max_error": "5%", "boundary": "1%", "memory": "1.5G", "arrays": {"wave": "2%"}}
         same = {"reduction": 0.3, "max_error": 0.05, "boundary": 0.01, "memory": 3 << 29, "arrays": {"wave": 0.02}}
         self.expect_same(vtktetfusion.simplify(grid, **texts), vtktetfusion.simplify(grid, **same))
+        self.expect_same(vtktetfusion.simplify(grid, 0.3, boundary="50%"), vtktetfusion.simplify(grid, 0.3, boundary="50.0%"))
         texts = {"tets": "0.4k", "max_error": "0.05", "boundary": "0.01", "memory": "2g", "arrays": {"wave": ".02"}, "chunk_tets": "1k"}
         same = {"tets": 400, "max_error": 0.05, "boundary": 0.01, "memory": 2 << 30, "arrays": {"wave": 0.02}, "chunk_tets": 1000}
         self.expect_same(vtktetfusion.simplify(grid, **texts), vtktetfusion.simplify(grid, **same))

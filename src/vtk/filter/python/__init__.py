@@ -65,7 +65,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range, in (0, 1].
     strict: a goal that cannot be reached is an error, and not only a TetFusionWarning.
     method: "fuse", the default, or "tetfuse", the operation of the paper.
-    boundary: "exact", the default, "planar", or how far it may move, as a share of the diagonal of the bounding box.
+    boundary: "exact", the default, "planar", or how far it may move, as a share of the diagonal of the bounding box, as in
+        0.005 or "0.5%"; from 0.1 on only with a percent sign, as "10%", since 0.5 may stand for 0.5 %.
     min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
     conserve: the integrals of all floating-point arrays stay; cells keep the values of regions.
     scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
@@ -253,6 +254,9 @@ def _set_boundary(run, boundary):
     if not isinstance(boundary, str) or boundary not in modes:
         share = _share(boundary)
         if _is_number(share):
+            if 0.1 <= share < 1 and not (isinstance(boundary, str) and boundary.endswith("%")):
+                _refuse(f"boundary cannot be {boundary!r}, which is {100 * share:.6g} % of the diagonal: give '{share:.6g}%' or "
+                        f"'{100 * share:.6g}%', whichever is meant")
             run.SetBoundaryModeToWithin()
             run.SetBoundaryTolerance(share)
             return

@@ -19,7 +19,13 @@ def byte_count(text):
 
 
 def boundary(text):
-    return text if text in ("exact", "planar") else share(text)
+    if text in ("exact", "planar"):
+        return text
+    distance = share(text)
+    if distance >= 0.1 and not text.endswith("%"):  # as the command and the filter's package do
+        raise argparse.ArgumentTypeError(f"{text} is {100 * distance:.6g} % of the diagonal; give {text}% or {100 * distance:.6g}%, "
+                                         "whichever is meant")
+    return distance
 
 
 def parse(arguments):

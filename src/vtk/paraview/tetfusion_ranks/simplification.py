@@ -63,7 +63,8 @@ def simplify(grid, options, goal, error, passes, ranks, box):
             tets = 1  # every field is constant here: as far as it goes
     surface = options.boundary
     if not isinstance(surface, str):
-        surface = min(surface / passes * diagonal(box) / diagonal(grid.GetBounds()), 0.999) if cells_of(grid) else "exact"
+        # Of a small part it may be so much that it needs a percent sign.
+        surface = f"{100 * min(surface / passes * diagonal(box) / diagonal(grid.GetBounds()), 0.999)}%" if cells_of(grid) else "exact"
     return vtktetfusion.simplify(
         grid, reduction=goal, tets=tets, arrays=arrays, boundary=surface, regions=regions, roi=options.roi, weight=options.weight,
         min_quality=options.min_quality, conserve=options.conserve, method=options.method, threads=options.threads or ranks.threads(),
