@@ -15,7 +15,9 @@ set(CPACK_DEBIAN_VTK_DESCRIPTION "TetFusion's reader of VTK's formats, filter fo
 set(CPACK_DEBIAN_VTK_PACKAGE_DEPENDS "tetfusion (= ${PROJECT_VERSION}), python3-vtk9")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR})
 
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tetfusion RENAME copyright COMPONENT command)
+set(documents ${CMAKE_INSTALL_DATADIR}/doc/tetfusion)
+install(FILES LICENSE DESTINATION ${documents} RENAME copyright COMPONENT command)
+install(FILES README.md CHANGELOG.md src/cli/MANUAL.md src/cli/FORMATS.md DESTINATION ${documents} COMPONENT command)
 include(CPack)
 cpack_add_component_group(main)
 cpack_add_component_group(vtk)

@@ -16,6 +16,10 @@ fi
 dpkg-deb -x "$package" "$temp/root"
 usr="$temp/root/usr"
 
+for document in copyright README.md CHANGELOG.md MANUAL.md FORMATS.md; do
+  test -s "$usr/share/doc/tetfusion/$document"
+done
+
 PATH="$usr/bin:$PATH"
 tetfusion generate five --tets 20k --jitter 0.3 -o "$temp/in.vtu" --quiet
 tetfusion simplify "$temp/in.vtu" -o "$temp/out.vtu" --reduction 50% --quiet
