@@ -322,8 +322,8 @@ void say_which_may_be_node_sets(const MeshDescription& mesh, const MeshStream& s
   if (sets.empty()) return;
   const bool is_one = sets.size() == 1;
   context.say(fmt::format(
-      "point array{} {} may be {}: {} not kept where the surface gets other triangles (--boundary "
-      "exact keeps {})",
+      "point array{} {} may be {}: {} not kept where the surface gets other triangles (on the "
+      "surface --boundary exact keeps {})",
       is_one ? "" : "s", list_names(sets, kMostNames), is_one ? "a set of nodes" : "sets of nodes",
       is_one ? "its border is" : "their borders are", is_one ? "it" : "them"));
 }

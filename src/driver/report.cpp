@@ -6,7 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "base/numbers.h"
@@ -129,14 +129,26 @@ std::string SimplifyReport::stop_sentence() const {
   const PassStatistics& last = lods.back().pass;
   if (method == Method::kFuse) {
     // The boundary stays anyway; the question is what holds the others back.
-    auto reasons = last.rejected;
-    reasons[static_cast<std::size_t>(Reject::kBoundary)] = 0;
-    const auto most = std::max_element(reasons.begin(), reasons.end());
-    const auto all = std::accumulate(reasons.begin(), reasons.end(), std::uint64_t{0});
+    std::vector<std::pair<std::uint64_t, Reject>> reasons;
+    std::uint64_t all = 0;
+    for (std::size_t i = 0; i < last.rejected.size(); ++i) {
+      const auto reason = static_cast<Reject>(i);
+      if (reason == Reject::kBoundary || last.rejected[i] == 0) continue;
+      reasons.emplace_back(last.rejected[i], reason);
+      all += last.rejected[i];
+    }
     if (all == 0) return say("every vertex that is left lies on the boundary, which stays.");
-    return say(fmt::format("of {} left inside, {} may not be fused because {}.",
-                           format_count(all, "vertex", "vertices"), format_count(*most),
-                           in_words(static_cast<Reject>(most - reasons.begin()))));
+    const auto more = [](const auto& a, const auto& b) { return a.first > b.first; };
+    std::stable_sort(reasons.begin(), reasons.end(), more);
+    std::string because;
+    for (std::size_t i = 0; i < std::min<std::size_t>(reasons.size(), 3); ++i) {
+      const auto& [count, reason] = reasons[i];
+      if (2 * count < reasons[0].first) break;
+      because += fmt::format("{}{} {}because {}", i == 0 ? "" : "; ", format_count(count),
+                             i == 0 ? "may not be fused " : "", in_words(reason));
+    }
+    return say(
+        fmt::format("of {} left inside, {}.", format_count(all, "vertex", "vertices"), because));
   }
   const auto most = std::max_element(last.rejected.begin(), last.rejected.end());
   const auto reason = static_cast<Reject>(most - last.rejected.begin());

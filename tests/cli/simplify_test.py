@@ -251,7 +251,7 @@ class Report(FolderTest):
         self.assertNotIn(notice, finish(*options).stderr)
         for more in (["--boundary", "planar"], ["--boundary", "1%"]):
             self.assertIn(b"point array nset_clamp may be a set of nodes: its border is not kept where the surface gets other triangles "
-                          b"(--boundary exact keeps it)", finish(*options, *more).stderr)
+                          b"(on the surface --boundary exact keeps it)", finish(*options, *more).stderr)
         self.assertNotIn(notice, finish(*options, "--boundary", "planar", "--array", "nset_clamp").stderr)
         mesh.arrays.insert(1, ["PointData", "nset_top", "UInt8", 1, clamp])
         self.write(mesh)
