@@ -364,7 +364,8 @@ void add_field_options(CLI::App& command, SimplifyArguments* a) {
       .add_option(
           "--array", a->request.behaviour.arrays,
           "An array that steers: NAME, NAME:0.5% (in place of --max-error or --scalar-tolerance), "
-          "cell:NAME; may be given again. \"pressure_{step}\" stands for the point arrays of one "
+          "cell:NAME; may be given again; all: every floating-point point array. "
+          "\"pressure_{step}\" stands for the point arrays of one "
           "mesh that are the steps of a series. Default: the active scalars, else the first "
           "floating-point point array, of these the first that is not the same everywhere. All "
           "arrays are carried along")

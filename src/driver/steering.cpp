@@ -32,20 +32,23 @@ std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std:
 
 namespace {
 
+// What is behind the last colon of what a user has given.
+double tolerance_in(const std::string& text) {
+  const std::string share = text.substr(text.rfind(':') + 1);
+  const auto tolerance = parse_share(share);
+  if (tolerance && *tolerance > 0 && *tolerance <= 1) return *tolerance;
+  throw Error(ErrorCode::kUsage,
+              fmt::format("--array {}: the tolerance \"{}\" must be greater than 0% and at most "
+                          "100% of the field's range, as in 0.5%",
+                          text, share));
+}
+
 SteeringChoice resolve(const MeshDescription& mesh, const std::string& text) {
   if (auto choice = find_array(mesh, text)) return *choice;
   const std::size_t colon = text.rfind(':');
   if (colon != std::string::npos) {
-    const auto tolerance = parse_share(text.substr(colon + 1));
-    auto choice = find_array(mesh, text.substr(0, colon));
-    if (choice && !(tolerance && *tolerance > 0 && *tolerance <= 1)) {
-      throw Error(ErrorCode::kUsage,
-                  fmt::format("--array {}: the tolerance \"{}\" must be greater than 0% and at "
-                              "most 100% of the field's range, as in 0.5%",
-                              text, text.substr(colon + 1)));
-    }
-    if (choice) {
-      choice->tolerance = tolerance;
+    if (auto choice = find_array(mesh, text.substr(0, colon))) {
+      choice->tolerance = tolerance_in(text);
       return *choice;
     }
   }
@@ -179,10 +182,42 @@ std::uint32_t components_of(const std::vector<SteeringChoice>& choices,
   return width;
 }
 
+namespace {
+
+constexpr std::string_view kAll = "all", kAllWithin = "all:";
+
+bool means_all(const MeshDescription& mesh, const std::string& text) {
+  return (text == kAll || text.starts_with(kAllWithin)) && !find_array(mesh, text) &&
+         !find_array(mesh, std::string(kAll));
+}
+
+// The floating-point arrays of the points that are not among *choices.
+void add_all(const MeshDescription& mesh, const std::string& text,
+             std::vector<SteeringChoice>* choices) {
+  std::optional<double> tolerance;
+  if (text != kAll) tolerance = tolerance_in(text);
+  const auto& arrays = mesh.point_data.arrays;
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    const bool is_there = std::any_of(choices->begin(), choices->end(), [&](const auto& c) {
+      return c.association == Association::kPoint && c.index == i;
+    });
+    if (is_there || !is_float(arrays[i].type)) continue;
+    choices->push_back({Association::kPoint, i, tolerance, arrays[i].name, true});
+  }
+  if (!choices->empty()) return;
+  throw Error(ErrorCode::kUsage,
+              fmt::format("{}: --array {}: the points have no floating-point array; cell arrays "
+                          "(name them cell:NAME): {}",
+                          mesh.path, text, names_of(mesh.cell_data)));
+}
+
+}  // namespace
+
 std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
                                             const std::vector<std::string>& names) {
   std::vector<SteeringChoice> choices;
   for (const std::string& name : names) {
+    if (means_all(mesh, name)) continue;
     SteeringChoice choice = resolve(mesh, name);
     choice.by_name = true;
     const bool is_twin = std::any_of(choices.begin(), choices.end(), [&](const SteeringChoice& c) {
@@ -193,6 +228,9 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
                   fmt::format("--array {}: that array steers already; name it once", name));
     }
     choices.push_back(std::move(choice));
+  }
+  for (const std::string& name : names) {
+    if (means_all(mesh, name)) add_all(mesh, name, &choices);
   }
   if (!choices.empty()) return choices;
   choices = choices_by_default(mesh);

@@ -25,7 +25,8 @@ struct SteeringChoice {
 // "NAME" of the points, "cell:NAME" of the cells.
 std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name);
 
-// Resolves the user's names ("NAME", "NAME:0.5%", "cell:NAME"); with none, VTK's active scalars,
+// Resolves the user's names ("NAME", "NAME:0.5%", "cell:NAME"; "all" for the floating-point point
+// arrays that are not named besides, if no array is called so); with none, VTK's active scalars,
 // else the first floating-point point array, else nothing. Throws Error(kUsage) naming the arrays
 // there are, or for an array that is named twice.
 std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,

@@ -5,7 +5,7 @@ import itertools
 import math
 
 import numpy as np
-from harness import USAGE, FolderTest, finish, main, report_of, run
+from harness import INVALID, USAGE, FolderTest, finish, main, report_of, run
 from independent_check import Vtu, judge_pair, load
 from sample_meshes import rebuilt
 from tiny_vtu import TinyVtu
@@ -114,6 +114,26 @@ class Fuse(FolderTest):
         self.assertEqual((report["stop_reason"], report["steering"]), ("saturated", []))
         self.assertLess(report["output"]["tets"], report["input"]["tets"])
         self.compare(path, out)
+
+    def test_all_arrays_may_steer(self):
+        path, out = self.generate("--jitter", "0.3", tets="20k"), self.folder / "out.vtu"
+        bound = ["--max-error", "2%"]
+        run("simplify", path, "-o", out, *bound)
+        run("compare", path, out, *bound, code=INVALID)
+        for names in (["all", *bound], ["all:2%"], ["front:1%", "--array", "all:2%"]):
+            report = report_of("simplify", path, "-o", out, "--array", *names)
+            self.assertEqual(sorted(report["steering"]), ["front", "temperature", "velocity"])
+            self.assertGreater(report["reduction"], 0.1)
+            run("compare", path, out, *bound)
+        run("compare", path, out, "--max-error", "1%", "--array", "front")
+        self.assertIn(b"--array all:0: the tolerance", finish("simplify", path, "-o", out, "--array", "all:0").stderr)
+        # A name comes first.
+        mesh = TinyVtu(4)
+        mesh.array("temperature")[1] = "all"
+        mesh.arrays.insert(1, ["PointData", "flow", "Float32", 1, [p[0] for p in mesh.points]])
+        self.assertEqual(report_of("simplify", self.write(mesh), "-o", out, "--array", "all")["steering"], ["all"])
+        mesh.arrays = [a for a in mesh.arrays if a[0] != "PointData"]
+        self.assertIn(b"--array all: the points have no floating-point array", finish("simplify", self.write(mesh), "-o", out, "--array", "all").stderr)
 
     def test_labels_of_what_lies_beside_tetrahedra_say_no_regions(self):
         """A boundary triangle with another label makes no interface."""
