@@ -1,5 +1,6 @@
 #include "driver/run_plan.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -10,6 +11,19 @@
 #include "driver/scratch_place.h"
 
 namespace tetfusion {
+
+namespace {
+
+// Of a sample: it is scattered, put together and kept.
+std::uint64_t most_in_memory(const Run& run) {
+  constexpr double kCopies = 8;
+  const auto tets = static_cast<double>(std::max<std::uint64_t>(run.input.description().cells, 1));
+  const double bytes_a_tet = static_cast<double>(run.place.needs().pieces) / tets;
+  const auto room = static_cast<double>(run.place.budget()->free());
+  return static_cast<std::uint64_t>(room / (kCopies * std::max(bytes_a_tet, 1.0)));
+}
+
+}  // namespace
 
 RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
                  std::uint64_t sample_tets) {
@@ -32,7 +46,7 @@ RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
   plan.threads = thread_count();
   plan.verifies = request.verify;
   Steering steering = read_steering(&run);
-  plan.estimate = estimate_run(run, &steering, sample_tets, start);
+  plan.estimate = estimate_run(run, &steering, std::min(sample_tets, most_in_memory(run)), start);
   context.report("done", 1);
   return plan;
 }

@@ -261,6 +261,10 @@ class Legacy(FolderTest):
         self.assertEqual(out.read_bytes(), expected)
         if not sanitized():
             self.assertLess(report["peak_rss_bytes"], 110 << 20)
+        # Its sample is smaller there, too.
+        estimate = report_of(*options, "--memory", "110M", "--dry-run")["estimate"]
+        self.assertLess(estimate["sample_tets"], report_of(*options, "--memory", "4G", "--dry-run")["estimate"]["sample_tets"])
+        self.assertGreater(estimate["reduction"], 0.8)
 
 
 if __name__ == "__main__":
