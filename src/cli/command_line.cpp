@@ -35,6 +35,7 @@ class Formatter : public CLI::Formatter {
 // What is wrong, and whose help says more; `first` is what stands where a command should.
 std::string sentence_of(const CLI::ParseError& error) {
   const std::string said = error.what();
+  if (said == "--output is required") return said + ", as in -o out.vtu";
   const std::size_t end = said.find(": At Most 1 required");
   return end == std::string::npos ? said
                                   : said.substr(0, end) + " is given more than once: give it once";

@@ -116,6 +116,11 @@ class Options(FolderTest):
         for options in (["--lods", "50%,50%"], ["--lods", "10%,0.1,20%"], ["--lods", "3", "--reduction", "0%"]):
             self.assertRegex(self.refused(*options, output="{lod}.vtu"), "--lods .* two levels of")
 
+    def test_a_result_needs_its_option(self):
+        result = finish("simplify", self.generate(tets="1k"), self.folder / "out.vtu")
+        self.assertEqual(result.returncode, USAGE)
+        self.assertIn(b"--output is required, as in -o out.vtu; see", result.stderr)
+
     def test_a_tolerance_that_is_none(self):
         for tolerance in ("0", "-1%", "nan"):
             message = self.refused("--array", f"temperature:{tolerance}")
