@@ -18,6 +18,7 @@
 #include "cli/findings.h"
 #include "cli/listed_steps.h"
 #include "compare/compare.h"
+#include "compare/interfaces.h"
 #include "compare/needs.h"
 #include "driver/notices.h"
 #include "io/mesh_source.h"
@@ -133,7 +134,10 @@ std::string region_line(const ArrayComparison& a) {
   std::string text = fmt::format("    change of the volumes of {}: {}",
                                  format_count(a.regions.size(), "region"), percent(most));
   if (most > 0) text += fmt::format(" at most, that of {:.17g}", value);
-  return text + "\n";
+  if (!a.interfaces) return text + "\n";
+  if (a.interfaces->identical) return text + "; interfaces identical\n";
+  return text +
+         fmt::format("; interfaces up to {} of the diagonal apart\n", percent(a.interfaces->max()));
 }
 
 void add_arrays(const Comparison& c, Association association, std::string* text) {
@@ -201,13 +205,14 @@ Json size_json(const std::string& path, const MeshSize& size) {
           {"volume", size.volume}};
 }
 
-Json surface_json(const Comparison& c) {
+Json surface_json(bool identical, const SurfaceShares& to_simplified,
+                  const SurfaceShares& to_original) {
   const auto side = [](const SurfaceShares& s) { return Json{{"max", s.max}, {"mean", s.mean}}; };
-  return {{"identical", c.identical_surface},
-          {"max", std::max(c.to_simplified.max, c.to_original.max)},
-          {"mean", std::max(c.to_simplified.mean, c.to_original.mean)},
-          {"original_to_simplified", side(c.to_simplified)},
-          {"simplified_to_original", side(c.to_original)}};
+  return {{"identical", identical},
+          {"max", std::max(to_simplified.max, to_original.max)},
+          {"mean", std::max(to_simplified.mean, to_original.mean)},
+          {"original_to_simplified", side(to_simplified)},
+          {"simplified_to_original", side(to_original)}};
 }
 
 Json array_json(const ArrayComparison& a) {
@@ -228,6 +233,10 @@ Json array_json(const ArrayComparison& a) {
   for (const RegionVolume& r : a.regions) {
     json["regions"].push_back(
         {{"value", r.value}, {"original", r.original}, {"simplified", r.simplified}});
+  }
+  if (a.interfaces) {
+    json["interfaces"] = surface_json(a.interfaces->identical, a.interfaces->to_simplified,
+                                      a.interfaces->to_original);
   }
   if (a.integer) {
     json["integral_change"] = nullptr;
@@ -270,7 +279,7 @@ Json report(const CompareArguments& a, const Comparison& c,
             {"outside_points", c.outside_points},
             {"outside_max", c.outside_max},
             {"outside_cells", c.outside_cells},
-            {"surface", surface_json(c)}};
+            {"surface", surface_json(c.identical_surface, c.to_simplified, c.to_original)}};
   json["arrays"] = Json::array();
   for (const ArrayComparison& array : c.arrays) json["arrays"].push_back(array_json(array));
   json["missing_arrays"] = c.missing_arrays;
@@ -333,7 +342,8 @@ CompareAnswer compare_pair(const CompareArguments& a, const StepPair& pair, cons
   require_arrays(bounds, original->description());
   const std::uint64_t memory = a.memory != 0 ? a.memory : memory_limit() / 2;
   const std::uint64_t sides = plan_comparison(original.get(), simplified.get(), memory);
-  const Comparison comparison = compare_meshes(original.get(), simplified.get(), context, sides);
+  Comparison comparison = compare_meshes(original.get(), simplified.get(), context, sides);
+  add_interfaces(original.get(), simplified.get(), context, &comparison);
   if (comparison.joined.differing > 0) {
     InputFacts facts;
     facts.merged_points = comparison.joined.points;
@@ -443,8 +453,9 @@ void add_bound_options(CLI::App& command, CompareArguments* a) {
       ->group(kGroup);
   command
       .add_option("--surface", a->surface,
-                  "The distance between the surfaces, either way, as share of the diagonal; "
-                  "measured at corners and centres of their triangles")
+                  "The distance between the surfaces, and between those of each array of regions, "
+                  "either way, as share of the diagonal; measured at corners and centres of their "
+                  "triangles")
       ->check(not_empty)
       ->group(kGroup);
   command

@@ -131,16 +131,21 @@ std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds
     if (bounds.max_rms) results.push_back(lost(name, true, *bounds.max_rms));
     if (bounds.max_error) results.push_back(lost(name, false, *bounds.max_error));
   }
-  if (bounds.surface) {
-    const double value = std::max(comparison.to_simplified.max, comparison.to_original.max);
-    BoundResult r{"surface", "", *bounds.surface, value, false, {}};
+  if (!bounds.surface) return results;
+  const auto judge_surface = [&](const std::string& array, const std::string& what, double value) {
+    BoundResult r{"surface", array, *bounds.surface, value, false, {}};
     r.broken = !(value <= *bounds.surface + comparison.rounding);
     if (r.broken) {
-      r.sentence = fmt::format(
-          "--surface is broken: the surfaces are up to {} of the diagonal apart, above {}",
-          percent(value), percent(*bounds.surface));
+      r.sentence =
+          fmt::format("--surface is broken: the {} are up to {} of the diagonal apart, above {}",
+                      what, percent(value), percent(*bounds.surface));
     }
     results.push_back(std::move(r));
+  };
+  judge_surface("", "surfaces", std::max(comparison.to_simplified.max, comparison.to_original.max));
+  for (const ArrayComparison& a : comparison.arrays) {
+    if (!a.interfaces) continue;
+    judge_surface(a.info.name, "interfaces of " + a.info.name, a.interfaces->max());
   }
   return results;
 }

@@ -1,6 +1,7 @@
 // What a simplification did to a mesh.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -18,6 +19,20 @@ namespace tetfusion {
 struct RegionVolume {
   double value = 0;                     // of the array
   double original = 0, simplified = 0;  // volumes
+};
+
+// As shares of the diagonal.
+struct SurfaceShares {
+  double max = 0, mean = 0;
+  Point max_at{};
+};
+
+// Of the surfaces between the regions that an array says.
+struct InterfaceShares {
+  bool identical = false;
+  SurfaceShares to_simplified, to_original;
+
+  double max() const { return std::max(to_simplified.max, to_original.max); }
 };
 
 // One array that both meshes have. Shares are of the range of the original's values: the diagonal
@@ -42,6 +57,8 @@ struct ArrayComparison {
   // Of cell arrays named like materials, by value; none of floating-point numbers with more than
   // 4096 values.
   std::vector<RegionVolume> regions;
+  // Where there are several of these, after add_interfaces() (interfaces.h).
+  std::optional<InterfaceShares> interfaces;
   double rounding = 0;  // how much of an error may come from writing values in the array's type
 
   // The rest is for floating-point arrays.
@@ -62,12 +79,6 @@ struct MeshSize {
   std::uint64_t boundary_triangles = 0;
   double volume = 0;
   SurfaceTopology boundary;
-};
-
-// As shares of the diagonal.
-struct SurfaceShares {
-  double max = 0, mean = 0;
-  Point max_at{};
 };
 
 // Points that reading joined with others, as in Geometry.
@@ -108,7 +119,7 @@ Comparison compare_meshes(MeshSource* original, MeshSource* simplified, const Ru
                           std::uint64_t sides = 0);
 
 struct Bounds {
-  std::optional<double> max_rms, max_error, surface;  // shares
+  std::optional<double> max_rms, max_error, surface;  // shares; the last one for interfaces, too
   // Arrays for max_rms and max_error, of cells as "cell:NAME"; empty: all floating-point ones of
   // points.
   std::vector<std::string> arrays;
@@ -116,7 +127,7 @@ struct Bounds {
 
 struct BoundResult {
   std::string bound;  // "max_rms", "max_error", "surface"
-  std::string array;  // empty for the surface
+  std::string array;  // empty for the boundary
   double limit = 0, value = 0;
   bool broken = false;
   std::string sentence;  // if it is broken

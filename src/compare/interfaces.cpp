@@ -27,4 +27,20 @@ InterfaceComparison compare_interfaces(MeshSource* original, MeshSource* simplif
   return {before.triangles.size(), after.triangles.size(), measure_surfaces(before, after)};
 }
 
+void add_interfaces(MeshSource* original, MeshSource* simplified, const RunContext& context,
+                    Comparison* comparison) {
+  const auto shares = [&](const OneSidedDistance& d) {
+    const double unit = comparison->diagonal > 0 ? comparison->diagonal : 1;
+    return SurfaceShares{d.max / unit, d.mean / unit, d.max_at};
+  };
+  for (ArrayComparison& a : comparison->arrays) {
+    if (a.association != Association::kCell || a.regions.size() < 2) continue;
+    context.check();
+    context.report("interfaces", 1);
+    const SurfaceDistance found =
+        compare_interfaces(original, simplified, {a.info.name}, context).distance;
+    a.interfaces = {found.identical, shares(found.first_to_second), shares(found.second_to_first)};
+  }
+}
+
 }  // namespace tetfusion

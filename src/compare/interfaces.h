@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/run_context.h"
+#include "compare/compare.h"
 #include "compare/triangles.h"
 #include "io/mesh_source.h"
 
@@ -21,5 +22,9 @@ struct InterfaceComparison {
 InterfaceComparison compare_interfaces(MeshSource* original, MeshSource* simplified,
                                        const std::vector<std::string>& cell_arrays,
                                        const RunContext& context);
+
+// Writes them to the arrays of *comparison, of these meshes, that say several regions.
+void add_interfaces(MeshSource* original, MeshSource* simplified, const RunContext& context,
+                    Comparison* comparison);
 
 }  // namespace tetfusion

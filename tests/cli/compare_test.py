@@ -197,6 +197,46 @@ class Compare(FolderTest):
         text = run("compare", original, simplified, "--surface", "3.6%", code=INVALID).decode()
         self.assertRegex(text, "--surface is broken: the surfaces are up to 3.608 % of the diagonal apart, above 3.6 %")
 
+    def test_interfaces_that_moved(self):
+        """Those of each array of regions, though the boundary is where it was."""
+        mesh, n = TinyVtu(4), 4
+        centres = [sum(mesh.points[v][0] for v in tet) / 4 for tet in mesh.tets]
+        for name, values in (("zone", [7] * len(mesh.tets)), ("material", [int(x > 2) for x in centres])):
+            mesh.arrays.insert(1, ["CellData", name, "Int32", 1, values])
+        path, other = self.write(mesh), self.folder / "other.vtu"
+
+        def compared(*options, code=0):
+            return report_of("compare", path, other, *options, code=code)
+
+        def of_array(report, name):
+            return next(a for a in report["arrays"] if a["name"] == name)
+
+        self.write(mesh, other.name)
+        report = compared("--surface", "0")
+        self.assertEqual(of_array(report, "material")["interfaces"]["identical"], True)
+        self.assertNotIn("interfaces", of_array(report, "zone"))
+        self.assertIn(b"interfaces identical", run("compare", path, other))
+        inside = [i for i, p in enumerate(mesh.points) if p[0] == 2 and 0 < p[1] < n and 0 < p[2] < n]
+        for i in inside:
+            mesh.points[i] = (2.25, *mesh.points[i][1:])
+        self.write(rebuilt(mesh), other.name)
+        share = 0.25 / math.sqrt(3 * n * n)
+        report = compared()
+        found = of_array(report, "material")["interfaces"]
+        self.assertFalse(found["identical"])
+        self.assertAlmostEqual(found["max"], share)
+        self.assertTrue(0 < found["mean"] < share)
+        self.assertEqual(report["surface"]["max"], 0)
+        compared("--surface", str(1.01 * share))
+        broken = compared("--surface", str(0.99 * share), code=INVALID)["bounds"]
+        self.assertEqual([(b.get("array"), b["broken"]) for b in broken], [(None, False), ("material", True)])
+        self.assertIn("--surface is broken: the interfaces of material are up to", broken[1]["sentence"])
+        # Where one of the meshes has none.
+        mesh.array("material")[4] = [0] * len(mesh.tets)
+        self.write(rebuilt(mesh), other.name)
+        self.assertIsNone(of_array(compared(), "material")["interfaces"]["max"])
+        compared("--surface", "50%", code=INVALID)
+
     def test_arrays_that_are_gone(self):
         mesh = TinyVtu()
         mesh.array("temperature")[2] = "Float64"
