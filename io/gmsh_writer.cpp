@@ -56,9 +56,10 @@ class GmshWriter {
     check_size();
     const std::size_t point_arrays = mesh_.description().point_data.arrays.size();
     const std::size_t cell_arrays = mesh_.description().cell_data.arrays.size();
-    mesh_.expect((1 + passes(mesh_.description().point_data)) * mesh_.points() +
-                     (1 + passes(mesh_.description().cell_data)) * mesh_.tets(),
-                 progress);
+    mesh_.expect(
+        (1 + passes(mesh_.description().point_data)) * mesh_.points() +
+            (1 + passes(mesh_.description().cell_data) + (makes_groups() ? 1 : 0)) * mesh_.tets(),
+        progress);
     put_head();
     put_names();
     put_nodes();
@@ -80,6 +81,8 @@ class GmshWriter {
     const std::size_t i = cells.find(name);
     return i != kNoArray && is_integer_label(cells.arrays[i]) ? i : kNoArray;
   }
+  // Of an array that is none in Gmsh's files.
+  bool makes_groups() const { return physical_ != kNoArray && physical_ != own_physical_; }
   // A material that is the physical group stays an array of its own, under its name. Groups whose
   // place it has do not: that name is the one that it is read as.
   bool is_tag(std::size_t index) const { return index == geometrical_ || index == own_physical_; }
@@ -226,7 +229,7 @@ class GmshWriter {
   // of an array that is none each needs entities of its own, and so does what is in no group.
   void choose_entities() {
     entities_ = geometrical_;
-    if (physical_ == kNoArray || physical_ == own_physical_) return;
+    if (!makes_groups()) return;
     std::unordered_map<std::int32_t, std::int32_t> group_of;
     std::int32_t largest = 0;
     bool are_whole = geometrical_ != kNoArray;

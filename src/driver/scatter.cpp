@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "driver/scatter_passes.h"
@@ -63,7 +64,10 @@ Box box_to_cut(const ScatteredMesh<Real>& survey) {
   Box box = survey.box;
   const auto clip = [&](auto axis) {
     std::vector<double> values;
-    for (const Vec3<Real>& p : survey.samples) values.push_back(p.*axis.first);
+    for (const Vec3<Real>& p : survey.samples) {
+      if (std::isfinite(p.*axis.first)) values.push_back(p.*axis.first);
+    }
+    if (values.empty()) return;
     const auto value_at = [&](std::size_t rank) {
       const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
       std::nth_element(values.begin(), at, values.end());

@@ -326,10 +326,14 @@ TEST_F(ImportMesh, JudgesDamagedMeshesAsTheWhole) {
 TEST_F(ImportMesh, APointFarAwayLeavesTheChunksAsLargeAsOthers) {
   MeshFile file;
   file.geometry = testing::five_split_cube(20, 0.1);
-  std::get<Vector<Vec3<double>>>(file.geometry.points).push_back({-3e9, 1e8, 5});
+  auto& points = std::get<Vector<Vec3<double>>>(file.geometry.points);
+  points.push_back({-3e9, 1e8, 5});
+  // Some of these are among the samples that the curve is cut by.
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  points.insert(points.end(), 300, {kNone, kNone, kNone});
   file.write(path);
   const Import<double> cut(path, {.chunk_tets = 5000});
-  EXPECT_EQ(cut.imported.facts.unused_points, 1u);
+  EXPECT_EQ(cut.imported.facts.unused_points, 301u);
   EXPECT_EQ(cut.imported.box.lo.x, 0);
   EXPECT_LT(cut.imported.box.hi.y, 21);
   const auto chunks = cut.chunks();
