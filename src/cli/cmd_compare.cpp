@@ -32,7 +32,7 @@ constexpr int kBroken = 1;
 
 struct CompareArguments {
   std::string original, simplified, report;
-  std::string max_rms, max_error, surface;
+  std::string max_rms, max_error, surface, interfaces;
   std::vector<std::string> arrays;
   OpenOptions open;
   int threads = 0;
@@ -53,7 +53,8 @@ std::optional<double> take_bound(std::string_view option, const std::string& tex
 
 Bounds take_bounds(const CompareArguments& a) {
   Bounds bounds{take_bound("--max-rms", a.max_rms), take_bound("--max-error", a.max_error),
-                take_bound("--surface", a.surface), a.arrays};
+                take_bound("--surface", a.surface), a.arrays,
+                take_bound("--interfaces", a.interfaces)};
   if (!a.arrays.empty() && !bounds.max_rms && !bounds.max_error) {
     throw Error(ErrorCode::kUsage,
                 "--array says for which arrays --max-rms and --max-error hold: give one of these");
@@ -453,9 +454,14 @@ void add_bound_options(CLI::App& command, CompareArguments* a) {
       ->group(kGroup);
   command
       .add_option("--surface", a->surface,
-                  "The distance between the surfaces, and between those of each array of regions, "
-                  "either way, as share of the diagonal; measured at corners and centres of their "
-                  "triangles")
+                  "The distance between the surfaces, either way, as share of the diagonal; "
+                  "measured at corners and centres of their triangles")
+      ->check(not_empty)
+      ->group(kGroup);
+  command
+      .add_option("--interfaces", a->interfaces,
+                  "The same of the surfaces between regions, for each cell array that is named "
+                  "like materials")
       ->check(not_empty)
       ->group(kGroup);
   command

@@ -131,21 +131,25 @@ std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds
     if (bounds.max_rms) results.push_back(lost(name, true, *bounds.max_rms));
     if (bounds.max_error) results.push_back(lost(name, false, *bounds.max_error));
   }
-  if (!bounds.surface) return results;
-  const auto judge_surface = [&](const std::string& array, const std::string& what, double value) {
-    BoundResult r{"surface", array, *bounds.surface, value, false, {}};
-    r.broken = !(value <= *bounds.surface + comparison.rounding);
+  const auto judge_surface = [&](const std::string& bound, const std::string& array,
+                                 const std::string& what, double limit, double value) {
+    BoundResult r{bound, array, limit, value, false, {}};
+    r.broken = !(value <= limit + comparison.rounding);
     if (r.broken) {
       r.sentence =
-          fmt::format("--surface is broken: the {} are up to {} of the diagonal apart, above {}",
-                      what, percent(value), percent(*bounds.surface));
+          fmt::format("--{} is broken: the {} are up to {} of the diagonal apart, above {}", bound,
+                      what, percent(value), percent(limit));
     }
     results.push_back(std::move(r));
   };
-  judge_surface("", "surfaces", std::max(comparison.to_simplified.max, comparison.to_original.max));
+  if (bounds.surface) {
+    judge_surface("surface", "", "surfaces", *bounds.surface,
+                  std::max(comparison.to_simplified.max, comparison.to_original.max));
+  }
   for (const ArrayComparison& a : comparison.arrays) {
-    if (!a.interfaces) continue;
-    judge_surface(a.info.name, "interfaces of " + a.info.name, a.interfaces->max());
+    if (!bounds.interfaces || !a.interfaces) continue;
+    judge_surface("interfaces", a.info.name, "interfaces of " + a.info.name, *bounds.interfaces,
+                  a.interfaces->max());
   }
   return results;
 }

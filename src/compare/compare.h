@@ -119,14 +119,15 @@ Comparison compare_meshes(MeshSource* original, MeshSource* simplified, const Ru
                           std::uint64_t sides = 0);
 
 struct Bounds {
-  std::optional<double> max_rms, max_error, surface;  // shares; the last one for interfaces, too
+  std::optional<double> max_rms, max_error, surface;  // shares
   // Arrays for max_rms and max_error, of cells as "cell:NAME"; empty: all floating-point ones of
   // points.
   std::vector<std::string> arrays;
+  std::optional<double> interfaces = {};  // of each array that has some
 };
 
 struct BoundResult {
-  std::string bound;  // "max_rms", "max_error", "surface"
+  std::string bound;  // "max_rms", "max_error", "surface", "interfaces"
   std::string array;  // empty for the boundary
   double limit = 0, value = 0;
   bool broken = false;

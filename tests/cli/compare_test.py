@@ -212,7 +212,7 @@ class Compare(FolderTest):
             return next(a for a in report["arrays"] if a["name"] == name)
 
         self.write(mesh, other.name)
-        report = compared("--surface", "0")
+        report = compared("--interfaces", "0")
         self.assertEqual(of_array(report, "material")["interfaces"]["identical"], True)
         self.assertNotIn("interfaces", of_array(report, "zone"))
         self.assertIn(b"interfaces identical", run("compare", path, other))
@@ -227,15 +227,15 @@ class Compare(FolderTest):
         self.assertAlmostEqual(found["max"], share)
         self.assertTrue(0 < found["mean"] < share)
         self.assertEqual(report["surface"]["max"], 0)
-        compared("--surface", str(1.01 * share))
-        broken = compared("--surface", str(0.99 * share), code=INVALID)["bounds"]
+        compared("--surface", "0", "--interfaces", str(1.01 * share))
+        broken = compared("--surface", "0", "--interfaces", str(0.99 * share), code=INVALID)["bounds"]
         self.assertEqual([(b.get("array"), b["broken"]) for b in broken], [(None, False), ("material", True)])
-        self.assertIn("--surface is broken: the interfaces of material are up to", broken[1]["sentence"])
+        self.assertIn("--interfaces is broken: the interfaces of material are up to", broken[1]["sentence"])
         # Where one of the meshes has none.
         mesh.array("material")[4] = [0] * len(mesh.tets)
         self.write(rebuilt(mesh), other.name)
         self.assertIsNone(of_array(compared(), "material")["interfaces"]["max"])
-        compared("--surface", "50%", code=INVALID)
+        compared("--interfaces", "50%", code=INVALID)
 
     def test_arrays_that_are_gone(self):
         mesh = TinyVtu()

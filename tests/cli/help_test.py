@@ -17,7 +17,7 @@ OPTIONS = {
     "refine": ["--output", "--tets", "--reduction", "--max-error", "--max-rms", "--roi", "--encoding", "--report", "--memory", "--scratch"],
     "info": READING + ["--report", "--memory", "--scratch"],
     "check": READING + ["--report", "--strict", "--fix", "--encoding", "--memory", "--scratch"],
-    "compare": READING + ["--report", "--max-error", "--max-rms", "--surface", "--array", "--memory"],
+    "compare": READING + ["--report", "--max-error", "--max-rms", "--surface", "--interfaces", "--array", "--memory"],
     "apply": READING + ["--output", "--array", "--encoding", "--report"],
     "convert": READING + ["--labels", "--encoding"],
     "generate": ["--tets", "--output", "--jitter", "--grading", "--shuffle", "--seed", "--time", "--double", "--encoding"]}
