@@ -85,11 +85,8 @@ void Coarsening<Real>::import() {
   ImportSettings settings = import_settings(options_, in.carried, in.regions, steering.width());
   settings.interest = &in.interest;
   settings.keeps_numbers = run_.keeps_logs();
-  // Where points have bounds the whole mesh has to be looked at before anything fuses, for the
-  // ranges that bounds are shares of.
-  settings.excerpt = options_.method == Method::kFuse &&
-                     options_.boundary_rule == BoundaryRule::kVertices &&
-                     !error_limits(options_, state_.fields).at_points;
+  settings.excerpt =
+      options_.method == Method::kFuse && options_.boundary_rule == BoundaryRule::kVertices;
   RoundPlan plan;
   is_importing_ = true;
   state_.input = import_mesh<Real>(

@@ -96,15 +96,15 @@ TEST_F(Fuse, EndsWithTheRoundThatMeetsTheGoal) {
   }
 }
 
-// What fusions cost is known from an excerpt, where there are several chunks; but where points have
-// bounds, all of the mesh is looked at first.
+// What fusions cost is known from an excerpt, where there are several chunks, with bounds at points,
+// too; a mesh in one piece is looked at first.
 TEST_F(Fuse, BeginsWithoutALookWhereAnExcerptWillDo) {
   const MeshFile file = box_with_wave(16);
   request.behaviour.reduction = 0.5;
   request.behaviour.chunk_tets = 4000;
   EXPECT_GT(run(file).lods.front().pass.fused, 0u);
   request.behaviour.max_error = 0.05;
-  EXPECT_EQ(run(file).lods.front().pass.fused, 0u);
+  EXPECT_GT(run(file).lods.front().pass.fused, 0u);
   request.behaviour.max_error.reset();
   request.behaviour.chunk_tets = 200'000;
   EXPECT_EQ(run(file).lods.front().pass.fused, 0u);
