@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/vector.h"
 #include "io/checksum.h"
 #include "io/fault_guard.h"
 
@@ -57,19 +58,89 @@ std::uint64_t Generation::digest(const std::vector<File>& files) {
 
 namespace {
 
+class DiskPieces : public BucketPieces {
+ protected:
+  DiskPieces(std::shared_ptr<const Generation> generation, std::vector<PieceOnDisk> pieces)
+      : generation_(std::move(generation)), pieces_on_disk_(std::move(pieces)) {}
+
+  std::string file_of(std::size_t i) const {
+    return scratch_name(generation_->name(), pieces_on_disk_[i].source);
+  }
+  std::string path_of(std::size_t i) const { return generation_->folder().path_of(file_of(i)); }
+
+  void check_length(std::size_t i, const Descriptor& file) const {
+    struct stat status {};
+    if (file_system().fstat(file.get(), &status) != 0) {
+      throw Error(ErrorCode::kIo,
+                  fmt::format("{}: cannot look at it: {}", path_of(i), std::strerror(errno)));
+    }
+    const Section& section = pieces_on_disk_[i].section;
+    const auto size = static_cast<std::uint64_t>(status.st_size);
+    if (size < section.offset + section.bytes) {
+      throw_damaged(path_of(i), fmt::format("has {} bytes, the section of bucket {} from byte {} "
+                                            "needs {}",
+                                            size, section.bucket, section.offset,
+                                            section.offset + section.bytes));
+    }
+  }
+
+  void check_sections() const {
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      check_section(path_of(i), pieces_on_disk_[i].section, pieces_[i]);
+    }
+  }
+
+  std::shared_ptr<const Generation> generation_;
+  std::vector<PieceOnDisk> pieces_on_disk_;
+};
+
+// Where they are many, which are small then: a process may have no more than so many mappings
+// (65,530 where nobody has said otherwise), and each thread has a bucket in hand.
+class ReadPieces : public DiskPieces {
+ public:
+  ReadPieces(std::shared_ptr<const Generation> generation, std::vector<PieceOnDisk> pieces)
+      : DiskPieces(std::move(generation), std::move(pieces)) {
+    std::size_t bytes = kAlignment;
+    for (const PieceOnDisk& piece : pieces_on_disk_) bytes += aligned(piece.section.bytes);
+    bytes_.resize(bytes);
+    std::byte* to = bytes_.data();
+    to += aligned(reinterpret_cast<std::uintptr_t>(to)) - reinterpret_cast<std::uintptr_t>(to);
+    for (std::size_t i = 0; i < pieces_on_disk_.size(); ++i) {
+      const Section& section = pieces_on_disk_[i].section;
+      const Descriptor file = generation_->folder().open(file_of(i));
+      check_length(i, file);
+      if (const int error = pread_all(file.get(), to, section.bytes, section.offset)) {
+        throw Error(ErrorCode::kIo,
+                    fmt::format("{}: cannot read {} bytes from byte {} on: {}", path_of(i),
+                                section.bytes, section.offset,
+                                error == kEndOfFile ? "it was cut off" : std::strerror(error)));
+      }
+      pieces_.emplace_back(to, section.bytes);
+      to += aligned(section.bytes);
+    }
+    check_sections();
+  }
+
+ private:
+  static constexpr std::size_t kAlignment = 64;
+  static std::size_t aligned(std::size_t bytes) {
+    return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+  }
+
+  Vector<std::byte> bytes_;
+};
+
 // The sections lie side by side in one range of addresses, so that one guard watches them all.
-class MappedPieces : public BucketPieces {
+class MappedPieces : public DiskPieces {
  public:
   MappedPieces(std::shared_ptr<const Generation> generation, std::vector<PieceOnDisk> pieces)
-      : generation_(std::move(generation)), pieces_on_disk_(std::move(pieces)) {
+      : DiskPieces(std::move(generation), std::move(pieces)) {
     if (pieces_on_disk_.empty()) return;
     try {
       reserve();
       for (const PieceOnDisk& piece : pieces_on_disk_) map(piece);
       guard_ = guard_mapping(range_, range_bytes_);
-      for (std::size_t i = 0; i < pieces_.size(); ++i) {
-        check_section(path_of(i), pieces_on_disk_[i].section, pieces_[i]);
-      }
+      check_sections();
     } catch (...) {
       release();
       throw;
@@ -102,11 +173,6 @@ class MappedPieces : public BucketPieces {
     return {section.offset - lead, lead, (lead + section.bytes + page - 1) / page * page};
   }
 
-  std::string file_of(std::size_t i) const {
-    return scratch_name(generation_->name(), pieces_on_disk_[i].source);
-  }
-  std::string path_of(std::size_t i) const { return generation_->folder().path_of(file_of(i)); }
-
   void reserve() {
     for (const PieceOnDisk& piece : pieces_on_disk_) range_bytes_ += pages_of(piece.section).bytes;
     void* range = file_system().mmap(nullptr, range_bytes_, PROT_NONE,
@@ -130,22 +196,6 @@ class MappedPieces : public BucketPieces {
     end_ += pages.bytes;
   }
 
-  void check_length(std::size_t i, const Descriptor& file) const {
-    struct stat status {};
-    if (file_system().fstat(file.get(), &status) != 0) {
-      throw Error(ErrorCode::kIo,
-                  fmt::format("{}: cannot look at it: {}", path_of(i), std::strerror(errno)));
-    }
-    const Section& section = pieces_on_disk_[i].section;
-    const auto size = static_cast<std::uint64_t>(status.st_size);
-    if (size < section.offset + section.bytes) {
-      throw_damaged(path_of(i), fmt::format("has {} bytes, the section of bucket {} from byte {} "
-                                            "needs {}",
-                                            size, section.bucket, section.offset,
-                                            section.offset + section.bytes));
-    }
-  }
-
   std::string lost() const {
     return fmt::format(
         "{}: a page could not be read any more: a file of generation {} was "
@@ -166,8 +216,6 @@ class MappedPieces : public BucketPieces {
     range_ = nullptr;
   }
 
-  std::shared_ptr<const Generation> generation_;
-  std::vector<PieceOnDisk> pieces_on_disk_;
   std::byte* range_ = nullptr;
   std::byte* end_ = nullptr;  // of what is mapped
   std::uint64_t range_bytes_ = 0;
@@ -176,8 +224,12 @@ class MappedPieces : public BucketPieces {
 
 }  // namespace
 
-std::unique_ptr<BucketPieces> map_pieces(std::shared_ptr<const Generation> generation,
-                                         std::vector<PieceOnDisk> pieces) {
+std::unique_ptr<BucketPieces> load_pieces(std::shared_ptr<const Generation> generation,
+                                          std::vector<PieceOnDisk> pieces) {
+  constexpr std::size_t kMostMapped = 256;
+  if (pieces.size() > kMostMapped) {
+    return std::make_unique<ReadPieces>(std::move(generation), std::move(pieces));
+  }
   return std::make_unique<MappedPieces>(std::move(generation), std::move(pieces));
 }
 
@@ -231,7 +283,7 @@ void DiskPieceStore::will_read(std::uint32_t bucket) const {
 }
 
 std::unique_ptr<BucketPieces> DiskPieceStore::read(std::uint32_t bucket) const {
-  return map_pieces(generation_, pieces_of(bucket));
+  return load_pieces(generation_, pieces_of(bucket));
 }
 
 void DiskPieceStore::forget(std::uint32_t bucket) {

@@ -56,9 +56,10 @@ struct PieceOnDisk {
   Section section;
 };
 
-// Maps sections and compares their checksums. Throws Error(kIo).
-std::unique_ptr<BucketPieces> map_pieces(std::shared_ptr<const Generation> generation,
-                                         std::vector<PieceOnDisk> pieces);
+// Maps sections, or reads them where they are many, and compares their checksums. Throws
+// Error(kIo).
+std::unique_ptr<BucketPieces> load_pieces(std::shared_ptr<const Generation> generation,
+                                          std::vector<PieceOnDisk> pieces);
 
 class DiskPieceStore : public PieceStore {
  public:

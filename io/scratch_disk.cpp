@@ -46,7 +46,7 @@ std::unique_ptr<BucketPieces> map_sections(const std::shared_ptr<Generation>& ge
                                            const SectionTable& table) {
   std::vector<PieceOnDisk> pieces;
   for (const Section& section : table.sections) pieces.push_back({table.source, section});
-  return map_pieces(generation, std::move(pieces));
+  return load_pieces(generation, std::move(pieces));
 }
 
 class DiskScratch : public Scratch {

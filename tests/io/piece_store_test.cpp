@@ -18,6 +18,7 @@ namespace {
 
 using testing::add_pieces;
 using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 using testing::pieces_in;
 using testing::PieceText;
@@ -61,6 +62,26 @@ TEST_P(PieceStores, AscendBySource) {
   store->seal();
   EXPECT_THAT(pieces_in(*store, 5),
               ElementsAre("from 0", "from 1", "from 3", "from 20", "from 100"));
+}
+
+// On disk they are not mapped then, but read.
+TEST_P(PieceStores, MayBeMany) {
+  const auto store = scratch_->begin("one");
+  std::vector<std::string> expected;
+  for (std::uint32_t source = 0; source < 700; ++source) {
+    const std::string text(1 + source * 37 % 5000, static_cast<char>('a' + source % 26));
+    add_pieces(store.get(), source, {{3, text}, {4, "b"}});
+    expected.push_back(text);
+  }
+  store->seal();
+  EXPECT_THAT(pieces_in(*store, 3), ElementsAreArray(expected));
+  const auto held = store->read(3);
+  for (const auto piece : held->pieces()) {
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(piece.data()) % 64, 0u);
+  }
+  store->forget(3);
+  EXPECT_EQ(held->pieces().back()[0], std::byte{'a' + 699 % 26});
+  held->check();
 }
 
 TEST_P(PieceStores, LieAtMultiplesOf64) {

@@ -187,6 +187,35 @@ TEST_F(DamagedScratch, WhatIsDamagedWhileInUseIsAnError) {
   EXPECT_THROW(store->read(0), Error);
 }
 
+// They are read, not mapped, so that what was read stays.
+TEST_F(DamagedScratch, WhatIsDamagedAmongManyFilesIsAnError) {
+  const auto scratch = open();
+  const auto store = scratch->begin("one");
+  for (std::uint32_t source = 0; source < 300; ++source) {
+    add_pieces(store.get(), source, {{0, "from " + std::to_string(source)}});
+  }
+  store->seal();
+  const auto held = store->read(0);
+  const auto expect_error = [&](const char* file) {
+    try {
+      store->read(0);
+      ADD_FAILURE();
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::kIo);
+      EXPECT_THAT(e.what(), HasSubstr(file));
+    }
+  };
+  const auto mode = std::ios::binary | std::ios::in | std::ios::out;
+  std::fstream(folder_ + "/one.200.pieces", mode).seekp(4096) << "damage";
+  expect_error("one.200.pieces: the section of bucket 0, 8 bytes from byte 4096");
+  fs::resize_file(folder_ + "/one.100.pieces", 4100);
+  expect_error("one.100.pieces");
+  fs::remove(folder_ + "/one.50.pieces");
+  expect_error("one.50.pieces");
+  EXPECT_EQ(testing::text(held->pieces()[200]), "from 200");
+  held->check();
+}
+
 TEST_F(DamagedScratch, AFileShortenedWhileItIsHeldIsAnError) {
   const auto scratch = open();
   const auto store = scratch->begin("one");
