@@ -24,7 +24,7 @@ Assembly<Real> assemble_with(const FirstRound<Real>& first_round, const ChunkPar
   const ScatteredMesh<Real>& from = parts.from;
   std::vector<std::uint64_t> shares{0};
   for (std::uint32_t c = 0; c < from.all_chunks; ++c) {
-    shares.push_back(shares.back() + from.tets->bytes(c));
+    shares.push_back(shares.back() + from.chunk_tets[c]);
   }
   if (from.has_excerpt) {
     const auto memory = place.budget->wait_for(chunk_memory(parts.bytes(from.all_chunks)),

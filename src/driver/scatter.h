@@ -79,6 +79,7 @@ struct ScatteredMesh {
   // other chunks have as well, and points of which others are missing as those on the interface.
   bool has_excerpt = false;
   std::uint64_t tet_count = 0;
+  Vector<std::uint64_t> chunk_tets;  // of each of all_chunks
   std::uint64_t ghost_cells = 0;
   std::uint64_t valueless_points = 0;    // a value of theirs that steers is not finite
   std::uint64_t interesting_points = 0;  // in the region of interest

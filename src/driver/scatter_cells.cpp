@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 #include <span>
 
@@ -21,7 +22,9 @@ template <class Real>
 class CellScatterer {
  public:
   CellScatterer(ScatterJob<Real>* job, PieceStore* to)
-      : job_(*job), to_(to), windows_(block_count(job->stream.cells(), window_size())) {}
+      : job_(*job), to_(to), windows_(block_count(job->stream.cells(), window_size())) {
+    chunk_tets_.assign(job->chunks, 0);
+  }
 
   void run(ScatteredMesh<Real>* out) {
     std::atomic<std::size_t> done{0};
@@ -38,6 +41,7 @@ class CellScatterer {
       out->tet_count += window.tets;
       out->ghost_cells += window.ghosts;
     }
+    out->chunk_tets = std::move(chunk_tets_);
     join_lower(&out->lower);
   }
 
@@ -57,6 +61,7 @@ class CellScatterer {
 
   std::size_t window_size() const { return job_.cell_window.rows; }
   void scatter_window(std::uint32_t window, std::uint64_t first, std::uint64_t count);
+  void count_tets(std::span<const std::uint32_t> chunk_of);
   void take_lower(const Scratch& scratch, std::uint64_t first, Window* window) const;
   void keep_sampled(Scratch* scratch) const;
   void add_to_excerpt(Scratch* scratch);
@@ -65,6 +70,7 @@ class CellScatterer {
   ScatterJob<Real>& job_;
   PieceStore* to_;
   std::vector<Window> windows_;
+  Vector<std::uint64_t> chunk_tets_;
   Pool<Scratch> scratch_;
 };
 
@@ -88,6 +94,7 @@ void CellScatterer<Real>::scatter_window(std::uint32_t window, std::uint64_t fir
   VertexChunks::Notes notes(&job_.table);
   for (std::size_t t = 0; t < cells.tets.size(); ++t) chunk_of[t] = notes.add(cells.tets[t]);
   notes.hand_over();
+  count_tets(chunk_of);
   for (std::uint64_t& row : cells.tet_rows) row -= first;
   if (job_.settings.sample != nullptr) keep_sampled(&*scratch);
   if (job_.excerpt.exists()) add_to_excerpt(&*scratch);
@@ -96,6 +103,15 @@ void CellScatterer<Real>::scatter_window(std::uint32_t window, std::uint64_t fir
                         writer->put<Tet>(items, [&](std::size_t t) { return cells.tets[t]; });
                         for (const Column& c : columns) writer->put_rows(c, items, cells.tet_rows);
                       });
+}
+
+// Not by the bytes of pieces, which depend on how many windows there are.
+template <class Real>
+void CellScatterer<Real>::count_tets(std::span<const std::uint32_t> chunk_of) {
+  for (std::size_t begin = 0, end = 0; begin < chunk_of.size(); begin = end) {
+    while (end < chunk_of.size() && chunk_of[end] == chunk_of[begin]) ++end;
+    std::atomic_ref(chunk_tets_[chunk_of[begin]]).fetch_add(end - begin, std::memory_order_relaxed);
+  }
 }
 
 template <class Real>

@@ -322,6 +322,18 @@ TEST_F(ImportMesh, JudgesDamagedMeshesAsTheWhole) {
   EXPECT_GT(late_locks, 0u);
 }
 
+// What the first round is told of the chunks decides what it does, so it must not depend on how the
+// file is read, which depends on the memory.
+TEST_F(ImportMesh, WindowsOfAnySizeMakeTheSameFirstRound) {
+  MeshFile file = testing::rich_box(14);
+  file.write(path);
+  const Import<double> one(path, {.chunk_tets = 2000, .first_round = true});
+  const Import<double> many(path, {.chunk_tets = 2000, .first_round = true, .window = 300});
+  ASSERT_GT(one.shares.size(), 5u);
+  EXPECT_EQ(one.shares, many.shares);
+  EXPECT_EQ(one.shares.back(), file.geometry.tets.size());
+}
+
 // The curve that cuts the mesh would have one cell for all of it else.
 TEST_F(ImportMesh, APointFarAwayLeavesTheChunksAsLargeAsOthers) {
   MeshFile file;

@@ -36,10 +36,11 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
   FirstRound<Real> first;
   first.scattered = [&] { fields = steering.fields(); };
   if (choice.first_round) {
-    first.begin = [&](const Box& box, std::uint64_t tets, std::vector<std::uint64_t> shares,
+    first.begin = [&](const Box& box, std::uint64_t tets, std::vector<std::uint64_t> of_chunks,
                       const Vector<Vec3<Real>>& samples) {
       box_ = box;
-      rounds_->begin(settings(), {}, fields, tets, std::move(shares), samples);
+      shares = of_chunks;
+      rounds_->begin(settings(), {}, fields, tets, std::move(of_chunks), samples);
     };
     first.work = [&](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
       rounds_->work(chunk, worker, mesh);

@@ -48,8 +48,9 @@ class Import {
   WorkMesh<Real> layout;
   std::vector<SteeringField> fields;
   ImportedMesh<Real> imported;
-  RoundStatistics first_round;  // if it was done with the import
-  WorkMesh<Real> excerpt;       // if one was asked for and made
+  RoundStatistics first_round;        // if it was done with the import
+  std::vector<std::uint64_t> shares;  // and what it was told of the chunks
+  WorkMesh<Real> excerpt;             // if one was asked for and made
 
  private:
   RoundSettings settings() const;
