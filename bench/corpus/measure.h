@@ -49,6 +49,7 @@ class Measure {
   void judge_integrals(std::vector<std::string>* faults) const;
   long double volume_error() const;
   long double change_of_volume() const;
+  long double rounding_of_surface() const;
   Triangles triangles(const std::vector<Point>& points, const std::vector<Face>& faces) const;
 
   const Options& o_;
