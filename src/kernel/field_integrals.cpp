@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -44,7 +43,6 @@ void FieldIntegrals<Real>::begin(bool stay, std::span<const SteeringField> field
     if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type))
       steers_[f.column] = 1;
   }
-  regions_ = regions;
   mixed_columns_.clear();
   gap_columns_.clear();
   for (std::uint32_t c = 0; c < mesh->cell_columns.size(); ++c) {
@@ -191,18 +189,7 @@ bool FieldIntegrals<Real>::can_mix(const Column& column) const {
   return true;
 }
 
-template <class Real>
-bool FieldIntegrals<Real>::are_of_one_region(TetId a, TetId b) const {
-  return std::ranges::all_of(regions_, [&](std::uint32_t c) {
-    const Column& column = mesh_->cell_columns[c];
-    const std::byte* rows = column.rows.data();
-    const std::size_t bytes = column.stride();
-    return std::memcmp(rows + a * bytes, rows + b * bytes, bytes) == 0;
-  });
-}
-
-// What each affected tetrahedron will have of the old ones of its region. Where the surface between
-// two is flat but for rounding it has a little of the other one's place.
+// What each affected tetrahedron will have of the old ones.
 template <class Real>
 void FieldIntegrals<Real>::find_shares() {
   begins_.assign(1, 0);
@@ -215,7 +202,6 @@ void FieldIntegrals<Real>::find_shares() {
     after[entry & 3u] = origin;
     const OverlapTet shape(after, origin);
     for (std::uint32_t i = 0; i < old_tets_.size(); ++i) {
-      if (!are_of_one_region(entry >> 2, old_tets_[i])) continue;
       const double volume = before_shapes_[i].with(shape);
       if (volume > 0) shares_.push_back({i, volume});
     }

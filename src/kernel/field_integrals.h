@@ -18,8 +18,8 @@ namespace tetfusion {
 template <class Real>
 class FieldIntegrals {
  public:
-  // Mesh, fields and regions outlive this. Cell columns that are regions are no fields: a mean of
-  // two of their values would be a third region; and cells take over nothing from another region.
+  // Mesh and fields outlive this. Cell columns that are regions are no fields: a mean of two of
+  // their values would be a third region.
   void begin(bool stay, std::span<const SteeringField> fields,
              std::span<const std::uint32_t> regions, WorkMesh<Real>* mesh);
   bool stay() const { return stay_; }
@@ -57,7 +57,6 @@ class FieldIntegrals {
   template <class T>
   Range range_of(const T* rows, const Values& of) const;
   void measure();
-  bool are_of_one_region(TetId a, TetId b) const;
   void find_shares();
   template <class T>
   void mix_cells(Column* column);
@@ -68,7 +67,6 @@ class FieldIntegrals {
 
   WorkMesh<Real>* mesh_ = nullptr;
   std::span<const SteeringField> fields_;
-  std::span<const std::uint32_t> regions_;
   bool stay_ = false;
   std::vector<std::uint32_t> mixed_columns_;  // floating-point fields of tetrahedra
   std::vector<std::uint32_t> gap_columns_;    // of them those with values that are not finite

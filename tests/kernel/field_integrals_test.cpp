@@ -149,28 +149,8 @@ TEST(FieldIntegrals, LeaveRegionsAsTheyAre) {
     const float expected = numbers[t] % 2 == 0 ? -0.0F : 1.5F;
     EXPECT_EQ(std::bit_cast<std::uint32_t>(after[t]), std::bit_cast<std::uint32_t>(expected));
   }
-}
-
-// Here nothing holds what is between them; where it is held, no more than rounding is lost.
-TEST(FieldIntegrals, CellsTakeOverNothingFromAnotherRegion) {
-  Steered s = with_columns(2, smooth);
-  Vector<std::int32_t> regions;
-  Vector<double> values;
-  for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
-    regions.push_back(t % 3 == 0 ? 1 : 0);
-    values.insert(values.end(), {t % 3 == 0 ? 3.5 : -7, testing::uniform(1, t)});
-  }
-  s.mesh.cell_columns[0] = make_column(2, values);
-  s.mesh.cell_columns[2] = make_column(1, regions);
-  FuseLimits limits = testing::limits_of();
-  limits.keep_integrals = true;
-  limits.regions = {2};
-  EXPECT_GT(testing::run(limits, &s).pass.fused, 30u);
-  const auto left = values_of<std::int32_t>(s.mesh.cell_columns[2]);
-  const auto after = values_of<double>(s.mesh.cell_columns[0]);
-  for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
-    EXPECT_EQ(after[2 * t], left[t] == 1 ? 3.5 : -7);
-  }
+  expect_equal(of_cells<double>(before, before.cell_columns[0]),
+               of_cells<double>(s.mesh, s.mesh.cell_columns[0]), 1e-12);
 }
 
 // Cells whose values are not finite keep them, and no others get any.
