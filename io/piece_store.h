@@ -1,6 +1,6 @@
 // Pieces of a mesh on their way from one set of chunks to the next: bytes that a source leaves for
-// a bucket. In memory, or in files that are mapped when a bucket is read (FORMAT.md); what comes
-// back is the same.
+// a bucket. In memory, or in files that are mapped when a bucket is read, or copied where its
+// pieces are very many (FORMAT.md); what comes back is the same.
 #pragma once
 
 #include <cstddef>

@@ -3,8 +3,9 @@
 //
 // Passes over the file, each in windows: the points (bounding box; where there are several chunks
 // once more, for the chunk that each is at home in), the tetrahedra (scattered into chunks), the
-// points with their arrays (scattered to the chunks that need them). The mesh itself is never whole
-// in memory; four bytes and a bit a point are.
+// points with their arrays (scattered to the chunks that need them; before that, where no
+// tetrahedron uses some of them, the fields that steer once more, for their ranges). The mesh
+// itself is never whole in memory; four bytes and a bit a point are.
 #pragma once
 
 #include <cstdint>

@@ -55,8 +55,9 @@ inline constexpr std::uint32_t kNoColumn = 0xFFFFFFFFu;
 struct SteeringField {
   std::uint32_t first = 0;
   std::uint32_t count = 1;
-  double range =
-      0;  // of the whole original mesh; a vector's is the diagonal of its component box. > 0
+  // Over the original's points that tetrahedra use; a vector's is the diagonal of its component
+  // box. > 0
+  double range = 0;
   std::optional<double> tolerance;  // share of the range, in place of the pass's scalar tolerance
   // The point column that these are the values of, times 2^exponent; none: a cell array's means.
   std::uint32_t column = kNoColumn;
