@@ -20,8 +20,8 @@ template <class Real>
 Coarsening<Real>::Coarsening(Run* run)
     : run_(*run),
       options_(run->request.behaviour),
-      planner_(options_, region_columns(run->input.carried, run->input.regions),
-               run->input.weights) {}
+      planner_(options_, run->input.description().point_type,
+               region_columns(run->input.carried, run->input.regions), run->input.weights) {}
 
 // Makes what rounds need, and what is put aside on their way.
 template <class Real>

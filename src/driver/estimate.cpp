@@ -31,8 +31,8 @@ class Trial {
       : run_(run),
         steering_(steering),
         behaviour_(run.request.behaviour),
-        planner_(behaviour_, region_columns(run.input.carried, run.input.regions),
-                 run.input.weights),
+        planner_(behaviour_, run.input.description().point_type,
+                 region_columns(run.input.carried, run.input.regions), run.input.weights),
         sample_tets_(sample_tets),
         boundary_(run.input.stream->points()),
         scratch_(memory_scratch()) {}

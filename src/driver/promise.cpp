@@ -20,7 +20,9 @@ namespace {
 
 void promise_surfaces(const BehaviourOptions& behaviour, const RunChoices& choices,
                       Promise* promise) {
-  if (behaviour.boundary == Boundary::kPlanar) promise->distance = kFlat;
+  if (behaviour.boundary == Boundary::kPlanar) {
+    promise->distance = flatness(behaviour, choices.mesh.point_type);
+  }
   if (behaviour.boundary == Boundary::kWithin) promise->distance = behaviour.boundary_distance;
   for (const std::size_t i : choices.regions) {
     promise->regions.push_back(choices.mesh.cell_data.arrays[i].name);

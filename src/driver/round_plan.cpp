@@ -92,6 +92,10 @@ double gradient_variance(double cost, const Box& box, double unit, std::uint64_t
 
 }  // namespace
 
+double flatness(const BehaviourOptions& behaviour, ValueType points) {
+  return behaviour.conserve && points == ValueType::kFloat64 ? 0x1p-40 : 0x1p-18;
+}
+
 RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
                              const std::optional<std::uint64_t>& goal,
                              const RoundsState& state) const {
@@ -141,7 +145,7 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
   if (options_.boundary != Boundary::kExact) {
     const bool within = options_.boundary == Boundary::kWithin;
     const double width = diagonal * settings->fuse.unit;
-    settings->fuse.max_deviation = (within ? options_.boundary_distance : kFlat) * width;
+    settings->fuse.max_deviation = (within ? options_.boundary_distance : flatness_) * width;
     settings->fuse.sheet_weight = kSurfaceCost / (width * width);
     if (!state.lods.empty()) settings->fuse.deviation_before = state.lods.back().deviation * width;
   }

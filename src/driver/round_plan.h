@@ -41,19 +41,23 @@ struct RoundPlan {
   double start = 0;  // wall_seconds()
 };
 
-// With a planar boundary flat is what is flat but for the rounding of coordinates: a point of a
-// slanted plane is up to 2^-24 of the mesh off it in single precision, or with seven digits in a
-// text, and such errors add up where many vertices become one. This share of the diagonal is 64
-// times that.
-inline constexpr double kFlat = 0x1p-18;
+// With a planar boundary flat is what is flat but for the rounding of coordinates, by at most this
+// share of the diagonal: a point of a slanted plane is up to 2^-24 of the mesh off it in single
+// precision, or with seven digits in a text, and such errors add up where many vertices become one,
+// so 64 times that; but 2^-40 where integrals stay and the points are in double precision, as a
+// domain that changes by more takes its integrals with it.
+double flatness(const BehaviourOptions& behaviour, ValueType points);
 
 class RoundPlanner {
  public:
-  // Columns of chunks: the regions, and the weights. The options outlive
+  // The type of the points; columns of chunks: the regions, and the weights. The options outlive
   // this.
-  RoundPlanner(const BehaviourOptions& behaviour, std::vector<std::uint32_t> regions,
-               const WeightColumn& weights)
-      : options_(behaviour), regions_(std::move(regions)), weights_(weights) {}
+  RoundPlanner(const BehaviourOptions& behaviour, ValueType points,
+               std::vector<std::uint32_t> regions, const WeightColumn& weights)
+      : options_(behaviour),
+        flatness_(flatness(behaviour, points)),
+        regions_(std::move(regions)),
+        weights_(weights) {}
 
   // To be called before the first round.
   void limit_errors(const ErrorLimits& limits) { errors_ = limits; }
@@ -74,6 +78,7 @@ class RoundPlanner {
   std::size_t schedule() const;
 
   const BehaviourOptions& options_;
+  const double flatness_;
   const std::vector<std::uint32_t> regions_;
   const WeightColumn weights_;
   ErrorLimits errors_;

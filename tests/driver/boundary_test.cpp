@@ -93,6 +93,37 @@ TEST_F(BoundaryRun, PlanarReachesWhatExactDoesNot) {
   }
 }
 
+// Slanted planes: what their points in double precision are off by is nothing to an integral, what
+// seven digits are off by is something.
+TEST_F(BoundaryRun, WhereIntegralsStayPlanesAreFlatter) {
+  MeshFile slanted;
+  slanted.geometry = five_split_cube(12, 0.15, 4);
+  for (P& p : std::get<Vector<P>>(slanted.geometry.points)) {
+    p = {0.8 * p.x - 0.6 * p.y, 0.36 * p.x + 0.48 * p.y - 0.8 * p.z,
+         0.48 * p.x + 0.64 * p.y + 0.6 * p.z};
+  }
+  slanted.point_arrays.push_back(
+      point_array<double>(slanted, "f", [](const P& p) { return 40 + p.x * p.y + p.z; }));
+  MeshFile rounded = slanted;
+  for (P& p : std::get<Vector<P>>(rounded.geometry.points)) {
+    p = {double{static_cast<float>(p.x)}, double{static_cast<float>(p.y)},
+         double{static_cast<float>(p.z)}};
+  }
+  request.verify = true;
+  request.behaviour.boundary = Boundary::kPlanar;
+  request.behaviour.reduction = 0.9;
+  for (const std::uint64_t chunk_tets : {200'000, 2000}) {
+    request.behaviour.chunk_tets = chunk_tets;
+    request.behaviour.conserve = false;
+    EXPECT_EQ(run(rounded).stop_reason, StopReason::kGoal);
+    request.behaviour.conserve = true;
+    EXPECT_EQ(run(slanted).stop_reason, StopReason::kGoal);
+    const SimplifyReport report = run(rounded);
+    EXPECT_LT(report.output.tets, report.input.tets / 2);
+    EXPECT_NEAR(report.output.volume / report.input.volume, 1, 1e-12);
+  }
+}
+
 TEST_F(BoundaryRun, TheDeviationIsABoundOverManyChunks) {
   const MeshFile file = wavy_box(10);
   const auto before = surface_of(testing::to_work_mesh(file.geometry));
