@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/numbers.h"
+#include "base/resources.h"
 #include "io/checksum.h"
 
 namespace tetfusion {
@@ -187,10 +188,19 @@ void ArrayReader::open_computed() {
 // ---- Reading ----
 
 std::uint64_t ArrayReader::chunk_bytes() const {
-  if (source_.layout.compressor == Compressor::kNone || source_.payload.coding == Coding::kAscii) {
-    return kChunkBytes;
-  }
+  if (!is_compressed()) return kChunkBytes;
   return std::min(blocks_per_chunk_ * block_bytes_, values() * value_bytes_);
+}
+
+std::uint64_t ArrayReader::decoding_bytes() const {
+  if (!is_compressed() || chunks_ == 0) return 0;
+  std::uint64_t encoded = 0;
+  for (std::size_t c = 0; c < chunks_; ++c) {
+    encoded = std::max(encoded, place_of_chunks(c, c + 1).count);
+  }
+  if (source_.payload.coding == Coding::kBase64) encoded += encoded / 4 * 3;
+  const auto at_once = std::min<std::uint64_t>(chunks_, static_cast<unsigned>(thread_count()));
+  return at_once * (chunk_bytes() + encoded);
 }
 
 std::size_t ArrayReader::chunk_of(std::uint64_t value) const {

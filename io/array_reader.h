@@ -66,6 +66,9 @@ class ArrayReader {
   // Of the largest part that is decoded as one, decoded; 256 KiB or less, unless the array is in
   // compressed blocks that are larger, or text of which a word is.
   std::uint64_t chunk_bytes() const;
+  // What the threads have in hand while a compressed array is read, beside what is made of it: the
+  // largest of such parts, its bytes in the file, and those out of base64. 0 of other arrays.
+  std::uint64_t decoding_bytes() const;
 
   // Calls f(chunk) for all values, or for those from `first` on, from several threads: each value
   // is in one chunk. Chunks ascend with the values, and the lowest one's exception comes out. The
@@ -102,6 +105,10 @@ class ArrayReader {
     return source_.file->bytes().subspan(begin, end - begin);
   }
   void expect_bytes(std::uint64_t bytes);
+  bool is_compressed() const {
+    return source_.layout.compressor != Compressor::kNone &&
+           source_.payload.coding != Coding::kAscii;
+  }
 
   std::size_t chunk_of(std::uint64_t value) const;
   // Those values of a chunk that lie in [first, last): there is one at least.

@@ -71,12 +71,13 @@ class VtuSource final : public MeshSource {
 
   std::uint64_t memory_to_read() override {
     CellTypeCounts cells{};
-    std::uint64_t ids = 0;
+    std::uint64_t ids = 0, decoding = 0;
     input_.guarded([&] {
       cells = count_types(input_);
       ids = count_ids(input_);
+      decoding = decoding_bytes();
     });
-    return tetfusion::memory_to_read(description_, cells, ids);
+    return tetfusion::memory_to_read(description_, cells, ids) + decoding;
   }
 
   std::optional<std::uint64_t> mesh_checksum(const RunContext& context) override {
@@ -131,6 +132,28 @@ class VtuSource final : public MeshSource {
   }
 
   // ---- arrays ----
+
+  // Of the array that takes most.
+  std::uint64_t decoding_bytes() const {
+    std::uint64_t most = 0;
+    if (input_.head.layout.compressor == Compressor::kNone) return most;
+    const auto look_at = [&](const VtuArray& array) {
+      if (array.present && !array.computed && array.payload.coding != Coding::kAscii) {
+        most = std::max(most,
+                        input_.open(array, "array \"" + array.info.name + "\"").decoding_bytes());
+      }
+    };
+    for (const VtuPiece& piece : input_.head.pieces) {
+      for (const VtuArray* array :
+           {&piece.coordinates, &piece.connectivity, &piece.offsets, &piece.types}) {
+        look_at(*array);
+      }
+      for (const auto* arrays : {&piece.point_data, &piece.cell_data}) {
+        std::for_each(arrays->begin(), arrays->end(), look_at);
+      }
+    }
+    return most;
+  }
 
   ArrayReader open_field(std::size_t index) const {
     const VtuArray& array = input_.head.field_data[index];
