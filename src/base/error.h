@@ -8,12 +8,13 @@ namespace tetfusion {
 
 // The values are the command's exit codes.
 enum class ErrorCode : int {
-  kBroken = 1,        // a result is not what was promised
-  kUsage = 2,         // the options do not make sense
-  kBadInput = 3,      // the input file is not what it should be
-  kIo = 4,            // reading or writing failed
-  kMemory = 5,        // the memory budget is too small for the job
-  kInterrupted = 130  // stopped by the user
+  kBroken = 1,          // a mesh is not valid, or a result not what was promised
+  kUsage = 2,           // the options do not make sense
+  kBadInput = 3,        // the input file is not what it should be
+  kIo = 4,              // reading or writing failed
+  kMemory = 5,          // the memory budget is too small for the job
+  kGoalNotReached = 6,  // the goal was not reached, and had to be
+  kInterrupted = 130    // stopped by the user
 };
 
 class Error : public std::runtime_error {

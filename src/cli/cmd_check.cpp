@@ -25,8 +25,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr int kInvalid = 1;
-
 struct CheckArguments {
   std::string input, report, fixed;
   OpenOptions open;
@@ -267,7 +265,7 @@ void run_check(const CheckArguments& a) {
     write_text(a.report, dump(json));
   }
   if (a.report != "-" && !a.console.quiet) write_text("-", found.text);
-  if (!found.is_sound) throw ExitStatus{kInvalid};
+  if (!found.is_sound) throw ExitStatus{ErrorCode::kBroken};
 }
 
 }  // namespace

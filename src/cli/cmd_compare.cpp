@@ -28,8 +28,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr int kBroken = 1;
-
 struct CompareArguments {
   std::string original, simplified, report;
   std::string max_rms, max_error, surface, interfaces;
@@ -436,7 +434,7 @@ void run_compare(const CompareArguments& a) {
   for (const std::string& sentence : answer.broken) {
     if (!shown) print_error(sentence);
   }
-  if (!answer.broken.empty()) throw ExitStatus{kBroken};
+  if (!answer.broken.empty()) throw ExitStatus{ErrorCode::kBroken};
 }
 
 void add_bound_options(CLI::App& command, CompareArguments* a) {

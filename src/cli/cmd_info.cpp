@@ -393,9 +393,8 @@ InfoAnswer answer_of(const InfoArguments& a) {
     try {
       return look_with(false, false);
     } catch (const Error& error) {
-      // As refusal() ends (io/cell_kinds.h): any other fault would be there again.
-      const bool may_help = std::string_view(error.what()).find(": use --") != std::string::npos;
-      if (!may_help || a.input == "-") throw;
+      // Any other fault than cells that are to be split or linearized is there again.
+      if (error.code() != ErrorCode::kBadInput || a.input == "-") throw;
       for (const auto& [split, straighten] :
            {std::pair(true, false), {false, true}, {true, true}}) {
         try {

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/simplify_options.h"
@@ -22,7 +23,7 @@ namespace {
 void refuse_unreached_goal(const SimplifyReport& report, bool was_summarized) {
   if (!report.has_goal || report.stop_reason == StopReason::kGoal) return;
   if (!was_summarized) print_error(report.stop_sentence());
-  throw ExitStatus{6};
+  throw ExitStatus{ErrorCode::kGoalNotReached};
 }
 
 void run_series(SimplifyArguments* a) {

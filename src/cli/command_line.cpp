@@ -88,7 +88,7 @@ int parse_and_run(int argc, const char* const* argv) {
 int run_command_line(int argc, const char* const* argv) noexcept try {
   return parse_and_run(argc, argv);
 } catch (const ExitStatus& status) {
-  return status.code;
+  return static_cast<int>(status.code);
 } catch (const Error& e) {
   print_error(e.what());
   return e.exit_code();

@@ -3,11 +3,13 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/error.h"
+
 namespace tetfusion {
 
 // Thrown by a subcommand that has done its work and ends with another exit code than 0.
 struct ExitStatus {
-  int code;
+  ErrorCode code;
 };
 
 void add_simplify_command(CLI::App& app);
