@@ -23,11 +23,17 @@ struct RemovedPoints {
   std::size_t size() const { return positions.size(); }
   bool wanted() const { return !first.empty(); }
 
-  // So many tetrahedra, and no point.
-  void reset(std::size_t tets) {
+  // Nobody wants to know of any.
+  void clear() {
     positions.clear();
     values.clear();
     next.clear();
+    first.clear();
+  }
+
+  // So many tetrahedra, and no point.
+  void reset(std::size_t tets) {
+    clear();
     first.assign(tets, kNoPoint);
   }
 

@@ -64,6 +64,20 @@ TEST(OrderAlongCurve, IsAPermutationWhoseStepsAreShort) {
   EXPECT_LT(length / static_cast<double>(mesh.vertex_count()), 1.2);
 }
 
+// What a worker has left of another chunk, with as many tetrahedra, is none of this one's.
+TEST(OrderAlongCurve, ForgetsThePointsRemovedFromAnotherMesh) {
+  WorkMesh<float> mesh = cloud(grid(2));
+  mesh.resize_tets(1);
+  mesh.tets[0] = {0, 1, 2, 4};
+  mesh.flipped.assign(1, 0);
+  WorkMesh<float> out;
+  out.removed.reset(1);
+  out.removed.push(0, out.removed.add(1, 0));
+  order_along_curve(ShiftedCurve(testing::box_of(mesh), 0), mesh, &out);
+  EXPECT_FALSE(out.removed.wanted());
+  EXPECT_EQ(out.removed.size(), 0U);
+}
+
 TEST(OrderAlongCurve, TakesPointsThatAreAllTheSame) {
   const auto mesh = ordered(cloud(Vector<Vec3<float>>(5, Vec3<float>{1, 2, 3})));
   EXPECT_EQ(mesh.point_ids, count_up<VertexId>(5));
