@@ -94,6 +94,7 @@ struct Comparison {
   double rounding = 0;               // of coordinates, as share of the diagonal; see locator.h
   double volume_change = 0;          // as share of the original's volume
   double volume_error = 0;           // of both volumes together, by rounding, at most
+  double volume_between = 0;         // the surfaces, at most: their areas times their distances
   std::uint64_t outside_points = 0;  // points of the original outside the simplified mesh
   double outside_max = 0;            // how far they are at most, as share of the diagonal
   std::uint64_t outside_cells = 0;   // cells of the original whose centre is outside

@@ -140,14 +140,20 @@ inline double lengths_at(const CornerRows& rows, const Field& field) {
   return (rows[0][field.length] + rows[1][field.length]) +
          (rows[2][field.length] + rows[3][field.length]);
 }
-// What is at that place in the rows, between the corners. A corner without weight has no influence.
+// What is at that place in the rows, between the corners. A corner without weight has no influence,
+// nor has one without a number that has no more weight than rounding gives it.
 inline double interpolate(const CornerRows& rows, const std::array<double, 4>& weights,
                           std::size_t place) {
-  double value = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (weights[i] > 0) value += weights[i] * rows[i][place];
-  }
-  return value;
+  constexpr double kRounding = 1e-6;
+  const auto sum_above = [&](double least) {
+    double value = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (weights[i] > least) value += weights[i] * rows[i][place];
+    }
+    return value;
+  };
+  const double value = sum_above(0);
+  return std::isfinite(value) ? value : sum_above(kRounding);
 }
 VertexId nearest_corner(const SimplifiedMesh& mesh, const Place& place);
 

@@ -140,6 +140,7 @@ OneSidedDistance measure_one_side(const TriangleSet& from, const TriangleFinder&
     sum.add(weight * (0.75 * of_centres[t] + at_corners / 12));
     area.add(weight);
   }
+  result.area = area.value() / 2;
   result.mean = area.value() > 0 ? sum.value() / area.value() : 0;
   return result;
 }

@@ -57,6 +57,7 @@ struct OneSidedDistance {
   double max = 0;
   Point max_at{};   // where on the surface that it is from
   double mean = 0;  // over the area
+  double area = 0;  // of the surface that it is from
 };
 struct SurfaceDistance {
   bool identical = false;  // the same triangles, by coordinates

@@ -357,17 +357,19 @@ void Verifier::judge_error(const Comparison& comparison, const PromisedError& pr
     const auto a = std::find_if(comparison.arrays.begin(), comparison.arrays.end(), is_it);
     if (a == comparison.arrays.end()) continue;  // another check tells of it
     if (a->range == 0) continue;                 // it has not steered
-    judge_measure(
-        {"error:" + bound.array, bound.value, bound.limit, !bound.broken,
-         fmt::format("the largest error of {} is {:.4g} % of its range, above {:.4g} %, "
-                     "at {}",
-                     bound.array, 100 * bound.value, 100 * bound.limit, place(a->max_at))},
-        "the largest error of " + bound.array, &a->max_at);
+    const std::string sentence =
+        a->undefined > 0
+            ? fmt::format("{} is not finite at {} of the input where the input's is", bound.array,
+                          format_count(a->undefined, "point"))
+            : fmt::format("the largest error of {} is {:.4g} % of its range, above {:.4g} %, at {}",
+                          bound.array, 100 * bound.value, 100 * bound.limit, place(a->max_at));
+    judge_measure({"error:" + bound.array, bound.value, bound.limit, !bound.broken, sentence},
+                  "the largest error of " + bound.array, &a->max_at);
   }
 }
 
-// Where the boundary moves, if only by the rounding of coordinates, the volume changes, and the
-// integral with it: that of a constant as well.
+// Where the boundary moves, if only by the rounding of coordinates, the domain changes, and the
+// integral with it: that of a constant as well, but for what comes to as much as goes.
 void Verifier::judge_integral(const Comparison& comparison, const ArrayComparison& a) {
   const bool cells = a.association == Association::kCell;
   const std::string name = (cells ? "cell:" : "") + a.info.name;
@@ -378,8 +380,7 @@ void Verifier::judge_integral(const Comparison& comparison, const ArrayCompariso
   const bool single = a.info.type == ValueType::kFloat32;
   double volume = 1;  // by how much of it, in units of what its rounding may be
   if (promise_.distance && comparison.volume_error > 0) {
-    volume += std::abs(comparison.simplified.volume - comparison.original.volume) /
-              comparison.volume_error;
+    volume += comparison.volume_between / comparison.volume_error;
   }
   const double allowed = (single ? kIntegral32 : kIntegral64) + volume * a.integral_rounding;
   const double change = std::abs(a.integral_change);

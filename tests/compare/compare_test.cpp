@@ -237,6 +237,7 @@ TEST(Compare, ASurfaceThatIsShifted) {
     EXPECT_NEAR(s.max * c.diagonal, shift, 1e-15);
     EXPECT_NEAR(s.mean * c.diagonal, 0.375 * shift, 1e-15);
   }
+  EXPECT_NEAR(c.volume_between, 6 * shift, 1e-14);
   EXPECT_EQ(c.outside_points, 4u);
 }
 
@@ -357,6 +358,20 @@ TEST(Compare, ValuesThatAreNotFinite) {
   EXPECT_TRUE(judge_bounds(c, bounds)[0].broken);  // there was a value
   simplified.point_arrays[0].as<double>()[11] = original.point_arrays[0].as<double>()[11];
   EXPECT_FALSE(judge_bounds(compare_files(original, simplified), bounds)[0].broken);
+}
+
+// A corner without a value tells nothing about points on the face opposite to it, nor about those
+// that rounding takes off that face.
+TEST(Compare, ACornerWithoutAValueHasNoSayWhereItHasNoWeight) {
+  for (const double height : {0.0, 1e-9, 0.1}) {
+    Split split;
+    points_of(&split.original)[4] = {0.4, 0.3, height};
+    split.original.point_arrays[0].as<double>()[3] = kNan;
+    split.simplified.point_arrays[0].as<double>()[3] = kNan;
+    const Comparison c = compare_files(split.original, split.simplified);
+    EXPECT_EQ(c.arrays[0].undefined, height < 1e-6 ? 0u : 1u) << height;
+    EXPECT_EQ(c.arrays[0].non_finite, 1u);
+  }
 }
 
 TEST(Compare, AnotherNumberOfComponentsBreaksABound) {

@@ -230,6 +230,14 @@ TEST_F(DamagedResult, AValueThatIsNone) {
               HasSubstr("cell:stress is not finite at 1 cell"));
 }
 
+TEST_F(DamagedResult, AValueThatIsNoneWhereThereWasABound) {
+  EXPECT_THAT(complaint([](MeshFile* m) {
+                array(m->point_arrays, "f").as<float>()[inner_vertex(m, false)] =
+                    std::numeric_limits<float>::quiet_NaN();
+              }),
+              HasSubstr("of the input where the input's is"));
+}
+
 TEST_F(DamagedResult, AValueBeyondItsBound) {
   EXPECT_THAT(complaint([](MeshFile* m) {
                 array(m->point_arrays, "f").as<float>()[inner_vertex(m, false)] += 4;

@@ -108,7 +108,7 @@ TEST_F(VerifiedRun, SaysWhatItHasVerified) {
   request.behaviour.boundary = Boundary::kPlanar;
   request.behaviour.conserve = true;
   v = run().verified.at(0);
-  EXPECT_EQ(allowed(v, "boundary"), 0x1p-18);
+  EXPECT_EQ(allowed(v, "boundary"), 0x1p-40);
   EXPECT_EQ(allowed(v, "interfaces"), -1);
   EXPECT_GE(allowed(v, "integral:f"), 1e-6);
   EXPECT_GE(allowed(v, "integral:tensor"), 1e-12);
