@@ -55,7 +55,6 @@ template <class Real>
 void Coarsening<Real>::resume(Checkpoint left) {
   load(left.state, &state_);
   state_.input.mesh.pieces = std::move(left.pieces);
-  run_.place.go_on();
   run_.context.say(fmt::format("going on after {}, with {} left",
                                format_count(state_.lods.size(), "round"),
                                format_count(state_.input.mesh.tets, "tetrahedron", "tetrahedra")));

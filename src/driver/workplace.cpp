@@ -87,7 +87,11 @@ std::optional<Checkpoint> Workplace::open(const MeshDescription& mesh, bool to_m
   on_disk_ = true;
   keeps_work_ = options.keep_work && !to_memory;
   scratch_ = disk_scratch({folder, fingerprint(request_, mesh), options.resume, needs_.scratch});
-  return resume ? scratch_->resume() : std::nullopt;
+  if (!resume) return std::nullopt;
+  resumable_ = true;  // what cannot be read now may be another time
+  std::optional<Checkpoint> left = scratch_->resume();
+  resumable_ = left.has_value();
+  return left;
 }
 
 void Workplace::commit(const std::string& generation, std::span<const std::byte> state) {
@@ -109,7 +113,8 @@ void Workplace::give_up(const Error& error) {
     throw;
   }
   if (dynamic_cast<const DamagedFile*>(&error) != nullptr) throw;  // nobody goes on from it
-  const bool can_go_on = error.code() != ErrorCode::kUsage;  // the same command would fail again
+  const bool can_go_on = error.code() == ErrorCode::kIo || error.code() == ErrorCode::kMemory ||
+                         error.code() == ErrorCode::kInterrupted;  // else it would fail again
   throw Error(
       error.code(),
       fmt::format("{}; the work so far is kept in {}{}", error.what(), scratch_folder(request_),

@@ -47,7 +47,6 @@ class Workplace {
   // has committed, there is something to resume.
   bool keeps_work() const { return on_disk_ && keeps_work_; }
   void commit(const std::string& generation, std::span<const std::byte> state);
-  void go_on() { resumable_ = true; }
 
   // The run is done: nothing is left.
   void remove();

@@ -90,6 +90,7 @@ class JobFaults : public ::testing::TestWithParam<int> {
 
   // Whether it ended well. An error must be one that a user can read.
   bool run(bool* gone_on = nullptr, int* code = nullptr) {
+    has_hint_ = false;
     RunContext context;
     context.notice = [&](std::string_view text) {
       if (gone_on != nullptr && text.find("going on after") != text.npos) *gone_on = true;
@@ -98,7 +99,9 @@ class JobFaults : public ::testing::TestWithParam<int> {
       simplify(request_, context);
       return true;
     } catch (const Error& e) {
-      EXPECT_NE(std::string(e.what()), "");
+      const std::string_view said = e.what();
+      EXPECT_NE(said, "");
+      has_hint_ = said.find("with --resume goes on") != said.npos;
       EXPECT_TRUE(e.code() == ErrorCode::kIo || e.code() == ErrorCode::kUsage ||
                   e.code() == ErrorCode::kMemory || e.code() == ErrorCode::kBadInput)
           << e.what();
@@ -129,8 +132,10 @@ class JobFaults : public ::testing::TestWithParam<int> {
     request_.performance.resume = true;
     bool gone_on = false;
     int code = 0;
+    const bool has_hint = has_hint_;
     if (run(&gone_on, &code)) {
       ++(gone_on ? trials_.gone_on : trials_.anew);
+      EXPECT_TRUE(gone_on || !has_hint) << "there was nothing to go on with";
     } else {
       ++trials_.refused;
       EXPECT_TRUE(code == 2 || code == 4) << code;
@@ -193,6 +198,7 @@ class JobFaults : public ::testing::TestWithParam<int> {
         const std::string path = request_.output + ".tetfusion/manifest";
         if (fs::exists(path) && bytes_of(request_.output) == kOld) manifest = bytes_of(path);
         disk.lose_power(keeps, static_cast<std::uint64_t>(n));
+        has_hint_ = false;  // nobody has heard it
       }
       const bool durable = says_durable(manifest);
       kept += durable ? 1 : 0;
@@ -209,6 +215,7 @@ class JobFaults : public ::testing::TestWithParam<int> {
   SimplifyRequest request_;
   std::string new_, new_progressive_;
   std::int64_t calls_ = 0;
+  bool has_hint_ = false;  // the last run has said how to go on
   Trials trials_;
 };
 
@@ -231,6 +238,39 @@ TEST_P(JobFaults, TheProcessIsKilled) {
 
 TEST_P(JobFaults, TheProcessIsKilledWhileItWrites) {
   with_fault_at_every_call([](FaultyFileSystem* system, std::int64_t n) { system->die_torn(n); });
+}
+
+// What is kept stays when it cannot be read, and any other time it is gone on with.
+TEST_P(JobFaults, GoingOnFails) {
+  const std::string scratch = request_.output + ".tetfusion", kept = folder_.file("kept");
+  reset();
+  {
+    FaultyFileSystem system;
+    system.die(calls_ * 3 / 4);
+    EXPECT_FALSE(run());
+  }
+  fs::copy(scratch, kept);
+  request_.performance.resume = true;
+  for (std::int64_t n = 0;; n += std::min(GetParam(), 5)) {
+    fs::remove_all(scratch);
+    fs::copy(kept, scratch);
+    testing::write_file(request_.output, kOld);
+    bool is_over = false, well = false, gone_on = false;
+    {
+      FaultyFileSystem system;
+      system.fail(n, EIO);
+      well = run();
+      is_over = !system.struck();
+    }
+    expect_old_or_new(well);
+    if (!well) {
+      EXPECT_TRUE(run(&gone_on) && gone_on) << "at call " << n;
+      expect_old_or_new(true);
+    }
+    if (is_over || HasFailure()) break;
+    ++trials_.points;
+  }
+  EXPECT_GT(trials_.points, 10);
 }
 
 TEST_P(JobFaults, ThePowerGoesAndTakesAllThatWasNotSynced) {
