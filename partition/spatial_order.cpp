@@ -93,6 +93,7 @@ void order_along_curve(const ShiftedCurve& curve, const WorkMesh<Real>& mesh, Wo
                  [&](TetId t) { return renamed(mesh.tets[t], old2new); });
   permute(tets, mesh.flipped, 1, &out->flipped);
   permute(tets, mesh.cell_columns, &out->cell_columns);
+  out->deviations.clear();
   out->removed.clear();
 }
 

@@ -20,9 +20,8 @@ class ChunkLoader {
   // `layout` is empty and says what a row holds; `box` holds all points.
   ChunkLoader(const WorkMesh<Real>& layout, const Box& box);
 
-  // Replaces *mesh, but for quadrics and deviations: the chunk's tetrahedra, not rewound, and the
-  // points that they use, both in the order of the curve. `tets` and `points` are
-  // what ChunkParts says.
+  // Replaces *mesh: the chunk's tetrahedra, not rewound, and the points that they use, both in the
+  // order of the curve. `tets` and `points` are what ChunkParts says.
   void load(std::uint32_t chunk, PieceStore& tets, PieceStore& points, WorkMesh<Real>* mesh);
 
  private:

@@ -143,6 +143,13 @@ std::string boundary_name(const BehaviourOptions& b) {
   return b.boundary == Boundary::kPlanar ? "planar" : "exact";
 }
 
+void say_does_not_steer(const std::string& name, const RunContext& context) {
+  context.say(
+      fmt::format("array {} has no two finite values that differ (as doubles): it does not "
+                  "steer",
+                  name));
+}
+
 void say_what_steers(std::vector<std::string> arrays, const MeshDescription& mesh,
                      const std::vector<std::size_t>& regions, const RunContext& context) {
   for (const std::string& name : arrays) {

@@ -17,6 +17,9 @@ namespace tetfusion {
 // What may become of the boundary, as it was asked for: "exact", "planar", or a share.
 std::string boundary_name(const BehaviourOptions& behaviour);
 
+// Of an array that could have.
+void say_does_not_steer(const std::string& name, const RunContext& context);
+
 // For arrays that nobody has named; `mesh` has them, cell arrays that say regions, and others that
 // follow.
 void say_what_steers(std::vector<std::string> arrays, const MeshDescription& mesh,

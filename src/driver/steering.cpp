@@ -108,9 +108,6 @@ Vector<double> means_at_points(std::size_t cell_array, const MeshDescription& me
   return sums;
 }
 
-namespace {
-
-// The active scalars, and floating-point point arrays in the file's order.
 std::vector<SteeringChoice> choices_by_default(const MeshDescription& mesh) {
   const AttributeSet& set = mesh.point_data;
   const auto scalars = set.active.find("Scalars");
@@ -127,6 +124,8 @@ std::vector<SteeringChoice> choices_by_default(const MeshDescription& mesh) {
   return choices;
 }
 
+namespace {
+
 // Is there a row that differs from the first one, which is noted if none was before? Rows that are
 // not finite do not count.
 bool has_another_row(const ArrayInfo& info, std::span<const std::byte> rows,
@@ -141,33 +140,34 @@ bool has_another_row(const ArrayInfo& info, std::span<const std::byte> rows,
   return false;
 }
 
+}  // namespace
+
+bool varies(std::size_t point_array, MeshSource* source, const MeshStream* stream,
+            const RunContext& context) {
+  const ArrayInfo& info = source->description().point_data.arrays[point_array];
+  Vector<double> first_row;
+  if (stream == nullptr) {
+    const DataArray array = source->read_array(Association::kPoint, point_array);
+    return has_another_row(info, array.bytes, &first_row);
+  }
+  bool found = false;
+  for_each_window_of(*stream, Association::kPoint, point_array, info, context,
+                     [&](std::uint64_t, std::span<const std::byte> rows) {
+                       found = has_another_row(info, rows, &first_row);
+                       return !found;
+                     });
+  return found;
+}
+
+namespace {
+
 // Of point arrays.
 std::vector<SteeringChoice>::const_iterator first_that_varies(
     const std::vector<SteeringChoice>& choices, MeshSource* source, const MeshStream* stream,
     const RunContext& context) {
-  const auto varies = [&](const SteeringChoice& choice) {
-    const ArrayInfo& info = source->description().point_data.arrays[choice.index];
-    Vector<double> first_row;
-    if (stream == nullptr) {
-      const DataArray array = source->read_array(Association::kPoint, choice.index);
-      return has_another_row(info, array.bytes, &first_row);
-    }
-    bool found = false;
-    for_each_window_of(*stream, Association::kPoint, choice.index, info, context,
-                       [&](std::uint64_t, std::span<const std::byte> rows) {
-                         found = has_another_row(info, rows, &first_row);
-                         return !found;
-                       });
-    return found;
-  };
-  return std::find_if(choices.begin(), choices.end(), varies);
-}
-
-void say_does_not_steer(const std::string& name, const RunContext& context) {
-  context.say(
-      fmt::format("array {} has no two finite values that differ (as doubles): it does not "
-                  "steer",
-                  name));
+  return std::ranges::find_if(choices, [&](const SteeringChoice& choice) {
+    return varies(choice.index, source, stream, context);
+  });
 }
 
 }  // namespace
@@ -232,9 +232,6 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
   for (const std::string& name : names) {
     if (means_all(mesh, name)) add_all(mesh, name, &choices);
   }
-  if (!choices.empty()) return choices;
-  choices = choices_by_default(mesh);
-  if (choices.size() > 1) choices.resize(1);
   return choices;
 }
 

@@ -26,15 +26,22 @@ struct SteeringChoice {
 std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name);
 
 // Resolves the user's names ("NAME", "NAME:0.5%", "cell:NAME"; "all" for the floating-point point
-// arrays that are not named besides, if no array is called so); with none, VTK's active scalars,
-// else the first floating-point point array, else nothing. Throws Error(kUsage) naming the arrays
-// there are, or for an array that is named twice.
+// arrays that are not named besides, if no array is called so). Throws Error(kUsage) naming the
+// arrays there are, or for an array that is named twice.
 std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
                                             const std::vector<std::string>& names);
 
-// Where nobody has named any: the first of the active scalars and the floating-point point arrays
-// that is not the same everywhere, with a notice of those before it; all of them where there is
-// none. Without a stream each array that is looked at is read whole.
+// Where nobody has named any one of these steers: VTK's active scalars, and the floating-point
+// point arrays in the file's order.
+std::vector<SteeringChoice> choices_by_default(const MeshDescription& mesh);
+
+// Does that array of the points have two finite values that differ? Without a stream it is read
+// whole.
+bool varies(std::size_t point_array, MeshSource* source, const MeshStream* stream,
+            const RunContext& context);
+
+// The first of choices_by_default() that varies, with a notice of those before it; all of them
+// where none does.
 std::vector<SteeringChoice> choose_what_varies(MeshSource* source, const MeshStream* stream,
                                                const RunContext& context);
 

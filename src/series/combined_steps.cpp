@@ -69,7 +69,8 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   at_once_ = stream->streams_from_disk() && thread_count() > 1 ? 2 : 1;
   is_to_compare_ = stream->streams_from_disk() && !files_.are_one_mesh();
   note_differences(0, mesh, *stream);
-  arrays_ = choose_steering(mesh, options_.arrays);
+  arrays_ = options_.arrays.empty() ? choose_what_varies_at_any(source.get(), *stream)
+                                    : choose_steering(mesh, options_.arrays);
   regions_.emplace(folder_, stream->cells(), options_.regions);
   // Names that are none are refused here, where the mesh has its own arrays.
   static_cast<void>(weight_column(options_.weight, mesh, CarriedArrays(mesh)));
@@ -94,6 +95,29 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   interest_->add(mesh, *stream, context_);
   begin_sums(sums);
   add_to_sums(0, mesh, *stream);
+}
+
+// Where none does, the first of them.
+std::vector<SteeringChoice> CombinedSteps::choose_what_varies_at_any(
+    MeshSource* first, const MeshStream& stream) const {
+  const std::vector<SteeringChoice> choices = choices_by_default(first->description());
+  const auto at_any = [&](const SteeringChoice& choice) {
+    if (varies(choice.index, first, &stream, context_)) return true;
+    for (std::size_t i = 1; i < files_.count(); ++i) {
+      const auto source = files_.open(i);
+      const auto there = find_array(source->description(), choice.name);
+      if (!there || there->association != Association::kPoint) continue;  // refused later
+      if (varies(there->index, source.get(), source->stream().get(), context_)) return true;
+    }
+    return false;
+  };
+  const auto found = std::ranges::find_if(choices, at_any);
+  if (found == choices.end())
+    return {choices.begin(), std::min(choices.end(), choices.begin() + 1)};
+  for (auto before = choices.begin(); before != found; ++before) {
+    say_does_not_steer(before->name, context_);
+  }
+  return {*found};
 }
 
 void CombinedSteps::look_at(std::size_t i, const MeshDescription& mesh, const MeshStream& stream) {

@@ -64,6 +64,8 @@ class CombinedSteps {
   };
 
   void look_at_first(const CombinedFields::Settings& sums);
+  std::vector<SteeringChoice> choose_what_varies_at_any(MeshSource* first,
+                                                        const MeshStream& stream) const;
   void look_at(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
   void require_regions() const;
   void say_which_regions_change() const;

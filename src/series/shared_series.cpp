@@ -197,7 +197,8 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
     least_bound = std::min(least_bound, bound);
     std::string text = sums.fields()[f].name;
     if (bound < kInfinity) {
-      if (share) text += fmt::format(":{}", *share * bound);
+      // No error is larger than the range.
+      if (share && *share * bound < 1) text += fmt::format(":{}", *share * bound);
     } else if (array.tolerance) {
       text += fmt::format(":{}", *array.tolerance);
     }

@@ -19,7 +19,10 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
       chunk_tets_(choice.chunk_tets) {
   const MeshDescription& description = source->description();
   const auto stream = open_stream(source.get());
-  Steering steering(choose_steering(description, choice.steering), description, *stream, context);
+  const auto choices = choice.steering.empty()
+                           ? choose_what_varies(source.get(), stream.get(), context)
+                           : choose_steering(description, choice.steering);
+  Steering steering(choices, description, *stream, context);
   fields = steering.fields();
   ImportSettings import_settings;
   import_settings.chunk_tets = choice.chunk_tets;
