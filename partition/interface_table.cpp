@@ -1,6 +1,7 @@
 #include "partition/interface_table.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -57,7 +58,8 @@ void InterfaceTable::index() {
   VertexId largest = 0;
   for (const InterfaceReport& entry : entries_) largest = std::max(largest, entry.id);
   shift_ = 0;
-  while ((largest >> shift_) >= entries_.size() / 4 + 1) ++shift_;
+  constexpr int kMostShift = std::numeric_limits<VertexId>::digits - 1;
+  while (shift_ < kMostShift && (largest >> shift_) >= entries_.size() / 4 + 1) ++shift_;
   begins_.assign((largest >> shift_) + std::size_t{2}, 0);
   for (const InterfaceReport& entry : entries_) ++begins_[(entry.id >> shift_) + std::size_t{1}];
   std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());

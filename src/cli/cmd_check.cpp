@@ -168,6 +168,8 @@ void fix(const CheckArguments& a, MeshSource* source, const Examination& examina
   const bool can_be_read = std::filesystem::is_regular_file(a.fixed, unknown);
   OpenOptions open = a.open;
   open.time_step.reset();
+  open.memory = a.examine.memory;
+  open.cancelled = context.cancelled;
   const auto written = can_be_read ? open_mesh(a.fixed, open) : nullptr;
   MeshSource* const result = can_be_read ? written.get() : mended.source.get();
   const Answer after =

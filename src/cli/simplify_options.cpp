@@ -200,8 +200,7 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
                   "Of several steps: shared, one mesh for all, on which --max-error holds at each "
                   "step (default); each, every step by itself. Not with a series: --lods, "
                   "--dry-run, --progressive, --pieces, standard input and output; "
-                  "each: --map; shared: --resume, --verify, --conserve, arrays of cells "
-                  "that steer")
+                  "each: --map; shared: --resume, --verify, --conserve")
       ->check(CLI::IsMember({"shared", "each"}).description("{shared,each}"))
       ->group(kOutputGroup);
   command

@@ -170,6 +170,13 @@ void Coarsening<Real>::say_what_was_found() const {
   }
   say_which_are_regions(in.description(), *in.stream, state_.input.facts.tets, in.regions,
                         options_.regions.has_value(), run_.context);
+  const std::uint64_t uncounted = in.stream->merged_points() + in.stream->dropped_points();
+  if (options_.original_ids && uncounted > 0) {
+    run_.context.say(fmt::format(
+        "{} leaves out {} that no cell uses, or that copies of others are: it counts the points "
+        "of what 'tetfusion convert' makes of the input",
+        kOriginalIds, format_count(uncounted, "point")));
+  }
   if (surfaces_move(options_)) {
     say_which_may_be_node_sets(in.description(), *in.stream, in.steering, run_.context);
   }

@@ -41,6 +41,7 @@ WorkFolder::WorkFolder(std::string path) : path_(std::move(path)) {
     throw Error(ErrorCode::kUsage, fmt::format("{}: {}", path_, what));
   };
   if (retry([&] { return system.flock(folder_.get(), LOCK_EX | LOCK_NB); }) != 0) {
+    if (errno != EWOULDBLOCK) fail("locking");
     refuse("another process uses this folder: wait for it, or give another --scratch");
   }
   std::vector<std::string> names;

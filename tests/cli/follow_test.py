@@ -68,6 +68,16 @@ class OriginalIds(FolderTest):
             np.testing.assert_array_equal(mesh.points[stayed], Vtu(path).points[ids[stayed]])
             self.assertLessEqual({0, 1, 2, 5, 6, 7}, set(ids.tolist()))
 
+    def test_where_unused_points_are_not_counted_that_is_said(self):
+        mesh = jittered(6)
+        mesh = with_arrays(mesh, f=("Float32", np.append(np.array(mesh.points)[:, 0], 0)))
+        mesh.array("Points")[4] = list(mesh.array("Points")[4]) + [20.0, 0.0, 0.0]
+        mesh.counts["NumberOfPoints"] = str(int(mesh.counts["NumberOfPoints"]) + 1)
+        path = self.write(mesh, "unused.vtu")
+        for option, is_said in ("--merge-points", True), ("--quiet", False):
+            said = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "30%", "--original-ids", option).stderr
+            self.assertEqual(b"OriginalPointIds leaves out 1 point that no cell uses" in said, is_said, said)
+
     def test_an_array_of_that_name_is_not_overwritten(self):
         path = self.generate()
         out = self.simplify(path, "--original-ids", "--reduction", "50%")

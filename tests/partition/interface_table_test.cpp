@@ -48,6 +48,16 @@ TEST(InterfaceTable, JoinsWhatIsSaidOfAVertex) {
   for (const VertexId id : {0u, 1u, 3u, 6u, 8u, kNoVertex}) EXPECT_EQ(table.find(id), nullptr);
 }
 
+TEST(InterfaceTable, MayHaveOneLargeId) {
+  for (const VertexId id : {0x7FFFFFFFu, 0x80000000u, kNoVertex - 1}) {
+    const InterfaceTable table({{id, 1, 2, kLocked, true}});
+    ASSERT_NE(table.find(id), nullptr);
+    EXPECT_EQ(table.find(id)->low, 1u);
+    EXPECT_EQ(table.find(id - 1), nullptr);
+    EXPECT_EQ(table.find(5), nullptr);
+  }
+}
+
 TEST(InterfaceTable, MayBeEmpty) {
   EXPECT_EQ(InterfaceTable().find(0), nullptr);
   EXPECT_TRUE(InterfaceTable(Vector<InterfaceReport>{}).entries().empty());
