@@ -114,7 +114,8 @@ Outcome run_case(std::uint64_t number, const std::string& folder) {
     }
     if (error.code() != ErrorCode::kBroken) throw;
     const std::string what = error.what();
-    const bool of_error = what.find(": the largest error of") != std::string::npos;
+    const bool of_error = what.find(": the largest error of") != std::string::npos ||
+                          what.find(" where the input's is, the first at") != std::string::npos;
     out.faults.push_back(
         (of_error && c.options.surface != Surface::kExact ? "error outside: " : "verify: ") + what);
     std::filesystem::remove_all(folder + "/out.vtu.tetfusion");  // kept, as the run can be resumed

@@ -97,6 +97,10 @@ void add_domain(const Comparison& c, std::string* text) {
   add("simplified to original", c.to_original);
 }
 
+std::string place_of(const Point& p) {
+  return fmt::format("({:.9g}, {:.9g}, {:.9g})", p.x, p.y, p.z);
+}
+
 // What is special about an array: one line, or none.
 std::string remarks(const ArrayComparison& a) {
   std::string text;
@@ -105,8 +109,8 @@ std::string remarks(const ArrayComparison& a) {
     text += fmt::format("; {} left out, not finite", format_count(a.non_finite, item));
   }
   if (a.undefined > 0) {
-    text += fmt::format("; {} left out, not finite in the simplified mesh",
-                        format_count(a.undefined, item));
+    text += fmt::format("; {} left out, not finite in the simplified mesh, the first at {}",
+                        format_count(a.undefined, item), place_of(a.undefined_at));
   }
   if (a.range == 0) text += "; constant: shares of its value";
   constexpr double kWorthTelling = 1e-6;
@@ -163,8 +167,7 @@ void add_arrays(const Comparison& c, Association association, std::string* text)
                      cells ? "" : percent(a.gradient_rms), percent(a.integral_change));
     }
     if (a.max > 0) {
-      fmt::format_to(out, "    largest at ({:.9g}, {:.9g}, {:.9g})\n", a.max_at.x, a.max_at.y,
-                     a.max_at.z);
+      fmt::format_to(out, "    largest at {}\n", place_of(a.max_at));
     }
     *text += region_line(a) + remarks(a);
   }

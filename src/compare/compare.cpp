@@ -78,6 +78,7 @@ ArrayComparison summarize(const Field& field, const Errors& errors, const FieldV
   *scale = range > 0 ? range : values.largest + std::abs(base_of(field));
   a.non_finite = errors.non_finite;
   a.undefined = errors.undefined;
+  a.undefined_at = errors.undefined_at;
   a.rms = share_of(errors.rms(), *scale);
   a.max = share_of(errors.max(), *scale);
   a.max_at = errors.max_at;

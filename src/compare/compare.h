@@ -46,6 +46,7 @@ struct ArrayComparison {
   std::vector<double> component_ranges;
   std::uint64_t non_finite = 0;  // points or cells that were left out
   std::uint64_t undefined = 0;   // those where the simplified mesh alone has no finite value
+  Point undefined_at{};          // the first of these
   // Of the simplified mesh: its points or tetrahedra with a value that is not finite.
   std::uint64_t simplified_non_finite = 0;
 

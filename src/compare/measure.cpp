@@ -37,6 +37,7 @@ void Errors::add(const Errors& other) {
     max_at = other.max_at;
   }
   non_finite += other.non_finite;
+  if (undefined == 0) undefined_at = other.undefined_at;
   undefined += other.undefined;
 }
 

@@ -29,6 +29,7 @@ struct Errors {
   Point max_at{};                // the first place where the difference is that large
   std::uint64_t non_finite = 0;  // places left out: the original's value is not finite there
   std::uint64_t undefined = 0;   // places left out: only the simplified mesh's value is not finite
+  Point undefined_at{};          // the first of these
 
   void add(double weight, double squared, const Point& at) {
     squares += weight * squared;
@@ -38,6 +39,9 @@ struct Errors {
       max_squared = squared;
       max_at = at;
     }
+  }
+  void add_undefined(const Point& at) {
+    if (undefined++ == 0) undefined_at = at;
   }
   void add(const Errors& other);
   double rms() const;

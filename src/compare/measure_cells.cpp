@@ -224,7 +224,7 @@ class CellBlock {
     }
     const double squared = total(field, &Components::squared);
     if (!std::isfinite(squared)) {
-      ++out_->errors[f].undefined;
+      out_->errors[f].add_undefined(centre_);
       return;
     }
     // A flat cell has no inside, and its centre is any other's.
@@ -256,7 +256,7 @@ class CellBlock {
       out_->cell_integrals[f].add(shape_.volume, length, [&](std::size_t c) { return row[c]; });
     }
     if (!std::isfinite(squared)) {
-      ++errors.undefined;
+      errors.add_undefined(centre_);
       return;
     }
     if (shape_.flat) return;

@@ -50,7 +50,7 @@ class PointBlock {
     if (std::isfinite(squared)) {
       errors.add(1, squared, p);
     } else {
-      ++errors.undefined;
+      errors.add_undefined(p);
     }
   }
 

@@ -359,12 +359,14 @@ void Verifier::judge_error(const Comparison& comparison, const PromisedError& pr
     if (a->range == 0) continue;                 // it has not steered
     const std::string sentence =
         a->undefined > 0
-            ? fmt::format("{} is not finite at {} of the input where the input's is", bound.array,
-                          format_count(a->undefined, "point"))
+            ? fmt::format(
+                  "{} is not finite at {} of the input where the input's is, the first at {}",
+                  bound.array, format_count(a->undefined, "point"), place(a->undefined_at))
             : fmt::format("the largest error of {} is {:.4g} % of its range, above {:.4g} %, at {}",
                           bound.array, 100 * bound.value, 100 * bound.limit, place(a->max_at));
     judge_measure({"error:" + bound.array, bound.value, bound.limit, !bound.broken, sentence},
-                  "the largest error of " + bound.array, &a->max_at);
+                  "the largest error of " + bound.array,
+                  a->undefined > 0 ? &a->undefined_at : &a->max_at);
   }
 }
 

@@ -350,6 +350,8 @@ TEST(Compare, ValuesThatAreNotFinite) {
   Comparison c = compare_files(original, simplified);
   EXPECT_EQ(c.arrays[0].non_finite, 1u);
   EXPECT_EQ(c.arrays[0].undefined, 1u);
+  EXPECT_EQ(c.arrays[0].undefined_at.x, points_of(&original)[11].x);
+  EXPECT_EQ(c.arrays[0].undefined_at.y, points_of(&original)[11].y);
   EXPECT_EQ(c.arrays[0].max, 0);
   EXPECT_TRUE(std::isfinite(c.arrays[0].integral_change));
   EXPECT_TRUE(std::isfinite(c.arrays[0].gradient_rms));
