@@ -80,6 +80,8 @@ std::uint64_t memory_limit(const std::string& root) {
   return std::min({total ? *total : installed_memory(), limit_of_groups(root), own_limit()});
 }
 
+std::uint64_t memory_to_use(std::uint64_t asked) { return asked != 0 ? asked : memory_limit() / 2; }
+
 std::uint64_t available_memory(const std::string& root) {
   const std::string file = root + "/proc/meminfo";
   const auto memory = read_kilobytes(file, "MemAvailable");

@@ -20,6 +20,9 @@ std::uint64_t current_rss_bytes();
 // /proc and /sys lie, for tests.
 std::uint64_t memory_limit(const std::string& root = "");
 
+// What a job may take: what was asked for, or, where that is 0, half of memory_limit().
+std::uint64_t memory_to_use(std::uint64_t asked);
+
 // What processes could take now before the system has to end one of them: memory that is free or
 // soon would be, and swap space. The largest number where the system does not tell.
 std::uint64_t available_memory(const std::string& root = "");

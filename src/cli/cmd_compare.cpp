@@ -342,7 +342,7 @@ CompareAnswer compare_pair(const CompareArguments& a, const StepPair& pair, cons
   refuse_piece(a.report, original->description());
   refuse_piece(a.report, simplified->description());
   require_arrays(bounds, original->description());
-  const std::uint64_t memory = a.memory != 0 ? a.memory : memory_limit() / 2;
+  const std::uint64_t memory = memory_to_use(a.memory);
   const std::uint64_t sides = plan_comparison(original.get(), simplified.get(), memory);
   Comparison comparison = compare_meshes(original.get(), simplified.get(), context, sides);
   add_interfaces(original.get(), simplified.get(), context, &comparison);

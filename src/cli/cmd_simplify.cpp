@@ -1,5 +1,6 @@
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -29,7 +30,7 @@ void refuse_unreached_goal(const SimplifyReport& report, bool was_summarized) {
 void run_series(SimplifyArguments* a) {
   const SeriesRequest request{a->request, a->inputs, a->series != "each"};
   // Of a file that VTK reads even the names of its steps may take long.
-  const SeriesPlan plan = plan_series(request, Console(a->console).context());
+  SeriesPlan plan = plan_series(request, Console(a->console).context());
   std::vector<std::string> files{plan.list};
   for (const Step& step : plan.steps) files.insert(files.end(), {step.input, step.output});
   check_report(a->report, files);
@@ -37,7 +38,7 @@ void run_series(SimplifyArguments* a) {
   SeriesReport report;
   {
     Console console(a->console);
-    report = simplify_series(request, console.context());
+    report = simplify_series(request, std::move(plan), console.context());
     summarize(report, a->request.output, &console);
   }
   if (!a->report.empty()) write_text(a->report, to_json(report));

@@ -66,7 +66,7 @@ class TemporaryScratch {
 }  // namespace
 
 Examination examine(MeshSource* source, const ExamineOptions& options, const RunContext& context) {
-  const std::uint64_t total = options.memory != 0 ? options.memory : memory_limit() / 2;
+  const std::uint64_t total = memory_to_use(options.memory);
   const MeshDescription& mesh = source->description();
   const std::unique_ptr<MeshStream> stream = source->stream();
   const std::uint64_t whole = kProcessBytes + kCellBytes * mesh.cells + kPointBytes * mesh.points;

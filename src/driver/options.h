@@ -126,7 +126,7 @@ struct PerformanceOptions {
   int threads = 0;  // as set_thread_count() takes them; fewer where the memory is too little
 
   // Bytes that the process may have resident, mapped pages counted. 0: half of what the machine or
-  // its control group allows (memory_limit()), so that the page cache and others have the rest.
+  // its control group allows (memory_to_use()), so that the page cache and others have the rest.
   std::uint64_t memory = 0;
 
   // The folder for what does not fit into memory. Empty: the output's name and ".tetfusion".

@@ -40,7 +40,7 @@ Workplace::Workplace(const SimplifyRequest& request, const MeshDescription& mesh
                      const RunContext& context)
     : request_(request) {
   const PerformanceOptions& options = request.performance;
-  const std::uint64_t total = options.memory != 0 ? options.memory : memory_limit() / 2;
+  const std::uint64_t total = memory_to_use(options.memory);
   needs_ = fit_threads(
       total, [&](int threads) { return needs_of(request, mesh, steering, reader_bytes, threads); },
       context);

@@ -158,7 +158,7 @@ void Job::tell_left_out() const {
 }
 
 void Job::plan_memory() {
-  const std::uint64_t total = request_.memory != 0 ? request_.memory : memory_limit() / 2;
+  const std::uint64_t total = memory_to_use(request_.memory);
   const ProgressiveCounts& counts = file_.counts();
   const ProgressiveDescription& d = file_.description();
   std::uint64_t least = kLeastMemory, beside = LevelNumbers::bytes_for(counts);

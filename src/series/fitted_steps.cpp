@@ -44,7 +44,7 @@ bool have_room_for_two(const MapFile& map, const MeshDescription& step, std::uin
   constexpr std::uint64_t kProcess = std::uint64_t{64} << 20, kWindows = std::uint64_t{32} << 20;
   const std::uint64_t once = kProcess + points * (24 + 16) + cells * (41 + 16);
   const std::uint64_t of_step = points * (point + widest * 3 * sizeof(double)) + cells * cell;
-  MemoryBudget budget(memory != 0 ? memory : memory_limit() / 2);
+  MemoryBudget budget(memory_to_use(memory));
   const auto one = budget.reserve(once + of_step, "the arrays of a step on the simplified mesh");
   return budget.free() >= of_step + kWindows;
 }

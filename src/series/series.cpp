@@ -94,8 +94,12 @@ void write_list(const SeriesPlan& plan, const RunContext& context) {
 }  // namespace
 
 SeriesReport simplify_series(const SeriesRequest& request, const RunContext& context) {
+  return simplify_series(request, plan_series(request, context), context);
+}
+
+SeriesReport simplify_series(const SeriesRequest& request, SeriesPlan plan,
+                             const RunContext& context) {
   const double start = wall_seconds();
-  SeriesPlan plan = plan_series(request, context);
   SimplifyRequest first = request.job;
   first.output = plan.steps[0].output;
   check_options(first);

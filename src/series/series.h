@@ -46,6 +46,8 @@ struct SeriesReport {
   double total_seconds = 0;
 };
 
+struct SeriesPlan;
+
 // Is that one, by its names? `arrays` are those that steer.
 bool is_series(const std::vector<std::string>& inputs, const std::string& output,
                const std::vector<std::string>& arrays);
@@ -55,6 +57,9 @@ bool is_series(const std::vector<std::string>& inputs, const std::string& output
 // the first or not the arrays that steer. Each output appears when it is whole, the .pvd file last;
 // a message about a failure says which steps are done.
 SeriesReport simplify_series(const SeriesRequest& request, const RunContext& context = {});
+// The same, of steps that have been planned (series_plan.h).
+SeriesReport simplify_series(const SeriesRequest& request, SeriesPlan plan,
+                             const RunContext& context);
 
 std::string to_json(const SeriesReport& report);
 
