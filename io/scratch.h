@@ -81,6 +81,10 @@ struct ScratchOptions {
 // private (folder 0700, files 0600, O_EXCL), no link is followed.
 std::unique_ptr<Scratch> disk_scratch(const ScratchOptions& options);
 
+// For whoever only asks: throws what disk_scratch() would, as far as that can be told without
+// making or changing anything. No other process can take the folder in the meantime.
+void check_disk_scratch(const ScratchOptions& options);
+
 // For a run that does not need it: throws Error(kUsage) where disk_scratch() would, as something
 // else lies in the folder. It need not be there.
 void check_scratch_folder(const std::string& path);

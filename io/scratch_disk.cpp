@@ -290,25 +290,45 @@ std::string difference(const std::string& there, const std::string& here) {
   return "";
 }
 
-std::shared_ptr<ScratchFolder> open_scratch_folder(const std::string& path) {
-  FileSystem& system = file_system();
+[[noreturn]] void fail_making(const std::string& path, int error) {
+  if (error == ENOENT)
+    fail(path, "the folder that is to hold it does not exist; create it first", error);
+  fail(path, "cannot make it", error);
+}
+
+std::string without_slashes_behind(const std::string& path) {
+  return path.substr(0, path.find_last_not_of('/') + 1);
+}
+
+// Null where there is none.
+std::shared_ptr<ScratchFolder> find_scratch_folder(const std::string& path) {
   if (path.empty()) throw Error(ErrorCode::kUsage, "the scratch folder's name is empty");
-  if (retry([&] { return system.mkdir(path.c_str(), 0700); }) != 0 && errno != EEXIST) {
-    if (errno == ENOENT)
-      fail(path, "the folder that is to hold it does not exist; create it first", errno);
-    fail(path, "cannot make it", errno);
-  }
+  FileSystem& system = file_system();
   Descriptor folder(retry([&] {
     return system.openat(AT_FDCWD, path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC,
                          0);
   }));
-  if (!folder) {
-    if (errno == ENOTDIR || errno == ELOOP) {
-      refuse_folder(path, "a file or a link has this name; give another one (--scratch)");
-    }
-    fail(path, "cannot open it", errno);
+  if (folder) return std::make_shared<ScratchFolder>(std::move(folder), path);
+  const int error = errno;
+  struct stat status {};
+  if (system.fstatat(AT_FDCWD, without_slashes_behind(path).c_str(), &status,
+                     AT_SYMLINK_NOFOLLOW) != 0) {
+    return nullptr;  // nor, perhaps, the folder that is to hold it
   }
-  return std::make_shared<ScratchFolder>(std::move(folder), path);
+  if (error == ENOTDIR || error == ELOOP) {
+    refuse_folder(path, "a file or a link has this name; give another one (--scratch)");
+  }
+  fail(path, "cannot open it", error);
+}
+
+std::shared_ptr<ScratchFolder> make_scratch_folder(const std::string& path) {
+  if (path.empty()) throw Error(ErrorCode::kUsage, "the scratch folder's name is empty");
+  if (retry([&] { return file_system().mkdir(path.c_str(), 0700); }) != 0 && errno != EEXIST) {
+    fail_making(path, errno);
+  }
+  auto folder = find_scratch_folder(path);
+  if (!folder) fail(path, "cannot open it", ENOENT);
+  return folder;
 }
 
 // Throws when something else lies in the folder.
@@ -361,9 +381,10 @@ std::uint64_t bytes_in(const ScratchFolder& folder) {
   return bytes;
 }
 
-void check_room(const ScratchFolder& folder, std::uint64_t expected) {
+// `ours` may be overwritten.
+void check_room(const ScratchFolder& folder, std::uint64_t ours, std::uint64_t expected) {
   if (expected == 0) return;
-  const std::uint64_t room = folder.free_bytes() + bytes_in(folder);
+  const std::uint64_t room = folder.free_bytes() + ours;
   if (room >= expected) return;
   throw Error(
       ErrorCode::kIo,
@@ -403,12 +424,16 @@ void start_anew(const ScratchFolder& folder, Manifest* manifest, const std::stri
   sync_name(folder);
 }
 
+// As long as the manifest is there nobody else has the folder.
+struct LockedFolder {
+  std::shared_ptr<Manifest> manifest;
+  bool has_work = false;  // of this run
+};
+
 // Throws what disk_scratch() throws.
-std::unique_ptr<Scratch> take_folder(const std::shared_ptr<ScratchFolder>& folder,
-                                     const ScratchOptions& options) {
-  const auto manifest =
-      std::make_shared<Manifest>(lock_manifest(*folder), folder->path_of(kManifestName));
-  const bool work = has_work(*folder, *manifest);
+LockedFolder lock_folder(const ScratchFolder& folder, const ScratchOptions& options) {
+  auto manifest = std::make_shared<Manifest>(lock_manifest(folder), folder.path_of(kManifestName));
+  const bool work = has_work(folder, *manifest);
   if (work && !options.resume) {
     refuse_folder(
         options.folder,
@@ -422,20 +447,51 @@ std::unique_ptr<Scratch> take_folder(const std::shared_ptr<ScratchFolder>& folde
                     "or remove the folder",
                     difference(manifest->fingerprint(), options.fingerprint)));
   }
-  check_room(*folder, options.expected_bytes);
-  if (!work) start_anew(*folder, manifest.get(), options.fingerprint);
-  return std::make_unique<DiskScratch>(folder, manifest, !work);
+  check_room(folder, bytes_in(folder), options.expected_bytes);
+  return {std::move(manifest), work};
+}
+
+std::unique_ptr<Scratch> take_folder(const std::shared_ptr<ScratchFolder>& folder,
+                                     const ScratchOptions& options) {
+  const auto [manifest, has_work] = lock_folder(*folder, options);
+  if (!has_work) start_anew(*folder, manifest.get(), options.fingerprint);
+  return std::make_unique<DiskScratch>(folder, manifest, !has_work);
+}
+
+// Of a folder that is not there.
+void check_making(const ScratchOptions& options) {
+  const std::filesystem::path name = without_slashes_behind(options.folder);
+  const std::string parent = name.has_parent_path() ? name.parent_path().string() : ".";
+  FileSystem& system = file_system();
+  Descriptor disk(retry([&] {
+    return system.openat(AT_FDCWD, parent.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC, 0);
+  }));
+  if (!disk || system.access(parent.c_str(), W_OK | X_OK) != 0) fail_making(options.folder, errno);
+  check_room(ScratchFolder(std::move(disk), options.folder), 0, options.expected_bytes);
 }
 
 }  // namespace
 
 void check_scratch_folder(const std::string& path) {
-  std::error_code unknown;
-  if (std::filesystem::exists(path, unknown)) holds_manifest(*open_scratch_folder(path));
+  const auto folder = find_scratch_folder(path);
+  if (folder) holds_manifest(*folder);
+}
+
+void check_disk_scratch(const ScratchOptions& options) {
+  const auto folder = find_scratch_folder(options.folder);
+  if (!folder) return check_making(options);
+  if (holds_manifest(*folder)) {
+    lock_folder(*folder, options);
+    return;
+  }
+  if (file_system().access(folder->path().c_str(), W_OK | X_OK) != 0) {
+    fail(folder->path(), "cannot open its manifest", errno);
+  }
+  check_room(*folder, 0, options.expected_bytes);
 }
 
 std::unique_ptr<Scratch> disk_scratch(const ScratchOptions& options) {
-  const std::shared_ptr<ScratchFolder> folder = open_scratch_folder(options.folder);
+  const std::shared_ptr<ScratchFolder> folder = make_scratch_folder(options.folder);
   const bool is_new = !holds_manifest(*folder);
   try {
     return take_folder(folder, options);

@@ -57,18 +57,16 @@ Workplace::Workplace(const SimplifyRequest& request, const MeshDescription& mesh
   budget_ = std::make_unique<MemoryBudget>(total);
 }
 
-std::optional<Checkpoint> Workplace::open(const MeshDescription& mesh, bool to_memory) {
-  const std::string folder = scratch_folder(request_);
+bool Workplace::choose_place(bool to_memory) {
   const PerformanceOptions& options = request_.performance;
   std::error_code unknown;
-  const bool resume = options.resume && std::filesystem::exists(folder, unknown);
+  const bool resume = options.resume && std::filesystem::exists(scratch_folder(request_), unknown);
   if (!on_disk_ && !resume) {
     // The same command with less memory would need it; a copy of what is no file may lie anywhere.
     if (!options.scratch.empty() && std::filesystem::is_regular_file(request_.input, unknown)) {
       check_scratch_folder(options.scratch);
     }
-    scratch_ = memory_scratch();
-    return std::nullopt;
+    return false;
   }
   if (to_memory && options.scratch.empty()) {
     throw Error(
@@ -85,13 +83,32 @@ std::optional<Checkpoint> Workplace::open(const MeshDescription& mesh, bool to_m
         "there is no folder to keep it in: give --scratch DIR");
   }
   on_disk_ = true;
-  keeps_work_ = options.keep_work && !to_memory;
-  scratch_ = disk_scratch({folder, fingerprint(request_, mesh), options.resume, needs_.scratch});
+  return resume;
+}
+
+ScratchOptions Workplace::scratch_options(const MeshDescription& mesh) const {
+  return {scratch_folder(request_), fingerprint(request_, mesh), request_.performance.resume,
+          needs_.scratch};
+}
+
+std::optional<Checkpoint> Workplace::open(const MeshDescription& mesh, bool to_memory) {
+  const bool resume = choose_place(to_memory);
+  if (!on_disk_) {
+    scratch_ = memory_scratch();
+    return std::nullopt;
+  }
+  keeps_work_ = request_.performance.keep_work && !to_memory;
+  scratch_ = disk_scratch(scratch_options(mesh));
   if (!resume) return std::nullopt;
   resumable_ = true;  // what cannot be read now may be another time
   std::optional<Checkpoint> left = scratch_->resume();
   resumable_ = left.has_value();
   return left;
+}
+
+void Workplace::check_place(const MeshDescription& mesh, bool to_memory) {
+  choose_place(to_memory);
+  if (on_disk_) check_disk_scratch(scratch_options(mesh));
 }
 
 void Workplace::commit(const std::string& generation, std::span<const std::byte> state) {

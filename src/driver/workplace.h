@@ -40,6 +40,9 @@ class Workplace {
   // Throws Error(kMemory), Error(kUsage) where there is no folder for a mesh that does not fit;
   // what disk_scratch() throws.
   std::optional<Checkpoint> open(const MeshDescription& mesh, bool to_memory);
+  // Instead of open(), for a plan: throws the same, as far as that can be told without making
+  // anything. on_disk() is then what it would be.
+  void check_place(const MeshDescription& mesh, bool to_memory);
   Scratch* scratch() const { return scratch_.get(); }  // null before open()
   std::uint64_t disk_bytes() const { return on_disk_ ? scratch_->peak_bytes() : 0; }  // at most
 
@@ -55,6 +58,10 @@ class Workplace {
   [[noreturn]] void give_up(const Error& error);
 
  private:
+  // In memory or on disk? Returns whether the run is to go on from what lies in the folder.
+  bool choose_place(bool to_memory);
+  ScratchOptions scratch_options(const MeshDescription& mesh) const;
+
   const SimplifyRequest& request_;
   MemoryNeeds needs_;
   std::unique_ptr<MemoryBudget> budget_;

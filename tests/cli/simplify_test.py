@@ -52,6 +52,16 @@ class Options(FolderTest):
         self.assertRegex(plan, r"reachable +about [\d.]+ % less tetrahedra or more \([\d.]+ % with four times as many left\), as the boundary moves; whether the goal is in reach is open\n")
         self.assertEqual(len(self.files()), 1)
 
+    def test_a_dry_run_refuses_what_the_run_refuses(self):
+        path, theirs = self.generate(tets="300k"), self.folder / "theirs"
+        theirs.mkdir()
+        (theirs / "thesis.txt").write_text("years of work")
+        for output, options in ("-", ["--memory", least_memory("simplify", path, "-o", "-")]), (self.folder / "out.vtu", ["--scratch", theirs]):
+            arguments = ["simplify", path, "-o", output, *options]
+            result, plan = finish(*arguments), finish(*arguments, "--dry-run")
+            self.assertEqual((plan.returncode, plan.stdout), (USAGE, b""), plan)
+            self.assertEqual((result.returncode, result.stderr), (USAGE, plan.stderr), result)
+
     def test_the_report_of_a_dry_run(self):
         path = self.generate(tets="30k")
         for options, reaches in ([], None), (["--reduction", "10%"], True), (["--tets", "10"], False):

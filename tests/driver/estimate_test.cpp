@@ -6,13 +6,17 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "base/error.h"
 #include "base/resources.h"
 #include "driver/run_plan.h"
 #include "driver/simplify.h"
 #include "generate/generate.h"
+#include "io/file_system.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 
@@ -169,6 +173,71 @@ TEST_F(Estimate, OfAMeshWithAllThatAMeshCanHave) {
                           "\"boundary_points_share\"", "\"scratch_bytes\": 0"}) {
     EXPECT_THAT(json, HasSubstr(key));
   }
+}
+
+// There is no place for the mesh on disk.
+TEST_F(Estimate, RefusesThePlaceThatTheRunWouldRefuse) {
+  generate(LatticeKind::kFive, 3000);
+  request.behaviour.reduction = 0.5;
+  const SimplifyRequest plain = request;
+  const auto error_of = [&](auto run) {
+    try {
+      run(request);
+    } catch (const Error& e) {
+      return std::pair(e.code(), std::string(e.what()));
+    }
+    ADD_FAILURE() << "was not refused";
+    return std::pair(ErrorCode::kBroken, std::string());
+  };
+  const auto expect_refused = [&](const std::string& part) {
+    const auto planned = error_of([](const SimplifyRequest& r) { plan_run(r); });
+    const auto ran = error_of([](const SimplifyRequest& r) { simplify(r); });
+    EXPECT_EQ(planned, ran);
+    EXPECT_THAT(planned.second, HasSubstr(part));
+    request = plain;
+  };
+  request.output = "-";
+  request.performance.on_disk = true;
+  expect_refused("beside standard output there is no folder");
+
+  const std::string theirs = folder.file("theirs");
+  std::filesystem::create_directory(theirs);
+  std::ofstream(theirs + "/thesis.txt") << "years of work";
+  for (const bool on_disk : {false, true}) {
+    request.performance.on_disk = on_disk;
+    request.performance.scratch = theirs;
+    expect_refused("thesis.txt");
+  }
+  std::filesystem::remove_all(theirs);
+
+  class FullDisk : public FileSystem {
+   public:
+    FullDisk() : before_(replace_file_system(this)) {}
+    ~FullDisk() override { replace_file_system(before_); }
+    int fstatvfs(int fd, struct statvfs* status) override {
+      const int result = FileSystem::fstatvfs(fd, status);
+      status->f_bavail = 1;
+      return result;
+    }
+
+   private:
+    FileSystem* before_;
+  };
+  const FullDisk disk;
+  request.performance.on_disk = true;
+  expect_refused("the disk has room for");
+  expect_nothing_written();
+}
+
+// A mesh that would fit into memory is on disk, too, if what is left of it lies there.
+TEST_F(Estimate, IsOfARunThatGoesOnFromWhatIsLeft) {
+  generate(LatticeKind::kFive, 3000);
+  request.behaviour.reduction = 0.5;
+  request.performance.resume = true;
+  EXPECT_FALSE(plan_run(request).on_disk);
+  std::filesystem::create_directory(request.output + ".tetfusion");
+  EXPECT_TRUE(plan_run(request).on_disk);
+  EXPECT_TRUE(std::filesystem::is_empty(request.output + ".tetfusion"));
 }
 
 TEST_F(Estimate, ThrowsWhatTheRunWouldThrow) {

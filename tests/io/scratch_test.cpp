@@ -11,6 +11,8 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -302,6 +304,91 @@ TEST_F(DiskScratchTest, TooLittleRoomIsSaidBeforeTheStart) {
     EXPECT_THAT(e.what(), AllOf(HasSubstr("1152921504606846976 bytes"), HasSubstr("has room for")));
   }
   EXPECT_FALSE(fs::exists(folder_));
+}
+
+// What a folder is refused for, whoever asks.
+class RefusedScratch : public DiskScratchTest {
+ protected:
+  // Of the error that f() throws, with its code.
+  static std::string error_of(const std::function<void()>& f) {
+    try {
+      f();
+    } catch (const Error& e) {
+      return std::to_string(e.exit_code()) + " " + e.what();
+    }
+    return {};
+  }
+  std::set<std::string> files() const {
+    std::set<std::string> found;
+    for (const auto& entry : fs::recursive_directory_iterator(dir_.path())) {
+      found.insert(entry.path().string() + " " +
+                   (entry.is_regular_file() ? std::to_string(entry.file_size()) : ""));
+    }
+    return found;
+  }
+  void expect_refused(const std::string& part) {
+    const std::set<std::string> before = files();
+    const std::string said = error_of([&] { check_disk_scratch(options); });
+    EXPECT_EQ(files(), before);
+    EXPECT_THAT(said, HasSubstr(part));
+    EXPECT_EQ(said, error_of([&] { disk_scratch(options); }));
+  }
+  void expect_taken() {
+    const std::set<std::string> before = files();
+    check_disk_scratch(options);
+    EXPECT_EQ(files(), before);
+    disk_scratch(options);
+  }
+
+  ScratchOptions options{folder_, "mesh: a", false, 0};
+};
+
+TEST_F(RefusedScratch, IsSoForWhoeverOnlyAsks) {
+  expect_taken();
+  run(open().get(), "one");
+  expect_refused("--resume");
+  options.resume = true;
+  expect_taken();
+  {
+    const auto scratch = open(true);
+    expect_refused("another process");
+  }
+  options.expected_bytes = std::uint64_t{1} << 60;
+  expect_refused("has room for");
+  options.fingerprint = "mesh: b";
+  expect_refused("it has 'mesh: a', this run has 'mesh: b'");
+  std::ofstream(folder_ + "/thesis.txt") << "years of work";
+  expect_refused("thesis.txt");
+}
+
+TEST_F(RefusedScratch, IsSoBeforeItIsThere) {
+  for (const char* end : {"", "/"}) {
+    options = {folder_ + end, "mesh: a", false, std::uint64_t{1} << 60};
+    expect_refused("has room for");
+    fs::create_directory(folder_);
+    expect_refused("has room for");
+    options.folder = dir_.file("no/such") + end;
+    expect_refused("does not exist; create it first");
+    std::ofstream(folder_) << "a file";
+    options.folder = folder_ + end;
+    expect_refused("a file or a link");
+    options.folder = folder_ + "/below" + end;
+    expect_refused("cannot make it: Not a directory");
+    fs::remove(folder_);
+    fs::create_symlink(dir_.file("nowhere"), folder_);
+    options.folder = folder_;
+    expect_refused("a file or a link");
+    fs::remove(folder_);
+  }
+}
+
+TEST_F(RefusedScratch, IsSoWhereNothingCanBeMade) {
+  for (const bool is_there : {false, true}) {
+    if (is_there) fs::create_directory(folder_);
+    testing::FaultyFileSystem system;
+    system.fail_all(testing::FaultyFileSystem::Call::kAccess, EACCES);
+    EXPECT_THAT(error_of([&] { check_disk_scratch(options); }), HasSubstr("Permission denied"));
+  }
 }
 
 // A run is killed while it writes and commits; whatever the moment, the latest commit is whole.
