@@ -59,17 +59,17 @@ LowerRows lower_rows(const LowerPart<Real>& lower) {
 
 // The points of the input that are nowhere else.
 template <class Real>
-void put_spare(const MeshStream& stream, const CarriedArrays& carried, const WorkMesh<Real>& layout,
+void put_spare(const ProgressiveJob<Real>& job, const MeshStream& stream,
                const std::vector<bool>& known, ProgressiveWriter* writer) {
-  std::vector<Column> columns = layout.point_columns;
+  std::vector<Column> columns = job.layout.point_columns;
   Vector<Vec3<Real>> positions;
-  for_each_window(known.size(), RunContext(), [&](std::uint64_t first, std::uint64_t count) {
+  for_each_window(known.size(), job.context, [&](std::uint64_t first, std::uint64_t count) {
     const auto begin = known.begin() + static_cast<std::ptrdiff_t>(first);
     const auto end = begin + static_cast<std::ptrdiff_t>(count);
     if (std::find(begin, end, false) == end) return;
     positions.resize(count);
     stream.read_points(first, count, std::as_writable_bytes(std::span(positions)));
-    read_columns(stream, Association::kPoint, carried.point_indices, first, count, &columns);
+    read_columns(stream, Association::kPoint, job.carried.point_indices, first, count, &columns);
     PointRows spare;
     for (std::uint64_t i = 0; i < count; ++i) {
       if (known[first + i]) continue;
@@ -81,11 +81,29 @@ void put_spare(const MeshStream& stream, const CarriedArrays& carried, const Wor
   });
 }
 
-void put_rewound(const std::vector<bool>& rewound, ProgressiveWriter* writer) {
-  for (std::size_t t = 0; t < rewound.size(); ++t) {
-    const auto number = static_cast<TetId>(t);
-    if (rewound[t]) writer->put_rewound({&number, 1});
-  }
+void put_rewound(const std::vector<bool>& rewound, const RunContext& context,
+                 ProgressiveWriter* writer) {
+  for_each_window(rewound.size(), context, [&](std::uint64_t first, std::uint64_t count) {
+    for (std::uint64_t t = first; t < first + count; ++t) {
+      const auto number = static_cast<TetId>(t);
+      if (rewound[t]) writer->put_rewound({&number, 1});
+    }
+  });
+}
+
+// Takes the logs of so many tetrahedra, backwards. The points are noted in `known`.
+void put_fusions(std::uint64_t tets, const RunContext& context, FusionLogs* logs,
+                 ProgressiveWriter* writer, std::vector<bool>* known) {
+  std::uint64_t undone = 0, told = 0;
+  logs->take_backwards([&](const FusionRecord& record, std::uint32_t round, std::uint32_t chunk) {
+    context.check();
+    for (const VertexId v : record.points) (*known)[v] = true;
+    writer->put(record, round, chunk);
+    undone = std::min(undone + record.tets.size(), tets);
+    if (undone * 100 / tets == told) return;
+    told = undone * 100 / tets;
+    context.report(kWayBackPhase, 0, 1, undone, tets);
+  });
 }
 
 ProgressiveDescription describe(const CarriedArrays& carried, FusionErrors errors,
@@ -147,33 +165,35 @@ void refuse_ghosts(const std::string& input, const InputFacts& facts) {
 
 template <class Real>
 void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file) {
+  const RunContext& context = job.context;
+  context.report(kWayBackPhase, 0);
   const auto stream = open_stream(job.source);
   auto rows = job.layout;
   rows.cell_columns.push_back(number_column());
   std::vector<bool> known(stream->points());
   MemoryBudget::Reservation memory;
   ProgressiveWriter writer(file, describe(job.carried, job.errors, job.source));
+  const MacroLod<Real>& mesh = job.mesh->mesh;
   LowerPart<Real>& lower = job.mesh->lower;
+  const std::uint64_t tets = std::max<std::uint64_t>(job.mesh->facts.tets, 1);
+  // Of the work, as far as it is told: the result, and half of that till it is sorted.
+  const double base_share = static_cast<double>(mesh.tets) / static_cast<double>(tets);
   {
     ProgressiveBase<Real> base(rows, stream->points(), stream->cells(), job.scratch);
-    base.add(job.mesh->mesh, job.budget);
+    base.add(mesh, context.part(0, base_share / 2), job.budget);
     base.add(loose_points(lower));
     base.end();
     trim_memory();
-    job.context.check();
+    context.check();
     memory = job.budget->reserve(writing_bytes(job.source->description(), thread_count()),
                                  "writing the progressive file");
-    base.put_points(&writer, &known);
-    base.put_tets(&writer);
+    base.put_points(context.part(base_share / 2, 0.75 * base_share), &writer, &known);
+    base.put_tets(context.part(0.75 * base_share, base_share), &writer);
   }
   writer.put_lower(lower_rows(lower));
-  job.logs->take_backwards([&](FusionRecord record, std::uint32_t round, std::uint32_t chunk) {
-    for (const VertexId v : record.points) known[v] = true;
-    writer.put(record, round, chunk);
-  });
-  job.context.check();
-  put_spare<Real>(*stream, job.carried, rows, known, &writer);
-  put_rewound(job.mesh->rewound, &writer);
+  put_fusions(tets - mesh.tets, context.part(base_share, 1), job.logs, &writer, &known);
+  put_spare<Real>(job, *stream, known, &writer);
+  put_rewound(job.mesh->rewound, context, &writer);
   writer.finish();
   file->finish();
   lower.columns.pop_back();

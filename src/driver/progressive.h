@@ -45,7 +45,8 @@ struct ProgressiveJob {
 };
 
 // Writes the file but for its commit(). In memory is no more than include_logs() says, wherever the
-// mesh and the logs are; the bytes are the same.
+// mesh and the logs are; the bytes are the same. Reports progress, 0..1, as kWayBackPhase. Throws
+// what RunContext::check() throws.
 template <class Real>
 void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file);
 

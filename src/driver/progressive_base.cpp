@@ -75,17 +75,22 @@ ProgressiveBase<Real>::ProgressiveBase(const WorkMesh<Real>& layout, std::uint64
       store_(scratch->begin("base")) {}
 
 template <class Real>
-void ProgressiveBase<Real>::add(const MacroLod<Real>& mesh, MemoryBudget* budget) {
+void ProgressiveBase<Real>::add(const MacroLod<Real>& mesh, const RunContext& context,
+                                MemoryBudget* budget) {
   if (mesh.whole) {
+    context.check();
     add_chunk(*mesh.whole);
+    context.report(kWayBackPhase, 1);
     return;
   }
   ChunkGather<Real> gather;
   WorkMesh<Real> chunk(layout_);
   for (std::uint32_t c = 0; c < mesh.chunks; ++c) {
+    context.check();
     const auto memory = budget->wait_for(chunk_memory(mesh.pieces->bytes(c)), "a chunk");
     Rounds<Real>::gather(mesh, c, &gather, &chunk);
     add_chunk(chunk);
+    context.report(kWayBackPhase, 0, 1, c + 1, mesh.chunks);
   }
 }
 
@@ -139,8 +144,10 @@ void ProgressiveBase<Real>::add_rows(const PointRows& points, const TetRows& tet
 
 // A point on the interface comes from several chunks.
 template <class Real>
-void ProgressiveBase<Real>::put_points(ProgressiveWriter* writer, std::vector<bool>* known) {
+void ProgressiveBase<Real>::put_points(const RunContext& context, ProgressiveWriter* writer,
+                                       std::vector<bool>* known) {
   for (std::uint32_t range = 0; range < point_ranges_; ++range) {
+    context.check();
     PointRows all;
     const auto bucket = store_->read(range);
     for (const std::span<const std::byte> piece : bucket->pieces()) {
@@ -157,12 +164,14 @@ void ProgressiveBase<Real>::put_points(ProgressiveWriter* writer, std::vector<bo
     for (const std::uint32_t i : order) (*known)[all.numbers[i]] = true;
     writer->put_points({chosen(all.numbers, order), chosen_rows(all.rows, point_row_, order)});
     store_->forget(range);
+    context.report(kWayBackPhase, 0, 1, range + 1, point_ranges_);
   }
 }
 
 template <class Real>
-void ProgressiveBase<Real>::put_tets(ProgressiveWriter* writer) {
+void ProgressiveBase<Real>::put_tets(const RunContext& context, ProgressiveWriter* writer) {
   for (std::uint32_t range = 0; range < tet_ranges_; ++range) {
+    context.check();
     TetRows all;
     const auto bucket = store_->read(point_ranges_ + range);
     for (const std::span<const std::byte> piece : bucket->pieces()) {
@@ -176,6 +185,7 @@ void ProgressiveBase<Real>::put_tets(ProgressiveWriter* writer) {
     writer->put_tets({chosen(all.numbers, order), chosen(all.corners, order),
                       chosen_rows(all.rows, tet_row_, order)});
     store_->forget(point_ranges_ + range);
+    context.report(kWayBackPhase, 0, 1, range + 1, tet_ranges_);
   }
 }
 

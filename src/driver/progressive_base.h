@@ -8,11 +8,15 @@
 #include <vector>
 
 #include "base/memory_budget.h"
+#include "base/run_context.h"
 #include "driver/rounds.h"
 #include "io/progressive_file.h"
 #include "io/scratch.h"
 
 namespace tetfusion {
+
+// What progress is reported as.
+inline constexpr const char* kWayBackPhase = "way back";
 
 // Sorts by way of the scratch, a range of numbers after another, so that only one of these has to
 // be in memory.
@@ -26,14 +30,15 @@ class ProgressiveBase {
   ProgressiveBase(const WorkMesh<Real>& layout, std::uint64_t points, std::uint64_t cells,
                   Scratch* scratch);
 
-  // All chunks, then points that only cells of lower dimension use, then end().
-  void add(const MacroLod<Real>& mesh, MemoryBudget* budget);
+  // All chunks, then points that only cells of lower dimension use, then end(). Like those below it
+  // reports progress, 0..1, and throws what RunContext::check() throws.
+  void add(const MacroLod<Real>& mesh, const RunContext& context, MemoryBudget* budget);
   void add(PointRows points);
   void end() { store_->seal(); }
 
   // Each point is noted in `known`.
-  void put_points(ProgressiveWriter* writer, std::vector<bool>* known);
-  void put_tets(ProgressiveWriter* writer);
+  void put_points(const RunContext& context, ProgressiveWriter* writer, std::vector<bool>* known);
+  void put_tets(const RunContext& context, ProgressiveWriter* writer);
 
  private:
   void add_chunk(const WorkMesh<Real>& chunk);

@@ -40,7 +40,8 @@ std::unique_ptr<FittedValues<Real>> fit_values(const RunState<Real>& state, Run*
 }
 
 template <class Real>
-void write_way_back(Run* run, Coarsening<Real>* coarsening, OutputFile* file) {
+void write_way_back(Run* run, const RunContext& context, Coarsening<Real>* coarsening,
+                    OutputFile* file) {
   const PhaseWithin phase("progressive", run);
   const RunState<Real>& state = coarsening->state();
   write_progressive<Real>({.layout = coarsening->layout(),
@@ -49,7 +50,7 @@ void write_way_back(Run* run, Coarsening<Real>* coarsening, OutputFile* file) {
                            .source = run->input.source.get(),
                            .mesh = coarsening->mesh(),
                            .logs = coarsening->logs(),
-                           .context = run->context,
+                           .context = context,
                            .budget = run->place.budget(),
                            .scratch = run->place.scratch()},
                           file);
@@ -110,15 +111,16 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
   const double begin = coarsening->share_done();
   const double end = is_last ? 1 : begin;
   const double half = looks_at_result(request) ? (begin + end) / 2 : end;
+  const double way_back_end = run->keeps_logs() ? (begin + half) / 2 : begin;
   out.progress = [&](double part) {
     run->context.check();
-    run->context.report("writing", begin + (half - begin) * part);
+    run->context.report("writing", way_back_end + (half - way_back_end) * part);
   };
   const auto fitted = fit_values(state, run);
   std::optional<OutputFile> way_back, map;
   if (run->keeps_logs()) {
     way_back.emplace(request.progressive, OutputFile::Access::kPatch);
-    write_way_back(run, coarsening, &*way_back);
+    write_way_back(run, run->context.part(begin, way_back_end), coarsening, &*way_back);
   }
   Vector<std::int64_t> ids;
   if (!stage.map.empty()) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
@@ -11,7 +12,9 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <thread>
+#include <vector>
 
 #include "base/error.h"
 #include "base/resources.h"
@@ -416,6 +419,77 @@ INSTANTIATE_TEST_SUITE_P(Methods, StoppedLevels,
 TEST_F(StoppedRun, InMemoryLeavesNothing) {
   for (int report = 1; run_until(report); report += 3) EXPECT_TRUE(files().empty());
   EXPECT_EQ(files(), std::set<std::string>{"out.vtu"});
+}
+
+class StoppedWayBack : public OutOfCore {
+ protected:
+  StoppedWayBack() {
+    fuse(0.5);
+    request.progressive = folder.file("run.tfp");
+    request.performance.threads = 1;
+  }
+  // Of writing it.
+  std::vector<double> shares() const {
+    std::vector<double> told;
+    RunContext context;
+    context.progress = [&](std::string_view phase, double share) {
+      if (phase == kPhase) told.push_back(share);
+    };
+    simplify(request, context);
+    return told;
+  }
+  // Stops at the given of these reports, and expects that no other one follows.
+  void stop_at(std::size_t report) const {
+    std::atomic<bool> cancelled{false};
+    std::size_t in_phase = 0, after = 0;
+    RunContext context;
+    context.cancelled = &cancelled;
+    context.progress = [&](std::string_view phase, double) {
+      if (cancelled) ++after;
+      if (phase == kPhase && ++in_phase == report) cancelled = true;
+    };
+    try {
+      simplify(request, context);
+      ADD_FAILURE() << "was not stopped at report " << report;
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::kInterrupted) << e.what();
+    }
+    EXPECT_EQ(after, 0u) << "behind report " << report;
+  }
+
+  static constexpr std::string_view kPhase = "way back";
+};
+
+TEST_F(StoppedWayBack, InMemoryLeavesNothing) {
+  const std::vector<double> told = shares();
+  ASSERT_GT(told.size(), 40u);  // a chunk, a range, or a percent of the fusions each
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(files(), (std::set<std::string>{"out.vtu", "run.tfp"}));
+  std::filesystem::remove(request.output);
+  std::filesystem::remove(request.progressive);
+  for (std::size_t report = 1; report <= told.size(); report += report < 20 ? 1 : 20) {
+    stop_at(report);
+    EXPECT_TRUE(files().empty());
+  }
+  stop_at(told.size());
+  EXPECT_TRUE(files().empty());
+}
+
+TEST_F(StoppedWayBack, IsGoneOnWith) {
+  const std::size_t reports = shares().size();
+  const std::string expected = bytes_of(request.progressive);
+  for (const std::size_t report : {std::size_t{1}, reports / 2, reports}) {
+    std::filesystem::remove(request.output);
+    std::filesystem::remove(request.progressive);
+    request.performance.on_disk = true;
+    request.performance.resume = false;
+    stop_at(report);
+    EXPECT_EQ(files(), std::set<std::string>{"out.vtu.tetfusion"});
+    request.performance.resume = true;
+    simplify(request);
+    EXPECT_EQ(files(), (std::set<std::string>{"out.vtu", "run.tfp"}));
+    EXPECT_TRUE(bytes_of(request.progressive) == expected) << "stopped at report " << report;
+  }
 }
 
 TEST_F(StoppedRun, IsRefusedWithOtherOptionsAndAnotherInput) {
