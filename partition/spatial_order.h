@@ -7,9 +7,10 @@
 
 namespace tetfusion {
 
-// Brings `mesh`, of which nothing has been removed yet, to *out, which takes its columns' types from
-// it and forgets what it had: vertices along the curve, then tetrahedra by their smallest vertex;
-// ties keep their order. On one thread. Every tetrahedron must name vertices that there are.
+// Brings `mesh`, of which nothing has been removed yet, to *out, which takes its columns' types
+// from it and forgets what it had: vertices along the curve, then tetrahedra by their smallest
+// vertex; ties keep their order. On one thread. Every tetrahedron must name vertices that there
+// are.
 template <class Real>
 void order_along_curve(const ShiftedCurve& curve, const WorkMesh<Real>& mesh, WorkMesh<Real>* out);
 
