@@ -167,6 +167,27 @@ TEST_F(OutOfCore, NorDoThoseOfABoundAtPoints) {
   }
 }
 
+// Chunks so small that many have as many tetrahedra as their worker has left of the last one.
+TEST_F(OutOfCore, NorDoThoseOfABoundAtPointsInManySmallChunks) {
+  rich_box(10).write(request.input);
+  fuse(std::nullopt);
+  request.behaviour.max_rms.reset();
+  for (const double error : {0.02, 0.05}) {
+    for (const std::uint64_t chunk_tets : {40, 60}) {
+      request.behaviour.max_error = error;
+      request.behaviour.chunk_tets = chunk_tets;
+      std::string expected;
+      for (const int threads : {1, 2, 3}) {
+        request.performance.threads = threads;
+        simplify(request);
+        const std::string found = testing::bytes_of(request.output);
+        if (threads == 1) expected = found;
+        EXPECT_TRUE(found == expected) << error << ", " << chunk_tets << ", " << threads;
+      }
+    }
+  }
+}
+
 // Two fields, one of them a vector, in a mesh of floats: quadrics are rows of another length.
 TEST_F(OutOfCore, NorDoThoseOfFuseWithSeveralFields) {
   MeshFile file = rich_box(10);
