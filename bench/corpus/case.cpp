@@ -227,7 +227,7 @@ Options choose_options(Numbers* n, const Mesh& mesh) {
   o.chunk_tets = n->pick(std::vector<std::uint64_t>{20, 60, 200, 600, 200'000, 200'000});
   o.on_disk = n->chance(0.2);
   o.verify = n->chance(0.5);
-  o.twice = n->chance(0.15);
+  o.twice = n->chance(0.4);
   o.regions = n->chance(0.8);
   o.fuse = n->chance(0.8);
   const bool steered = !mesh.point_arrays.empty();
