@@ -392,6 +392,8 @@ InfoAnswer answer_of(const InfoArguments& a) {
   const auto answer = [&] {
     try {
       return look_with(false, false);
+    } catch (const InvalidMesh&) {
+      throw;
     } catch (const Error& error) {
       // Any other fault than cells that are to be split or linearized is there again.
       if (error.code() != ErrorCode::kBadInput || a.input == "-") throw;

@@ -181,10 +181,10 @@ class Comparer {
                            d.max_at};
     };
     result_.to_simplified = shares(surface.first_to_second);
+    result_.to_original = shares(surface.second_to_first);
     const auto swept = [](const OneSidedDistance& d) { return d.max > 0 ? d.area * d.max : 0; };
     result_.volume_between =
         std::max(swept(surface.first_to_second), swept(surface.second_to_first));
-    result_.to_original = shares(surface.second_to_first);
   }
 
   void add_domain(const PointMeasures& points, const CellMeasures& cells,
