@@ -85,7 +85,7 @@ void summarize(const SimplifyReport& r, Console* console) {
   console->say(fmt::format("boundary triangles {} -> {}; volume {:.6g}, changed by {:.1e}",
                            format_count(r.input.boundary_triangles),
                            format_count(r.output.boundary_triangles), r.input.volume, change));
-  if (r.boundary != "exact" && !r.lods.empty()) {
+  if (r.boundary != Boundary::kExact && !r.lods.empty()) {
     const double moved = r.lods.back().deviation;
     const std::string surface =
         r.regions.empty() ? "the surface has"

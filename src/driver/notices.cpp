@@ -138,11 +138,6 @@ bool has_coarser(const MeshDescription& mesh, const TetLabels& labels,
 
 }  // namespace
 
-std::string boundary_name(const BehaviourOptions& b) {
-  if (b.boundary == Boundary::kWithin) return fmt::format("{}", b.boundary_distance);
-  return b.boundary == Boundary::kPlanar ? "planar" : "exact";
-}
-
 void say_does_not_steer(const std::string& name, const RunContext& context) {
   context.say(
       fmt::format("array {} has no two finite values that differ (as doubles): it does not "

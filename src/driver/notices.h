@@ -14,9 +14,6 @@
 
 namespace tetfusion {
 
-// What may become of the boundary, as it was asked for: "exact", "planar", or a share.
-std::string boundary_name(const BehaviourOptions& behaviour);
-
 // Of an array that could have.
 void say_does_not_steer(const std::string& name, const RunContext& context);
 

@@ -11,6 +11,7 @@
 
 #include "base/numbers.h"
 #include "base/version.h"
+#include "driver/report_json.h"
 
 namespace tetfusion {
 
@@ -24,6 +25,12 @@ Json to_json_object(const MeshSummary& m) {
           {"tets", m.tets},
           {"boundary_triangles", m.boundary_triangles},
           {"volume", m.volume}};
+}
+
+// As it was asked for: "exact", "planar", or a share.
+std::string boundary_name(const SimplifyReport& r) {
+  if (r.boundary == Boundary::kWithin) return fmt::format("{}", r.boundary_distance);
+  return r.boundary == Boundary::kPlanar ? "planar" : "exact";
 }
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
@@ -93,22 +100,23 @@ double SimplifyReport::reduction() const {
 
 std::string SimplifyReport::reason_of_locks() const {
   std::vector<std::string> places;
-  if (locks.between_regions) {
+  if (facts.between_regions > 0) {
     // Where they may move edges and corners stay, and a mesh of voxels has nothing else.
-    places.push_back(fmt::format("{}between regions of {}",
-                                 boundary == "exact" ? "" : "at an edge, a corner or a step ",
-                                 fmt::join(regions, ", ")));
+    places.push_back(
+        fmt::format("{}between regions of {}",
+                    boundary == Boundary::kExact ? "" : "at an edge, a corner or a step ",
+                    fmt::join(regions, ", ")));
   }
-  if (locks.in_interest) places.emplace_back("in the region of interest");
-  const Oddities& o = oddities;
-  if (o.degenerate + o.inverted + o.duplicate_tets + o.nonconforming_faces > 0) {
+  if (has_interest) places.emplace_back("in the region of interest");
+  const InputFacts& f = facts;
+  if (f.degenerate + f.inverted + f.duplicate_tets + f.nonconforming_faces > 0) {
     places.emplace_back("at a cell that is odd");
   }
-  if (locks.coincident_points) places.emplace_back("where another point does");
+  if (facts.coincident_points > 0) places.emplace_back("where another point does");
   std::vector<std::string> reasons;
   if (!places.empty()) reasons.push_back(fmt::format("lies {}", fmt::join(places, " or ")));
-  if (locks.lower_cells) reasons.emplace_back("is held by a cell of lower dimension");
-  if (locks.valueless_points || reasons.empty())
+  if (facts.carried_vertices > 0) reasons.emplace_back("is held by a cell of lower dimension");
+  if (facts.valueless_points > 0 || reasons.empty())
     reasons.emplace_back("has a value that is no number");
   return fmt::format("{}, and stays", fmt::join(reasons, " or "));
 }
@@ -161,7 +169,7 @@ std::string SimplifyReport::stop_sentence() const {
       format_count(last.tets_before - last.tets_after, "tetrahedron", "tetrahedra"), because));
 }
 
-std::string to_json(const SimplifyReport& r) {
+Json to_json_value(const SimplifyReport& r) {
   Json lods = Json::array();
   for (const LodSummary& lod : r.lods) lods.push_back(to_json_object(lod));
   Json verified = Json::array();
@@ -174,13 +182,12 @@ std::string to_json(const SimplifyReport& r) {
     levels.push_back(to_json_object(output));
   }
   Json difference;
-  if (r.oddities.largest_difference > 0) {
-    difference = {{"array", r.oddities.largest_difference_array},
-                  {"share", r.oddities.largest_difference}};
+  if (!r.differing_array.empty()) {
+    difference = {{"array", r.differing_array}, {"share", r.facts.largest_difference.share}};
   }
   Json seconds(r.seconds);
   seconds["total"] = r.total_seconds;
-  const Json json = {
+  return {
       {"version", version()},
       {"method", r.method == Method::kFuse ? "fuse" : "tetfuse"},
       {"input", to_json_object(r.input)},
@@ -193,19 +200,19 @@ std::string to_json(const SimplifyReport& r) {
       {"steering", r.steering},
       {"regions", r.regions},
       {"boundary",
-       {{"mode", r.boundary}, {"deviation", r.lods.empty() ? 0.0 : r.lods.back().deviation}}},
+       {{"mode", boundary_name(r)}, {"deviation", r.lods.empty() ? 0.0 : r.lods.back().deviation}}},
       {"odd",
-       {{"rewound", r.oddities.rewound},
-        {"degenerate", r.oddities.degenerate},
-        {"inverted", r.oddities.inverted},
-        {"duplicate_tets", r.oddities.duplicate_tets},
-        {"nonconforming_faces", r.oddities.nonconforming_faces},
-        {"unused_points", r.oddities.unused_points},
-        {"merged_points", r.oddities.merged_points},
-        {"differing_points", r.oddities.differing_points},
+       {{"rewound", r.facts.rewound},
+        {"degenerate", r.facts.degenerate},
+        {"inverted", r.facts.inverted},
+        {"duplicate_tets", r.facts.duplicate_tets},
+        {"nonconforming_faces", r.facts.nonconforming_faces},
+        {"unused_points", r.facts.unused_points},
+        {"merged_points", r.facts.merged_points},
+        {"differing_points", r.facts.differing_points},
         {"largest_difference", difference},
-        {"ghost_cells", r.oddities.ghost_cells},
-        {"locked_vertices", r.oddities.locked_vertices}}},
+        {"ghost_cells", r.facts.ghost_cells},
+        {"locked_vertices", r.facts.locked_vertices}}},
       {"lods", lods},
       {"verified", verified},
       {"seconds", seconds},
@@ -214,8 +221,11 @@ std::string to_json(const SimplifyReport& r) {
       {"scratch_bytes", r.scratch_bytes},
       {"threads", r.threads},
       {"chunks", r.lods.empty() ? 1 : r.lods.front().chunks}};
-  // A file's name need not be UTF-8, JSON must.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+// A file's name need not be UTF-8, JSON must.
+std::string to_json(const SimplifyReport& report) {
+  return to_json_value(report).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace tetfusion

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "driver/input_facts.h"
+#include "driver/options.h"
 #include "kernel/fuse_limits.h"
 #include "kernel/greedy_pass.h"
 #include "verify/verify.h"
@@ -31,32 +33,6 @@ struct LodSummary {
   double deviation = 0;  // how far surfaces may have moved so far: a bound, share of the diagonal
 };
 
-// What is odd about the input and was therefore left alone or out.
-struct Oddities {
-  std::uint64_t rewound = 0;
-  std::uint64_t degenerate = 0;
-  std::uint64_t inverted = 0;
-  std::uint64_t duplicate_tets = 0;
-  std::uint64_t nonconforming_faces = 0;
-  std::uint64_t unused_points = 0;
-  std::uint64_t merged_points = 0;
-  std::uint64_t differing_points = 0;
-  std::uint64_t ghost_cells = 0;
-  std::uint64_t locked_vertices = 0;  // for another reason than the boundary
-  // Of the values of differing_points, as share of this array's range; 0: unknown.
-  double largest_difference = 0;
-  std::string largest_difference_array = {};
-};
-
-// What holds vertices inside the input.
-struct Locks {
-  bool between_regions = false;
-  bool in_interest = false;  // a region of interest
-  bool lower_cells = false;
-  bool coincident_points = false;
-  bool valueless_points = false;
-};
-
 enum class StopReason : std::uint8_t {
   kGoal,       // the goal was reached, within one fusion
   kSaturated,  // no fusion is allowed any more
@@ -69,11 +45,13 @@ struct SimplifyReport {
   std::vector<MeshSummary> outputs;  // all that were written, `output` the last of them
   std::vector<std::string> steering;
   std::vector<std::string> regions;
-  Oddities oddities;
-  Locks locks;
+  InputFacts facts;             // what is odd about the input, and was left alone or out
+  std::string differing_array;  // has the facts' largest difference; empty: none that is known
+  bool has_interest = false;    // the user has named a region of interest
   StopReason stop_reason = StopReason::kSaturated;
   bool has_goal = false;
-  std::string boundary = "exact";  // as it was asked for
+  Boundary boundary = Boundary::kExact;
+  double boundary_distance = 0;  // of kWithin
   std::vector<LodSummary> lods;
   std::vector<Verification> verified;     // of the outputs that were verified
   std::map<std::string, double> seconds;  // by phase

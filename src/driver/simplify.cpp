@@ -30,20 +30,14 @@ namespace {
 
 void describe_input(const Run& run, const InputFacts& facts, SimplifyReport* report) {
   report->input = {run.request.input, facts.points, facts.tets, facts.boundary_faces, facts.volume};
-  report->oddities = {facts.rewound,        facts.degenerate,          facts.inverted,
-                      facts.duplicate_tets, facts.nonconforming_faces, facts.unused_points,
-                      facts.merged_points,  facts.differing_points,    facts.ghost_cells,
-                      facts.locked_vertices};
+  report->facts = facts;
   const auto& point_arrays = run.input.description().point_data.arrays;
   const LargestDifference& largest = facts.largest_difference;
   if (largest.share > 0 && largest.array < point_arrays.size()) {
-    report->oddities.largest_difference = largest.share;
-    report->oddities.largest_difference_array = point_arrays[largest.array].name;
+    report->differing_array = point_arrays[largest.array].name;
   }
   report->regions = names_of_cell_arrays(run.input.description(), run.input.regions);
-  report->locks = {facts.between_regions > 0, !run.request.behaviour.interest.empty(),
-                   facts.carried_vertices > 0, facts.coincident_points > 0,
-                   facts.valueless_points > 0};
+  report->has_interest = !run.request.behaviour.interest.empty();
 }
 
 // They may be gone, and what is wanted of them now may not have been when they were written.
@@ -142,7 +136,8 @@ SimplifyReport simplify_mesh(const SimplifyRequest& request, std::unique_ptr<Mes
   }
   SimplifyReport report;
   report.method = request.behaviour.method;
-  report.boundary = boundary_name(request.behaviour);
+  report.boundary = request.behaviour.boundary;
+  report.boundary_distance = request.behaviour.boundary_distance;
   report.threads = thread_count();
   try {
     const MeshDescription& mesh = run.input.description();

@@ -161,7 +161,7 @@ Report to_report(const SimplifyReport& r) {
   Report out;
   out.input = to_facts(r.input);
   out.output = to_facts(r.output);
-  const Oddities& odd = r.oddities;
+  const InputFacts& odd = r.facts;
   out.odd = {odd.rewound,        odd.degenerate,          odd.inverted,
              odd.duplicate_tets, odd.nonconforming_faces, odd.unused_points,
              odd.ghost_cells,    odd.locked_vertices};

@@ -9,6 +9,7 @@
 
 #include "base/resources.h"
 #include "base/version.h"
+#include "driver/report_json.h"
 #include "driver/run_setup.h"
 #include "driver/simplify.h"
 #include "driver/stages.h"
@@ -115,7 +116,7 @@ SeriesReport simplify_series(const SeriesRequest& request, SeriesPlan plan,
 std::string to_json(const SeriesReport& report) {
   using Json = nlohmann::ordered_json;
   Json json;
-  if (report.shared) json = Json::parse(to_json(report.runs[0]));
+  if (report.shared) json = to_json_value(report.runs[0]);
   json["version"] = version();
   json["series"] = report.shared ? "shared" : "each";
   if (!report.list.empty()) json["list"] = report.list;
@@ -125,7 +126,7 @@ std::string to_json(const SeriesReport& report) {
     const StepReport& step = report.steps[i];
     Json entry{{"step", step.label}, {"input", step.input}, {"output", step.output}};
     if (step.time) entry["time"] = *step.time;
-    if (!report.shared) entry["run"] = Json::parse(to_json(report.runs[i]));
+    if (!report.shared) entry["run"] = to_json_value(report.runs[i]);
     for (const StepArray& array : step.arrays) {
       entry["arrays"].push_back({{"name", array.name},
                                  {"rms", array.rms},

@@ -161,7 +161,7 @@ TEST_F(BoundaryRun, RegionsStayWhereTheyAre) {
   request.behaviour.boundary = Boundary::kPlanar;
   const SimplifyReport report = run(file);
   EXPECT_LT(report.output.tets, exact);
-  EXPECT_EQ(report.oddities.locked_vertices, 0u);
+  EXPECT_EQ(report.facts.locked_vertices, 0u);
   const auto source = open_mesh(request.output);
   const Geometry g = source->read_geometry();
   const DataArray materials = testing::read_cell_array(source.get(), "material");

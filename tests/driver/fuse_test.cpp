@@ -96,8 +96,8 @@ TEST_F(Fuse, EndsWithTheRoundThatMeetsTheGoal) {
   }
 }
 
-// What fusions cost is known from an excerpt, where there are several chunks, with bounds at points,
-// too; a mesh in one piece is looked at first.
+// What fusions cost is known from an excerpt, where there are several chunks, with bounds at
+// points, too; a mesh in one piece is looked at first.
 TEST_F(Fuse, BeginsWithoutALookWhereAnExcerptWillDo) {
   const MeshFile file = box_with_wave(16);
   request.behaviour.reduction = 0.5;
@@ -242,7 +242,7 @@ TEST_F(Fuse, VerticesWithoutAValueStay) {
   file.point_arrays = {point_array<double>(
       file, "holes", [](const P& p) { return p.x > 3 && p.x < 5 ? std::nan("") : p.x; })};
   const SimplifyReport report = run(file);
-  EXPECT_GT(report.oddities.locked_vertices, 0u);
+  EXPECT_GT(report.facts.locked_vertices, 0u);
   EXPECT_LT(report.output.tets, report.input.tets);
   const auto count_nan = [](const DataArray& a) {
     const auto v = a.as<double>();

@@ -340,7 +340,7 @@ TEST_F(MaxError, RangeAndDiagonalAreThoseOfThePointsInUse) {
     const auto bytes = bytes_of(request.output);
     EXPECT_LT(expected.output.tets, expected.input.tets);
     const SimplifyReport report = run(file);
-    EXPECT_EQ(report.oddities.unused_points, 1u);
+    EXPECT_EQ(report.facts.unused_points, 1u);
     EXPECT_EQ(bytes_of(request.output), bytes);
     EXPECT_EQ(report.lods.back().deviation, expected.lods.back().deviation);
   }

@@ -592,8 +592,8 @@ TEST_F(StoppedRun, ReportsAllRounds) {
   EXPECT_EQ(report.output.points, whole.output.points);
   EXPECT_EQ(report.steering, whole.steering);
   EXPECT_EQ(report.regions, whole.regions);
-  EXPECT_EQ(report.oddities.unused_points, whole.oddities.unused_points);
-  EXPECT_EQ(report.oddities.locked_vertices, whole.oddities.locked_vertices);
+  EXPECT_EQ(report.facts.unused_points, whole.facts.unused_points);
+  EXPECT_EQ(report.facts.locked_vertices, whole.facts.locked_vertices);
   EXPECT_EQ(report.stop_sentence(), whole.stop_sentence());
 }
 

@@ -206,7 +206,7 @@ TEST_F(Simplify, VerticesWithoutAValueStay) {
   file.point_arrays.push_back(point_array<double>(
       file, "holes", [](const P& p) { return p.x > 3 && p.x < 5 ? std::nan("") : p.x; }));
   const SimplifyReport report = run(file);
-  EXPECT_GT(report.oddities.locked_vertices, 0u);
+  EXPECT_GT(report.facts.locked_vertices, 0u);
   const auto source = open_mesh(request.output);
   const auto count_nan = [](const DataArray& a) {
     const auto v = a.as<double>();
