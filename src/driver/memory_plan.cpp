@@ -76,8 +76,9 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double of_points = (4 + 1.0 / 8 + mean) * points;
   // Before anything else these are made, of positions and weights.
   const double means = mean > 0 ? (4 * sizeof(double) + mean) * points : 0;
-  const double aside =
-      steering.point_aside == 0 ? 0 : 3 * real + static_cast<double>(steering.point_aside);
+  const double aside = steering.point_aside == 0 ? 0
+                                                 : steering.positions_aside * 3 * real +
+                                                       static_cast<double>(steering.point_aside);
   const auto fit = static_cast<double>(
       steering.point_aside == 0 ? 0
                                 : fit_memory(mesh.points, steering.point_aside / sizeof(double),

@@ -1,10 +1,13 @@
-// A piece: the number of points, their positions, and each component of what steers.
+// A piece: the number of points, their positions, where surfaces move where to look for them, and
+// each component of what steers.
 #include "driver/original_values.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "base/error.h"
@@ -13,6 +16,7 @@
 #include "base/tasks.h"
 #include "driver/windows.h"
 #include "kernel/fusions.h"
+#include "mesh/predicates.h"
 
 namespace tetfusion {
 
@@ -23,19 +27,56 @@ constexpr const char* kName = "original-values";
 // More points of the original than so many for each tetrahedron of the result have nothing to add.
 constexpr std::uint64_t kMostPoints = 4;
 
-std::uint64_t row_bytes(std::size_t real_bytes, std::size_t width) {
-  return 3 * real_bytes + width * sizeof(double);
-}
-
 template <class Real>
 struct Rows {
-  Rows(std::span<const std::byte> piece, std::size_t width) {
+  Rows(std::span<const std::byte> piece, bool have_starts, std::size_t width) {
     RowReader reader(piece);
     positions = {reader.take<Vec3<Real>>(), reader.items()};
+    if (have_starts) starts = {reader.take<Vec3<Real>>(), reader.items()};
     for (std::size_t k = 0; k < width; ++k) columns.push_back(reader.take<double>());
   }
-  std::span<const Vec3<Real>> positions;
+  static std::uint64_t bytes_of_row(bool have_starts, std::size_t width) {
+    return (have_starts ? 2 : 1) * sizeof(Vec3<Real>) + width * sizeof(double);
+  }
+  std::span<const Vec3<Real>> positions, starts;
   std::vector<const double*> columns;
+};
+
+// Where to look for the vertices of a mesh when it has become another one: inside at themselves,
+// at its surfaces in the middle of the largest tetrahedron that they have.
+template <class Real>
+class Starts {
+ public:
+  explicit Starts(const WorkMesh<Real>& mesh)
+      : starts_(mesh.positions), volumes_(mesh.vertex_count(), 0) {
+    for (VertexId v = 0; v < volumes_.size(); ++v) {
+      // Whether a vertex between chunks is on a surface is not yet known.
+      if ((mesh.marks[v] & (kOnBoundary | kOnInterface)) == 0) volumes_[v] = kInside;
+    }
+    for (const Tet& tet : mesh.tets) add(mesh, tet);
+  }
+  const Vec3<Real>& of(VertexId v) const { return starts_[v]; }
+  bool has(VertexId v) const { return volumes_[v] > 0; }
+
+ private:
+  static constexpr double kInside = std::numeric_limits<double>::infinity();
+  void add(const WorkMesh<Real>& mesh, const Tet& tet) {
+    if (std::ranges::all_of(tet, [&](VertexId v) { return volumes_[v] == kInside; })) return;
+    const double volume = std::abs(determinant(mesh.positions, tet).value);
+    Vec3<double> sum{};
+    for (const VertexId v : tet) {
+      const Vec3<Real>& p = mesh.positions[v];
+      sum = {sum.x + p.x, sum.y + p.y, sum.z + p.z};
+    }
+    for (const VertexId v : tet) {
+      if (!(volume > volumes_[v])) continue;
+      volumes_[v] = volume;
+      starts_[v] = {static_cast<Real>(sum.x / 4), static_cast<Real>(sum.y / 4),
+                    static_cast<Real>(sum.z / 4)};
+    }
+  }
+  Vector<Vec3<Real>> starts_;
+  Vector<double> volumes_;  // of the largest one
 };
 
 }  // namespace
@@ -49,15 +90,16 @@ void OriginalValues<Real>::begin() {
 }
 
 // A vertex between chunks is its last one's. Where surfaces move, what lies on one may come to lie
-// on the other side of a crack, and whether a vertex between chunks is on one is not yet known.
+// outside, or on the other side of a crack.
 template <class Real>
 void OriginalValues<Real>::add(std::uint32_t chunk, const WorkMesh<Real>& mesh) {
   ++chunks_;
   const std::size_t width = mesh.steering_width;
-  const std::uint8_t unsure = surfaces_move_ ? kOnBoundary | kOnInterface : 0;
+  std::optional<Starts<Real>> starts;
+  if (surfaces_move_) starts.emplace(mesh);
   Vector<std::uint32_t> vertices;
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-    if (sharing_of(mesh.marks[v]) == kShared || (mesh.marks[v] & unsure) != 0) continue;
+    if (sharing_of(mesh.marks[v]) == kShared || (starts && !starts->has(v))) continue;
     const double* values = mesh.steering.data() + v * width;
     if (std::all_of(values, values + width, [](double x) { return std::isfinite(x); })) {
       vertices.push_back(v);
@@ -69,6 +111,7 @@ void OriginalValues<Real>::add(std::uint32_t chunk, const WorkMesh<Real>& mesh) 
   Vector<std::byte> piece = count.take();
   RowWriter writer(&piece);
   writer.put<Vec3<Real>>(vertices, [&](std::uint32_t v) { return mesh.positions[v]; });
+  if (starts) writer.put<Vec3<Real>>(vertices, [&](std::uint32_t v) { return starts->of(v); });
   for (std::size_t k = 0; k < width; ++k) {
     writer.put<double>(vertices, [&](std::uint32_t v) { return mesh.steering[v * width + k]; });
   }
@@ -121,7 +164,7 @@ void FittedValues<Real>::sort_points(int threads, Scratch* scratch) {
     const auto chunk = static_cast<std::uint32_t>(c);
     const auto bucket = original_.store().read(chunk);
     if (bucket->pieces().empty()) return;
-    const Rows<Real> rows(bucket->pieces()[0], width_);
+    const Rows<Real> rows(bucket->pieces()[0], original_.have_starts(), width_);
     Vector<std::uint32_t> chunk_of(rows.positions.size());
     for (std::size_t i = 0; i < chunk_of.size(); ++i) {
       chunk_of[i] = mesh_.cut.chunk_of(rows.positions[i]);
@@ -129,6 +172,9 @@ void FittedValues<Real>::sort_points(int threads, Scratch* scratch) {
     tools.borrow()->add(
         chunk, chunk_of, mesh_.chunks, sorted_.get(), [&](const auto& points, RowWriter* to) {
           to->put<Vec3<Real>>(points, [&](std::uint32_t i) { return rows.positions[i]; });
+          if (original_.have_starts()) {
+            to->put<Vec3<Real>>(points, [&](std::uint32_t i) { return rows.starts[i]; });
+          }
           for (const double* column : rows.columns) {
             to->put<double>(points, [&](std::uint32_t i) { return column[i]; });
           }
@@ -138,14 +184,15 @@ void FittedValues<Real>::sort_points(int threads, Scratch* scratch) {
 }
 
 template <class Real>
-std::uint64_t FittedValues<Real>::bytes_of(std::uint32_t chunk) const {
-  return sorted_ ? sorted_->bytes(chunk) : original_.store().bytes();
+std::uint64_t FittedValues<Real>::points_of(std::uint32_t chunk) const {
+  const std::uint64_t bytes = sorted_ ? sorted_->bytes(chunk) : original_.store().bytes();
+  return bytes / Rows<Real>::bytes_of_row(original_.have_starts(), width_);
 }
 
 template <class Real>
 std::uint64_t FittedValues<Real>::memory(std::uint32_t chunk) const {
   const std::uint64_t tets = mesh_.whole ? mesh_.tets : mesh_.sizes[chunk].tets;
-  return fit_memory(bytes_of(chunk) / row_bytes(sizeof(Real), width_), width_, tets);
+  return fit_memory(points_of(chunk), width_, tets);
 }
 
 template <class Real>
@@ -162,14 +209,13 @@ void FittedValues<Real>::fit(std::uint32_t chunk, ValueFit<Real>* tool, WorkMesh
 template <class Real>
 void FittedValues<Real>::add_points(std::uint32_t chunk, std::uint64_t tets,
                                     ValueFit<Real>* to) const {
-  const std::uint64_t points = bytes_of(chunk) / row_bytes(sizeof(Real), width_);
-  const std::uint64_t step = points / (kMostPoints * tets + 1) + 1;
+  const std::uint64_t step = points_of(chunk) / (kMostPoints * tets + 1) + 1;
   std::uint64_t next = 0;
   const auto add = [&](const PieceStore& store, std::uint32_t bucket) {
     const auto pieces = store.read(bucket);
     for (const std::span<const std::byte> piece : pieces->pieces()) {
-      const Rows<Real> rows(piece, width_);
-      to->add({rows.positions, rows.columns}, next, step);
+      const Rows<Real> rows(piece, original_.have_starts(), width_);
+      to->add({rows.positions, rows.starts, rows.columns}, next, step);
       const std::uint64_t count = rows.positions.size();
       next += next < count ? (count - next + step - 1) / step * step : 0;
       next -= count;

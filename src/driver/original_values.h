@@ -33,6 +33,7 @@ class OriginalValues {
   std::uint32_t keep();
   void resume(std::uint32_t chunks, Checkpoint* from);
 
+  bool have_starts() const { return surfaces_move_; }
   std::uint32_t chunks() const { return is_whole_ ? chunks_.load() : 0; }
   const PieceStore& store() const { return *store_; }  // a bucket a chunk; after end()
 
@@ -63,7 +64,7 @@ class FittedValues {
 
  private:
   void sort_points(int threads, Scratch* scratch);
-  std::uint64_t bytes_of(std::uint32_t chunk) const;
+  std::uint64_t points_of(std::uint32_t chunk) const;
   void add_points(std::uint32_t chunk, std::uint64_t tets, ValueFit<Real>* to) const;
 
   const OriginalValues<Real>& original_;

@@ -68,7 +68,7 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
     means += mesh.cell_data.arrays[c.index].components * sizeof(double);
   }
   return {vertex, error_limits(b, limits_of(choices)).at_points ? row : 0,
-          fits_values(request, mesh, choices) ? row : 0, means};
+          fits_values(request, mesh, choices) ? row : 0, means, surfaces_move(b) ? 2 : 1};
 }
 
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,

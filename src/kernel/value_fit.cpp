@@ -87,7 +87,9 @@ void ValueFit<Real>::add(const OriginalRows<Real>& points, std::uint64_t first,
                          std::uint64_t step) {
   if (vertices_.empty()) return;
   for (std::uint64_t i = first; i < points.positions.size(); i += step) {
-    if (!find(points.positions[i]) || !depends_on_new(last_)) continue;
+    const Vec3<Real>& point = points.positions[i];
+    const bool is_here = points.starts.empty() ? find(point) : find_from(points.starts[i], point);
+    if (!is_here || !depends_on_new(last_)) continue;
     places_.push_back(last_);
     for (std::size_t k = 0; k < columns_.size(); ++k) {
       columns_[k].push_back(points.columns[k][i]);
@@ -102,6 +104,14 @@ bool ValueFit<Real>::find(const Vec3<Real>& point) {
   if (walk(last_.tet, kWalkToNext, point)) return true;
   const TetId start = starts_.near(point);
   return start != kNoVertex && walk(start, kWalkFromStart, point);
+}
+
+// A walk crosses no crack.
+template <class Real>
+bool ValueFit<Real>::find_from(const Vec3<Real>& start, const Vec3<Real>& point) {
+  if (!find(start)) return false;
+  const bool is_same = start.x == point.x && start.y == point.y && start.z == point.z;
+  return is_same || walk(last_.tet, kWalkFromStart, point);
 }
 
 // Always over the face that the point is furthest beyond, if there is a tetrahedron on the other

@@ -18,6 +18,9 @@ namespace tetfusion {
 template <class Real>
 struct OriginalRows {
   std::span<const Vec3<Real>> positions;
+  // Where to begin to look for them: inside of the mesh, on the side of a crack where they belong.
+  // Empty: at the points themselves, all of which are inside.
+  std::span<const Vec3<Real>> starts;
   std::span<const double* const> columns;
 };
 
@@ -32,7 +35,8 @@ class ValueFit {
   void begin(WorkMesh<Real>* mesh);
 
   // Every step-th point, from that one on. Neighbours are best near each other in the list. Points
-  // outside of the mesh do not count. Values must be finite, those of the mesh's vertices finite or NaN.
+  // outside of the mesh do not count. Values must be finite, those of the mesh's vertices finite or
+  // NaN.
   void add(const OriginalRows<Real>& points, std::uint64_t first, std::uint64_t step);
 
   // Fits the steering values of the vertices that were fused to new places, and that no other chunk
@@ -58,6 +62,7 @@ class ValueFit {
   };
 
   bool find(const Vec3<Real>& point);
+  bool find_from(const Vec3<Real>& start, const Vec3<Real>& point);
   bool walk(TetId start, int longest, const Vec3<Real>& point);
   TetId beyond(TetId tet, std::size_t corner) const;
   bool depends_on_new(const Place& place) const;

@@ -68,6 +68,9 @@ TEST_F(MemoryPlan, PointsThatArePutAsideTakeMemory) {
   EXPECT_EQ(needs(8, 700).out_of_core, needs(0, 700).out_of_core);  // less than windows
   EXPECT_EQ(needs(8, 700).in_core - needs(0, 700).in_core, mesh.points * (3 * 8 + 8));
   EXPECT_EQ(needs(8, 700).pieces, needs(0, 700).pieces);
+  const SteeringBytes with_starts{.vertex = 8, .point_aside = 8, .positions_aside = 2};
+  EXPECT_EQ(estimate_needs(mesh, with_starts, 700, 2, 0).in_core - needs(8, 700).in_core,
+            mesh.points * 3 * 8);
 }
 
 // Means of cell arrays are made in memory, of all points at once.

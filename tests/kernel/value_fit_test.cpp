@@ -25,7 +25,7 @@ struct Samples {
   }
   void add_to(ValueFit<Real>* fit, std::uint64_t first = 0, std::uint64_t step = 1) const {
     const double* const column = values.data();
-    fit->add({positions, {&column, 1}}, first, step);
+    fit->add({positions, {}, {&column, 1}}, first, step);
   }
 };
 
@@ -216,7 +216,7 @@ TEST(ValueFit, ComponentsDoNotKnowEachOther) {
   const double* const columns[] = {constant.data(), samples.values.data()};
   ValueFit<double> tool;
   tool.begin(&two);
-  tool.add({samples.positions, columns}, 0, 1);
+  tool.add({samples.positions, {}, columns}, 0, 1);
   tool.fit();
   for (std::size_t v = 0; v < one.vertex_count(); ++v) {
     EXPECT_EQ(two.steering[2 * v], -7);
@@ -239,6 +239,38 @@ TEST(ValueFit, TakesEveryNthPoint) {
   samples.add_to(&tool, 2, 3);
   tool.fit();
   EXPECT_EQ(all.steering, some.steering);
+}
+
+// Two balls that overlap: a point where both are.
+TEST(ValueFit, APointIsThatOfTheSideWhereItIsLookedFor) {
+  Geometry both = testing::icosahedron_ball();
+  auto& points = std::get<Vector<Vec3<double>>>(both.points);
+  const auto other = static_cast<VertexId>(points.size());
+  // The axis leaves the first ball at 1.62, before the middle of the second.
+  const Vec3<double> middle{0.86, 0, 0};
+  for (VertexId v = 0; v < other; ++v) {
+    points.push_back({points[v].x + 2 * middle.x, points[v].y, points[v].z});
+  }
+  for (std::size_t t = 0, count = both.tets.size(); t < count; ++t) {
+    Tet tet = both.tets[t];
+    for (VertexId& v : tet) v += other;
+    both.tets.push_back(tet);
+  }
+  for (const VertexId side : {VertexId{0}, other}) {
+    WorkMesh<double> mesh = testing::to_work_mesh(both);
+    testing::steer_by([](double, double, double) { return 1.0; }, &mesh);
+    mesh.marks[0] |= kMoved;
+    mesh.marks[other] |= kMoved;
+    const Vec3<double> start = mesh.positions[side];
+    const double value = 4;
+    const double* const column = &value;
+    ValueFit<double> tool;
+    tool.begin(&mesh);
+    tool.add({{&middle, 1}, {&start, 1}, {&column, 1}}, 0, 1);
+    tool.fit();
+    EXPECT_GT(mesh.steering[side], 1.1);
+    EXPECT_EQ(mesh.steering[other - side], 1);
+  }
 }
 
 TEST(ValueFit, ForgetsTheMeshBefore) {
