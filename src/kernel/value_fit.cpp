@@ -25,6 +25,8 @@ constexpr int kWalkToNext = 16;
 constexpr int kWalkFromStart = 64;
 // A weight that is less negative is rounding.
 constexpr double kInside = -1e-9;
+// Weights that are not negative sum up to no more where a point is near a tetrahedron.
+constexpr double kNearby = 1.2;
 // Where a vertex has less weight, it has no influence: it would have to move far for a little.
 constexpr double kInfluence = 1.0 / 16;
 // Where points have less weight altogether, values move by a part of what these say.
@@ -111,7 +113,19 @@ template <class Real>
 bool ValueFit<Real>::find_from(const Vec3<Real>& start, const Vec3<Real>& point) {
   if (!find(start)) return false;
   const bool is_same = start.x == point.x && start.y == point.y && start.z == point.z;
-  return is_same || walk(last_.tet, kWalkFromStart, point);
+  return is_same || walk(last_.tet, kWalkFromStart, point) || place_nearby(point);
+}
+
+// Of a point outside, in the tetrahedron where the walk ended.
+template <class Real>
+bool ValueFit<Real>::place_nearby(const Vec3<Real>& point) {
+  if (end_ == kNoTet) return false;
+  std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[end_]));
+  double sum = 0;
+  for (double& x : w) sum += x = std::max(x, 0.0);
+  if (!(sum <= kNearby)) return false;
+  last_ = {{w[1] / sum, w[2] / sum, w[3] / sum}, end_, true};
+  return true;
 }
 
 // Always over the face that the point is furthest beyond, if there is a tetrahedron on the other
@@ -120,6 +134,7 @@ template <class Real>
 bool ValueFit<Real>::walk(TetId start, int longest, const Vec3<Real>& point) {
   TetId t = start;
   TetId before = kNoVertex;
+  end_ = kNoTet;
   for (int i = 0; i < longest; ++i) {
     const std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[t]));
     if (std::min({w[0], w[1], w[2], w[3]}) >= kInside) {
@@ -130,7 +145,10 @@ bool ValueFit<Real>::walk(TetId start, int longest, const Vec3<Real>& point) {
     TetId next = kNoVertex;
     while (next == kNoVertex || next == before) {
       const auto furthest = std::min_element(left.begin(), left.end());
-      if (!(*furthest < kInside)) return false;
+      if (!(*furthest < kInside)) {
+        end_ = t;
+        return false;
+      }
       *furthest = 0;
       next = beyond(t, static_cast<std::size_t>(furthest - left.begin()));
     }
@@ -218,16 +236,18 @@ double ValueFit<Real>::error_at(std::size_t i) const {
 
 // Adds up what errors beyond the bound ask of the vertices. Without one that is the mean error
 // (SIRT); else the smallest moves that would bring the point by itself within the bound
-// (projections on convex sets), each as loud as the others. Returns the largest error.
+// (projections on convex sets), each as loud as the others, without those outside, whose places are
+// not known so well. Returns the largest error.
 template <class Real>
 double ValueFit<Real>::sweep(double bound) {
   for (const VertexId v : vertices_) moves_[v].sum = moves_[v].weight = 0;
   double largest = 0;
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const double error = error_at(i);
+    const Place& place = places_[i];
+    if (bound >= 0 && place.outside) continue;
     largest = std::max(largest, std::abs(error));
     if (!(std::abs(error) > bound)) continue;
-    const Place& place = places_[i];
     const Tet& tet = mesh_->tets[place.tet];
     std::array<double, 4> weights = all_weights(place.weights);
     double squares = 0;

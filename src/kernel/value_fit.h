@@ -35,7 +35,8 @@ class ValueFit {
   void begin(WorkMesh<Real>* mesh);
 
   // Every step-th point, from that one on. Neighbours are best near each other in the list. Points
-  // outside of the mesh do not count. Values must be finite, those of the mesh's vertices finite or
+  // outside of the mesh do not count, unless they have starts and are not far outside: then they do
+  // in the mean, at a place nearby. Values must be finite, those of the mesh's vertices finite or
   // NaN.
   void add(const OriginalRows<Real>& points, std::uint64_t first, std::uint64_t step);
 
@@ -54,6 +55,7 @@ class ValueFit {
   struct Place {
     std::array<double, 3> weights;
     TetId tet;
+    bool outside = false;
   };
   // A vertex's values may lie between these; what the points' errors ask for, and how loudly.
   struct Move {
@@ -64,6 +66,7 @@ class ValueFit {
   bool find(const Vec3<Real>& point);
   bool find_from(const Vec3<Real>& start, const Vec3<Real>& point);
   bool walk(TetId start, int longest, const Vec3<Real>& point);
+  bool place_nearby(const Vec3<Real>& point);
   TetId beyond(TetId tet, std::size_t corner) const;
   bool depends_on_new(const Place& place) const;
   void fit_component(std::size_t component);
@@ -78,6 +81,7 @@ class ValueFit {
   Vector<VertexId> vertices_;        // those that may
   StartGrid<Real> starts_;
   Place last_{};                         // of the point found last
+  TetId end_ = kNoTet;                   // of the last walk, where it ended at a boundary
   Vector<Place> places_;                 // of points on which such vertices have influence
   std::vector<Vector<double>> columns_;  // what the original has there
   // Of the component in hand:

@@ -273,6 +273,35 @@ TEST(ValueFit, APointIsThatOfTheSideWhereItIsLookedFor) {
   }
 }
 
+// Of points beyond vertex 1, which lies outside; some are there.
+double fit_outside(double far, const Vector<double>& goals, std::size_t outside) {
+  WorkMesh<double> mesh = ball(1);
+  mesh.marks[0] = 0;
+  mesh.marks[1] |= kMoved;
+  const Vec3<double> vertex = mesh.positions[1];
+  Samples<double> samples;
+  Vector<Vec3<double>> starts(goals.size(), mesh.positions[0]);
+  for (std::size_t i = 0; i < goals.size(); ++i) {
+    const double x = i < outside ? far : 1;
+    samples.add({x * vertex.x, x * vertex.y, x * vertex.z}, [&](auto) { return goals[i]; });
+  }
+  const double* const column = samples.values.data();
+  ValueFit<double> tool;
+  tool.begin(&mesh);
+  tool.add({samples.positions, starts, {&column, 1}}, 0, 1);
+  tool.fit();
+  return mesh.steering[1];
+}
+
+TEST(ValueFit, APointNotFarOutsideCountsInTheMean) {
+  EXPECT_EQ(fit_outside(1.1, {4}, 1), 4);
+  EXPECT_EQ(fit_outside(1.3, {4}, 1), 1);
+  // Nine say 1, so that it is 2 in the mean; what is off by more is outside.
+  const double value = fit_outside(1.1, {11, 1, 1, 1, 1, 1, 1, 1, 1, 1}, 1);
+  EXPECT_GT(value, 1.5);
+  EXPECT_LT(value, 2);
+}
+
 TEST(ValueFit, ForgetsTheMeshBefore) {
   WorkMesh<double> mesh = rough_box(), same = mesh;
   const auto samples = sample(mesh, 3, [](const Vec3<double>& p) { return wave(p.x); });
