@@ -266,7 +266,8 @@ bool Measure::any_in_another_cell() const {
   });
 }
 
-// The least error over all points that lie there and all cells that hold the point.
+// The least error over all points that lie there and all cells that hold the point; where rounding
+// alone has it in one, at the nearest place of the boundary, too.
 double Measure::error_at(std::size_t v, const Array& before, const Array& after,
                          bool* inside) const {
   const Point& p = points_before_[v];
@@ -276,12 +277,16 @@ double Measure::error_at(std::size_t v, const Array& before, const Array& after,
     if (points_after_[i] != p) continue;
     best = std::min(best, difference(v, before, after, std::array{i}, whole));
   }
+  constexpr Long kRounding = 1e-9L;
+  bool is_sure = std::isfinite(best);
   for (const Tet& t : after_.tets) {
     const auto weights = weights_in(Corners(points_after_, t), p);
-    if (weights) best = std::min(best, difference(v, before, after, t, *weights));
+    if (!weights) continue;
+    best = std::min(best, difference(v, before, after, t, *weights));
+    is_sure = is_sure || *std::min_element(weights->begin(), weights->end()) > -kRounding;
   }
   *inside = std::isfinite(best);
-  return *inside ? best : error_outside(v, before, after);
+  return is_sure ? best : std::min(best, error_outside(v, before, after));
 }
 
 // At the nearest place on the result's boundary.
