@@ -45,8 +45,9 @@ void Coarsening<Real>::begin(std::uint32_t steering_width) {
     logs_ = std::make_unique<FusionLogs>(scratch, log_bytes_per_tet(in.description()));
     rounds_->keep_logs(logs_.get());
   }
-  if (fits_values(run_.request, in.description(), in.steering)) {
-    state_.values = std::make_unique<OriginalValues<Real>>(scratch, surfaces_move(options_));
+  if (auto columns = columns_to_fit(run_.request, in.carried, in.steering); !columns.empty()) {
+    state_.values = std::make_unique<OriginalValues<Real>>(scratch, std::move(columns),
+                                                           surfaces_move(options_));
     rounds_->put_values_aside(state_.values.get());
   }
 }

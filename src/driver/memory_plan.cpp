@@ -80,9 +80,7 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
                                                  : steering.positions_aside * 3 * real +
                                                        static_cast<double>(steering.point_aside);
   const auto fit = static_cast<double>(
-      steering.point_aside == 0 ? 0
-                                : fit_memory(mesh.points, steering.point_aside / sizeof(double),
-                                             std::min(mesh.cells, chunk_tets)));
+      steering.point_aside == 0 ? 0 : fit_memory(mesh.points, std::min(mesh.cells, chunk_tets)));
   const auto widest = static_cast<std::uint64_t>(std::max(vertex, tet));
   const double windows =
       static_cast<double>(threads) *

@@ -1,5 +1,5 @@
 // A piece: the number of points, their positions, where surfaces move where to look for them, and
-// each component of what steers.
+// each column.
 #include "driver/original_values.h"
 
 #include <fmt/format.h>
@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -15,7 +16,6 @@
 #include "base/serialize.h"
 #include "base/tasks.h"
 #include "driver/windows.h"
-#include "kernel/fusions.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {
@@ -27,19 +27,24 @@ constexpr const char* kName = "original-values";
 // More points of the original than so many for each tetrahedron of the result have nothing to add.
 constexpr std::uint64_t kMostPoints = 4;
 
+std::uint64_t sum_of(const std::vector<std::size_t>& strides) {
+  return std::accumulate(strides.begin(), strides.end(), std::uint64_t{0});
+}
+
 template <class Real>
 struct Rows {
-  Rows(std::span<const std::byte> piece, bool have_starts, std::size_t width) {
+  using Strides = std::vector<std::size_t>;  // bytes a row, of the columns
+  Rows(std::span<const std::byte> piece, bool have_starts, const Strides& strides) {
     RowReader reader(piece);
     positions = {reader.take<Vec3<Real>>(), reader.items()};
     if (have_starts) starts = {reader.take<Vec3<Real>>(), reader.items()};
-    for (std::size_t k = 0; k < width; ++k) columns.push_back(reader.take<double>());
+    for (const std::size_t s : strides) columns.push_back(reader.take_bytes(reader.items() * s));
   }
-  static std::uint64_t bytes_of_row(bool have_starts, std::size_t width) {
-    return (have_starts ? 2 : 1) * sizeof(Vec3<Real>) + width * sizeof(double);
+  static std::uint64_t bytes_of_row(bool have_starts, const Strides& strides) {
+    return (have_starts ? 2 : 1) * sizeof(Vec3<Real>) + sum_of(strides);
   }
   std::span<const Vec3<Real>> positions, starts;
-  std::vector<const double*> columns;
+  std::vector<const std::byte*> columns;
 };
 
 // Where to look for the vertices of a mesh when it has become another one: inside at themselves,
@@ -94,16 +99,12 @@ void OriginalValues<Real>::begin() {
 template <class Real>
 void OriginalValues<Real>::add(std::uint32_t chunk, const WorkMesh<Real>& mesh) {
   ++chunks_;
-  const std::size_t width = mesh.steering_width;
   std::optional<Starts<Real>> starts;
   if (surfaces_move_) starts.emplace(mesh);
   Vector<std::uint32_t> vertices;
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-    if (sharing_of(mesh.marks[v]) == kShared || (starts && !starts->has(v))) continue;
-    const double* values = mesh.steering.data() + v * width;
-    if (std::all_of(values, values + width, [](double x) { return std::isfinite(x); })) {
-      vertices.push_back(v);
-    }
+    const bool is_own = sharing_of(mesh.marks[v]) != kShared;
+    if (is_own && (!starts || starts->has(v))) vertices.push_back(v);
   }
   if (vertices.empty()) return;
   ByteWriter count;
@@ -112,8 +113,9 @@ void OriginalValues<Real>::add(std::uint32_t chunk, const WorkMesh<Real>& mesh) 
   RowWriter writer(&piece);
   writer.put<Vec3<Real>>(vertices, [&](std::uint32_t v) { return mesh.positions[v]; });
   if (starts) writer.put<Vec3<Real>>(vertices, [&](std::uint32_t v) { return starts->of(v); });
-  for (std::size_t k = 0; k < width; ++k) {
-    writer.put<double>(vertices, [&](std::uint32_t v) { return mesh.steering[v * width + k]; });
+  for (const std::uint32_t c : columns_) {
+    const Column& column = mesh.point_columns[c];
+    writer.put_rows(column.rows.data(), column.stride(), vertices);
   }
   const PieceRef ref{chunk, piece};
   store_->add(chunk, {&ref, 1});
@@ -149,9 +151,11 @@ void OriginalValues<Real>::resume(std::uint32_t chunks, Checkpoint* from) {
 
 template <class Real>
 FittedValues<Real>::FittedValues(const OriginalValues<Real>& original, const MacroLod<Real>& mesh,
-                                 std::span<const SteeringField> fields, std::uint32_t width,
-                                 int threads, Scratch* scratch)
-    : original_(original), mesh_(mesh), fields_(fields), width_(width) {
+                                 const WorkMesh<Real>& layout, int threads, Scratch* scratch)
+    : original_(original), mesh_(mesh) {
+  for (const std::uint32_t c : original.columns()) {
+    strides_.push_back(layout.point_columns[c].stride());
+  }
   if (!mesh.whole) sort_points(threads, scratch);
 }
 
@@ -164,7 +168,7 @@ void FittedValues<Real>::sort_points(int threads, Scratch* scratch) {
     const auto chunk = static_cast<std::uint32_t>(c);
     const auto bucket = original_.store().read(chunk);
     if (bucket->pieces().empty()) return;
-    const Rows<Real> rows(bucket->pieces()[0], original_.have_starts(), width_);
+    const Rows<Real> rows(bucket->pieces()[0], original_.have_starts(), strides_);
     Vector<std::uint32_t> chunk_of(rows.positions.size());
     for (std::size_t i = 0; i < chunk_of.size(); ++i) {
       chunk_of[i] = mesh_.cut.chunk_of(rows.positions[i]);
@@ -175,8 +179,8 @@ void FittedValues<Real>::sort_points(int threads, Scratch* scratch) {
           if (original_.have_starts()) {
             to->put<Vec3<Real>>(points, [&](std::uint32_t i) { return rows.starts[i]; });
           }
-          for (const double* column : rows.columns) {
-            to->put<double>(points, [&](std::uint32_t i) { return column[i]; });
+          for (std::size_t k = 0; k < strides_.size(); ++k) {
+            to->put_rows(rows.columns[k], strides_[k], points);
           }
         });
   });
@@ -186,51 +190,55 @@ void FittedValues<Real>::sort_points(int threads, Scratch* scratch) {
 template <class Real>
 std::uint64_t FittedValues<Real>::points_of(std::uint32_t chunk) const {
   const std::uint64_t bytes = sorted_ ? sorted_->bytes(chunk) : original_.store().bytes();
-  return bytes / Rows<Real>::bytes_of_row(original_.have_starts(), width_);
+  return bytes / Rows<Real>::bytes_of_row(original_.have_starts(), strides_);
 }
 
 template <class Real>
 std::uint64_t FittedValues<Real>::memory(std::uint32_t chunk) const {
   const std::uint64_t tets = mesh_.whole ? mesh_.tets : mesh_.sizes[chunk].tets;
-  return fit_memory(points_of(chunk), width_, tets);
+  return fit_memory(points_of(chunk), tets);
 }
 
+// All points, or every second, third, ...: however they are cut into pieces.
 template <class Real>
 void FittedValues<Real>::fit(std::uint32_t chunk, ValueFit<Real>* tool, WorkMesh<Real>* mesh) {
   const double start = wall_seconds();
-  tool->begin(mesh);
-  add_points(chunk, mesh->tets.size(), tool);
-  write_steering_columns(fields_, tool->fit(), mesh);
+  tool->begin(mesh, original_.columns());
+  const std::uint64_t step = points_of(chunk) / (kMostPoints * mesh->tets.size() + 1) + 1;
+  std::uint64_t next = 0;
+  for_each_piece(chunk, [&](const Rows<Real>& rows) {
+    tool->add({rows.positions, rows.starts}, next, step);
+    const std::uint64_t count = rows.positions.size();
+    next += next < count ? (count - next + step - 1) / step * step : 0;
+    next -= count;
+  });
+  tool->fit([&](std::size_t column, const auto& use) {
+    for_each_piece(chunk, [&](const Rows<Real>& rows) { use(rows.columns[column]); });
+  });
   const std::lock_guard lock(seconds_mutex_);
   seconds_ += wall_seconds() - start;
 }
 
-// All, or every second, third, ...: however they are cut into pieces.
+// Calls use(rows) with those of each piece that has points of the chunk.
 template <class Real>
-void FittedValues<Real>::add_points(std::uint32_t chunk, std::uint64_t tets,
-                                    ValueFit<Real>* to) const {
-  const std::uint64_t step = points_of(chunk) / (kMostPoints * tets + 1) + 1;
-  std::uint64_t next = 0;
-  const auto add = [&](const PieceStore& store, std::uint32_t bucket) {
+template <class Use>
+void FittedValues<Real>::for_each_piece(std::uint32_t chunk, Use use) const {
+  const auto read = [&](const PieceStore& store, std::uint32_t bucket) {
     const auto pieces = store.read(bucket);
     for (const std::span<const std::byte> piece : pieces->pieces()) {
-      const Rows<Real> rows(piece, original_.have_starts(), width_);
-      to->add({rows.positions, rows.starts, rows.columns}, next, step);
-      const std::uint64_t count = rows.positions.size();
-      next += next < count ? (count - next + step - 1) / step * step : 0;
-      next -= count;
+      use(Rows<Real>(piece, original_.have_starts(), strides_));
     }
     pieces->check();
   };
   if (sorted_) {
-    add(*sorted_, chunk);
+    read(*sorted_, chunk);
   } else {
-    for (std::uint32_t c = 0; c < original_.chunks(); ++c) add(original_.store(), c);
+    for (std::uint32_t c = 0; c < original_.chunks(); ++c) read(original_.store(), c);
   }
 }
 
-std::uint64_t fit_memory(std::uint64_t points, std::size_t width, std::uint64_t tets) {
-  return ValueFit<double>::memory(std::min(points, kMostPoints * tets), width, tets);
+std::uint64_t fit_memory(std::uint64_t points, std::uint64_t tets) {
+  return ValueFit<double>::memory(std::min(points, kMostPoints * tets), tets);
 }
 
 template class OriginalValues<float>;

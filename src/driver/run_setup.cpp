@@ -42,15 +42,24 @@ bool looks_at_result(const SimplifyRequest& request) {
   return request.verify || !request.map.empty();
 }
 
-bool fits_values(const SimplifyRequest& request, const MeshDescription& mesh,
-                 const std::vector<SteeringChoice>& choices) {
+std::vector<std::uint32_t> columns_to_fit(const SimplifyRequest& request,
+                                          const CarriedArrays& carried,
+                                          const std::vector<SteeringChoice>& choices) {
   const BehaviourOptions& b = request.behaviour;
-  const auto can_be_fitted = [&](const SteeringChoice& c) {
-    return c.association == Association::kPoint && is_float(mesh.point_data.arrays[c.index].type);
-  };
-  return b.method == Method::kFuse && b.fit_values && !b.conserve && request.progressive.empty() &&
-         !error_limits(b, limits_of(choices)).at_points &&
-         std::any_of(choices.begin(), choices.end(), can_be_fitted);
+  std::vector<std::uint32_t> columns;
+  if (b.method != Method::kFuse || !b.fit_values || b.conserve || !request.progressive.empty()) {
+    return columns;
+  }
+  const bool are_bounded = error_limits(b, limits_of(choices)).at_points;
+  for (std::uint32_t c = 0; c < carried.point_indices.size(); ++c) {
+    const bool is_promised =
+        are_bounded && std::ranges::any_of(choices, [&](const SteeringChoice& choice) {
+          return choice.association == Association::kPoint &&
+                 choice.index == carried.point_indices[c];
+        });
+    if (is_float(carried.point_data.arrays[c].type) && !is_promised) columns.push_back(c);
+  }
+  return columns;
 }
 
 SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
@@ -67,8 +76,13 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
     if (c.association != Association::kCell) continue;
     means += mesh.cell_data.arrays[c.index].components * sizeof(double);
   }
-  return {vertex, error_limits(b, limits_of(choices)).at_points ? row : 0,
-          fits_values(request, mesh, choices) ? row : 0, means, surfaces_move(b) ? 2 : 1};
+  const CarriedArrays carried(mesh);
+  std::uint64_t aside = 0;
+  for (const std::uint32_t c : columns_to_fit(request, carried, choices)) {
+    aside += carried.point_data.arrays[c].components * size_of(carried.point_data.arrays[c].type);
+  }
+  return {vertex, error_limits(b, limits_of(choices)).at_points ? row : 0, aside, means,
+          surfaces_move(b) ? 2 : 1};
 }
 
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,

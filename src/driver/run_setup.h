@@ -26,10 +26,12 @@ bool surfaces_move(const BehaviourOptions& behaviour);
 // Is each result read again, or mapped, before it gets its name?
 bool looks_at_result(const SimplifyRequest& request);
 
-// Are values of new points fitted to the original's in the end (original_values.h)? Not where they
-// are promised already, or where the way back begins with those that fusions left.
-bool fits_values(const SimplifyRequest& request, const MeshDescription& mesh,
-                 const std::vector<SteeringChoice>& choices);
+// Of the arrays of points that are carried, those whose values at new points are fitted to the
+// original's in the end (original_values.h). Not where they are promised already, as those that
+// steer are with a bound at points, or where the way back begins with those that fusions left.
+std::vector<std::uint32_t> columns_to_fit(const SimplifyRequest& request,
+                                          const CarriedArrays& carried,
+                                          const std::vector<SteeringChoice>& choices);
 
 SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
                              const std::vector<SteeringChoice>& choices);

@@ -60,6 +60,15 @@ class RowWriter {
     }
   }
 
+  // Rows of so many bytes: of item i row i.
+  void put_rows(const std::byte* rows, std::size_t stride, std::span<const std::uint32_t> items) {
+    std::byte* to = grow(items.size() * stride);
+    for (const std::uint32_t item : items) {
+      copy_few(rows + item * stride, stride, to);
+      to += stride;
+    }
+  }
+
   // Rows of the column: of item i row rows[i], or i where `rows` is empty.
   template <class Rows>
   void put_rows(const Column& column, std::span<const std::uint32_t> items, const Rows& rows) {

@@ -57,17 +57,18 @@ std::array<double, 4> all_weights(const std::array<double, 3>& last_three) {
 }  // namespace
 
 template <class Real>
-std::uint64_t ValueFit<Real>::memory(std::uint64_t points, std::size_t width, std::uint64_t tets) {
+std::uint64_t ValueFit<Real>::memory(std::uint64_t points, std::uint64_t tets) {
   // Of balls, and of vertices, of which there are four times fewer, but for odd meshes.
   constexpr std::uint64_t kTetBytes =
       16 + (2 * sizeof(VertexId) + 1 + sizeof(double) + sizeof(Move)) / 4;
-  return points * (sizeof(Place) + width * sizeof(double)) + tets * kTetBytes +
+  return points * (sizeof(Place) + sizeof(std::uint32_t) + sizeof(double)) + tets * kTetBytes +
          StartGrid<Real>::memory(tets);
 }
 
 template <class Real>
-void ValueFit<Real>::begin(WorkMesh<Real>* mesh) {
+void ValueFit<Real>::begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> columns) {
   mesh_ = mesh;
+  columns_.assign(columns.begin(), columns.end());
   may_change_.assign(mesh->vertex_count(), 0);
   vertices_.clear();
   for (VertexId v = 0; v < mesh->vertex_count(); ++v) {
@@ -76,8 +77,8 @@ void ValueFit<Real>::begin(WorkMesh<Real>* mesh) {
     vertices_.push_back(v);
   }
   places_.clear();
-  columns_.resize(mesh->steering_width);
-  for (Vector<double>& column : columns_) column.clear();
+  row_of_place_.clear();
+  ends_.clear();
   last_ = {};
   if (vertices_.empty()) return;
   build_vertex_tets(mesh->vertex_count(), mesh->tets, &balls_);
@@ -85,18 +86,16 @@ void ValueFit<Real>::begin(WorkMesh<Real>* mesh) {
 }
 
 template <class Real>
-void ValueFit<Real>::add(const OriginalRows<Real>& points, std::uint64_t first,
-                         std::uint64_t step) {
+void ValueFit<Real>::add(const PointsToFit<Real>& points, std::uint64_t first, std::uint64_t step) {
   if (vertices_.empty()) return;
   for (std::uint64_t i = first; i < points.positions.size(); i += step) {
     const Vec3<Real>& point = points.positions[i];
     const bool is_here = points.starts.empty() ? find(point) : find_from(points.starts[i], point);
     if (!is_here || !depends_on_new(last_)) continue;
     places_.push_back(last_);
-    for (std::size_t k = 0; k < columns_.size(); ++k) {
-      columns_[k].push_back(points.columns[k][i]);
-    }
+    row_of_place_.push_back(static_cast<std::uint32_t>(i));
   }
+  ends_.push_back(places_.size());
 }
 
 // From where the point before was, or where there are gaps on the way, or cells without volume,
@@ -185,21 +184,40 @@ bool ValueFit<Real>::depends_on_new(const Place& place) const {
 }
 
 template <class Real>
-std::span<const VertexId> ValueFit<Real>::fit() {
-  if (places_.empty()) return {};
-  for (std::size_t k = 0; k < columns_.size(); ++k) fit_component(k);
-  return vertices_;
+void ValueFit<Real>::fit(const ReadRows& read) {
+  if (places_.empty()) return;
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    Column& column = mesh_->point_columns[columns_[c]];
+    const auto read_column = [&](const UseRows& use) { read(c, use); };
+    column.type == ValueType::kFloat32 ? fit_column<float>(&column, read_column)
+                                       : fit_column<double>(&column, read_column);
+  }
 }
 
 template <class Real>
-void ValueFit<Real>::fit_component(std::size_t component) {
-  const std::size_t width = columns_.size();
-  goals_ = columns_[component].data();
+template <class T>
+void ValueFit<Real>::fit_column(Column* column,
+                                const std::function<void(const UseRows& use)>& read) {
+  const std::size_t width = column->components;
+  T* const values = reinterpret_cast<T*>(column->rows.data());
+  goals_.resize(places_.size());
   values_.resize(mesh_->vertex_count());
-  for (std::size_t v = 0; v < values_.size(); ++v) {
-    values_[v] = mesh_->steering[v * width + component];
-  }
   moves_.resize(values_.size());
+  for (std::size_t k = 0; k < width; ++k) {
+    std::size_t piece = 0, next = 0;
+    read([&](const std::byte* rows) {
+      const T* const originals = reinterpret_cast<const T*>(rows);
+      for (; next < ends_[piece]; ++next) goals_[next] = originals[row_of_place_[next] * width + k];
+      ++piece;
+    });
+    for (std::size_t v = 0; v < values_.size(); ++v) values_[v] = values[v * width + k];
+    fit_values();
+    for (const VertexId v : vertices_) values[v * width + k] = static_cast<T>(values_[v]);
+  }
+}
+
+template <class Real>
+void ValueFit<Real>::fit_values() {
   find_ranges();
   for (int i = 0; i < kSteps; ++i) {
     sweep(kNoCeiling);
@@ -207,7 +225,6 @@ void ValueFit<Real>::fit_component(std::size_t component) {
   }
   const double bound = kWanted * sweep(std::numeric_limits<double>::infinity());  // adds nothing up
   for (int i = 0; i < kCorrections && sweep(bound) > bound; ++i) move_values(0);
-  for (const VertexId v : vertices_) mesh_->steering[v * width + component] = values_[v];
 }
 
 // Values that take part in an interpolation are within.
@@ -215,6 +232,7 @@ template <class Real>
 void ValueFit<Real>::find_ranges() {
   for (const VertexId v : vertices_) moves_[v] = {values_[v], values_[v], 0, 0};
   for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (!std::isfinite(goals_[i])) continue;
     for (const VertexId v : mesh_->tets[places_[i].tet]) {
       if (may_change_[v] == 0) continue;
       moves_[v].least = std::min(moves_[v].least, goals_[i]);
@@ -243,9 +261,10 @@ double ValueFit<Real>::sweep(double bound) {
   for (const VertexId v : vertices_) moves_[v].sum = moves_[v].weight = 0;
   double largest = 0;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    const double error = error_at(i);
     const Place& place = places_[i];
     if (bound >= 0 && place.outside) continue;
+    const double error = error_at(i);
+    if (!std::isfinite(error)) continue;
     largest = std::max(largest, std::abs(error));
     if (!(std::abs(error) > bound)) continue;
     const Tet& tet = mesh_->tets[place.tet];

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -14,41 +16,46 @@
 
 namespace tetfusion {
 
-// Points of the original, and a column of each component of what steered there.
+// Of the original.
 template <class Real>
-struct OriginalRows {
+struct PointsToFit {
   std::span<const Vec3<Real>> positions;
   // Where to begin to look for them: inside of the mesh, on the side of a crack where they belong.
   // Empty: at the points themselves, all of which are inside.
   std::span<const Vec3<Real>> starts;
-  std::span<const double* const> columns;
 };
 
-// Fusing chooses a value by the gradients that were where the vertices came from; what the mesh
-// makes of it at points between vertices is only known when all is done (README.md).
+// Fusing chooses a value by the gradients that were where the vertices came from, or interpolates,
+// again and again; what the mesh makes of it at points between vertices is only known when all is
+// done (README.md).
 //
 // Begin with a mesh, add points, and fit; keeps its scratch memory; one a thread.
 template <class Real>
 class ValueFit {
  public:
-  // The mesh is not changed until fit(), and outlives that.
-  void begin(WorkMesh<Real>* mesh);
+  // The mesh is not changed until fit(), and outlives that. The columns are some of those of its
+  // points, of floating-point numbers.
+  void begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> columns);
 
-  // Every step-th point, from that one on. Neighbours are best near each other in the list. Points
-  // outside of the mesh do not count, unless they have starts and are not far outside: then they do
-  // in the mean, at a place nearby. Values must be finite, those of the mesh's vertices finite or
-  // NaN.
-  void add(const OriginalRows<Real>& points, std::uint64_t first, std::uint64_t step);
+  // Every step-th of these points, from that one on. Neighbours are best near each other in the
+  // list. Points outside of the mesh do not count, unless they have starts and are not far outside:
+  // then they do in the mean, at a place nearby.
+  void add(const PointsToFit<Real>& points, std::uint64_t first, std::uint64_t step);
 
-  // Fits the steering values of the vertices that were fused to new places, and that no other chunk
-  // has, one component after another: first for small squares of the errors at the points, then
-  // for a small largest one. None leaves the range of its own value and those of the points in the
-  // tetrahedra round it; a linear field stays what it is, to rounding. Returns these vertices. A
-  // function of the mesh and the points.
-  std::span<const VertexId> fit();
+  // Calls use(rows) with the rows that the points of each add() have of one of the columns, the
+  // first being 0; as often as it is called itself.
+  using UseRows = std::function<void(const std::byte* rows)>;
+  using ReadRows = std::function<void(std::size_t column, const UseRows& use)>;
+
+  // Fits the values of the vertices that were fused to new places, and that no other chunk has, one
+  // component after another: first for small squares of the errors at the points, then for a small
+  // largest one. None leaves the range of its own value and those of the points in the tetrahedra
+  // round it; a linear field stays what it is, to rounding. Values that are not finite do not
+  // count. A function of the mesh and the points.
+  void fit(const ReadRows& read);
 
   // Bytes that takes beside the mesh, for so many points and tetrahedra.
-  static std::uint64_t memory(std::uint64_t points, std::size_t width, std::uint64_t tets);
+  static std::uint64_t memory(std::uint64_t points, std::uint64_t tets);
 
  private:
   // Where a point lies: the first corner's weight is what the others leave of 1.
@@ -69,25 +76,29 @@ class ValueFit {
   bool place_nearby(const Vec3<Real>& point);
   TetId beyond(TetId tet, std::size_t corner) const;
   bool depends_on_new(const Place& place) const;
-  void fit_component(std::size_t component);
+  template <class T>
+  void fit_column(Column* column, const std::function<void(const UseRows& use)>& read);
+  void fit_values();
   void find_ranges();
   double error_at(std::size_t i) const;
   double sweep(double bound);
   void move_values(double full_weight);
 
   WorkMesh<Real>* mesh_ = nullptr;
+  std::vector<std::uint32_t> columns_;
   VertexTets balls_;
   Vector<std::uint8_t> may_change_;  // of each vertex
   Vector<VertexId> vertices_;        // those that may
   StartGrid<Real> starts_;
-  Place last_{};                         // of the point found last
-  TetId end_ = kNoTet;                   // of the last walk, where it ended at a boundary
-  Vector<Place> places_;                 // of points on which such vertices have influence
-  std::vector<Vector<double>> columns_;  // what the original has there
+  Place last_{};                        // of the point found last
+  TetId end_ = kNoTet;                  // of the last walk, where it ended at a boundary
+  Vector<Place> places_;                // of points on which such vertices have influence
+  Vector<std::uint32_t> row_of_place_;  // of these, where each was added
+  Vector<std::size_t> ends_;            // of each add(), how many places there were then
   // Of the component in hand:
-  const double* goals_ = nullptr;  // its column
-  Vector<double> values_;          // of each vertex
-  Vector<Move> moves_;             // of each vertex
+  Vector<double> goals_;   // at each place
+  Vector<double> values_;  // of each vertex
+  Vector<Move> moves_;     // of each vertex
 };
 
 extern template class ValueFit<float>;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "support/meshes.h"
 #include "support/point_deviation.h"
@@ -15,7 +17,7 @@ namespace {
 // Points inside tetrahedra, with the values of a function there.
 template <class Real>
 struct Samples {
-  Vector<Vec3<Real>> positions;
+  Vector<Vec3<Real>> positions, starts;
   Vector<double> values;
 
   template <class F>
@@ -23,10 +25,7 @@ struct Samples {
     positions.push_back(p);
     values.push_back(f(p));
   }
-  void add_to(ValueFit<Real>* fit, std::uint64_t first = 0, std::uint64_t step = 1) const {
-    const double* const column = values.data();
-    fit->add({positions, {}, {&column, 1}}, first, step);
-  }
+  const std::byte* rows() const { return reinterpret_cast<const std::byte*>(values.data()); }
 };
 
 // `per_tet` points somewhere in each tetrahedron, in the order of these.
@@ -56,12 +55,33 @@ WorkMesh<double> ball(double value) {
   return mesh;
 }
 
+// Fits the mesh's steering values, as its only column, to every step-th of the points. Returns the
+// vertices whose values are others then.
+template <class Real>
+Vector<VertexId> fit_with(ValueFit<Real>* tool, const Samples<Real>& samples, WorkMesh<Real>* mesh,
+                          std::uint64_t first = 0, std::uint64_t step = 1) {
+  mesh->point_columns = {testing::make_column(mesh->steering_width, mesh->steering)};
+  const std::uint32_t column_in_mesh = 0;
+  tool->begin(mesh, {&column_in_mesh, 1});
+  tool->add({samples.positions, samples.starts}, first, step);
+  tool->fit([&](std::size_t column, const auto& use) {
+    EXPECT_EQ(column, 0u);
+    use(samples.rows());
+  });
+  const Vector<double> before = mesh->steering;
+  std::memcpy(mesh->steering.data(), mesh->point_columns[0].rows.data(),
+              before.size() * sizeof(double));
+  Vector<VertexId> changed;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (mesh->steering[i] == before[i]) continue;
+    changed.push_back(static_cast<VertexId>(i / mesh->steering_width));
+  }
+  return changed;
+}
+
 Vector<VertexId> fit(const Samples<double>& samples, WorkMesh<double>* mesh) {
   ValueFit<double> tool;
-  tool.begin(mesh);
-  samples.add_to(&tool);
-  const auto fitted = tool.fit();
-  return {fitted.begin(), fitted.end()};
+  return fit_with(&tool, samples, mesh);
 }
 
 double wave(double x) { return 3 + std::sin(0.2 * x); }
@@ -212,15 +232,57 @@ TEST(ValueFit, ComponentsDoNotKnowEachOther) {
   for (const double value : one.steering) two.steering.insert(two.steering.end(), {-7, value});
   const auto samples = sample(one, 3, [](const Vec3<double>& p) { return wave(p.x); });
   fit(samples, &one);
-  const Vector<double> constant(samples.values.size(), -7);
-  const double* const columns[] = {constant.data(), samples.values.data()};
-  ValueFit<double> tool;
-  tool.begin(&two);
-  tool.add({samples.positions, {}, columns}, 0, 1);
-  tool.fit();
+  Samples<double> both = samples;
+  both.values.clear();
+  for (const double value : samples.values) both.values.insert(both.values.end(), {-7, value});
+  fit(both, &two);
   for (std::size_t v = 0; v < one.vertex_count(); ++v) {
     EXPECT_EQ(two.steering[2 * v], -7);
     EXPECT_EQ(two.steering[2 * v + 1], one.steering[v]);
+  }
+}
+
+// Each as if it were alone: columns of other types, and what is no number here and there.
+TEST(ValueFit, FitsTheColumnsThatAreNamed) {
+  WorkMesh<double> one = rough_box();
+  const auto samples = sample(one, 3, [](const Vec3<double>& p) { return wave(p.x); });
+  WorkMesh<double> many = one;
+  Vector<float> singles(one.steering.begin(), one.steering.end());
+  const Vector<std::int32_t> integers(one.vertex_count(), 3);
+  many.point_columns = {testing::make_column(1, integers), testing::make_column(1, singles),
+                        testing::make_column(1, one.steering)};
+  const Vector<float> single_goals(samples.values.begin(), samples.values.end());
+  Vector<double> goals = samples.values;
+  Samples<double> finite;
+  for (std::size_t i = 0; i < goals.size(); ++i) {
+    if (i % 5 == 0) {
+      goals[i] = i % 2 == 0 ? std::nan("") : std::numeric_limits<double>::infinity();
+    } else {
+      finite.positions.push_back(samples.positions[i]);
+      finite.values.push_back(goals[i]);
+    }
+  }
+  const std::byte* const columns[] = {reinterpret_cast<const std::byte*>(single_goals.data()),
+                                      reinterpret_cast<const std::byte*>(goals.data())};
+  // In two pieces.
+  const std::size_t half = goals.size() / 2;
+  const std::span<const Vec3<double>> points = samples.positions;
+  ValueFit<double> tool;
+  const std::uint32_t fitted[] = {1, 2};
+  tool.begin(&many, fitted);
+  tool.add({points.first(half), {}}, 0, 1);
+  tool.add({points.subspan(half), {}}, 0, 1);
+  tool.fit([&](std::size_t column, const auto& use) {
+    use(columns[column]);
+    use(columns[column] + half * (column == 0 ? sizeof(float) : sizeof(double)));
+  });
+  WorkMesh<double> some = one;
+  fit(samples, &one);
+  fit(finite, &some);
+  for (std::size_t v = 0; v < one.vertex_count(); ++v) {
+    EXPECT_EQ(testing::values_of<std::int32_t>(many.point_columns[0])[v], 3);
+    EXPECT_NEAR(testing::values_of<float>(many.point_columns[1])[v], one.steering[v], 1e-5);
+    EXPECT_EQ(testing::values_of<double>(many.point_columns[2])[v], some.steering[v]);
   }
 }
 
@@ -235,9 +297,7 @@ TEST(ValueFit, TakesEveryNthPoint) {
   }
   fit(third, &some);
   ValueFit<double> tool;
-  tool.begin(&all);
-  samples.add_to(&tool, 2, 3);
-  tool.fit();
+  fit_with(&tool, samples, &all, 2, 3);
   EXPECT_EQ(all.steering, some.steering);
 }
 
@@ -261,15 +321,10 @@ TEST(ValueFit, APointIsThatOfTheSideWhereItIsLookedFor) {
     testing::steer_by([](double, double, double) { return 1.0; }, &mesh);
     mesh.marks[0] |= kMoved;
     mesh.marks[other] |= kMoved;
-    const Vec3<double> start = mesh.positions[side];
-    const double value = 4;
-    const double* const column = &value;
-    ValueFit<double> tool;
-    tool.begin(&mesh);
-    tool.add({{&middle, 1}, {&start, 1}, {&column, 1}}, 0, 1);
-    tool.fit();
-    EXPECT_GT(mesh.steering[side], 1.1);
-    EXPECT_EQ(mesh.steering[other - side], 1);
+    Samples<double> samples;
+    samples.add(middle, [](auto) { return 4.0; });
+    samples.starts.push_back(mesh.positions[side]);
+    EXPECT_EQ(fit(samples, &mesh), Vector<VertexId>{side});
   }
 }
 
@@ -280,16 +335,12 @@ double fit_outside(double far, const Vector<double>& goals, std::size_t outside)
   mesh.marks[1] |= kMoved;
   const Vec3<double> vertex = mesh.positions[1];
   Samples<double> samples;
-  Vector<Vec3<double>> starts(goals.size(), mesh.positions[0]);
+  samples.starts.assign(goals.size(), mesh.positions[0]);
   for (std::size_t i = 0; i < goals.size(); ++i) {
     const double x = i < outside ? far : 1;
     samples.add({x * vertex.x, x * vertex.y, x * vertex.z}, [&](auto) { return goals[i]; });
   }
-  const double* const column = samples.values.data();
-  ValueFit<double> tool;
-  tool.begin(&mesh);
-  tool.add({samples.positions, starts, {&column, 1}}, 0, 1);
-  tool.fit();
+  fit(samples, &mesh);
   return mesh.steering[1];
 }
 
@@ -308,12 +359,8 @@ TEST(ValueFit, ForgetsTheMeshBefore) {
   fit(samples, &mesh);
   ValueFit<double> tool;
   WorkMesh<double> other = ball(1);
-  tool.begin(&other);
-  samples.add_to(&tool);
-  tool.fit();
-  tool.begin(&same);
-  samples.add_to(&tool);
-  tool.fit();
+  fit_with(&tool, samples, &other);
+  fit_with(&tool, samples, &same);
   EXPECT_EQ(same.steering, mesh.steering);
 }
 
@@ -324,9 +371,7 @@ TEST(ValueFit, SinglePrecisionToo) {
   Samples<float> samples;
   samples.add(mesh.positions[0], [](auto) { return 4.0; });
   ValueFit<float> tool;
-  tool.begin(&mesh);
-  samples.add_to(&tool);
-  tool.fit();
+  fit_with(&tool, samples, &mesh);
   EXPECT_EQ(mesh.steering[0], 4);
 }
 
