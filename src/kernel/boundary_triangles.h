@@ -3,6 +3,7 @@
 // those of all chunks, so that it is known where all of them are here.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -20,10 +21,10 @@ class BoundaryTriangles {
 
   // The grid has noted what the boundary is at the beginning of the round; it outlives this.
   void begin(const FacingGrid& grid);
-  // Each triangle once, with the box round it, and none that the grid has not noted.
-  void note(const Corners& corners, const FacingBox& box);
+  // Each triangle once, with its place, and none that the grid has not noted.
+  void note(const Corners& corners, const Triangle3& place);
   // One that has come since, or whose corners have moved. Nobody says which are gone.
-  void add(const Corners& corners, const FacingBox& box);
+  void add(const Corners& corners, const Triangle3& place);
 
   // Whether all triangles in the cells that the box touches were here when the round began.
   bool knows(const FacingBox& box) const;
@@ -49,6 +50,9 @@ class BoundaryTriangles {
 
 template <class Use>
 bool BoundaryTriangles::any(const FacingBox& box, Use use) {
+  if (grid_->cells_in(box) > triangles_.size()) {
+    return std::any_of(triangles_.begin(), triangles_.end(), use);
+  }
   ++calls_;
   bool found = false;
   grid_->visit(box, [&](std::size_t cell) {

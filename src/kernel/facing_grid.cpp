@@ -73,6 +73,44 @@ void FacingBox::widen(double by) {
   }
 }
 
+// From 0 to kCells, but for what is outside.
+Point3 FacingGrid::in_cells(const Point3& p) const {
+  Point3 out{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double width = box_.hi[i] - box_.lo[i];
+    out[i] = width > 0 ? (p[i] - box_.lo[i]) / width * double{kCells} : 0;
+  }
+  return out;
+}
+
+auto FacingGrid::range_round(const Point3& lo, const Point3& hi) -> Range {
+  const auto cell = [](double x) {
+    return static_cast<std::size_t>(std::clamp(x, 0.0, kCells - 1.0));
+  };
+  return {{cell(lo[0]), cell(lo[1]), cell(lo[2])}, {cell(hi[0]), cell(hi[1]), cell(hi[2])}};
+}
+
+double FacingGrid::cells_touched(const Triangle3& t) {
+  const Point3 u = minus(t[1], t[0]), v = minus(t[2], t[0]), normal = cross(u, v);
+  const double longest = std::max({dot(u, u), dot(v, v), dot(minus(u, v), minus(u, v))});
+  return std::sqrt(dot(normal, normal)) / 2 + std::sqrt(longest) + 1;
+}
+
+// By the middle of the longest edge.
+std::array<Triangle3, 2> FacingGrid::halves(const Triangle3& t) {
+  const auto length = [&](std::size_t i, std::size_t j) {
+    const Point3 edge = minus(t[i], t[j]);
+    return dot(edge, edge);
+  };
+  std::size_t apex = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (length((i + 1) % 3, (i + 2) % 3) > length((apex + 1) % 3, (apex + 2) % 3)) apex = i;
+  }
+  const Point3 &a = t[apex], &b = t[(apex + 1) % 3], &c = t[(apex + 2) % 3];
+  const Point3 middle{b[0] / 2 + c[0] / 2, b[1] / 2 + c[1] / 2, b[2] / 2 + c[2] / 2};
+  return {Triangle3{a, b, middle}, Triangle3{a, middle, c}};
+}
+
 void FacingGrid::reset(const FacingBox& box) {
   box_ = box;
   cells_.assign(kCells * kCells * kCells, 0);
@@ -80,7 +118,7 @@ void FacingGrid::reset(const FacingBox& box) {
 
 void FacingGrid::note(const Point3& a, const Point3& b, const Point3& c) {
   const std::uint64_t bit = std::uint64_t{1} << bin_of(cross(minus(b, a), minus(c, a)));
-  visit(box_round(a, b, c), [&](std::size_t cell) {
+  visit_triangle({a, b, c}, [&](std::size_t cell) {
     const std::atomic_ref<std::uint64_t> here(cells_[cell]);
     here.fetch_or(bit, std::memory_order_relaxed);
     here.fetch_add(std::uint64_t{1} << kBins, std::memory_order_relaxed);

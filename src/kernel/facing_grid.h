@@ -36,7 +36,7 @@ class FacingGrid {
   void reset(const FacingBox& box);
   bool empty() const { return cells_.empty(); }
 
-  // Notes a triangle of the boundary, whose normal points out, in all cells that its box touches.
+  // Notes a triangle of the boundary, whose normal points out, in all cells that it touches.
   // Thread-safe; the order does not matter.
   void note(const Point3& a, const Point3& b, const Point3& c);
 
@@ -51,8 +51,17 @@ class FacingGrid {
   // Calls visit(cell) with the cells that a box touches (what is outside counts to the nearest
   // one), until it says true.
   template <class Visit>
-  void visit(const FacingBox& box, Visit visit) const;
-  // How many triangles have been noted in a cell.
+  void visit(const FacingBox& box, Visit visit) const {
+    visit_range(range_round(in_cells(box.lo), in_cells(box.hi)), visit);
+  }
+  std::size_t cells_in(const FacingBox& box) const {
+    return range_round(in_cells(box.lo), in_cells(box.hi)).count();
+  }
+  // With those that a triangle touches, and some nearby; with some of them more than once. In
+  // whatever order its corners come.
+  template <class Visit>
+  void visit_triangle(const Triangle3& triangle, Visit visit) const;
+  // How many triangles have been noted in a cell, or how often.
   std::uint64_t count(std::size_t cell) const { return cells_[cell] >> kBins; }
 
   const Vector<std::uint64_t>& cells() const { return cells_; }
@@ -61,29 +70,60 @@ class FacingGrid {
   FacingBox& box() { return box_; }
 
  private:
+  // Of cells along each axis, both ends among them.
+  struct Range {
+    std::array<std::size_t, 3> first, last;
+    std::size_t count() const {
+      return (last[0] - first[0] + 1) * (last[1] - first[1] + 1) * (last[2] - first[2] + 1);
+    }
+  };
+  Point3 in_cells(const Point3& p) const;
+  static Range range_round(const Point3& lo, const Point3& hi);
+  static std::array<Triangle3, 2> halves(const Triangle3& triangle);
+  // Of a triangle, about.
+  static double cells_touched(const Triangle3& triangle);
+  template <class Visit>
+  static bool visit_range(const Range& range, Visit& visit);
+  template <class Visit>
+  static bool visit_part(const Triangle3& part, Visit& visit);
+
   FacingBox box_;
   Vector<std::uint64_t> cells_;  // a bit a bin, and above these the number of triangles
 };
 
+// Whether visit() has said true.
 template <class Visit>
-void FacingGrid::visit(const FacingBox& box, Visit visit) const {
-  std::array<std::size_t, 3> first{}, last{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double width = box_.hi[i] - box_.lo[i];
-    const auto at = [&](double x) {
-      const double share = width > 0 ? (x - box_.lo[i]) / width : 0;
-      return static_cast<std::size_t>(std::clamp(share * double{kCells}, 0.0, kCells - 1.0));
-    };
-    first[i] = at(box.lo[i]);
-    last[i] = at(box.hi[i]);
-  }
-  for (std::size_t z = first[2]; z <= last[2]; ++z) {
-    for (std::size_t y = first[1]; y <= last[1]; ++y) {
-      for (std::size_t x = first[0]; x <= last[0]; ++x) {
-        if (visit((z * kCells + y) * kCells + x)) return;
+bool FacingGrid::visit_range(const Range& range, Visit& visit) {
+  for (std::size_t z = range.first[2]; z <= range.last[2]; ++z) {
+    for (std::size_t y = range.first[1]; y <= range.last[1]; ++y) {
+      for (std::size_t x = range.first[0]; x <= range.last[0]; ++x) {
+        if (visit((z * kCells + y) * kCells + x)) return true;
       }
     }
   }
+  return false;
+}
+
+template <class Visit>
+void FacingGrid::visit_triangle(const Triangle3& triangle, Visit visit) const {
+  Triangle3 corners{in_cells(triangle[0]), in_cells(triangle[1]), in_cells(triangle[2])};
+  std::sort(corners.begin(), corners.end());
+  visit_part(corners, visit);
+}
+
+// Where the box round a long, oblique one has far more cells than it touches itself, that of each
+// half.
+template <class Visit>
+bool FacingGrid::visit_part(const Triangle3& part, Visit& visit) {
+  constexpr std::size_t kFew = 8;
+  constexpr double kMany = 4;
+  const FacingBox box = box_round(part[0], part[1], part[2]);
+  const Range range = range_round(box.lo, box.hi);
+  if (range.count() > kFew && static_cast<double>(range.count()) > kMany * cells_touched(part)) {
+    const auto [one, other] = halves(part);
+    return visit_part(one, visit) || visit_part(other, visit);
+  }
+  return visit_range(range, visit);
 }
 
 }  // namespace tetfusion

@@ -16,6 +16,9 @@ constexpr std::size_t kOctave = 8;
 // Whoever has its turn, and has been refused, tries what comes so many bins later, too, as its ball
 // is at hand.
 constexpr std::size_t kAhead = 1;
+// The watcher is told of these in one; surfaces take a millisecond each where they look at all of
+// the others.
+constexpr std::uint32_t kVisitsUntold = 64;
 // A round is over when all have been asked, and less than this share of the tetrahedra went.
 constexpr double kIdleShare = 0.02;
 
@@ -50,6 +53,7 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   removed_ = 0;
   fused_ = 0;
   told_ = 0;
+  visits_ = 0;
   interpolations_.clear();
 }
 
@@ -191,7 +195,9 @@ void FuseRound<Real>::work_on(std::size_t block, std::size_t begin, std::size_t 
       const VertexId v = queue_.pop(block);
       if (v == kNoVertex) break;
       ask_ahead(queue_.first(block));
-      if (mesh_->incidence[v] != 0) visit(v);
+      if (mesh_->incidence[v] == 0) continue;
+      visit(v);
+      if (++visits_ % kVisitsUntold == 0) tell_watcher();
     }
   }
   queue_.go_to(block, end);

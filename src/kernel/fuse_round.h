@@ -38,9 +38,9 @@ class FuseRound {
   FuseStatistics run(const FuseLimits& limits, std::span<const SteeringField> fields,
                      WorkMesh<Real>* mesh, FusionLog* log = nullptr);
 
-  // From here on run() calls this before it begins, and between two blocks of its queue: with how
-  // many tetrahedra have gone since the last call. What it throws ends the run, and the mesh is of
-  // no use then.
+  // From here on run() calls this before it begins, and every few vertices: with how many
+  // tetrahedra have gone since the last call. What it throws ends the run, and the mesh is of no
+  // use then.
   void watch(std::function<void(std::uint64_t gone)> watcher) { watcher_ = std::move(watcher); }
 
   // Finds out the costs alone.
@@ -96,6 +96,7 @@ class FuseRound {
   std::uint64_t removed_ = 0, fused_ = 0;
   std::function<void(std::uint64_t)> watcher_;
   std::uint64_t told_ = 0;  // of those removed
+  std::uint32_t visits_ = 0;
 
   Vector<Interpolation> interpolations_;
   FusionNotes<Real> notes_;

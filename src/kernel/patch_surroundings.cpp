@@ -155,7 +155,8 @@ void PatchSurroundings<Real>::note_fused(VertexId kept, const Point3& position,
   if (limits_.facing == nullptr || !is_boundary()) return;
   for (std::size_t i = 1; i + 1 < fan.size(); ++i) {
     const VertexId a = fan.ring[i], b = fan.ring[i + 1];
-    limits_.triangles->add({kept, a, b}, frame_.in_mesh(box_round(position, at(a), at(b))));
+    limits_.triangles->add(
+        {kept, a, b}, {frame_.in_mesh(position), frame_.in_mesh(at(a)), frame_.in_mesh(at(b))});
   }
 }
 

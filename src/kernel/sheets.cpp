@@ -145,7 +145,7 @@ void Sheets<Real>::note_facing(VertexId v, BoundaryTriangles* triangles) {
   for_each_outer(v, [&](VertexId a, VertexId b, VertexId c) {
     const auto all = mesh_->marks[a] & mesh_->marks[b] & mesh_->marks[c];
     if ((all & kOnBoundary) == 0 || (all & kOnInterface) != 0) return;
-    triangles->note({a, b, c}, box_round(at(a), at(b), at(c)));
+    triangles->note({a, b, c}, {at(a), at(b), at(c)});
   });
 }
 

@@ -67,6 +67,26 @@ class BoundaryRun : public ::testing::Test {
   SimplifyRequest request = testing::request_in(folder);
 };
 
+// Long triangles that lie beside each other round an apex are in few cells of the grid that finds
+// what is in the way: it took half a minute while each was in all that the box round it touches.
+TEST_F(BoundaryRun, AConeOfNeedlesTakesNoTime) {
+  constexpr VertexId kSides = 360;
+  MeshFile file;
+  Vector<P> points{{0, 0, 2}, {0, 0, 0}};
+  for (VertexId i = 0; i < kSides; ++i) {
+    const double angle = 2 * std::acos(-1) * i / kSides;
+    points.push_back({std::cos(angle), std::sin(angle), 0});
+    file.geometry.tets.push_back({1, 2 + i, 2 + (i + 1) % kSides, 0});
+  }
+  file.geometry.points = points;
+  file.point_arrays.push_back(
+      point_array<double>(file, "f", [](const P& p) { return p.z * p.z + p.x; }));
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.005;
+  request.behaviour.reduction = 0.9;
+  EXPECT_LT(run(file).output.tets, kSides / 4);
+}
+
 TEST_F(BoundaryRun, PlanarReachesWhatExactDoesNot) {
   MeshFile file;
   file.geometry = five_split_cube(12, 0.15, 4);

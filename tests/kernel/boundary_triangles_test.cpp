@@ -9,16 +9,11 @@ namespace {
 
 using Corners = BoundaryTriangles::Corners;
 
-// A small triangle at a place, and the box round it.
+// A small triangle at a place.
 struct Placed {
   Point3 a, b, c;
   explicit Placed(double x) : a{x, 1.2, 1.2}, b{x, 1.6, 1.2}, c{x, 1.2, 1.6} {}
-  FacingBox box() const {
-    FacingBox out{a, a};
-    out.add(b);
-    out.add(c);
-    return out;
-  }
+  Triangle3 place() const { return {a, b, c}; }
 };
 
 FacingBox at(double x) { return {{x, 1, 1}, {x, 1.9, 1.9}}; }
@@ -38,14 +33,14 @@ TEST(BoundaryTriangles, KnowsWhereAllAreHere) {
   for (const double x : {1.5, 3.5, 3.6}) grid.note(Placed(x).a, Placed(x).b, Placed(x).c);
   BoundaryTriangles triangles;
   triangles.begin(grid);
-  triangles.note({1, 2, 3}, Placed(1.5).box());
-  triangles.note({4, 5, 6}, Placed(3.5).box());
+  triangles.note({1, 2, 3}, Placed(1.5).place());
+  triangles.note({4, 5, 6}, Placed(3.5).place());
   EXPECT_TRUE(triangles.knows(at(1.5)));
   EXPECT_TRUE(triangles.knows(at(8.5)));  // nobody has any there
   EXPECT_FALSE(triangles.knows(at(3.5)));
   EXPECT_FALSE(triangles.knows({{1, 1, 1}, {4, 1, 1}}));
   // What comes later stands for none of those that are elsewhere.
-  triangles.add({7, 8, 9}, Placed(3.6).box());
+  triangles.add({7, 8, 9}, Placed(3.6).place());
   EXPECT_FALSE(triangles.knows(at(3.5)));
   triangles.begin(grid);
   EXPECT_FALSE(triangles.knows(at(1.5)));
@@ -57,8 +52,8 @@ TEST(BoundaryTriangles, ComeOnceWhereverTheyReach) {
   grid.reset({{0, 0, 0}, {64, 64, 64}});
   BoundaryTriangles triangles;
   triangles.begin(grid);
-  triangles.note({1, 2, 3}, {{1, 1, 1}, {9, 9, 1}});
-  triangles.add({4, 5, 6}, Placed(3.5).box());
+  triangles.note({1, 2, 3}, {{{1, 1, 1}, {9, 9, 1}, {9, 1, 1}}});
+  triangles.add({4, 5, 6}, Placed(3.5).place());
   const FacingBox everywhere{{0, 0, 0}, {64, 64, 64}};
   EXPECT_EQ(all_in(&triangles, everywhere), (std::multiset<Corners>{{1, 2, 3}, {4, 5, 6}}));
   EXPECT_EQ(all_in(&triangles, at(3.5)), (std::multiset<Corners>{{1, 2, 3}, {4, 5, 6}}));

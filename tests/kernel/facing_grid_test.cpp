@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 #include "support/meshes.h"
 
@@ -91,6 +92,57 @@ TEST(FacingGrid, SeesTheOtherSideOfASlit) {
     grid.note({5, 5, 5}, {5, 6, 5}, {5, 5, 6});                          // looks along x
     grid.note({5 + width, 5, 5}, {5 + width, 5, 6}, {5 + width, 6, 5});  // back
     EXPECT_EQ(grid.looks_one_way(around({5, 5.3, 5.3}, 0.5)), width > 1);
+  }
+}
+
+std::multiset<std::size_t> cells_of(const FacingGrid& grid, const Triangle3& triangle) {
+  std::multiset<std::size_t> cells;
+  grid.visit_triangle(triangle, [&](std::size_t cell) {
+    cells.insert(cell);
+    return false;
+  });
+  return cells;
+}
+
+TEST(FacingGrid, ATriangleIsInEachCellThatItTouches) {
+  FacingGrid grid;
+  grid.reset({{0, 0, 0}, {1, 2, 4}});
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const double size = std::pow(0.5, static_cast<double>(seed % 7));
+    const auto draw = [&](std::uint64_t i) { return size * uniform(seed, i); };
+    const Triangle3 t{Point3{draw(0), 2 * draw(1), 4 * draw(2)},
+                      Point3{draw(3), 2 * draw(4), 4 * draw(5)},
+                      Point3{draw(6), 2 * draw(7), 4 * draw(8)}};
+    const auto cells = cells_of(grid, t);
+    EXPECT_EQ(cells_of(grid, {t[1], t[2], t[0]}), cells);
+    EXPECT_EQ(cells_of(grid, {t[2], t[1], t[0]}), cells);
+    for (std::uint64_t i = 0; i < 200; ++i) {
+      double u = uniform(seed, 20 + 2 * i), v = uniform(seed, 21 + 2 * i);
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      Point3 p{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = t[0][k] + u * (t[1][k] - t[0][k]) + v * (t[2][k] - t[0][k]);
+      }
+      grid.visit({p, p}, [&](std::size_t cell) {
+        EXPECT_TRUE(cells.contains(cell)) << seed;
+        return false;
+      });
+    }
+  }
+}
+
+TEST(FacingGrid, ANeedleIsInFewCells) {
+  FacingGrid grid;
+  grid.reset({{0, 0, 0}, {1, 1, 1}});
+  const Triangle3 needle{{{0, 0, 0}, {0.6, 0.6, 0.9}, {0.6, 0.61, 0.9}}};
+  const auto cells = cells_of(grid, needle);
+  EXPECT_GE(cells.size(), 60u);
+  EXPECT_LT(cells.size(), grid.cells_in(box_round(needle[0], needle[1], needle[2])) / 20);
+  // A small one, or one along an axis, is in all that its box has, once.
+  for (const Triangle3& t : {Triangle3{{{0.5, 0.5, 0.5}, {0.51, 0.51, 0.52}, {0.5, 0.51, 0.5}}},
+                             Triangle3{{{0, 0, 0}, {0.01, 0, 0.9}, {0, 0.01, 0.9}}}}) {
+    const auto some = cells_of(grid, t);
+    EXPECT_EQ(some.size(), grid.cells_in(box_round(t[0], t[1], t[2])));
   }
 }
 
