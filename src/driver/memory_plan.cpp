@@ -87,8 +87,10 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
       static_cast<double>(std::max(kWindows, plan_window(kLeastRows, widest, 0, 1).bytes));
   const double at_work = std::min(static_cast<double>(threads), std::max(chunks, 1.0));
   const double work = std::max(windows, at_work * fit) + at_work * 6 * chunk;
+  // All of it while a result is written.
+  const auto fields = static_cast<double>(mesh.field_data.bytes());
   const double fixed = static_cast<double>(kProcessBytes) + static_cast<double>(memory_to_read) +
-                       std::max(work + std::max(of_points, between), means);
+                       fields + std::max(work + std::max(of_points, between), means);
   MemoryNeeds needs;
   needs.pieces = static_cast<std::uint64_t>(pieces);
   needs.out_of_core = static_cast<std::uint64_t>(fixed);

@@ -149,9 +149,11 @@ void include_logs(const SimplifyRequest& request, const MeshDescription& mesh, i
                                 std::min(mesh.cells, request.behaviour.chunk_tets) *
                                 log_bytes_per_tet(mesh);
   const std::uint64_t bits = bits_bytes(mesh);
-  const std::uint64_t writing = writing_bytes(mesh, threads) + bits;
+  // Field data once more, and as it is encoded.
+  const std::uint64_t writing = writing_bytes(mesh, threads) + bits + 2 * mesh.field_data.bytes();
   needs->in_core += logs + writing;
-  needs->out_of_core = std::max(needs->out_of_core + in_hand + bits, kProcessBytes + writing);
+  needs->out_of_core = std::max(needs->out_of_core + in_hand + bits,
+                                kProcessBytes + writing + mesh.field_data.bytes());
   needs->scratch += logs + mesh.cells * sizeof(TetId);
 }
 

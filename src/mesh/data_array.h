@@ -139,6 +139,11 @@ struct AttributeSet {
   static constexpr std::size_t npos = std::numeric_limits<std::size_t>::max();
   std::size_t find(std::string_view name) const;
   // What all arrays take for a point, or a cell.
+  std::uint64_t bytes() const {
+    std::uint64_t bytes = 0;
+    for (const ArrayInfo& info : arrays) bytes += info.values() * size_of(info.type);
+    return bytes;
+  }
   std::uint64_t row_bytes() const {
     std::uint64_t bytes = 0;
     for (const ArrayInfo& info : arrays) bytes += info.components * size_of(info.type);

@@ -33,6 +33,8 @@ constexpr double kRefineShare = 0.6;
 // With the mesh on disk: the program, blocks of the file, the writer's buffers, and what may be
 // touched until somebody looks whether it is too much.
 constexpr std::uint64_t kLeastMemory = std::uint64_t{128} << 20;
+// Of field data: the file's, the output's, and while the file is opened what it was read from.
+constexpr std::uint64_t kFieldCopies = 3;
 constexpr std::uint64_t kMargin = std::uint64_t{64} << 20;
 
 // Where the output will lie.
@@ -162,13 +164,16 @@ void Job::plan_memory() {
   const ProgressiveCounts& counts = file_.counts();
   const ProgressiveDescription& d = file_.description();
   std::uint64_t least = kLeastMemory, beside = LevelNumbers::bytes_for(counts);
+  std::uint64_t fields = 0;
+  for (const DataArray& array : d.field_data) fields += kFieldCopies * array.bytes.size();
+  least += fields;
   if (!request_.region.empty()) {
     least += counts.fusions * 5 + counts.points;
     beside = std::max(beside, FusionNeeds::bytes_for(counts)) + counts.fusions * 5 + counts.points;
   }
   const std::uint64_t mesh =
       RefinableMesh::bytes_for(counts, d.point_row_bytes(), d.cell_row_bytes());
-  const std::uint64_t in_core = kLeastMemory + mesh + beside;
+  const std::uint64_t in_core = kLeastMemory + fields + mesh + beside;
   if (in_core <= total) return;
   if (total < least) {
     throw Error(ErrorCode::kMemory,

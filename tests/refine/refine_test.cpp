@@ -62,6 +62,29 @@ class Refine : public ::testing::Test {
   SimplifyReport report;
 };
 
+// Three times, while a level is written.
+TEST_F(Refine, FieldDataTakesMemory) {
+  MeshFile file = rich_box(5);
+  request.behaviour.reduction = 0.5;
+  const auto refusal = [&](std::size_t values) {
+    file.field_arrays = {
+        testing::make_array<double>("history", values, 1, [](auto, auto) { return 1.5; })};
+    simplify_both(file);
+    RefineRequest r;
+    r.input = request.progressive;
+    r.output = folder.file("refined.vtu");
+    r.memory = std::uint64_t{140} << 20;
+    try {
+      refine(r);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ErrorCode::kUsage;
+  };
+  EXPECT_EQ(refusal(1), ErrorCode::kUsage);  // none
+  EXPECT_EQ(refusal(1 << 20), ErrorCode::kMemory);
+}
+
 using Choice = std::tuple<Method, Boundary, std::uint64_t>;
 class RefineAll : public Refine, public ::testing::WithParamInterface<Choice> {
  protected:
