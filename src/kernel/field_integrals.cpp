@@ -201,10 +201,15 @@ void FieldIntegrals<Real>::find_shares() {
     TetCorners after = corners(entry >> 2);
     after[entry & 3u] = origin;
     const OverlapTet shape(after, origin);
+    const std::size_t begin = shares_.size();
+    double all = 0;
     for (std::uint32_t i = 0; i < old_tets_.size(); ++i) {
       const double volume = before_shapes_[i].with(shape);
-      if (volume > 0) shares_.push_back({i, volume});
+      if (!(volume > 0)) continue;
+      shares_.push_back({i, volume});
+      all += volume;
     }
+    for (std::size_t s = begin; s < shares_.size(); ++s) shares_[s].weight /= all;
     begins_.push_back(static_cast<std::uint32_t>(shares_.size()));
   }
 }
@@ -222,12 +227,11 @@ void FieldIntegrals<Real>::mix_cells(Column* column) {
         mixed_.push_back(origin);
         continue;
       }
-      double sum = 0, volume = 0;
+      double value = origin;
       for (std::uint32_t s = begins_[i]; s < begins_[i + 1]; ++s) {
-        sum += shares_[s].volume * (rows[old_tets_[shares_[s].old] * width + k] - origin);
-        volume += shares_[s].volume;
+        value += shares_[s].weight * (rows[old_tets_[shares_[s].old] * width + k] - origin);
       }
-      mixed_.push_back(volume > 0 ? origin + sum / volume : origin);
+      mixed_.push_back(value);
     }
   }
   for (std::size_t i = 0; i < mixed_.size(); ++i) {

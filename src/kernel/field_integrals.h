@@ -49,7 +49,7 @@ class FieldIntegrals {
   };
   struct Share {
     std::uint32_t old;  // in old_tets_
-    double volume;
+    double weight;      // of the new one
   };
   // False: no value will do. The value is no number where there is no integral.
   template <class T>

@@ -181,6 +181,27 @@ TEST(FieldIntegrals, WhatIsNotFiniteDoesNotSpreadAmongCells) {
   }
 }
 
+// Values times volumes may be too large for a number, where the values themselves are none too
+// large.
+TEST(FieldIntegrals, LargeValuesOfCellsStayFinite) {
+  Geometry geometry = five_split_cube(8, 0.2, 1);
+  for (auto& p : std::get<Vector<Vec3<double>>>(geometry.points))
+    p = {16 * p.x, 16 * p.y, 16 * p.z};
+  Steered s = steered(std::move(geometry),
+                      [](double x, double y, double z) { return smooth(x / 16, y / 16, z / 16); });
+  Vector<double> values;
+  for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
+    const double value = testing::uniform(1, t);
+    values.insert(values.end(), {value, value * 0x1p1022});
+  }
+  s.mesh.cell_columns = {make_column(2, values)};
+  FuseLimits limits = testing::limits_of();
+  limits.keep_integrals = true;
+  EXPECT_GT(testing::run(limits, &s).pass.fused, 30u);
+  const auto after = values_of<double>(s.mesh.cell_columns[0]);
+  for (std::size_t i = 0; i < after.size(); i += 2) EXPECT_EQ(after[i + 1], after[i] * 0x1p1022);
+}
+
 // Where points have no value there is no integral, and nothing stays for its sake; a value stays
 // one of those around.
 TEST(FieldIntegrals, ThereIsNoneWherePointsHaveNoValue) {
