@@ -55,8 +55,8 @@ class FittedValues {
   FittedValues(const OriginalValues<Real>& original, const MacroLod<Real>& mesh,
                const WorkMesh<Real>& layout, int threads, Scratch* scratch);
 
-  // Fits the values of the chunk. Safe to call from several
-  // threads, each with its own tool. The same for any number of threads.
+  // Fits the values of the chunk. Safe to call from several threads, each with its own tool. The
+  // same for any number of threads.
   void fit(std::uint32_t chunk, ValueFit<Real>* tool, WorkMesh<Real>* mesh);
   // Bytes of memory that takes.
   std::uint64_t memory(std::uint32_t chunk) const;
