@@ -51,7 +51,7 @@ class OriginalValues {
 template <class Real>
 class FittedValues {
  public:
-  // Points have the columns of the layout. All but this must outlive this.
+  // Points have the columns of the layout. The original and the mesh outlive this.
   FittedValues(const OriginalValues<Real>& original, const MacroLod<Real>& mesh,
                const WorkMesh<Real>& layout, int threads, Scratch* scratch);
 

@@ -138,7 +138,7 @@ struct AttributeSet {
   // Index of the array of that name, or npos.
   static constexpr std::size_t npos = std::numeric_limits<std::size_t>::max();
   std::size_t find(std::string_view name) const;
-  // What all arrays take for a point, or a cell.
+  // What all arrays take, and what they take for a point, or a cell.
   std::uint64_t bytes() const {
     std::uint64_t bytes = 0;
     for (const ArrayInfo& info : arrays) bytes += info.values() * size_of(info.type);

@@ -33,9 +33,9 @@ constexpr double kRefineShare = 0.6;
 // With the mesh on disk: the program, blocks of the file, the writer's buffers, and what may be
 // touched until somebody looks whether it is too much.
 constexpr std::uint64_t kLeastMemory = std::uint64_t{128} << 20;
+constexpr std::uint64_t kMargin = std::uint64_t{64} << 20;
 // Of field data: the file's, the output's, and while the file is opened what it was read from.
 constexpr std::uint64_t kFieldCopies = 3;
-constexpr std::uint64_t kMargin = std::uint64_t{64} << 20;
 
 // Where the output will lie.
 std::string folder_of(const std::string& output) {

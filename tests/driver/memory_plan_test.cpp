@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "driver/progressive.h"
 #include "io/mesh_source.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
@@ -71,6 +72,22 @@ TEST_F(MemoryPlan, PointsThatArePutAsideTakeMemory) {
   const SteeringBytes with_starts{.vertex = 8, .point_aside = 8, .positions_aside = 2};
   EXPECT_EQ(estimate_needs(mesh, with_starts, 700, 2, 0).in_core - needs(8, 700).in_core,
             mesh.points * 3 * 8);
+}
+
+// All of it is in memory while a result is written, and three times that with the way back.
+TEST_F(MemoryPlan, FieldDataTakesMemory) {
+  constexpr std::uint64_t kValues = 1 << 24;
+  const MemoryNeeds none = needs_with(1);
+  MemoryNeeds none_back = none;
+  SimplifyRequest request;
+  include_logs(request, mesh, 1, &none_back);
+  mesh.field_data.arrays.push_back({"history", ValueType::kFloat64, 1, {}, kValues});
+  MemoryNeeds needs = needs_with(1);
+  EXPECT_EQ(needs.out_of_core, none.out_of_core + 8 * kValues);
+  EXPECT_EQ(needs.in_core, none.in_core + 8 * kValues);
+  include_logs(request, mesh, 1, &needs);
+  EXPECT_EQ(needs.in_core, none_back.in_core + 3 * 8 * kValues);
+  EXPECT_GT(needs.out_of_core, 3 * 8 * kValues);
 }
 
 // Means of cell arrays are made in memory, of all points at once.

@@ -226,22 +226,6 @@ TEST_F(OutOfCore, TheMemoryDecidesWhereTheMeshIs) {
   EXPECT_TRUE(files().empty());
 }
 
-TEST_F(OutOfCore, FieldDataTakesMemory) {
-  request.performance.threads = 1;
-  request.performance.memory = needs_with(1).out_of_core;
-  MeshFile file = rich_box(11);
-  file.field_arrays.push_back(
-      testing::make_array<double>("history", 1 << 17, 1, [](auto, auto) { return 1.5; }));
-  file.write(request.input);
-  EXPECT_EQ(refusal(), ErrorCode::kMemory);
-  request.performance.memory += 1 << 20;
-  simplify(request);
-  request.progressive = folder.file("out.tfp");
-  const std::uint64_t alone = needs_with(1).out_of_core;
-  request.performance.memory = alone + (1 << 20);
-  EXPECT_EQ(refusal(), ErrorCode::kMemory);
-}
-
 TEST_F(OutOfCore, TheMemoryDecidesHowManyThreadsThereAre) {
   const std::string expected = run_in_core();
   request.performance.threads = 64;
