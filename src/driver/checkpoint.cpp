@@ -119,7 +119,8 @@ void pass(Stream stream, State& state) {
     stream.value(output.volume);
   });
   stream.all(state.log_slices);
-  stream.value(state.value_chunks);
+  stream.value(state.kept_values.chunks);
+  stream.all(state.kept_values.fractions);
   stream.value(state.chunk_tets);
   stream.value(state.shrink);
   stream.value(state.spread);

@@ -14,7 +14,7 @@ namespace tetfusion {
 
 // Raised whenever a state of before would be read as something else, or be gone on with to another
 // result: a run goes on with its own kind only.
-inline constexpr int kStateFormat = 6;
+inline constexpr int kStateFormat = 7;
 
 template <class Real>
 struct RunState : RoundsState {
@@ -24,7 +24,7 @@ struct RunState : RoundsState {
   std::uint32_t steering_width = 0;
   std::vector<MeshSummary> outputs;              // what is written already: one a stage
   std::vector<std::uint32_t> log_slices;         // of the rounds whose fusions are kept
-  std::uint32_t value_chunks = 0;                // OriginalValues::keep()
+  KeptValues kept_values;                        // OriginalValues::keep()
   std::unique_ptr<OriginalValues<Real>> values;  // apart, too; null: nobody wants to know
 };
 

@@ -45,8 +45,9 @@ void Coarsening<Real>::begin(std::uint32_t steering_width) {
     logs_ = std::make_unique<FusionLogs>(scratch, log_bytes_per_tet(in.description()));
     rounds_->keep_logs(logs_.get());
   }
-  if (auto columns = columns_to_fit(run_.request, in.carried, in.steering); !columns.empty()) {
-    state_.values = std::make_unique<OriginalValues<Real>>(scratch, std::move(columns),
+  ColumnsToFit columns = columns_to_fit(run_.request, in.carried, in.steering, in.regions);
+  if (!columns.empty()) {
+    state_.values = std::make_unique<OriginalValues<Real>>(scratch, layout_, std::move(columns),
                                                            surfaces_move(options_));
     rounds_->put_values_aside(state_.values.get());
   }
@@ -61,7 +62,7 @@ void Coarsening<Real>::resume(Checkpoint left) {
                                format_count(state_.input.mesh.tets, "tetrahedron", "tetrahedra")));
   begin(state_.steering_width);
   if (logs_) logs_->resume(state_.log_slices, &left);
-  if (state_.values) state_.values->resume(state_.value_chunks, &left);
+  if (state_.values) state_.values->resume(state_.kept_values, &left);
   plan_output(state_.input.facts.tets);
   planner_.limit_errors(error_limits(options_, state_.fields));
   run_.input.stream.reset();
@@ -223,7 +224,7 @@ template <class Real>
 void Coarsening<Real>::commit(const std::string& generation) {
   if (!run_.place.keeps_work() || state_.input.mesh.whole) return;
   if (logs_) state_.log_slices = logs_->keep();
-  if (state_.values) state_.value_chunks = state_.values->keep();
+  if (state_.values) state_.kept_values = state_.values->keep();
   run_.place.commit(generation, save(state_));
 }
 

@@ -28,7 +28,7 @@ class ExportChunks {
     Vector<std::uint32_t> own;      // its own vertices, in the order of their numbers
     ChunkGather<Real> gather;
     ChunkInspector inspector;
-    ValueFit<Real> fit;
+    FitTools<Real> fit;
   };
   using Emit = std::function<void(const Chunk& chunk)>;
   // A point that a cell of lower dimension uses.

@@ -76,11 +76,17 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double of_points = (4 + 1.0 / 8 + mean) * points;
   // Before anything else these are made, of positions and weights.
   const double means = mean > 0 ? (4 * sizeof(double) + mean) * points : 0;
-  const double aside = steering.point_aside == 0 ? 0
-                                                 : steering.positions_aside * 3 * real +
-                                                       static_cast<double>(steering.point_aside);
-  const auto fit = static_cast<double>(
-      steering.point_aside == 0 ? 0 : fit_memory(mesh.points, std::min(mesh.cells, chunk_tets)));
+  const double point_aside =
+      steering.positions_aside * 3 * real + static_cast<double>(steering.point_aside);
+  const double cell_aside = 4 * sizeof(double) + static_cast<double>(steering.cell_aside);
+  const bool fits_points = steering.point_aside > 0, fits_cells = steering.cell_aside > 0;
+  const double aside =
+      (fits_points ? point_aside * points : 0) + (fits_cells ? cell_aside * cells : 0);
+  const auto fit =
+      static_cast<double>(fits_points || fits_cells ? fit_memory(fits_points ? mesh.points : 0,
+                                                                 fits_cells ? mesh.cells : 0,
+                                                                 std::min(mesh.cells, chunk_tets))
+                                                    : 0);
   const auto widest = static_cast<std::uint64_t>(std::max(vertex, tet));
   const double windows =
       static_cast<double>(threads) *
@@ -96,11 +102,11 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   needs.out_of_core = static_cast<std::uint64_t>(fixed);
   // What was scattered for the chunks stays until the first round is over, and that leaves pieces.
   // In the end there is more room.
-  needs.in_core = static_cast<std::uint64_t>(fixed + 1.75 * pieces + aside * points);
+  needs.in_core = static_cast<std::uint64_t>(fixed + 1.75 * pieces + aside);
   // What was scattered for the chunks, and the first round's pieces; later the generation that is
   // read, the one that is written, and the one that is durable, each half as large. Up to 1.95
   // measured; in part of that are files kept to be overwritten, which go where room is short.
-  needs.scratch = static_cast<std::uint64_t>(2.0 * pieces + aside * points);
+  needs.scratch = static_cast<std::uint64_t>(2.0 * pieces + aside);
   return needs;
 }
 

@@ -31,12 +31,12 @@ struct MemoryNeeds {
 };
 
 // What steering takes of a vertex; of a point that is no vertex any more but remembered for the
-// sake of a bound at points; of the values of one of the original that is put aside
-// (original_values.h); and of the means of cell arrays at a point, all of which lie in memory while
-// the input is read. 0: there are none.
+// sake of a bound at points; of the values of a point and of a cell of the original that are put
+// aside (original_values.h); and of the means of cell arrays at a point, all of which lie in memory
+// while the input is read. 0: there are none.
 struct SteeringBytes {
-  std::uint64_t vertex = 0, removed_point = 0, point_aside = 0, point_mean = 0;
-  int positions_aside = 1;  // beside the values
+  std::uint64_t vertex = 0, removed_point = 0, point_aside = 0, point_mean = 0, cell_aside = 0;
+  int positions_aside = 1;  // beside the values of a point
 };
 
 // `memory_to_read` is what the reader itself keeps in memory: 0 where it reads in windows.

@@ -85,8 +85,8 @@ struct BehaviourOptions {
   // Where the mesh stays as it is (mesh/region_of_interest.h).
   std::vector<std::string> interest;
 
-  // With kFuse, without a bound at points, conserved integrals or a progressive file: in the end
-  // the steering arrays of new points are fitted to the original's values.
+  // In the end values are fitted to the original's, where nothing else is promised
+  // (columns_to_fit()).
   bool fit_values = true;
 
   // With kFuse: a point array, or "cell:NAME", >= 0; errors count so many times as much there.

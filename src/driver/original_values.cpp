@@ -1,5 +1,3 @@
-// A piece: the number of points, their positions, where surfaces move where to look for them, and
-// each column.
 #include "driver/original_values.h"
 
 #include <fmt/format.h>
@@ -7,45 +5,46 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
-#include <optional>
-#include <vector>
+#include <utility>
 
-#include "base/error.h"
 #include "base/resources.h"
-#include "base/serialize.h"
-#include "base/tasks.h"
-#include "driver/windows.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {
 
 namespace {
 
-constexpr const char* kName = "original-values";
-
-// More points of the original than so many for each tetrahedron of the result have nothing to add.
+// More points, or cells, of the original than so many for each tetrahedron of the result have
+// nothing to add, or little.
 constexpr std::uint64_t kMostPoints = 4;
+constexpr std::uint64_t kMostCells = 16;
 
-std::uint64_t sum_of(const std::vector<std::size_t>& strides) {
-  return std::accumulate(strides.begin(), strides.end(), std::uint64_t{0});
+// The first columns of cells.
+enum CellColumn : std::size_t { kCentres, kVolumes, kFirstValue };
+
+// Every so-many-th row is enough.
+std::uint64_t step_of(std::uint64_t rows, std::uint64_t most, std::uint64_t tets) {
+  return rows / (most * tets + 1) + 1;
 }
 
-template <class Real>
-struct Rows {
-  using Strides = std::vector<std::size_t>;  // bytes a row, of the columns
-  Rows(std::span<const std::byte> piece, bool have_starts, const Strides& strides) {
-    RowReader reader(piece);
-    positions = {reader.take<Vec3<Real>>(), reader.items()};
-    if (have_starts) starts = {reader.take<Vec3<Real>>(), reader.items()};
-    for (const std::size_t s : strides) columns.push_back(reader.take_bytes(reader.items() * s));
-  }
-  static std::uint64_t bytes_of_row(bool have_starts, const Strides& strides) {
-    return (have_starts ? 2 : 1) * sizeof(Vec3<Real>) + sum_of(strides);
-  }
-  std::span<const Vec3<Real>> positions, starts;
-  std::vector<const std::byte*> columns;
-};
+// Calls use(piece, first): its rows first, first + step, ... are those to look at, however all are
+// cut into pieces.
+template <class Use>
+void for_each_step(const SortedRows& rows, std::uint32_t chunk, std::uint64_t step, Use use) {
+  std::uint64_t next = 0;
+  rows.for_each_piece(chunk, [&](const OriginalPiece& piece) {
+    use(piece, next);
+    next += next < piece.rows ? (piece.rows - next + step - 1) / step * step : 0;
+    next -= piece.rows;
+  });
+}
+
+template <class T>
+bool has_fraction(const Column& column) {
+  const auto* const values = reinterpret_cast<const T*>(column.rows.data());
+  return std::any_of(values, values + column.rows.size() / sizeof(T),
+                     [](T value) { return std::isfinite(value) && value != std::trunc(value); });
+}
 
 // Where to look for the vertices of a mesh when it has become another one: inside at themselves,
 // at its surfaces in the middle of the largest tetrahedron that they have.
@@ -87,18 +86,45 @@ class Starts {
 }  // namespace
 
 template <class Real>
+OriginalValues<Real>::OriginalValues(Scratch* scratch, const WorkMesh<Real>& layout,
+                                     ColumnsToFit columns, bool surfaces_move)
+    : columns_(std::move(columns)), surfaces_move_(surfaces_move) {
+  kept_.fractions.assign(columns_.cells.size(), 0);
+  if (!columns_.points.empty()) {
+    std::vector<std::size_t> strides(surfaces_move ? 2 : 1, sizeof(Vec3<Real>));
+    for (const std::uint32_t c : columns_.points) {
+      strides.push_back(layout.point_columns[c].stride());
+    }
+    points_.emplace(scratch, "original-points", std::move(strides));
+  }
+  if (!columns_.cells.empty()) {
+    std::vector<std::size_t> strides{sizeof(Vec3<double>), sizeof(double)};
+    for (const auto* some : {&columns_.cells, &columns_.labels}) {
+      for (const std::uint32_t c : *some) strides.push_back(layout.cell_columns[c].stride());
+    }
+    cells_.emplace(scratch, "original-cells", std::move(strides));
+  }
+}
+
+template <class Real>
 void OriginalValues<Real>::begin() {
-  store_.reset();  // its name is free again
-  store_ = scratch_->begin(kName);
-  chunks_ = 0;
+  if (points_) points_->begin();
+  if (cells_) cells_->begin();
+  kept_ = {0, std::vector<std::uint8_t>(columns_.cells.size(), 0)};
   is_whole_ = false;
+}
+
+template <class Real>
+void OriginalValues<Real>::add(std::uint32_t chunk, const WorkMesh<Real>& mesh) {
+  std::atomic_ref(kept_.chunks).fetch_add(1);
+  if (points_) add_points(chunk, mesh);
+  if (cells_) add_cells(chunk, mesh);
 }
 
 // A vertex between chunks is its last one's. Where surfaces move, what lies on one may come to lie
 // outside, or on the other side of a crack.
 template <class Real>
-void OriginalValues<Real>::add(std::uint32_t chunk, const WorkMesh<Real>& mesh) {
-  ++chunks_;
+void OriginalValues<Real>::add_points(std::uint32_t chunk, const WorkMesh<Real>& mesh) {
   std::optional<Starts<Real>> starts;
   if (surfaces_move_) starts.emplace(mesh);
   Vector<std::uint32_t> vertices;
@@ -106,139 +132,168 @@ void OriginalValues<Real>::add(std::uint32_t chunk, const WorkMesh<Real>& mesh) 
     const bool is_own = sharing_of(mesh.marks[v]) != kShared;
     if (is_own && (!starts || starts->has(v))) vertices.push_back(v);
   }
-  if (vertices.empty()) return;
-  ByteWriter count;
-  count.put(std::uint64_t{vertices.size()});
-  Vector<std::byte> piece = count.take();
-  RowWriter writer(&piece);
-  writer.put<Vec3<Real>>(vertices, [&](std::uint32_t v) { return mesh.positions[v]; });
-  if (starts) writer.put<Vec3<Real>>(vertices, [&](std::uint32_t v) { return starts->of(v); });
-  for (const std::uint32_t c : columns_) {
-    const Column& column = mesh.point_columns[c];
-    writer.put_rows(column.rows.data(), column.stride(), vertices);
+  points_->add(chunk, vertices.size(), [&](RowWriter* to) {
+    to->put<Vec3<Real>>(vertices, [&](std::uint32_t v) { return mesh.positions[v]; });
+    if (starts) to->put<Vec3<Real>>(vertices, [&](std::uint32_t v) { return starts->of(v); });
+    for (const std::uint32_t c : columns_.points) {
+      const Column& column = mesh.point_columns[c];
+      to->put_rows(column.rows.data(), column.stride(), vertices);
+    }
+  });
+}
+
+template <class Real>
+void OriginalValues<Real>::add_cells(std::uint32_t chunk, const WorkMesh<Real>& mesh) {
+  for (std::size_t c = 0; c < columns_.cells.size(); ++c) {
+    const std::atomic_ref known(kept_.fractions[c]);
+    if (known.load(std::memory_order_relaxed) != 0) continue;
+    const Column& column = mesh.cell_columns[columns_.cells[c]];
+    const bool here = column.type == ValueType::kFloat32 ? has_fraction<float>(column)
+                                                         : has_fraction<double>(column);
+    if (here) known.store(1, std::memory_order_relaxed);
   }
-  const PieceRef ref{chunk, piece};
-  store_->add(chunk, {&ref, 1});
+  Vector<std::uint32_t> tets;
+  Vector<double> volumes(mesh.tets.size());
+  for (std::uint32_t t = 0; t < mesh.tets.size(); ++t) {
+    volumes[t] = volume_of(mesh.positions, mesh.tets[t]);
+    if (volumes[t] > 0) tets.push_back(t);
+  }
+  cells_->add(chunk, tets.size(), [&](RowWriter* to) {
+    to->put<Vec3<double>>(tets,
+                          [&](std::uint32_t t) { return centre_of(mesh.positions, mesh.tets[t]); });
+    to->put<double>(tets, [&](std::uint32_t t) { return volumes[t]; });
+    for (const auto* some : {&columns_.cells, &columns_.labels}) {
+      for (const std::uint32_t c : *some) {
+        const Column& column = mesh.cell_columns[c];
+        to->put_rows(column.rows.data(), column.stride(), tets);
+      }
+    }
+  });
 }
 
 template <class Real>
 void OriginalValues<Real>::end() {
-  store_->seal();
+  if (points_) points_->end();
+  if (cells_) cells_->end();
   is_whole_ = true;
 }
 
 template <class Real>
-std::uint32_t OriginalValues<Real>::keep() {
-  if (is_whole_ && !is_kept_) scratch_->keep(kName);
-  is_kept_ = is_whole_;
-  return chunks();
+KeptValues OriginalValues<Real>::keep() {
+  if (!is_whole_) return {};
+  if (points_) points_->keep();
+  if (cells_) cells_->keep();
+  return kept_;
 }
 
 template <class Real>
-void OriginalValues<Real>::resume(std::uint32_t chunks, Checkpoint* from) {
-  if (chunks == 0) return;
-  const auto store = from->kept.find(kName);
-  if (store == from->kept.end() || store->second == nullptr) {
-    throw Error(
-        ErrorCode::kIo,
-        "the work in the scratch folder lacks the original's values: remove the folder, and "
-        "start the run again");
-  }
-  store_ = std::move(store->second);
-  chunks_ = chunks;
-  is_whole_ = is_kept_ = true;
+void OriginalValues<Real>::resume(const KeptValues& kept, Checkpoint* from) {
+  if (kept.chunks == 0) return;
+  if (points_) points_->resume(from);
+  if (cells_) cells_->resume(from);
+  kept_ = kept;
+  is_whole_ = true;
 }
 
+template <class Real>
+std::vector<std::uint32_t> OriginalValues<Real>::columns_to_average() const {
+  std::vector<std::uint32_t> some;
+  for (std::size_t c = 0; c < columns_.cells.size(); ++c) {
+    if (kept_.fractions[c] != 0) some.push_back(columns_.cells[c]);
+  }
+  return some;
+}
+
+// Sorted by the chunk of the mesh that each point, and each centre, is in.
 template <class Real>
 FittedValues<Real>::FittedValues(const OriginalValues<Real>& original, const MacroLod<Real>& mesh,
-                                 const WorkMesh<Real>& layout, int threads, Scratch* scratch)
+                                 int threads, Scratch* scratch)
     : original_(original), mesh_(mesh) {
-  for (const std::uint32_t c : original.columns()) {
-    strides_.push_back(layout.point_columns[c].stride());
+  const auto take = [&](const OriginalRows* rows, const char* name, auto position) {
+    std::optional<SortedRows> sorted;
+    if (rows == nullptr) return sorted;
+    sorted.emplace(*rows, original.chunks());
+    if (mesh.whole) return sorted;
+    sorted->sort(fmt::format("sorted-{}-{}", name, mesh.tets), mesh.chunks, threads, scratch,
+                 [&](const OriginalPiece& piece) {
+                   const auto positions = piece.column<decltype(position)>(0);
+                   Vector<std::uint32_t> chunks(positions.size());
+                   for (std::size_t i = 0; i < chunks.size(); ++i) {
+                     chunks[i] = mesh.cut.chunk_of(positions[i]);
+                   }
+                   return chunks;
+                 });
+    return sorted;
+  };
+  points_ = take(original.points(), "points", Vec3<Real>());
+  if (!original.columns_to_average().empty()) {
+    cells_ = take(original.cells(), "cells", Vec3<double>());
   }
-  if (!mesh.whole) sort_points(threads, scratch);
-}
-
-// By the chunk of the mesh that each point is in.
-template <class Real>
-void FittedValues<Real>::sort_points(int threads, Scratch* scratch) {
-  sorted_ = scratch->begin(fmt::format("sorted-values-{}", mesh_.tets));
-  Pool<WindowPieces> tools;
-  run_tasks(original_.chunks(), threads, [&](std::size_t c, std::size_t) {
-    const auto chunk = static_cast<std::uint32_t>(c);
-    const auto bucket = original_.store().read(chunk);
-    if (bucket->pieces().empty()) return;
-    const Rows<Real> rows(bucket->pieces()[0], original_.have_starts(), strides_);
-    Vector<std::uint32_t> chunk_of(rows.positions.size());
-    for (std::size_t i = 0; i < chunk_of.size(); ++i) {
-      chunk_of[i] = mesh_.cut.chunk_of(rows.positions[i]);
-    }
-    tools.borrow()->add(
-        chunk, chunk_of, mesh_.chunks, sorted_.get(), [&](const auto& points, RowWriter* to) {
-          to->put<Vec3<Real>>(points, [&](std::uint32_t i) { return rows.positions[i]; });
-          if (original_.have_starts()) {
-            to->put<Vec3<Real>>(points, [&](std::uint32_t i) { return rows.starts[i]; });
-          }
-          for (std::size_t k = 0; k < strides_.size(); ++k) {
-            to->put_rows(rows.columns[k], strides_[k], points);
-          }
-        });
-  });
-  sorted_->seal();
-}
-
-template <class Real>
-std::uint64_t FittedValues<Real>::points_of(std::uint32_t chunk) const {
-  const std::uint64_t bytes = sorted_ ? sorted_->bytes(chunk) : original_.store().bytes();
-  return bytes / Rows<Real>::bytes_of_row(original_.have_starts(), strides_);
 }
 
 template <class Real>
 std::uint64_t FittedValues<Real>::memory(std::uint32_t chunk) const {
   const std::uint64_t tets = mesh_.whole ? mesh_.tets : mesh_.sizes[chunk].tets;
-  return fit_memory(points_of(chunk), tets);
+  return fit_memory(points_ ? points_->count(chunk) : 0, cells_ ? cells_->count(chunk) : 0, tets);
 }
 
-// All points, or every second, third, ...: however they are cut into pieces.
 template <class Real>
-void FittedValues<Real>::fit(std::uint32_t chunk, ValueFit<Real>* tool, WorkMesh<Real>* mesh) {
+void FittedValues<Real>::fit(std::uint32_t chunk, FitTools<Real>* tools, WorkMesh<Real>* mesh) {
+  if (mesh->tets.empty()) return;
   const double start = wall_seconds();
-  tool->begin(mesh, original_.columns());
-  const std::uint64_t step = points_of(chunk) / (kMostPoints * mesh->tets.size() + 1) + 1;
-  std::uint64_t next = 0;
-  for_each_piece(chunk, [&](const Rows<Real>& rows) {
-    tool->add({rows.positions, rows.starts}, next, step);
-    const std::uint64_t count = rows.positions.size();
-    next += next < count ? (count - next + step - 1) / step * step : 0;
-    next -= count;
-  });
-  tool->fit([&](std::size_t column, const auto& use) {
-    for_each_piece(chunk, [&](const Rows<Real>& rows) { use(rows.columns[column]); });
-  });
+  tools->walk.begin(*mesh);
+  if (points_) fit_points(chunk, tools, mesh);
+  if (cells_) average_cells(chunk, tools, mesh);
   const std::lock_guard lock(seconds_mutex_);
   seconds_ += wall_seconds() - start;
 }
 
-// Calls use(rows) with those of each piece that has points of the chunk.
 template <class Real>
-template <class Use>
-void FittedValues<Real>::for_each_piece(std::uint32_t chunk, Use use) const {
-  const auto read = [&](const PieceStore& store, std::uint32_t bucket) {
-    const auto pieces = store.read(bucket);
-    for (const std::span<const std::byte> piece : pieces->pieces()) {
-      use(Rows<Real>(piece, original_.have_starts(), strides_));
-    }
-    pieces->check();
-  };
-  if (sorted_) {
-    read(*sorted_, chunk);
-  } else {
-    for (std::uint32_t c = 0; c < original_.chunks(); ++c) read(original_.store(), c);
-  }
+void FittedValues<Real>::fit_points(std::uint32_t chunk, FitTools<Real>* tools,
+                                    WorkMesh<Real>* mesh) const {
+  const bool have_starts = original_.have_starts();
+  const std::size_t first_value = have_starts ? 2 : 1;
+  const std::uint64_t step = step_of(points_->count(chunk), kMostPoints, mesh->tets.size());
+  tools->points.begin(mesh, original_.columns().points, &tools->walk);
+  for_each_step(*points_, chunk, step, [&](const OriginalPiece& piece, std::uint64_t first) {
+    PointsToFit<Real> points{piece.column<Vec3<Real>>(0), {}};
+    if (have_starts) points.starts = piece.column<Vec3<Real>>(1);
+    tools->points.add(points, first, step);
+  });
+  tools->points.fit([&](std::size_t column, const auto& use) {
+    points_->for_each_piece(
+        chunk, [&](const OriginalPiece& piece) { use(piece.columns[first_value + column]); });
+  });
 }
 
-std::uint64_t fit_memory(std::uint64_t points, std::uint64_t tets) {
-  return ValueFit<double>::memory(std::min(points, kMostPoints * tets), tets);
+template <class Real>
+void FittedValues<Real>::average_cells(std::uint32_t chunk, FitTools<Real>* tools,
+                                       WorkMesh<Real>* mesh) const {
+  const ColumnsToFit& all = original_.columns();
+  const std::vector<std::uint32_t> columns = original_.columns_to_average();
+  const std::uint64_t step = step_of(cells_->count(chunk), kMostCells, mesh->tets.size());
+  tools->cells.begin(mesh, columns, all.labels, &tools->walk);
+  for_each_step(*cells_, chunk, step, [&](const OriginalPiece& piece, std::uint64_t first) {
+    const auto labels =
+        piece.columns.begin() + static_cast<std::ptrdiff_t>(kFirstValue + all.cells.size());
+    tools->cells.add({piece.column<Vec3<double>>(kCentres),
+                      piece.column<double>(kVolumes),
+                      {labels, piece.columns.end()}},
+                     first, step);
+  });
+  tools->cells.average([&](std::size_t column, const auto& use) {
+    const auto at = std::ranges::find(all.cells, columns[column]) - all.cells.begin();
+    cells_->for_each_piece(chunk, [&](const OriginalPiece& piece) {
+      use(piece.column<double>(kVolumes).data(),
+          piece.columns[kFirstValue + static_cast<std::size_t>(at)]);
+    });
+  });
+}
+
+std::uint64_t fit_memory(std::uint64_t points, std::uint64_t cells, std::uint64_t tets) {
+  return TetWalk<double>::memory(tets) +
+         ValueFit<double>::memory(std::min(points, kMostPoints * tets), tets) +
+         (cells > 0 ? CellMeans<double>::memory(std::min(cells, kMostCells * tets), tets) : 0);
 }
 
 template class OriginalValues<float>;

@@ -66,7 +66,7 @@ Run open_run(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
     tell_left_out(request.output, output, region_that_was_named(request.behaviour.regions),
                   context);
   }
-  Workplace place(request, mesh, input.steering,
+  Workplace place(request, mesh, steering_bytes(request, mesh, input.steering, input.regions),
                   input.stream ? input.stream->bytes() : input.source->memory_to_read(), context);
   return {request, context, sink, std::move(input), std::move(place), std::move(clock)};
 }

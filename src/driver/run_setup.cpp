@@ -42,11 +42,11 @@ bool looks_at_result(const SimplifyRequest& request) {
   return request.verify || !request.map.empty();
 }
 
-std::vector<std::uint32_t> columns_to_fit(const SimplifyRequest& request,
-                                          const CarriedArrays& carried,
-                                          const std::vector<SteeringChoice>& choices) {
+ColumnsToFit columns_to_fit(const SimplifyRequest& request, const CarriedArrays& carried,
+                            const std::vector<SteeringChoice>& choices,
+                            const std::vector<std::size_t>& regions) {
   const BehaviourOptions& b = request.behaviour;
-  std::vector<std::uint32_t> columns;
+  ColumnsToFit columns;
   if (b.method != Method::kFuse || !b.fit_values || b.conserve || !request.progressive.empty()) {
     return columns;
   }
@@ -57,13 +57,21 @@ std::vector<std::uint32_t> columns_to_fit(const SimplifyRequest& request,
           return choice.association == Association::kPoint &&
                  choice.index == carried.point_indices[c];
         });
-    if (is_float(carried.point_data.arrays[c].type) && !is_promised) columns.push_back(c);
+    if (is_float(carried.point_data.arrays[c].type) && !is_promised) columns.points.push_back(c);
   }
+  const std::vector<std::uint32_t> labels = region_columns(carried, regions);
+  for (std::uint32_t c = 0; c < carried.cell_indices.size(); ++c) {
+    const bool is_label = std::ranges::find(labels, c) != labels.end();
+    if (is_float(carried.cell_data.arrays[c].type) && !is_label) columns.cells.push_back(c);
+  }
+  // Where interfaces are as they were, a centre is in its region.
+  if (surfaces_move(b)) columns.labels = labels;
   return columns;
 }
 
 SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
-                             const std::vector<SteeringChoice>& choices) {
+                             const std::vector<SteeringChoice>& choices,
+                             const std::vector<std::size_t>& regions) {
   const BehaviourOptions& b = request.behaviour;
   const std::uint32_t width = components_of(choices, mesh);
   const std::uint64_t row = width * sizeof(double);
@@ -77,12 +85,21 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
     means += mesh.cell_data.arrays[c.index].components * sizeof(double);
   }
   const CarriedArrays carried(mesh);
-  std::uint64_t aside = 0;
-  for (const std::uint32_t c : columns_to_fit(request, carried, choices)) {
-    aside += carried.point_data.arrays[c].components * size_of(carried.point_data.arrays[c].type);
-  }
-  return {vertex, error_limits(b, limits_of(choices)).at_points ? row : 0, aside, means,
-          surfaces_move(b) ? 2 : 1};
+  const ColumnsToFit columns = columns_to_fit(request, carried, choices, regions);
+  const auto bytes_of = [](const AttributeSet& set, const std::vector<std::uint32_t>& some) {
+    std::uint64_t bytes = 0;
+    for (const std::uint32_t c : some) {
+      bytes += set.arrays[c].components * size_of(set.arrays[c].type);
+    }
+    return bytes;
+  };
+  const std::uint64_t cells = bytes_of(carried.cell_data, columns.cells);
+  return {.vertex = vertex,
+          .removed_point = error_limits(b, limits_of(choices)).at_points ? row : 0,
+          .point_aside = bytes_of(carried.point_data, columns.points),
+          .point_mean = means,
+          .cell_aside = cells == 0 ? 0 : cells + bytes_of(carried.cell_data, columns.labels),
+          .positions_aside = surfaces_move(b) ? 2 : 1};
 }
 
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,

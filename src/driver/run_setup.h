@@ -11,6 +11,7 @@
 #include "driver/import.h"
 #include "driver/memory_plan.h"
 #include "driver/options.h"
+#include "driver/original_values.h"
 #include "driver/steering.h"
 #include "io/mesh_source.h"
 #include "io/mesh_stream.h"
@@ -26,15 +27,17 @@ bool surfaces_move(const BehaviourOptions& behaviour);
 // Is each result read again, or mapped, before it gets its name?
 bool looks_at_result(const SimplifyRequest& request);
 
-// Of the arrays of points that are carried, those whose values at new points are fitted to the
-// original's in the end (original_values.h). Not where they are promised already, as those that
-// steer are with a bound at points, or where the way back begins with those that fusions left.
-std::vector<std::uint32_t> columns_to_fit(const SimplifyRequest& request,
-                                          const CarriedArrays& carried,
-                                          const std::vector<SteeringChoice>& choices);
+// Of the arrays that are carried, those whose values are fitted to the original's in the end
+// (original_values.h). Not where they are promised already, as those that steer are with a bound at
+// points, or where the way back begins with those that fusions left. `regions` are cell arrays of
+// the description.
+ColumnsToFit columns_to_fit(const SimplifyRequest& request, const CarriedArrays& carried,
+                            const std::vector<SteeringChoice>& choices,
+                            const std::vector<std::size_t>& regions);
 
 SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
-                             const std::vector<SteeringChoice>& choices);
+                             const std::vector<SteeringChoice>& choices,
+                             const std::vector<std::size_t>& regions);
 
 // Columns of chunks: those of cell arrays of the description.
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,

@@ -31,12 +31,11 @@ class PhaseWithin {
 
 // Null where values stay as they are.
 template <class Real>
-std::unique_ptr<FittedValues<Real>> fit_values(const RunState<Real>& state,
-                                               const WorkMesh<Real>& layout, Run* run) {
+std::unique_ptr<FittedValues<Real>> fit_values(const RunState<Real>& state, Run* run) {
   if (state.values == nullptr || state.values->chunks() == 0) return nullptr;
   const PhaseWithin phase("fit", run);
-  return std::make_unique<FittedValues<Real>>(*state.values, state.input.mesh, layout,
-                                              thread_count(), run->place.scratch());
+  return std::make_unique<FittedValues<Real>>(*state.values, state.input.mesh, thread_count(),
+                                              run->place.scratch());
 }
 
 template <class Real>
@@ -116,7 +115,7 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
     run->context.check();
     run->context.report("writing", way_back_end + (half - way_back_end) * part);
   };
-  const auto fitted = fit_values(state, coarsening->layout(), run);
+  const auto fitted = fit_values(state, run);
   std::optional<OutputFile> way_back, map;
   if (run->keeps_logs()) {
     way_back.emplace(request.progressive, OutputFile::Access::kPatch);

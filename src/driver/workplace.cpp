@@ -20,10 +20,9 @@ namespace tetfusion {
 namespace {
 
 MemoryNeeds needs_of(const SimplifyRequest& request, const MeshDescription& mesh,
-                     const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes,
-                     int threads) {
-  MemoryNeeds needs = estimate_needs(mesh, steering_bytes(request, mesh, steering),
-                                     request.behaviour.chunk_tets, threads, reader_bytes);
+                     const SteeringBytes& steering, std::uint64_t reader_bytes, int threads) {
+  MemoryNeeds needs =
+      estimate_needs(mesh, steering, request.behaviour.chunk_tets, threads, reader_bytes);
   // Without a goal nobody knows how large the result will be.
   const auto goal = plan_stages(request, mesh.cells).front().tets;
   if (looks_at_result(request) && goal) {
@@ -36,7 +35,7 @@ MemoryNeeds needs_of(const SimplifyRequest& request, const MeshDescription& mesh
 }  // namespace
 
 Workplace::Workplace(const SimplifyRequest& request, const MeshDescription& mesh,
-                     const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes,
+                     const SteeringBytes& steering, std::uint64_t reader_bytes,
                      const RunContext& context)
     : request_(request) {
   const PerformanceOptions& options = request.performance;

@@ -27,8 +27,7 @@ class Workplace {
   // Error(kMemory), saying what would be enough, where it may use less than one thread needs with
   // the mesh on disk.
   Workplace(const SimplifyRequest& request, const MeshDescription& mesh,
-            const std::vector<SteeringChoice>& steering, std::uint64_t reader_bytes,
-            const RunContext& context);
+            const SteeringBytes& steering, std::uint64_t reader_bytes, const RunContext& context);
 
   const MemoryNeeds& needs() const { return needs_; }
   MemoryBudget* budget() const { return budget_.get(); }

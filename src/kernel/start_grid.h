@@ -33,7 +33,7 @@ class StartGrid {
 
   // One with volume, in the point's cell or, where that has none, in one beside it or further away;
   // kNoVertex: there is none.
-  TetId near(const Vec3<Real>& point) const { return start_of_[cell_of(point)]; }
+  TetId near(const Vec3<double>& point) const { return start_of_[cell_of(point)]; }
 
   static constexpr std::uint64_t memory(std::uint64_t tets) {
     return tets / kTetsPerCell * sizeof(TetId) + sizeof(TetId);
@@ -58,9 +58,13 @@ class StartGrid {
     }
   }
 
-  static std::array<double, 3> axes(const Vec3<Real>& p) { return {p.x, p.y, p.z}; }
+  template <class T>
+  static std::array<double, 3> axes(const Vec3<T>& p) {
+    return {p.x, p.y, p.z};
+  }
 
-  std::size_t cell_of(const Vec3<Real>& p) const {
+  template <class T>
+  std::size_t cell_of(const Vec3<T>& p) const {
     const std::array<double, 3> at = axes(p);
     const double last = static_cast<double>(size_ - 1);
     std::size_t cell = 0;

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "kernel/patch_distance.h"
-
 namespace tetfusion {
 
 namespace {
@@ -19,14 +17,6 @@ constexpr double kWanted = 0.7;
 // Corrections aim a little further, so that they come to an end.
 constexpr double kAimed = 0.98;
 
-// Longer walks from one point to the next, and from the grid's start, are lost: more is hardly ever
-// needed.
-constexpr int kWalkToNext = 16;
-constexpr int kWalkFromStart = 64;
-// A weight that is less negative is rounding.
-constexpr double kInside = -1e-9;
-// Weights that are not negative sum up to no more where a point is near a tetrahedron.
-constexpr double kNearby = 1.2;
 // Where a vertex has less weight, it has no influence: it would have to move far for a little.
 constexpr double kInfluence = 1.0 / 16;
 // Where points have less weight altogether, values move by a part of what these say.
@@ -34,19 +24,9 @@ constexpr double kFullWeight = 0.5;
 
 constexpr double kNoCeiling = -1;
 
-// Of the corners: volumes with the point in a corner's place, as shares of the tetrahedron's.
 template <class Real>
-std::array<double, 4> weights_of(const Vec3<Real>& p, const std::array<Vec3<Real>, 4>& corners) {
-  std::array<Point3, 4> r;
-  for (std::size_t k = 0; k < 4; ++k) {
-    r[k] = {double{corners[k].x} - double{p.x}, double{corners[k].y} - double{p.y},
-            double{corners[k].z} - double{p.z}};
-  }
-  const Point3 c01 = cross(r[0], r[1]), c23 = cross(r[2], r[3]);
-  std::array<double, 4> weights{dot(r[1], c23), -dot(r[0], c23), dot(r[3], c01), -dot(r[2], c01)};
-  const double all = weights[0] + weights[1] + weights[2] + weights[3];
-  for (double& w : weights) w /= all;
-  return weights;
+Vec3<double> in_double(const Vec3<Real>& p) {
+  return {p.x, p.y, p.z};
 }
 
 std::array<double, 4> all_weights(const std::array<double, 3>& last_three) {
@@ -58,16 +38,17 @@ std::array<double, 4> all_weights(const std::array<double, 3>& last_three) {
 
 template <class Real>
 std::uint64_t ValueFit<Real>::memory(std::uint64_t points, std::uint64_t tets) {
-  // Of balls, and of vertices, of which there are four times fewer, but for odd meshes.
-  constexpr std::uint64_t kTetBytes =
-      16 + (2 * sizeof(VertexId) + 1 + sizeof(double) + sizeof(Move)) / 4;
-  return points * (sizeof(Place) + sizeof(std::uint32_t) + sizeof(double)) + tets * kTetBytes +
-         StartGrid<Real>::memory(tets);
+  // There are four times fewer vertices than tetrahedra, but in odd meshes.
+  constexpr std::uint64_t kVertexBytes = sizeof(VertexId) + 1 + sizeof(double) + sizeof(Move);
+  return points * (sizeof(Place) + sizeof(std::uint32_t) + sizeof(double)) +
+         tets * kVertexBytes / 4;
 }
 
 template <class Real>
-void ValueFit<Real>::begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> columns) {
+void ValueFit<Real>::begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> columns,
+                           TetWalk<Real>* walk) {
   mesh_ = mesh;
+  walk_ = walk;
   columns_.assign(columns.begin(), columns.end());
   may_change_.assign(mesh->vertex_count(), 0);
   vertices_.clear();
@@ -79,98 +60,21 @@ void ValueFit<Real>::begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> 
   places_.clear();
   row_of_place_.clear();
   ends_.clear();
-  last_ = {};
-  if (vertices_.empty()) return;
-  build_vertex_tets(mesh->vertex_count(), mesh->tets, &balls_);
-  starts_.begin(*mesh);
 }
 
 template <class Real>
 void ValueFit<Real>::add(const PointsToFit<Real>& points, std::uint64_t first, std::uint64_t step) {
   if (vertices_.empty()) return;
   for (std::uint64_t i = first; i < points.positions.size(); i += step) {
-    const Vec3<Real>& point = points.positions[i];
-    const bool is_here = points.starts.empty() ? find(point) : find_from(points.starts[i], point);
-    if (!is_here || !depends_on_new(last_)) continue;
-    places_.push_back(last_);
+    const Vec3<double> point = in_double(points.positions[i]);
+    const bool is_here = points.starts.empty()
+                             ? walk_->find(point)
+                             : walk_->find_from(in_double(points.starts[i]), point);
+    if (!is_here || !depends_on_new(walk_->place())) continue;
+    places_.push_back(walk_->place());
     row_of_place_.push_back(static_cast<std::uint32_t>(i));
   }
   ends_.push_back(places_.size());
-}
-
-// From where the point before was, or where there are gaps on the way, or cells without volume,
-// from near the point.
-template <class Real>
-bool ValueFit<Real>::find(const Vec3<Real>& point) {
-  if (walk(last_.tet, kWalkToNext, point)) return true;
-  const TetId start = starts_.near(point);
-  return start != kNoVertex && walk(start, kWalkFromStart, point);
-}
-
-// A walk crosses no crack.
-template <class Real>
-bool ValueFit<Real>::find_from(const Vec3<Real>& start, const Vec3<Real>& point) {
-  if (!find(start)) return false;
-  const bool is_same = start.x == point.x && start.y == point.y && start.z == point.z;
-  return is_same || walk(last_.tet, kWalkFromStart, point) || place_nearby(point);
-}
-
-// Of a point outside, in the tetrahedron where the walk ended.
-template <class Real>
-bool ValueFit<Real>::place_nearby(const Vec3<Real>& point) {
-  if (end_ == kNoTet) return false;
-  std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[end_]));
-  double sum = 0;
-  for (double& x : w) sum += x = std::max(x, 0.0);
-  if (!(sum <= kNearby)) return false;
-  last_ = {{w[1] / sum, w[2] / sum, w[3] / sum}, end_, true};
-  return true;
-}
-
-// Always over the face that the point is furthest beyond, if there is a tetrahedron on the other
-// side and it is not where the walk comes from. Where it ends without the point, last_ stays.
-template <class Real>
-bool ValueFit<Real>::walk(TetId start, int longest, const Vec3<Real>& point) {
-  TetId t = start;
-  TetId before = kNoVertex;
-  end_ = kNoTet;
-  for (int i = 0; i < longest; ++i) {
-    const std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[t]));
-    if (std::min({w[0], w[1], w[2], w[3]}) >= kInside) {
-      last_ = {{w[1], w[2], w[3]}, t};
-      return true;
-    }
-    std::array<double, 4> left = w;
-    TetId next = kNoVertex;
-    while (next == kNoVertex || next == before) {
-      const auto furthest = std::min_element(left.begin(), left.end());
-      if (!(*furthest < kInside)) {
-        end_ = t;
-        return false;
-      }
-      *furthest = 0;
-      next = beyond(t, static_cast<std::size_t>(furthest - left.begin()));
-    }
-    before = t;
-    t = next;
-  }
-  return false;
-}
-
-// The tetrahedron on the other side of the face without that corner.
-template <class Real>
-TetId ValueFit<Real>::beyond(TetId tet, std::size_t corner) const {
-  const Tet& here = mesh_->tets[tet];
-  const VertexId a = here[(corner + 1) & 3u], b = here[(corner + 2) & 3u],
-                 c = here[(corner + 3) & 3u];
-  for (const std::uint32_t entry : balls_.of(a)) {
-    const Tet& there = mesh_->tets[entry >> 2];
-    const auto has = [&](VertexId v) {
-      return there[0] == v || there[1] == v || there[2] == v || there[3] == v;
-    };
-    if (has(b) && has(c) && (entry >> 2) != tet) return entry >> 2;
-  }
-  return kNoVertex;
 }
 
 template <class Real>

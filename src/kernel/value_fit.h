@@ -10,8 +10,7 @@
 
 #include "base/vector.h"
 #include "kernel/criteria.h"
-#include "kernel/start_grid.h"
-#include "mesh/vertex_tets.h"
+#include "kernel/tet_walk.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
@@ -33,9 +32,9 @@ struct PointsToFit {
 template <class Real>
 class ValueFit {
  public:
-  // The mesh is not changed until fit(), and outlives that. The columns are some of those of its
-  // points, of floating-point numbers.
-  void begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> columns);
+  // The mesh is not changed until fit(), and outlives that, as does the walk, which has begun with
+  // it. The columns are some of those of its points, of floating-point numbers.
+  void begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> columns, TetWalk<Real>* walk);
 
   // Every step-th of these points, from that one on. Neighbours are best near each other in the
   // list. Points outside of the mesh do not count, unless they have starts and are not far outside:
@@ -54,27 +53,17 @@ class ValueFit {
   // count. A function of the mesh and the points.
   void fit(const ReadRows& read);
 
-  // Bytes that takes beside the mesh, for so many points and tetrahedra.
+  // Bytes that takes beside the mesh and the walk, for so many points and tetrahedra.
   static std::uint64_t memory(std::uint64_t points, std::uint64_t tets);
 
  private:
-  // Where a point lies: the first corner's weight is what the others leave of 1.
-  struct Place {
-    std::array<double, 3> weights;
-    TetId tet;
-    bool outside = false;
-  };
+  using Place = typename TetWalk<Real>::Place;
   // A vertex's values may lie between these; what the points' errors ask for, and how loudly.
   struct Move {
     double least, most;
     double sum, weight;
   };
 
-  bool find(const Vec3<Real>& point);
-  bool find_from(const Vec3<Real>& start, const Vec3<Real>& point);
-  bool walk(TetId start, int longest, const Vec3<Real>& point);
-  bool place_nearby(const Vec3<Real>& point);
-  TetId beyond(TetId tet, std::size_t corner) const;
   bool depends_on_new(const Place& place) const;
   template <class T>
   void fit_column(Column* column, const std::function<void(const UseRows& use)>& read);
@@ -85,13 +74,10 @@ class ValueFit {
   void move_values(double full_weight);
 
   WorkMesh<Real>* mesh_ = nullptr;
+  TetWalk<Real>* walk_ = nullptr;
   std::vector<std::uint32_t> columns_;
-  VertexTets balls_;
-  Vector<std::uint8_t> may_change_;  // of each vertex
-  Vector<VertexId> vertices_;        // those that may
-  StartGrid<Real> starts_;
-  Place last_{};                        // of the point found last
-  TetId end_ = kNoTet;                  // of the last walk, where it ended at a boundary
+  Vector<std::uint8_t> may_change_;     // of each vertex
+  Vector<VertexId> vertices_;           // those that may
   Vector<Place> places_;                // of points on which such vertices have influence
   Vector<std::uint32_t> row_of_place_;  // of these, where each was added
   Vector<std::size_t> ends_;            // of each add(), how many places there were then

@@ -72,6 +72,9 @@ TEST_F(MemoryPlan, PointsThatArePutAsideTakeMemory) {
   const SteeringBytes with_starts{.vertex = 8, .point_aside = 8, .positions_aside = 2};
   EXPECT_EQ(estimate_needs(mesh, with_starts, 700, 2, 0).in_core - needs(8, 700).in_core,
             mesh.points * 3 * 8);
+  const SteeringBytes with_cells{.vertex = 8, .point_aside = 8, .cell_aside = 12};
+  EXPECT_EQ(estimate_needs(mesh, with_cells, 700, 2, 0).in_core - needs(8, 700).in_core,
+            mesh.cells * (4 * 8 + 12));
 }
 
 // All of it is in memory while a result is written, and three times that with the way back.

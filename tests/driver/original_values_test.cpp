@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/error.h"
 #include "compare/compare.h"
@@ -37,6 +38,25 @@ MeshFile box_with_front(std::uint32_t n) {
   file.geometry = five_split_cube(n, 0.15, 4);
   file.point_arrays.push_back(point_array<float>(
       file, "wave", [&](const P& p) { return std::tanh(p.x + 0.3 * p.y - 0.6 * n); }));
+  return file;
+}
+
+// A cell array of the wave, another of a number for each region, and one of whole numbers.
+MeshFile box_with_cells(std::uint32_t n) {
+  MeshFile file = box_with_front(n);
+  const auto& points = std::get<Vector<P>>(file.geometry.points);
+  const auto middle = [&](std::size_t t) {
+    double x = 0;
+    for (const VertexId v : file.geometry.tets[t]) x += points[v].x / 4;
+    return x;
+  };
+  const auto add = [&](const char* name, auto value) {
+    file.cell_arrays.push_back(testing::make_array<double>(
+        name, file.cells(), 1, [&](std::size_t t, std::size_t) { return value(middle(t)); }));
+  };
+  add("strain", [](double x) { return std::sin(0.5 * x); });
+  add("side", [&](double x) { return x < 0.5 * n ? -3.25 : 7.5; });
+  add("material", [&](double x) { return x < 0.5 * n ? 1 : 2; });
   return file;
 }
 
@@ -232,6 +252,8 @@ TEST_F(FittedValuesOf, APromiseAreNotTouched) {
   request.behaviour.max_error = 0.05;
   EXPECT_TRUE(does_nothing());
   request.behaviour.max_error.reset();
+  box_with_cells(16).write(request.input);
+  EXPECT_FALSE(does_nothing());
   request.behaviour.conserve = true;
   EXPECT_TRUE(does_nothing());
   request.behaviour.conserve = false;
@@ -241,6 +263,85 @@ TEST_F(FittedValuesOf, APromiseAreNotTouched) {
   request.behaviour.method = Method::kTetFuse;
   request.behaviour.reduction = 0.2;
   EXPECT_TRUE(does_nothing());
+}
+
+// Else they would have those of some cell of the original, not even in the middle of them.
+TEST_F(FittedValuesOf, CellsAreMeans) {
+  box_with_cells(16).write(request.input);
+  for (const std::uint64_t chunk_tets : {200'000, 3000}) {
+    request.behaviour.chunk_tets = chunk_tets;
+    run(false);
+    const ArrayComparison before = compare(request.output, "strain");
+    const auto read = [&](const char* name) {
+      return testing::read_cell_array(open_mesh(request.output).get(), name).bytes;
+    };
+    const auto material = read("material");
+    run(true);
+    const ArrayComparison after = compare(request.output, "strain");
+    EXPECT_LT(after.rms, 0.8 * before.rms);
+    EXPECT_EQ(read("material"), material);  // may be a label
+  }
+}
+
+TEST_F(FittedValuesOf, CellsOfOtherRegionsDoNotCount) {
+  MeshFile file = box_with_cells(16);
+  // So rough between them that centres come to lie on the other side where that is smoothed.
+  auto& points = std::get<Vector<P>>(file.geometry.points);
+  for (VertexId v = 0; v < points.size(); ++v) {
+    if (std::abs(points[v].x - 8) < 0.3) points[v].x = 8 + 1.6 * (testing::uniform(5, v) - 0.5);
+  }
+  file.write(request.input);
+  request.behaviour.regions = {{"material"}};
+  const auto expect_sides = [&] {
+    run(true);
+    const auto result = open_mesh(request.output);
+    const auto side = testing::cell_values<double>(result.get(), "side");
+    const auto material = testing::cell_values<double>(result.get(), "material");
+    for (std::size_t t = 0; t < side.size(); ++t) {
+      EXPECT_EQ(side[t], material[t] == 1 ? -3.25 : 7.5);
+    }
+  };
+  expect_sides();
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.04;
+  request.behaviour.reduction = 0.98;
+  expect_sides();
+  EXPECT_GT(report.lods.back().deviation, 0.01);
+}
+
+TEST_F(FittedValuesOf, CellsThatAreAsTheyWereKeepTheirs) {
+  box_with_cells(12).write(request.input);
+  request.behaviour.reduction = 0.3;
+  const auto strains = [&] {
+    return testing::cell_values<double>(open_mesh(request.output).get(), "strain");
+  };
+  run(false);
+  const auto before = strains();
+  run(true);
+  const auto after = strains();
+  const auto original = open_mesh(request.input);
+  const Geometry geometry = original->read_geometry();
+  const auto corners = [](const Geometry& g, const Tet& t) {
+    std::vector<std::array<double, 3>> all;
+    for (const VertexId v : t) {
+      const P p = testing::point(g, v);
+      all.push_back({p.x, p.y, p.z});
+    }
+    std::sort(all.begin(), all.end());
+    return all;
+  };
+  std::set<std::vector<std::array<double, 3>>> old;
+  for (const Tet& t : geometry.tets) old.insert(corners(geometry, t));
+  const Geometry left = open_mesh(request.output)->read_geometry();
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < left.tets.size(); ++t) {
+    if (!old.contains(corners(left, left.tets[t]))) continue;
+    ++kept;
+    EXPECT_EQ(after[t], before[t]) << t;
+  }
+  EXPECT_GT(kept, 100u);
+  EXPECT_LT(kept, left.tets.size());
+  EXPECT_NE(after, before);
 }
 
 TEST_F(FittedValuesOf, IntegersStay) {
@@ -258,15 +359,21 @@ TEST_F(FittedValuesOf, IntegersStay) {
 
 TEST(OriginalValues, OfAResumedRunMustBeThere) {
   const auto scratch = memory_scratch();
-  OriginalValues<float> values(scratch.get(), {0}, false);
-  Checkpoint from;
-  values.resume(0, &from);  // none had been put aside
-  EXPECT_EQ(values.chunks(), 0u);
-  try {
-    values.resume(3, &from);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("lacks the original's values"));
+  WorkMesh<float> layout;
+  layout.point_columns = layout.cell_columns = {Column()};
+  for (const bool of_cells : {false, true}) {
+    ColumnsToFit columns;
+    (of_cells ? columns.cells : columns.points) = {0};
+    OriginalValues<float> values(scratch.get(), layout, columns, false);
+    Checkpoint from;
+    values.resume({}, &from);  // none had been put aside
+    EXPECT_EQ(values.chunks(), 0u);
+    try {
+      values.resume({3, {1}}, &from);
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("lacks the original's values"));
+    }
   }
 }
 
@@ -274,17 +381,21 @@ TEST(OriginalValues, OfAResumedRunMustBeThere) {
 TEST(OriginalValues, CanBeginAgain) {
   auto mesh = testing::to_work_mesh(five_split_cube(3, 0.1, 2));
   mesh.point_columns = {testing::make_column(1, Vector<double>(mesh.vertex_count(), 4.0))};
+  mesh.cell_columns = {testing::make_column(1, Vector<double>(mesh.tets.size(), 4.5)),
+                       testing::make_column(1, Vector<double>(mesh.tets.size(), 4))};
   const auto scratch = memory_scratch();
-  OriginalValues<double> values(scratch.get(), {0}, false);
+  OriginalValues<double> values(scratch.get(), mesh, {{0}, {0, 1}, {}}, false);
   values.begin();
   values.add(0, mesh);
   values.add(1, mesh);
-  EXPECT_EQ(values.keep(), 0u);  // not whole yet
+  EXPECT_EQ(values.keep().chunks, 0u);  // not whole yet
   values.begin();
   values.add(0, mesh);
   values.end();
   EXPECT_EQ(values.chunks(), 1u);
-  EXPECT_EQ(values.store().bytes(), 8 + mesh.vertex_count() * (3 * 8 + 8));
+  EXPECT_EQ(values.points()->store().bytes(), 8 + mesh.vertex_count() * (3 * 8 + 8));
+  EXPECT_EQ(values.cells()->store().bytes(), 8 + mesh.tets.size() * (4 * 8 + 8 + 8));
+  EXPECT_EQ(values.columns_to_average(), std::vector<std::uint32_t>{0});
 }
 
 }  // namespace

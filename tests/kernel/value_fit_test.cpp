@@ -62,7 +62,9 @@ Vector<VertexId> fit_with(ValueFit<Real>* tool, const Samples<Real>& samples, Wo
                           std::uint64_t first = 0, std::uint64_t step = 1) {
   mesh->point_columns = {testing::make_column(mesh->steering_width, mesh->steering)};
   const std::uint32_t column_in_mesh = 0;
-  tool->begin(mesh, {&column_in_mesh, 1});
+  TetWalk<Real> walk;
+  walk.begin(*mesh);
+  tool->begin(mesh, {&column_in_mesh, 1}, &walk);
   tool->add({samples.positions, samples.starts}, first, step);
   tool->fit([&](std::size_t column, const auto& use) {
     EXPECT_EQ(column, 0u);
@@ -269,7 +271,9 @@ TEST(ValueFit, FitsTheColumnsThatAreNamed) {
   const std::span<const Vec3<double>> points = samples.positions;
   ValueFit<double> tool;
   const std::uint32_t fitted[] = {1, 2};
-  tool.begin(&many, fitted);
+  TetWalk<double> walk;
+  walk.begin(many);
+  tool.begin(&many, fitted, &walk);
   tool.add({points.first(half), {}}, 0, 1);
   tool.add({points.subspan(half), {}}, 0, 1);
   tool.fit([&](std::size_t column, const auto& use) {

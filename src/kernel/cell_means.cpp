@@ -1,0 +1,189 @@
+#include "kernel/cell_means.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "base/mix.h"
+#include "mesh/predicates.h"
+
+namespace tetfusion {
+
+namespace {
+
+// Cells that are a smaller share of a tetrahedron say little of it. They may be beside it, too: a
+// sliver's centre is rounded.
+constexpr double kEnough = 1.0 / 8;
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+double mean_of_four(std::array<double, 4> x) {
+  std::ranges::sort(x);
+  return ((x[0] + x[1]) + (x[2] + x[3])) / 4;
+}
+
+std::uint64_t hash_of(const Vec3<double>& p) {
+  std::uint64_t hash = 0;
+  for (const double x : {p.x, p.y, p.z}) hash = mix(hash ^ std::bit_cast<std::uint64_t>(x));
+  return hash;
+}
+std::uint32_t tag_of(std::uint64_t hash) { return static_cast<std::uint32_t>(hash >> 32); }
+
+}  // namespace
+
+template <class Real>
+Vec3<double> centre_of(const Vector<Vec3<Real>>& positions, const Tet& tet) {
+  const Vec3<Real>&a = positions[tet[0]], &b = positions[tet[1]];
+  const Vec3<Real>&c = positions[tet[2]], &d = positions[tet[3]];
+  return {mean_of_four({a.x, b.x, c.x, d.x}), mean_of_four({a.y, b.y, c.y, d.y}),
+          mean_of_four({a.z, b.z, c.z, d.z})};
+}
+
+template <class Real>
+double volume_of(const Vector<Vec3<Real>>& positions, const Tet& tet) {
+  const Determinant volume = determinant(positions, tet);
+  return volume.sign() > 0 ? volume.value : 0;
+}
+
+template Vec3<double> centre_of(const Vector<Vec3<float>>&, const Tet&);
+template Vec3<double> centre_of(const Vector<Vec3<double>>&, const Tet&);
+template double volume_of(const Vector<Vec3<float>>&, const Tet&);
+template double volume_of(const Vector<Vec3<double>>&, const Tet&);
+
+template <class Real>
+std::uint64_t CellMeans<Real>::memory(std::uint64_t cells, std::uint64_t tets) {
+  return cells * sizeof(TetId) + tets * (sizeof(double) + 4 * sizeof(Slot) + sizeof(Mean));
+}
+
+// What has no volume is left as it is: it is an odd cell, or lies over others.
+template <class Real>
+void CellMeans<Real>::begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> columns,
+                            std::span<const std::uint32_t> labels, TetWalk<Real>* walk) {
+  mesh_ = mesh;
+  walk_ = walk;
+  columns_.assign(columns.begin(), columns.end());
+  labels_.assign(labels.begin(), labels.end());
+  enough_.resize(mesh->tets.size());
+  tet_of_.clear();
+  added_.clear();
+  list_places();
+}
+
+// Of two in one place, both stay: they lie over each other.
+template <class Real>
+void CellMeans<Real>::list_places() {
+  slots_.assign(std::bit_ceil(2 * enough_.size() + 1), {});
+  for (TetId t = 0; t < enough_.size(); ++t) {
+    const double volume = volume_of(mesh_->positions, mesh_->tets[t]);
+    enough_[t] = volume > 0 ? kEnough * volume : kNever;
+    if (!(volume > 0)) continue;
+    const Vec3<double> centre = centre_of(mesh_->positions, mesh_->tets[t]);
+    Slot& slot = slot_of(centre);
+    if (slot.tet == kNoTet) {
+      slot = {t, tag_of(hash_of(centre))};
+    } else {
+      enough_[slot.tet] = enough_[t] = kNever;
+    }
+  }
+}
+
+// That of the tetrahedron with this centre, or where it would be.
+template <class Real>
+auto CellMeans<Real>::slot_of(const Vec3<double>& centre) -> Slot& {
+  const std::uint64_t hash = hash_of(centre);
+  for (std::uint64_t i = hash;; ++i) {
+    Slot& slot = slots_[i & (slots_.size() - 1)];
+    if (slot.tet == kNoTet) return slot;
+    if (slot.tag != tag_of(hash)) continue;
+    const Vec3<double> own = centre_of(mesh_->positions, mesh_->tets[slot.tet]);
+    if (own.x == centre.x && own.y == centre.y && own.z == centre.z) return slot;
+  }
+}
+
+// Is the cell one of the tetrahedra? Wherever a walk would find it: meshes may overlap themselves.
+template <class Real>
+bool CellMeans<Real>::is_left(const Vec3<double>& centre, double volume) {
+  const TetId tet = slot_of(centre).tet;
+  if (tet == kNoTet || volume_of(mesh_->positions, mesh_->tets[tet]) != volume) return false;
+  enough_[tet] = kNever;
+  return true;
+}
+
+template <class Real>
+void CellMeans<Real>::add(const CellsToAverage& cells, std::uint64_t first, std::uint64_t step) {
+  added_.push_back({first, step, cells.centres.size()});
+  for (std::uint64_t i = first; i < cells.centres.size(); i += step) {
+    const Vec3<double>& centre = cells.centres[i];
+    const bool counts = !is_left(centre, cells.volumes[i]) && walk_->find(centre) &&
+                        has_labels_of(walk_->place().tet, cells, i);
+    tet_of_.push_back(counts ? walk_->place().tet : kNoTet);
+  }
+}
+
+template <class Real>
+bool CellMeans<Real>::has_labels_of(TetId tet, const CellsToAverage& cells, std::uint64_t i) const {
+  for (std::size_t k = 0; k < labels_.size(); ++k) {
+    const Column& label = mesh_->cell_columns[labels_[k]];
+    const std::size_t n = label.stride();
+    if (std::memcmp(label.rows.data() + tet * n, cells.labels[k] + i * n, n) != 0) return false;
+  }
+  return true;
+}
+
+template <class Real>
+void CellMeans<Real>::average(const ReadRows& read) {
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    Column& column = mesh_->cell_columns[columns_[c]];
+    const auto read_column = [&](const UseRows& use) { read(c, use); };
+    column.type == ValueType::kFloat32 ? average_column<float>(&column, read_column)
+                                       : average_column<double>(&column, read_column);
+  }
+}
+
+template <class Real>
+template <class T>
+void CellMeans<Real>::average_column(Column* column,
+                                     const std::function<void(const UseRows& use)>& read) {
+  const std::size_t width = column->components;
+  T* const values = reinterpret_cast<T*>(column->rows.data());
+  for (std::size_t k = 0; k < width; ++k) {
+    means_.assign(mesh_->tets.size(), {0, 0, 0, 0, 0});
+    std::size_t next = 0;
+    auto added = added_.begin();
+    read([&](const double* volumes, const std::byte* rows) {
+      const T* const originals = reinterpret_cast<const T*>(rows);
+      for (std::uint64_t i = added->first; i < added->end; i += added->step) {
+        const TetId tet = tet_of_[next++];
+        if (tet == kNoTet || enough_[tet] == kNever) continue;
+        add_up(static_cast<double>(added->step) * volumes[i], originals[i * width + k],
+               &means_[tet]);
+      }
+      ++added;
+    });
+    for (std::size_t t = 0; t < means_.size(); ++t) {
+      const Mean& m = means_[t];
+      if (!(m.weight > 0 && m.weight >= enough_[t])) continue;
+      const double mean = m.first + m.sum / m.weight;
+      if (!std::isfinite(mean)) continue;  // too large a sum
+      values[t * width + k] = static_cast<T>(std::clamp(mean, m.least, m.most));
+    }
+  }
+}
+
+// Differences first: equal values have themselves as their mean.
+template <class Real>
+void CellMeans<Real>::add_up(double volume, double value, Mean* mean) const {
+  if (!std::isfinite(value)) return;
+  if (mean->weight == 0) *mean = {value, 0, 0, value, value};
+  mean->sum += volume * (value - mean->first);
+  mean->weight += volume;
+  mean->least = std::min(mean->least, value);
+  mean->most = std::max(mean->most, value);
+}
+
+template class CellMeans<float>;
+template class CellMeans<double>;
+
+}  // namespace tetfusion

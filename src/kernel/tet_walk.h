@@ -1,0 +1,57 @@
+// Which tetrahedron has a point: found by walks, from one tetrahedron to the next.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/vector.h"
+#include "kernel/start_grid.h"
+#include "mesh/vertex_tets.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// Begin with a mesh, and find points; keeps its memory; one a thread.
+template <class Real>
+class TetWalk {
+ public:
+  // Where a point lies: the first corner's weight is what the others leave of 1.
+  struct Place {
+    std::array<double, 3> weights;
+    TetId tet;
+    bool outside = false;
+  };
+
+  // The mesh has tetrahedra, and neither they nor the positions change as long as points are
+  // looked for; it outlives that.
+  void begin(const WorkMesh<Real>& mesh);
+
+  // Looks where the point before was, and then near the point; best is the order in which points
+  // lie near each other. False: it is outside, or hard to reach.
+  bool find(const Vec3<double>& point);
+  // By a walk from `start`, a point inside, so that no crack is crossed. What is not far outside
+  // is placed where the walk ended, its weights cut at zero.
+  bool find_from(const Vec3<double>& start, const Vec3<double>& point);
+
+  // Of the point that was found last.
+  const Place& place() const { return last_; }
+
+  // Bytes that takes for so many tetrahedra.
+  static std::uint64_t memory(std::uint64_t tets);
+
+ private:
+  bool walk(TetId start, int longest, const Vec3<double>& point);
+  bool place_nearby(const Vec3<double>& point);
+  TetId beyond(TetId tet, std::size_t corner) const;
+
+  const WorkMesh<Real>* mesh_ = nullptr;
+  VertexTets balls_;
+  StartGrid<Real> starts_;
+  Place last_{};
+  TetId end_ = kNoTet;  // of the last walk, where it ended at a boundary
+};
+
+extern template class TetWalk<float>;
+extern template class TetWalk<double>;
+
+}  // namespace tetfusion
