@@ -127,6 +127,7 @@ void pass(Stream stream, State& state) {
   stream.value(state.costs);
   stream.value(state.threshold);
   stream.value(state.weight_scale);
+  stream.value(state.weight_mean);
   stream.value(state.end);
 }
 

@@ -72,8 +72,7 @@ template <class Real>
 void Coarsening<Real>::import() {
   RunInput& in = run_.input;
   Steering steering = read_steering(&run_);
-  state_.weight_scale =
-      scale_of_weights(options_.weight, in.description(), *in.stream, run_.context);
+  scale_weights(options_.weight, in.description(), *in.stream, run_.context, &state_);
   begin(steering.width());
   const auto take_fields = [&] {
     state_.fields = fields_of(steering, in.carried);

@@ -18,6 +18,9 @@ constexpr double kHopeless = 256;
 // for any bound.
 constexpr double kEdge = 1e-6;
 
+// As values stay within the range of their field, or nearly so.
+constexpr double kAnything = 2;
+
 // So much of a squared bound at most is the gradients' variance to cost.
 constexpr double kVarianceOfBound = 1.0 / 16;
 
@@ -58,6 +61,10 @@ ErrorLimits error_limits(const BehaviourOptions& options, std::span<const Steeri
   limits.max_error = options.max_error.value_or(by_default ? kDefaultMaxError : kInfinity);
   limits.at_points = !fields.empty() && (own || limits.max_error < kInfinity);
   limits.rise = limits.at_points && has_goal;
+  for (const SteeringField& f : fields) {
+    limits.highest =
+        std::max(limits.highest, std::min(f.tolerance.value_or(limits.max_error), kAnything));
+  }
   const double mean = options.max_rms ? *options.max_rms * *options.max_rms : kInfinity;
   // Weights multiply what fusions cost: then no cost says that there is no hope at points.
   const double at_points =

@@ -23,6 +23,8 @@ struct ErrorLimits {
   bool at_points = false;
   // Towards a goal these limits rise from round to round.
   bool rise = false;
+  // Up to so much: what is allowed to be off by more is allowed anything.
+  double highest = 0;
 };
 
 // Without a goal and without any limit it is kDefaultMaxError.

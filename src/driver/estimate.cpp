@@ -85,8 +85,8 @@ RunEstimate Trial<Real>::run(double start) {
   const auto layout = run_layout<Real>(behaviour_, run_.input.carried, steering_->width());
   Rounds<Real> rounds(layout, 1, run_.place.budget(), scratch_.get());
   state_.chunk_tets = behaviour_.chunk_tets;
-  state_.weight_scale = scale_of_weights(behaviour_.weight, run_.input.description(),
-                                         *run_.input.stream, run_.context);
+  scale_weights(behaviour_.weight, run_.input.description(), *run_.input.stream, run_.context,
+                &state_);
   const double begin = wall_seconds();
   reach(goal(), &rounds);
   out_.seconds = seconds_for_all(reading, assembling, wall_seconds() - begin);

@@ -62,6 +62,11 @@ constexpr double kSurfaceCost = 2000;
 // 3 or 4.5 times as long.
 constexpr double kErrorShare = 0.25;
 
+// Where weights are as they are in the mean.
+double rising_error(double threshold, const RoundsState& state) {
+  return kErrorShare * std::sqrt(threshold) / state.weight_mean;
+}
+
 // The first round's threshold is raised by so many times what the gradients' variance costs: with
 // less the mesh needs a round more.
 constexpr double kVarianceInFirst = 2;
@@ -167,10 +172,7 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
   }
   settings->fuse.threshold = std::min(threshold, of_weighted(errors_.max_cost, state));
   settings->fuse.thorough = state.threshold.cost > 0 && state.shrink > kHardlyLess;
-  if (errors_.rise) {
-    settings->fuse.error_now =
-        kErrorShare * std::sqrt(settings->fuse.threshold) / state.weight_scale;
-  }
+  if (errors_.rise) settings->fuse.error_now = rising_error(settings->fuse.threshold, state);
 }
 
 void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
@@ -233,7 +235,8 @@ StageEnd RoundPlanner::judge_fuse(const RoundStatistics& round, RoundsState* sta
     return StageEnd::kOpen;
   }
   if (removed > kSaturatedShare * before) return StageEnd::kOpen;
-  const bool more_later = errors_.rise && was_rejected(round, Reject::kDeviation);
+  const bool more_later = errors_.rise && was_rejected(round, Reject::kDeviation) &&
+                          rising_error(state->threshold.cost, *state) < errors_.highest;
   const double max_cost = of_weighted(errors_.max_cost, *state);
   const double most = more_later ? max_cost : std::min(max_cost, largest_cost(round.costs));
   return state->threshold.cost >= most ? StageEnd::kSaturated : StageEnd::kOpen;

@@ -32,6 +32,7 @@ struct RoundsState {
   // What weights of errors are multiplied by, so that only their ratios count: costs, which their
   // squares multiply, are told apart no finer than by shares of a power of two.
   double weight_scale = 1;
+  double weight_mean = 1;  // then, the geometric one
   StageEnd end = StageEnd::kOpen;
 };
 

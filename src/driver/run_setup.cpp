@@ -144,9 +144,9 @@ WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
   return {static_cast<std::uint32_t>(at - indices.begin()), of_cells};
 }
 
-double scale_of_weights(const std::string& name, const MeshDescription& mesh,
-                        const MeshStream& stream, const RunContext& context) {
-  if (name.empty()) return 1;
+void scale_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
+                   const RunContext& context, RoundsState* state) {
+  if (name.empty()) return;
   const SteeringChoice choice = choose_weights(name, mesh);
   const bool of_cells = choice.association == Association::kCell;
   const ArrayInfo& info = (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index];
@@ -173,8 +173,18 @@ double scale_of_weights(const std::string& name, const MeshDescription& mesh,
   if (least == largest) {
     context.say(fmt::format("--weight {} is {} everywhere: all places count alike", name, least));
   }
+  if (!(largest > 0)) return;
   // Of smaller ones the inverse would be infinite.
-  return largest > 0 ? 1 / std::max(largest, std::numeric_limits<double>::min()) : 1;
+  state->weight_scale = 1 / std::max(largest, std::numeric_limits<double>::min());
+  double sum = 0, count = 0;
+  const auto add = [&](std::uint64_t, std::span<const std::byte> rows) {
+    for (const double value : to_doubles(info.type, rows)) {
+      sum += std::log2(std::max(value * state->weight_scale, double{WeightColumn::kLeast}));
+      ++count;
+    }
+  };
+  for_each_window_of(stream, choice.association, choice.index, info, context, add);
+  state->weight_mean = std::exp2(sum / count);
 }
 
 template <class Real>

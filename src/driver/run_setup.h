@@ -12,6 +12,7 @@
 #include "driver/memory_plan.h"
 #include "driver/options.h"
 #include "driver/original_values.h"
+#include "driver/round_plan.h"
 #include "driver/steering.h"
 #include "io/mesh_source.h"
 #include "io/mesh_stream.h"
@@ -50,10 +51,10 @@ SteeringChoice choose_weights(const std::string& name, const MeshDescription& me
 WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
                            const CarriedArrays& carried);
 
-// What brings the largest weight to 1; 1 where there are none.
-// Throws Error(kBadInput) where one is negative or not finite.
-double scale_of_weights(const std::string& name, const MeshDescription& mesh,
-                        const MeshStream& stream, const RunContext& context);
+// Finds the scale of weights, which brings the largest to 1, and their mean; both are 1 where there
+// are none. Throws Error(kBadInput) where one is negative or not finite.
+void scale_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
+                   const RunContext& context, RoundsState* state);
 
 // An empty mesh with the rows that the rounds need.
 template <class Real>

@@ -23,7 +23,8 @@ enum class Method : std::uint8_t {
 struct WeightColumn {
   std::uint32_t column = kNoColumn;
   bool of_cells = false;
-  double scale = 1;  // what rows are multiplied by; the least weight that counts is 1e-6 then
+  double scale = 1;                       // what rows are multiplied by
+  static constexpr float kLeast = 1e-6F;  // and no less counts then
 };
 
 struct FuseLimits {

@@ -63,7 +63,8 @@ class FuseVertices {
   // What a fusion of these costs, as a multiple of what it does; and what it may cost without that.
   float cost_factor(VertexId v, VertexId partner) const {
     if (weights_.empty()) return 1;
-    const float weight = std::max({weights_[v], weights_[partner], kLeastWeight});
+    // Not 0: that is a cost that nobody knows.
+    const float weight = std::max({weights_[v], weights_[partner], WeightColumn::kLeast});
     return weight * weight;  // costs are squares of errors
   }
   float threshold_for(VertexId v, VertexId partner) const {
@@ -83,9 +84,6 @@ class FuseVertices {
   Sheets<Real>& sheets() { return sheets_; }
 
  private:
-  // Nothing counts less: a cost of 0 is one that nobody knows.
-  static constexpr float kLeastWeight = 1e-6F;
-
   Kind kind_of(VertexId v);
   Kind kind_on_sheet(VertexId v);
   bool is_on_one(VertexId v) const {

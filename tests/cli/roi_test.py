@@ -191,6 +191,28 @@ class Weight(FolderTest):
             files.append((self.folder / "out.mesh").read_bytes())
         self.assertEqual(*files)
 
+    def test_towards_a_goal_only_ratios_of_weights_matter(self):
+        files = []
+        for factor in (1.0, 0.125, 2.0 ** 40):
+            mesh = self.with_weights([factor * (0.1 + (v % 9) / 9) for v in range(9 ** 3)])
+            mesh.array("temperature")[4] = [math.sin(x) + 0.3 * math.cos(2 * y * z) for x, y, z in mesh.points]
+            path = self.write(mesh)
+            report = report_of("simplify", path, "-o", self.folder / "out.vtu", *self.OPTIONS, "--max-error", "20%", "--reduction", "50%",
+                               "--weight", "heavy")
+            self.assertGreater(report["reduction"], 0.45)
+            run("convert", self.folder / "out.vtu", self.folder / "out.mesh", "--quiet")  # without the weights
+            files.append((self.folder / "out.mesh").read_bytes())
+        self.assertEqual(files[0], files[1])
+        self.assertEqual(files[0], files[2])
+
+    def test_a_goal_out_of_reach_is_given_up_soon(self):
+        """Bounds rise towards it, until they are what they may be, and fields without a bound are allowed anything."""
+        path = self.generate("--jitter", "0.5", tets="20k")
+        for more in (("--array", "temperature", "--max-error", "0.2%", "--weight", "front"), ("--array", "temperature:0.2%", "--array", "front")):
+            report = report_of("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "95%", *more)
+            self.assertEqual(report["stop_reason"], "saturated")
+            self.assertLess(len(report["lods"]), 40)
+
     def test_where_all_count_alike_nothing_changes(self):
         for weight in (1.0, 3.0):
             path = self.write(self.with_weights([weight] * 9 ** 3))
