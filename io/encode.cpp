@@ -290,6 +290,10 @@ std::string xml_escape(std::string_view text) {
   return out;
 }
 
+bool is_xml_text(std::string_view text) {
+  return std::ranges::count(xml_escape(text), '?') == std::ranges::count(text, '?');
+}
+
 std::string for_message(std::string_view text) {
   std::string out;
   while (!text.empty()) {

@@ -181,6 +181,11 @@ void check_pieces_output(const std::string& path) {
                             "it; give the name of the file itself",
                             path));
   }
+  if (!is_xml_text(stem_of(path))) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("cannot write {}: a .pvtu file holds names in UTF-8: give another one",
+                            path));
+  }
   if (folder_name(stem_of(path), kMaxFolders).size() > NAME_MAX) {
     throw Error(ErrorCode::kIo,
                 fmt::format("cannot write {}: its name is too long for a folder with \"_pieces\" "

@@ -7,6 +7,7 @@
 
 #include "base/memory_budget.h"
 #include "base/resources.h"
+#include "driver/memory_plan.h"
 
 namespace tetfusion {
 
@@ -41,8 +42,8 @@ bool have_room_for_two(const MapFile& map, const MeshDescription& step, std::uin
   }
   // The map's mesh and numbers of cells, twice, are there once; what fitting takes of the widest
   // array, and windows, for each step.
-  constexpr std::uint64_t kProcess = std::uint64_t{64} << 20, kWindows = std::uint64_t{32} << 20;
-  const std::uint64_t once = kProcess + points * (24 + 16) + cells * (41 + 16);
+  constexpr std::uint64_t kWindows = std::uint64_t{32} << 20;
+  const std::uint64_t once = kProcessBytes + points * (24 + 16) + cells * (41 + 16);
   const std::uint64_t of_step = points * (point + widest * 3 * sizeof(double)) + cells * cell;
   MemoryBudget budget(memory_to_use(memory));
   const auto one = budget.reserve(once + of_step, "the arrays of a step on the simplified mesh");

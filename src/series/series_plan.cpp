@@ -393,8 +393,7 @@ SeriesPlan plan_series(const SeriesRequest& request, const RunContext& context) 
       refuse(
           fmt::format("{}: a .pvd file is one for all steps: leave {} out", pattern, kStepField));
     }
-    if (xml_escape(pattern).find('?') != std::string::npos &&
-        pattern.find('?') == std::string::npos) {
+    if (!is_xml_text(pattern)) {
       refuse(fmt::format("{}: a .pvd file holds names in UTF-8: give another one", pattern));
     }
     pattern =

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "io/output_file.h"
 
 namespace tetfusion {
 
@@ -47,13 +48,17 @@ WorkFolder::WorkFolder(std::string path) : path_(std::move(path)) {
   std::vector<std::string> names;
   if (system.list(folder_.get(), &names) != 0) fail("reading");
   for (const std::string& name : names) {
-    if (is_ours(name) || is_left_by_nfs(name)) continue;
+    if (is_ours(name) || is_temporary_name(name) || is_left_by_nfs(name)) continue;
     refuse(
         fmt::format("in this folder lies {}, which is not of a series: remove the folder, or "
                     "give another --scratch",
                     name));
   }
   remove_contents();
+  for (const std::string& name : names) {
+    std::error_code ignored;
+    if (is_temporary_name(name)) std::filesystem::remove(path_ + "/" + name, ignored);
+  }
 }
 
 WorkFolder::~WorkFolder() {

@@ -468,6 +468,15 @@ class Shared(SeriesTest):
             self.assertLess(peaks[1], peaks[0] + (6 << 20))
             self.assertLess(max(peaks), size_of(memory))
 
+    def test_what_is_said_to_be_enough_memory_is_for_wide_arrays_too(self):
+        steps = []
+        for i in range(2):
+            mesh = jittered(16)
+            many = {f"a{k}": ("Float64", np.full((len(mesh.points), 9), float(i))) for k in range(30)}
+            steps.append(self.write(with_arrays(wave(mesh, float(i)), **many), f"s{i}.vtu"))
+        options = ["--reduction", "10%", "--chunk-tets", "1000", "--threads", "1"]
+        self.simplify(steps, *options, "--memory", self.least_memory(steps, *options))
+
     def test_a_map_takes_other_results_along(self):
         steps = self.steps(2)
         self.simplify(steps, *GOAL, "--map", self.folder / "out.map")

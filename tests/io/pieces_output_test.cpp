@@ -127,6 +127,8 @@ TEST_F(Pieces, TouchNothingElse) {
 TEST_F(Pieces, RefuseWhatCannotBeWritten) {
   fs::create_symlink("b.pvtu", path);
   EXPECT_EQ(refusal(), ErrorCode::kUsage);
+  path = dir.file("out\xff.pvtu");  // the index names its pieces, in UTF-8
+  EXPECT_EQ(refusal(), ErrorCode::kUsage);
   path = dir.file(std::string(245, 'x') + ".pvtu");
   EXPECT_EQ(refusal(), ErrorCode::kIo);
   path = dir.file("missing/a.pvtu");

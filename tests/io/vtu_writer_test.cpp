@@ -473,6 +473,8 @@ TEST(Encode, XmlEscape) {
   EXPECT_EQ(xml_escape(std::string("\x01\0x", 3)), "??x");
   EXPECT_EQ(for_message("a<b> \xC3\xA4 \xE2\x82\xAC"), "a<b> \xC3\xA4 \xE2\x82\xAC");
   EXPECT_EQ(for_message("tab\t \x1B[2J \x7F \xC2\x9B \xC3"), "tab? ?[2J ? ? ?");
+  EXPECT_FALSE(is_xml_text("what? \x01"));
+  EXPECT_TRUE(is_xml_text("what? & <\xC3\xA4>"));
   EXPECT_EQ(xml_escape("\xE4q \xC3"), "?q ?");               // not UTF-8
   EXPECT_EQ(xml_escape("\xC0\x80 \xED\xA0\x80"), "?? ???");  // overlong, surrogate
 }
