@@ -221,7 +221,10 @@ class MeditWriter {
               });
             } else {
               put_text_rows(xyz.size(), file_, [&](std::size_t i, TextRow* row) {
-                row->add(xyz[i].x).add(xyz[i].y).add(xyz[i].z).add(references[i]);
+                for (const auto x : {xyz[i].x, xyz[i].y, xyz[i].z}) {
+                  head_.float_coordinates() ? row->add(x) : row->add(double{x});
+                }
+                row->add(references[i]);
               });
             }
           },

@@ -332,6 +332,28 @@ TEST_F(Medit, WritesWhatItReads) {
   }
 }
 
+// Labels of 64 bits need a version whose coordinates are in double precision.
+TEST_F(Medit, CoordinatesStayWhateverTheVersion) {
+  testing::MeshFile box;
+  box.geometry = testing::to_float(testing::five_split_cube(2, 0.3, 3));
+  const auto& points = std::get<Vector<Vec3<float>>>(box.geometry.points);
+  box.cell_arrays = {testing::make_array<std::int64_t>(
+      "material", box.cells(), 1, [](auto i, auto) { return std::int64_t{1} << (i % 40); })};
+  box.write(dir_.file("box.vtu"));
+  const auto source = open_mesh(dir_.file("box.vtu"));
+  for (const char* name : {"b.mesh", "b.meshb"}) {
+    convert(source.get(), name);
+    const Geometry back = open_mesh(dir_.file(name))->read_geometry();
+    const auto& after = std::get<Vector<Vec3<double>>>(back.points);
+    ASSERT_EQ(after.size(), points.size());
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      EXPECT_EQ(after[v].x, double{points[v].x}) << name;
+      EXPECT_EQ(after[v].y, double{points[v].y}) << name;
+      EXPECT_EQ(after[v].z, double{points[v].z}) << name;
+    }
+  }
+}
+
 TEST_F(Medit, TakesMaterialsAsReferences) {
   const testing::MeshFile box = testing::rich_box(6);
   box.write(dir_.file("box.vtu"));
