@@ -101,12 +101,15 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   needs.pieces = static_cast<std::uint64_t>(pieces);
   needs.out_of_core = static_cast<std::uint64_t>(fixed);
   // What was scattered for the chunks stays until the first round is over, and that leaves pieces.
-  // In the end there is more room.
-  needs.in_core = static_cast<std::uint64_t>(fixed + 1.75 * pieces + aside);
+  // In the end there is more room; only if hardly anything has gone, what is put aside, which is
+  // then sorted, may take more.
+  needs.in_core = static_cast<std::uint64_t>(
+      fixed + std::max(1.75 * pieces + aside, 1.05 * pieces + 2 * aside));
   // What was scattered for the chunks, and the first round's pieces; later the generation that is
   // read, the one that is written, and the one that is durable, each half as large. Up to 1.95
   // measured; in part of that are files kept to be overwritten, which go where room is short.
-  needs.scratch = static_cast<std::uint64_t>(2.0 * pieces + aside);
+  needs.scratch =
+      static_cast<std::uint64_t>(std::max(2.0 * pieces + aside, 1.05 * pieces + 2 * aside));
   return needs;
 }
 

@@ -75,6 +75,10 @@ TEST_F(MemoryPlan, PointsThatArePutAsideTakeMemory) {
   const SteeringBytes with_cells{.vertex = 8, .point_aside = 8, .cell_aside = 12};
   EXPECT_EQ(estimate_needs(mesh, with_cells, 700, 2, 0).in_core - needs(8, 700).in_core,
             mesh.cells * (4 * 8 + 12));
+  // They are there twice when they are sorted.
+  const SteeringBytes with_wide_cells{.vertex = 8, .point_aside = 8, .cell_aside = 1200};
+  EXPECT_GT(estimate_needs(mesh, with_wide_cells, 700, 2, 0).scratch,
+            2 * mesh.cells * (4 * 8 + 1200));
 }
 
 // All of it is in memory while a result is written, and three times that with the way back.
