@@ -18,6 +18,7 @@ constexpr int kWalkFromStart = 64;
 constexpr double kInside = -1e-9;
 // Weights that are not negative sum up to no more where a point is near a tetrahedron.
 constexpr double kNearby = 1.2;
+constexpr TetId kUnknown = kNoTet - 1;  // no mesh has so many
 
 // Of the corners: volumes with the point in a corner's place, as shares of the tetrahedron's.
 template <class Real>
@@ -37,8 +38,8 @@ std::array<double, 4> weights_of(const Vec3<double>& p, const std::array<Vec3<Re
 
 template <class Real>
 std::uint64_t TetWalk<Real>::memory(std::uint64_t tets) {
-  // Of balls, and of vertices, of which there are four times fewer, but for odd meshes.
-  constexpr std::uint64_t kTetBytes = 16 + sizeof(VertexId) / 4;
+  // There are four times fewer vertices than tetrahedra, but in odd meshes.
+  constexpr std::uint64_t kTetBytes = 32 + sizeof(VertexId) / 4;
   return tets * kTetBytes + StartGrid<Real>::memory(tets);
 }
 
@@ -48,6 +49,7 @@ void TetWalk<Real>::begin(const WorkMesh<Real>& mesh) {
   last_ = {};
   end_ = kNoTet;
   build_vertex_tets(mesh.vertex_count(), mesh.tets, &balls_);
+  beyond_.assign(4 * mesh.tets.size(), kUnknown);
   starts_.begin(mesh);
 }
 
@@ -111,7 +113,14 @@ bool TetWalk<Real>::walk(TetId start, int longest, const Vec3<double>& point) {
 
 // The tetrahedron on the other side of the face without that corner.
 template <class Real>
-TetId TetWalk<Real>::beyond(TetId tet, std::size_t corner) const {
+TetId TetWalk<Real>::beyond(TetId tet, std::size_t corner) {
+  TetId& known = beyond_[4 * std::size_t{tet} + corner];
+  if (known == kUnknown) known = find_beyond(tet, corner);
+  return known;
+}
+
+template <class Real>
+TetId TetWalk<Real>::find_beyond(TetId tet, std::size_t corner) const {
   const Tet& here = mesh_->tets[tet];
   const VertexId a = here[(corner + 1) & 3u], b = here[(corner + 2) & 3u],
                  c = here[(corner + 3) & 3u];

@@ -42,10 +42,12 @@ class TetWalk {
  private:
   bool walk(TetId start, int longest, const Vec3<double>& point);
   bool place_nearby(const Vec3<double>& point);
-  TetId beyond(TetId tet, std::size_t corner) const;
+  TetId beyond(TetId tet, std::size_t corner);
+  TetId find_beyond(TetId tet, std::size_t corner) const;
 
   const WorkMesh<Real>* mesh_ = nullptr;
   VertexTets balls_;
+  Vector<TetId> beyond_;  // each corner, where somebody has asked already; else kUnknown
   StartGrid<Real> starts_;
   Place last_{};
   TetId end_ = kNoTet;  // of the last walk, where it ended at a boundary
