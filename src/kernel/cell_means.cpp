@@ -4,11 +4,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "base/mix.h"
 #include "mesh/predicates.h"
+#include "mesh/region_numbers.h"
 
 namespace tetfusion {
 
@@ -66,6 +66,10 @@ void CellMeans<Real>::begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t>
   columns_.assign(columns.begin(), columns.end());
   labels_.assign(labels.begin(), labels.end());
   enough_.resize(mesh->tets.size());
+  keys_.clear();
+  for (const std::uint32_t c : labels_) {
+    keys_.push_back(region_keys(mesh->cell_columns[c].type, mesh->cell_columns[c].rows));
+  }
   tet_of_.clear();
   added_.clear();
   list_places();
@@ -114,20 +118,24 @@ bool CellMeans<Real>::is_left(const Vec3<double>& centre, double volume) {
 template <class Real>
 void CellMeans<Real>::add(const CellsToAverage& cells, std::uint64_t first, std::uint64_t step) {
   added_.push_back({first, step, cells.centres.size()});
+  Keys keys;
+  for (std::size_t k = 0; k < labels_.size(); ++k) {
+    const Column& label = mesh_->cell_columns[labels_[k]];
+    keys.push_back(
+        region_keys(label.type, {cells.labels[k], cells.centres.size() * label.stride()}));
+  }
   for (std::uint64_t i = first; i < cells.centres.size(); i += step) {
     const Vec3<double>& centre = cells.centres[i];
     const bool counts = !is_left(centre, cells.volumes[i]) && walk_->find(centre) &&
-                        has_labels_of(walk_->place().tet, cells, i);
+                        is_in_region_of(walk_->place().tet, keys, i);
     tet_of_.push_back(counts ? walk_->place().tet : kNoTet);
   }
 }
 
 template <class Real>
-bool CellMeans<Real>::has_labels_of(TetId tet, const CellsToAverage& cells, std::uint64_t i) const {
-  for (std::size_t k = 0; k < labels_.size(); ++k) {
-    const Column& label = mesh_->cell_columns[labels_[k]];
-    const std::size_t n = label.stride();
-    if (std::memcmp(label.rows.data() + tet * n, cells.labels[k] + i * n, n) != 0) return false;
+bool CellMeans<Real>::is_in_region_of(TetId tet, const Keys& keys, std::uint64_t cell) const {
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    if (keys_[k][tet] != keys[k][cell]) return false;
   }
   return true;
 }

@@ -37,7 +37,7 @@ class CellMeans {
  public:
   // The mesh is not changed until average(), and outlives that, as does the walk, which has begun
   // with it. Columns and labels are some of those of its tetrahedra: means are made of columns of
-  // floating-point numbers, of cells that have the labels of the tetrahedron.
+  // floating-point numbers, of cells in the region of the tetrahedron (region_keys()).
   void begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> columns,
              std::span<const std::uint32_t> labels, TetWalk<Real>* walk);
 
@@ -77,7 +77,8 @@ class CellMeans {
   void list_places();
   Slot& slot_of(const Vec3<double>& centre);
   bool is_left(const Vec3<double>& centre, double volume);
-  bool has_labels_of(TetId tet, const CellsToAverage& cells, std::uint64_t i) const;
+  using Keys = std::vector<Vector<std::uint64_t>>;  // of each label, of each tetrahedron or cell
+  bool is_in_region_of(TetId tet, const Keys& keys, std::uint64_t cell) const;
   template <class T>
   void average_column(Column* column, const std::function<void(const UseRows& use)>& read);
   void add_up(double volume, double value, Mean* mean) const;
@@ -85,6 +86,7 @@ class CellMeans {
   WorkMesh<Real>* mesh_ = nullptr;
   TetWalk<Real>* walk_ = nullptr;
   std::vector<std::uint32_t> columns_, labels_;
+  Keys keys_;
   Vector<double> enough_;  // volume of cells, for each tetrahedron; infinite: it keeps what it has
   Vector<Slot> slots_;     // of the others, by their centres; a power of two
   Vector<TetId> tet_of_;   // of each cell that was looked at; kNoTet: it does not count

@@ -154,6 +154,27 @@ TEST(CellMeans, CellsWithOtherLabelsDoNotCount) {
   EXPECT_EQ(values[5], 10);
 }
 
+// As elsewhere: -0 is 0, and what is no number is one region.
+TEST(CellMeans, LabelsMayBeOfFloatingPointNumbers) {
+  WorkMesh<double> mesh = ball();
+  Vector<double> labels(mesh.tets.size(), 0);
+  labels[4] = kNone;
+  mesh.cell_columns.push_back(testing::make_column(1, labels));
+  const Vector<Vec3<double>> centres{place_in(mesh, 3, 0, 0.2), place_in(mesh, 4, 0, 0.2)};
+  const Vector<double> volumes{1, 1}, values{10, 20}, of_cells{-0.0, -kNone};
+  TetWalk<double> walk;
+  walk.begin(mesh);
+  CellMeans<double> tool;
+  const std::uint32_t column = 0, label = 1;
+  tool.begin(&mesh, {&column, 1}, {&label, 1}, &walk);
+  tool.add({centres, volumes, {reinterpret_cast<const std::byte*>(of_cells.data())}}, 0, 1);
+  tool.average([&](std::size_t, const auto& use) {
+    use(volumes.data(), reinterpret_cast<const std::byte*>(values.data()));
+  });
+  EXPECT_EQ(rows_of<double>(mesh.cell_columns[0])[3], 10);
+  EXPECT_EQ(rows_of<double>(mesh.cell_columns[0])[4], 20);
+}
+
 TEST(CellMeans, TakeEveryNthCell) {
   const WorkMesh<double> mesh = ball();
   Cells cells;
