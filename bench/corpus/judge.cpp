@@ -125,12 +125,13 @@ class Judge {
       const double mean = other.value(c * array.components + k);
       const double own = array.value(trace_[c] * array.components + k);
       if (mean == own || (std::isnan(mean) && std::isnan(own))) continue;
-      bool lower = false, higher = false;
+      bool lower = false, higher = false;  // or there are such that are no numbers
       for (std::size_t t = 0; t < before_.tets.size(); ++t) {
         if (between({t, trace_[c]})) continue;
         const double value = array.value(t * array.components + k);
-        lower |= value <= mean;
-        higher |= value >= mean;
+        const bool are_none = !std::isfinite(mean) && !std::isfinite(value);
+        lower |= value <= mean || are_none;
+        higher |= value >= mean || are_none;
       }
       if (!lower || !higher) return false;
     }

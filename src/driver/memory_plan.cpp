@@ -26,6 +26,8 @@ constexpr std::uint64_t kLeastRows = 2048;
 constexpr std::uint64_t kRowBytes = 24;
 // It is read, and then copied to the piece of its chunk.
 constexpr double kCopiesOfRow = 2.5;
+// Of an excerpt (partition/curve_excerpt.h), however small chunks are; 17 thousand measured.
+constexpr double kExcerptTets = 20'000;
 // Points that several chunks have are there more than once.
 constexpr double kCopies = 1.2;
 
@@ -93,10 +95,11 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
       static_cast<double>(std::max(kWindows, plan_window(kLeastRows, widest, 0, 1).bytes));
   const double at_work = std::min(static_cast<double>(threads), std::max(chunks, 1.0));
   const double work = std::max(windows, at_work * fit) + at_work * 6 * chunk;
+  const double excerpt = chunks > 1 ? 6 * pieces * std::min(1.0, kExcerptTets / cells) : 0;
   // All of it while a result is written.
   const auto fields = static_cast<double>(mesh.field_data.bytes());
   const double fixed = static_cast<double>(kProcessBytes) + static_cast<double>(memory_to_read) +
-                       fields + std::max(work + std::max(of_points, between), means);
+                       fields + std::max({work + std::max(of_points, between), means, excerpt});
   MemoryNeeds needs;
   needs.pieces = static_cast<std::uint64_t>(pieces);
   needs.out_of_core = static_cast<std::uint64_t>(fixed);

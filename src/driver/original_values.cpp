@@ -39,11 +39,15 @@ void for_each_step(const SortedRows& rows, std::uint32_t chunk, std::uint64_t st
   });
 }
 
+// Has it anything but whole numbers? Large ones are all whole, and no labels, as not all of these
+// could be told apart.
 template <class T>
 bool has_fraction(const Column& column) {
+  constexpr T kMostLabel = static_cast<T>(std::uint64_t{1} << std::numeric_limits<T>::digits);
   const auto* const values = reinterpret_cast<const T*>(column.rows.data());
-  return std::any_of(values, values + column.rows.size() / sizeof(T),
-                     [](T value) { return std::isfinite(value) && value != std::trunc(value); });
+  return std::any_of(values, values + column.rows.size() / sizeof(T), [](T value) {
+    return std::isfinite(value) && (value != std::trunc(value) || std::abs(value) >= kMostLabel);
+  });
 }
 
 // Where to look for the vertices of a mesh when it has become another one: inside at themselves,

@@ -157,7 +157,7 @@ void CellMeans<Real>::average_column(Column* column,
   const std::size_t width = column->components;
   T* const values = reinterpret_cast<T*>(column->rows.data());
   for (std::size_t k = 0; k < width; ++k) {
-    means_.assign(mesh_->tets.size(), {0, 0, 0, 0, 0});
+    means_.assign(mesh_->tets.size(), {});
     std::size_t next = 0;
     auto added = added_.begin();
     read([&](const double* volumes, const std::byte* rows) {
@@ -172,10 +172,15 @@ void CellMeans<Real>::average_column(Column* column,
     });
     for (std::size_t t = 0; t < means_.size(); ++t) {
       const Mean& m = means_[t];
-      if (!(m.weight > 0 && m.weight >= enough_[t])) continue;
+      T& value = values[t * width + k];
+      if (!(m.weight + m.lost > 0 && m.weight + m.lost >= enough_[t])) continue;
+      if (m.lost > m.weight) {
+        if (std::isfinite(value)) value = static_cast<T>(m.other);
+        continue;
+      }
       const double mean = m.first + m.sum / m.weight;
       if (!std::isfinite(mean)) continue;  // too large a sum
-      values[t * width + k] = static_cast<T>(std::clamp(mean, m.least, m.most));
+      value = static_cast<T>(std::clamp(mean, m.least, m.most));
     }
   }
 }
@@ -183,8 +188,12 @@ void CellMeans<Real>::average_column(Column* column,
 // Differences first: equal values have themselves as their mean.
 template <class Real>
 void CellMeans<Real>::add_up(double volume, double value, Mean* mean) const {
-  if (!std::isfinite(value)) return;
-  if (mean->weight == 0) *mean = {value, 0, 0, value, value};
+  if (!std::isfinite(value)) {
+    if (mean->lost == 0) mean->other = value;
+    mean->lost += volume;
+    return;
+  }
+  if (mean->weight == 0) mean->first = mean->least = mean->most = value;
   mean->sum += volume * (value - mean->first);
   mean->weight += volume;
   mean->least = std::min(mean->least, value);

@@ -52,17 +52,20 @@ class CellMeans {
 
   // Sets the values of each tetrahedron to the means of those of its cells, weighted by volume and
   // within their range. One that is itself one of the cells, or has none but small ones, or no
-  // volume, keeps what it has. Values that are not finite do not count.
+  // volume, keeps what it has. Values that are not finite do not count, unless most of the volume
+  // is theirs: then the first one is taken.
   void average(const ReadRows& read);
 
   // Bytes that takes beside the mesh and the walk, for so many cells and tetrahedra.
   static std::uint64_t memory(std::uint64_t cells, std::uint64_t tets);
 
  private:
-  // Of the values in a tetrahedron, sum and weight of their differences from the first.
+  // Of the values in a tetrahedron: sum and weight of their differences from the first. Of those
+  // that are not finite, weight and the first one.
   struct Mean {
-    double first, sum, weight;
-    double least, most;
+    double first = 0, sum = 0, weight = 0;
+    double least = 0, most = 0;
+    double lost = 0, other = 0;
   };
   // A tetrahedron in the table of places, with a part of its hash.
   struct Slot {

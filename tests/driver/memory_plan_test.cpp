@@ -97,11 +97,19 @@ TEST_F(MemoryPlan, FieldDataTakesMemory) {
   EXPECT_GT(needs.out_of_core, 3 * 8 * kValues);
 }
 
+// It is looked at in one piece, however small the chunks are.
+TEST_F(MemoryPlan, AnExcerptTakesMemory) {
+  mesh.cells = 20'000;
+  mesh.cell_data.arrays.push_back({"wide", ValueType::kFloat64, 1000, {}, mesh.cells});
+  EXPECT_GT(needs_with(1).out_of_core, 6 * mesh.cells * 8000);
+}
+
 // Means of cell arrays are made in memory, of all points at once.
 TEST_F(MemoryPlan, CellArraysThatSteerTakeMemory) {
   mesh.points = 100'000'000;
+  mesh.cells = 600'000'000;
   const auto needs = [&](std::uint64_t mean) {
-    return estimate_needs(mesh, {.vertex = 8, .point_mean = mean}, 700, 2, 0).out_of_core;
+    return estimate_needs(mesh, {.vertex = 8, .point_mean = mean}, 200'000, 2, 0).out_of_core;
   };
   EXPECT_GT(needs(8), 40u * mesh.points);
   EXPECT_EQ(needs(16) - needs(8), 8u * mesh.points);

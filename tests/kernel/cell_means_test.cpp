@@ -109,16 +109,19 @@ TEST(CellMeans, OneThatIsThereItselfKeepsItsValue) {
   EXPECT_NE(average(cells, mesh)[3], 3);
 }
 
-TEST(CellMeans, WhatIsNoNumberDoesNotCount) {
+TEST(CellMeans, WhatIsNoNumberStaysAndDoesNotSpread) {
   const WorkMesh<double> mesh = ball();
   Cells cells;
   cells.add(place_in(mesh, 3, 0, 0.2), 1, kNone);
   cells.add(place_in(mesh, 3, 1, 0.2), 1, 10);
-  cells.add(place_in(mesh, 3, 2, 0.2), 1, std::numeric_limits<double>::infinity());
+  cells.add(place_in(mesh, 3, 2, 0.2), 2, 40);
   cells.add(place_in(mesh, 4, 2, 0.2), 1, kNone);
+  cells.add(place_in(mesh, 5, 0, 0.2), 1, 10);
+  cells.add(place_in(mesh, 5, 1, 0.2), 2, std::numeric_limits<double>::infinity());
   const Vector<double> values = average(cells, mesh);
-  EXPECT_EQ(values[3], 10);
-  EXPECT_EQ(values[4], 4);
+  EXPECT_EQ(values[3], 30);
+  EXPECT_TRUE(std::isnan(values[4]));  // most of the volume is
+  EXPECT_EQ(values[5], std::numeric_limits<double>::infinity());
 }
 
 // Equal values stay, to the bit; the largest numbers have a mean that is one, or none.
