@@ -15,7 +15,6 @@
 #include "base/run_context.h"
 #include "driver/memory_plan.h"
 #include "driver/options.h"
-#include "driver/steering.h"
 #include "io/scratch.h"
 
 namespace tetfusion {
