@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -17,7 +18,7 @@ namespace {
 
 constexpr std::array<char, 8> kMagic{'T', 'F', 'P', 'T', 'S', 'M', 'A', 'P'};
 constexpr std::uint32_t kByteOrder = 0x01020304;
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::uint64_t kAlignment = 8;
 
 struct Header {
@@ -25,13 +26,16 @@ struct Header {
   std::uint32_t byte_order = kByteOrder;
   std::uint32_t version = kVersion;
   std::uint64_t file_bytes = 0;
-  std::uint64_t original_points = 0, points = 0, tets = 0, cells = 0, corners = 0, shares = 0;
+  std::uint64_t original_points = 0, original_cells = 0;
+  std::uint64_t points = 0, tets = 0, cells = 0, corners = 0, shares = 0;
   std::uint64_t coordinate_bytes = 0;
+  std::uint64_t tets_sum = 0;    // TetsChecksum of the original
   std::uint64_t sum = 0;         // of all that follows the header
   std::uint64_t header_sum = 0;  // of the header up to here
 };
-static_assert(sizeof(Header) == 96);
+static_assert(sizeof(Header) == 112);
 static_assert(sizeof(MapPlace) == 40 && sizeof(MapShare) == 24);
+static_assert(sizeof(MapHome) == 8 && sizeof(MapOrigin) == 16);
 
 std::uint64_t header_sum(const Header& header) {
   return checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, header_sum)));
@@ -39,10 +43,12 @@ std::uint64_t header_sum(const Header& header) {
 
 }  // namespace
 
-MapWriter::MapWriter(OutputFile* file, std::uint64_t original_points, const Geometry& mesh)
+MapWriter::MapWriter(OutputFile* file, std::uint64_t original_points, std::uint64_t original_cells,
+                     const Geometry& mesh)
     : file_(file) {
   const CellOrder cells{mesh.tets.size(), &mesh.lower};
   counts_ = {original_points,
+             original_cells,
              point_count(mesh.points),
              mesh.tets.size(),
              cells.size(),
@@ -91,16 +97,18 @@ void MapWriter::align() {
   append(std::span(kZeros).first((kAlignment - file_->size() % kAlignment) % kAlignment));
 }
 
-void MapWriter::finish() {
+void MapWriter::finish(std::uint64_t tets_sum) {
   Header header;
   header.file_bytes = file_->size();
   header.original_points = counts_.original_points;
+  header.original_cells = counts_.original_cells;
   header.points = counts_.points;
   header.tets = counts_.tets;
   header.cells = counts_.cells;
   header.corners = counts_.corners;
   header.shares = counts_.shares;
   header.coordinate_bytes = size_of(counts_.point_type);
+  header.tets_sum = tets_sum;
   header.sum = sum_.value();
   header.header_sum = header_sum(header);
   file_->overwrite(0, &header, sizeof header);
@@ -146,12 +154,14 @@ void MapFile::read_header() {
     fail("the head of the map is damaged");
   }
   counts_ = {header.original_points,
+             header.original_cells,
              header.points,
              header.tets,
              header.cells,
              header.corners,
              header.shares,
              header.coordinate_bytes == 4 ? ValueType::kFloat32 : ValueType::kFloat64};
+  tets_sum_ = header.tets_sum;
   sum_ = header.sum;
 }
 
@@ -176,6 +186,8 @@ void MapFile::find_sections() {
   take(&ends_, counts_.cells + 1);
   take(&types_, counts_.cells);
   take(&places_, counts_.original_points);
+  take(&homes_, counts_.original_cells);
+  take(&origins_, counts_.cells);
   take(&shares_, counts_.shares);
   if (!left.empty()) fail("the map is longer than what it says to hold");
 }
@@ -212,6 +224,18 @@ void MapFile::check_numbers() const {
     const bool right = (place.cell == kNoCell || place.cell < counts_.tets) &&
                        std::all_of(place.weights.begin(), place.weights.end(), is_weight);
     if (!right) fail(fmt::format("the place of point {} is none", i));
+  }
+  for (std::size_t i = 0; i < homes_.size(); ++i) {
+    forget_run(homes_, i);
+    const auto [tet, share] = homes_[i];
+    const bool right =
+        tet == kNoTet ? share == 0 : tet < counts_.tets && share > 0 && std::isfinite(share);
+    if (!right) fail(fmt::format("the home of cell {} is none", i));
+  }
+  for (std::size_t i = 0; i < origins_.size(); ++i) {
+    const auto [cell, is_mean] = origins_[i];
+    const bool right = cell < counts_.original_cells && is_mean <= (i < counts_.tets ? 1U : 0U);
+    if (!right) fail(fmt::format("the origin of cell {} is none", i));
   }
   const auto before = [](const MapShare& a, const MapShare& b) {
     return std::pair(a.original, a.point) < std::pair(b.original, b.point);

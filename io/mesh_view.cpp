@@ -110,6 +110,7 @@ class ViewSource final : public MeshSource {
     description_.point_data = describe(view_.point_arrays);
     description_.point_data.active = view_.point_markers;
     description_.cell_data = describe(view_.cell_arrays);
+    description_.cell_data.active = view_.cell_markers;
     for (const DataArray& array : view_.field_data) {
       description_.field_data.arrays.push_back(array.info);
     }

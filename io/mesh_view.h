@@ -39,7 +39,7 @@ struct MeshView {
   std::span<const std::uint8_t> ghosts;  // flags as in vtkGhostType; empty: no ghost cells
   std::vector<ArrayView> point_arrays, cell_arrays;
   bool any_names = false;  // as in files: arrays may be without a name, or share one
-  std::map<std::string, std::string> point_markers;  // AttributeSet::active
+  std::map<std::string, std::string> point_markers, cell_markers;  // AttributeSet::active
   std::vector<DataArray> field_data;
 
   std::uint64_t cells() const { return tets_only ? connectivity.size() / 4 : types.size(); }

@@ -1,4 +1,5 @@
 // A map of a simplification, and another step's arrays that follow it.
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <memory>
@@ -28,8 +29,8 @@ namespace tetfusion::fuzz {
 namespace {
 
 // io/FORMAT.md.
-constexpr std::size_t kHeaderBytes = 96;
-constexpr std::size_t kLengthAt = 16, kSumAt = 80, kHeaderSumAt = 88;
+constexpr std::size_t kHeaderBytes = 112;
+constexpr std::size_t kLengthAt = 16, kSumAt = 96, kHeaderSumAt = 104;
 
 const std::string& path() {
   static const testing::TempDir dir = testing::TempDir::in_memory();
@@ -68,9 +69,38 @@ std::vector<MovedArray> follow(const MapFile& map) {
                        {"i", 1, {ValueType::kInt32, std::as_bytes(std::span(numbers))}}};
   const auto source = open_view(step);
   auto arrays = apply_map(map, source.get(), {}, RunContext{});
-  const auto moved = open_moved(map, arrays, source.get());
+  const auto moved = open_moved(map, arrays, {}, source.get());
   read_all(moved.get());
   return arrays;
+}
+
+// The same of cells: as many tetrahedra, all in one place.
+void follow_cells(const MapFile& map) {
+  const std::uint64_t count = map.counts().original_cells;
+  const std::vector<float> xyz(3 * 4);
+  const std::vector<std::int64_t> corners(4 * count);
+  std::vector<double> values(count);
+  std::iota(values.begin(), values.end(), 1.5);
+  std::vector<std::int32_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 1);
+  MeshView step;
+  step.tets_only = true;
+  step.points = {ValueType::kFloat32, std::as_bytes(std::span(xyz))};
+  step.connectivity = {ValueType::kInt64, std::as_bytes(std::span(corners))};
+  step.cell_arrays = {{"f", 1, {ValueType::kFloat64, std::as_bytes(std::span(values))}},
+                      {"i", 1, {ValueType::kInt32, std::as_bytes(std::span(numbers))}}};
+  const auto source = open_view(step);
+  if (count > 0 && has_cells_of(map, source.get(), {})) throw std::logic_error("not that mesh");
+  const auto moved = CellMover(map).move(source.get(), {0, 1}, {});
+  const auto wrong = [&](auto value) {
+    return !(value >= 1 && value <= static_cast<double>(count) + 0.5);
+  };
+  const auto floats = moved[0].array.as<double>();
+  const auto integers = moved[1].array.as<std::int32_t>();
+  if (std::any_of(floats.begin(), floats.end(), wrong) ||
+      std::any_of(integers.begin(), integers.end(), wrong)) {
+    throw std::logic_error("a value that no cell had");
+  }
 }
 
 void read_one(const std::string& bytes) try {
@@ -83,6 +113,7 @@ void read_one(const std::string& bytes) try {
   for (const std::int32_t number : arrays[1].array.as<std::int32_t>()) {
     if (number < 0 || number > original) throw std::logic_error("a number that no point had");
   }
+  follow_cells(map);
 } catch (const Error&) {
 }
 
@@ -99,11 +130,15 @@ std::string map_of() {
                                         {0, {0, 0, 0.5, 0.5}}}};
   const std::array<MapShare, 6> shares{
       {{0, 0, 1}, {1, 1, 1}, {2, 2, 0.5}, {4, 4, 1}, {5, 2, 0.5}, {5, 3, 1}}};
+  const std::array<MapHome, 5> homes{{{0, 0.5F}, {1, 1}, {}, {0, 0.25F}, {1, 0.125F}}};
+  const std::array<MapOrigin, 2> origins{{{2, 1}, {1, 0}}};
   OutputFile file(path(), OutputFile::Access::kPatch);
-  MapWriter writer(&file, places.size(), mesh);
+  MapWriter writer(&file, places.size(), homes.size(), mesh);
   writer.put(places);
+  writer.put(homes);
+  writer.put(origins);
   writer.put(shares);
-  writer.finish();
+  writer.finish(1);
   file.commit();
   return testing::bytes_of(path());
 }

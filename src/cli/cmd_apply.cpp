@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "cli/console.h"
 #include "cli/findings.h"
 #include "driver/convert.h"
+#include "driver/steering.h"
 #include "follow/apply_map.h"
 #include "io/mesh_sink.h"
 
@@ -39,8 +41,50 @@ std::string sentence_of(const MovedArray& moved) {
   return text;
 }
 
+std::string sentence_of(const MovedCells& moved) {
+  return fmt::format("cell:{}: {}", moved.array.info.name,
+                     moved.has_means ? "the means of the cells in each tetrahedron"
+                                     : "in each cell the values of one");
+}
+
+// Those that are asked for, or all.
+struct ArraysToMove {
+  std::vector<std::string> points;
+  std::vector<std::size_t> cells;
+  bool all_points = false;
+};
+
+// Cells follow where they are those of the mesh that was simplified.
+ArraysToMove arrays_to_move(const ApplyArguments& a, const MapFile& map, MeshSource* source,
+                            const RunContext& context) {
+  const MeshDescription& mesh = source->description();
+  ArraysToMove out;
+  for (const std::string& name : a.arrays) {
+    const auto choice = find_array(mesh, name);
+    if (choice && choice->association == Association::kCell) {
+      if (std::ranges::find(out.cells, choice->index) == out.cells.end()) {
+        out.cells.push_back(choice->index);
+      }
+    } else {
+      out.points.push_back(name);  // or none, which is refused later
+    }
+  }
+  if (a.arrays.empty()) out.cells = cell_arrays_to_move(mesh.cell_data);
+  out.all_points = a.arrays.empty();
+  if (out.cells.empty() || has_cells_of(map, source, context)) return out;
+  const std::string reason =
+      "arrays of cells do not follow: its tetrahedra are not those of the mesh that was "
+      "simplified, in their order";
+  if (!a.arrays.empty()) {
+    throw Error(ErrorCode::kBadInput, fmt::format("{}: {}", a.input, reason));
+  }
+  context.say(fmt::format("{}: {}", a.input, reason));
+  out.cells.clear();
+  return out;
+}
+
 Json report_of_apply(const ApplyArguments& a, const MapFile& map,
-                     const std::vector<MovedArray>& arrays) {
+                     const std::vector<MovedArray>& arrays, const std::vector<MovedCells>& cells) {
   Json json{{"version", version()},
             {"map", a.map},
             {"path", a.input},
@@ -48,7 +92,8 @@ Json report_of_apply(const ApplyArguments& a, const MapFile& map,
             {"original_points", map.counts().original_points},
             {"points", map.counts().points},
             {"tets", map.counts().tets},
-            {"arrays", Json::array()}};
+            {"arrays", Json::array()},
+            {"cell_arrays", Json::array()}};
   for (const MovedArray& moved : arrays) {
     const ArrayInfo& info = moved.array.info;
     Json entry{{"name", info.name}, {"type", vtk_name(info.type)}, {"components", info.components}};
@@ -59,6 +104,13 @@ Json report_of_apply(const ApplyArguments& a, const MapFile& map,
       entry["undefined"] = moved.undefined;
     }
     json["arrays"].push_back(entry);
+  }
+  for (const MovedCells& moved : cells) {
+    const ArrayInfo& info = moved.array.info;
+    json["cell_arrays"].push_back({{"name", info.name},
+                                   {"type", vtk_name(info.type)},
+                                   {"components", info.components},
+                                   {"means", moved.has_means}});
   }
   return json;
 }
@@ -81,10 +133,14 @@ void run_apply(ApplyArguments* a) {
   console.tell_time_step(a->open.time_step, source->description());
   refuse_piece_as_mesh(a->output, source->description());
   refuse_piece(a->report, source->description());
-  const std::vector<MovedArray> arrays = apply_map(map, source.get(), a->arrays, context);
+  const ArraysToMove wanted = arrays_to_move(*a, map, source.get(), context);
+  std::vector<MovedArray> arrays;
+  if (wanted.all_points || !wanted.points.empty()) {
+    arrays = apply_map(map, source.get(), wanted.points, context);
+  }
+  const std::vector<MovedCells> cells = CellMover(map).move(source.get(), wanted.cells, context);
   const StayedPoints stayed = compare_stayed_points(map, source.get(), context);
-  const auto result = open_moved(map, arrays, source.get());
-  const bool has_cell_arrays = !source->description().cell_data.arrays.empty();
+  const auto result = open_moved(map, arrays, cells, source.get());
   source.reset();  // it may be what is written over
   const std::string left_out = left_out_of(a->output, result->description());
   if (!left_out.empty()) console.say(left_out);
@@ -97,18 +153,16 @@ void run_apply(ApplyArguments* a) {
   map.check();
   context.report("done", 1);
   for (const MovedArray& moved : arrays) console.say(sentence_of(moved));
+  for (const MovedCells& moved : cells) console.say(sentence_of(moved));
   if (stayed.elsewhere > 0) {
     console.say(fmt::format(
         "points that stayed, but lie elsewhere in {}: {} of {}; the result has the points of the "
         "mesh that was simplified, and wrong values if those of this one come in another order",
         a->input, format_count(stayed.elsewhere), format_count(stayed.count)));
   }
-  if (has_cell_arrays) {
-    console.say("arrays of cells do not follow: a map knows where points went");
-  }
   console.detail_resources();
   if (a->report.empty()) return;
-  Json json = report_of_apply(*a, map, arrays);
+  Json json = report_of_apply(*a, map, arrays, cells);
   json["stayed_points"] = stayed.count;
   json["stayed_points_elsewhere"] = stayed.elsewhere;
   json["seconds"] = {{"total", wall_seconds() - start}};
@@ -123,12 +177,13 @@ void run_apply(ApplyArguments* a) {
 void add_apply_command(CLI::App& app) {
   auto a = std::make_shared<ApplyArguments>();
   CLI::App* command = app.add_subcommand(
-      "apply", "Bring the point arrays of another step or program onto a simplified mesh");
+      "apply", "Bring the arrays of another step or program onto a simplified mesh");
   command->footer(
       "IN is a mesh of tetrahedra with the points of the one that was simplified, in the same "
-      "order; where they lie, and which tetrahedra there are, does not matter.\n"
+      "order; where they lie does not matter.\n"
       "A point that stayed keeps its value, any other one gets what the original mesh has at its "
-      "place.");
+      "place. Cells get the means of those that lie in them, if IN has the tetrahedra of the mesh "
+      "that was simplified, in the same order; else only arrays of points follow.");
   command->add_option("MAP", a->map, "The file that 'tetfusion simplify --map' wrote")->required();
   command->add_option("IN", a->input, "A mesh with the arrays, or - for standard input")
       ->required();
@@ -141,7 +196,8 @@ void add_apply_command(CLI::App& app) {
       ->group(kOutputGroup);
   command
       ->add_option("--array", a->arrays,
-                   "A point array that is wanted; may be given again. Default: all")
+                   "An array that is wanted: NAME of points, cell:NAME of cells; may be given "
+                   "again. Default: all")
       ->check(not_empty)
       ->allow_extra_args(false);
   add_cell_options(*command, &a->open);

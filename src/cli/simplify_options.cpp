@@ -223,10 +223,11 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
                 "stayed, -1 of those that are new")
       ->group(kOutputGroup);
   command
-      .add_option("--map", a->request.map,
-                  "Write to this file where each of the input's points went, for 'tetfusion "
-                  "apply' to bring other time steps or results onto OUT; with --lods its name "
-                  "holds {lod}")
+      .add_option(
+          "--map", a->request.map,
+          "Write to this file where each of the input's points and cells went, for "
+          "'tetfusion apply' to bring other time steps or results onto OUT; with --lods its name "
+          "holds {lod}")
       ->check(not_empty)
       ->group(kOutputGroup);
   command

@@ -103,6 +103,7 @@ void pass(Stream stream, State& state) {
   stream.all(lower.cells.offsets);
   stream.all(lower.cells.connectivity);
   pass_columns(stream, lower.columns);
+  stream.all(lower.numbers);
   stream.all(lower.vertices);
   stream.all(lower.loose_ids);
   stream.all(lower.loose_positions);

@@ -14,7 +14,7 @@ namespace tetfusion {
 
 // Raised whenever a state of before would be read as something else, or be gone on with to another
 // result: a run goes on with its own kind only.
-inline constexpr int kStateFormat = 7;
+inline constexpr int kStateFormat = 8;
 
 template <class Real>
 struct RunState : RoundsState {

@@ -30,7 +30,7 @@ void Coarsening<Real>::begin(std::uint32_t steering_width) {
   Scratch* scratch = run_.place.scratch();
   layout_ = run_layout<Real>(options_, in.carried, steering_width);
   WorkMesh<Real> rows = layout_;
-  if (run_.keeps_logs()) rows.cell_columns.push_back(number_column());
+  if (keeps_numbers(run_.request)) rows.cell_columns.push_back(number_column());
   rounds_ = std::make_unique<Rounds<Real>>(rows, thread_count(), run_.place.budget(), scratch);
   rounds_->watch([this](std::uint64_t tets) {
     run_.context.check();
@@ -84,7 +84,7 @@ void Coarsening<Real>::import() {
   state_.chunk_tets = options_.chunk_tets;
   ImportSettings settings = import_settings(options_, in.carried, in.regions, steering.width());
   settings.interest = &in.interest;
-  settings.keeps_numbers = run_.keeps_logs();
+  settings.keeps_numbers = keeps_numbers(run_.request);
   settings.excerpt =
       options_.method == Method::kFuse && options_.boundary_rule == BoundaryRule::kVertices;
   RoundPlan plan;

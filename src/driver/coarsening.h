@@ -46,7 +46,6 @@ class Coarsening {
   double share_done() const;  // of the run
 
   const RunState<Real>& state() const { return state_; }
-  ImportedMesh<Real>* mesh() { return &state_.input; }      // as it is now
   const WorkMesh<Real>& layout() const { return layout_; }  // of rows, but for cells' numbers
   FusionLogs* logs() const { return logs_.get(); }          // null where nobody wants them
 

@@ -31,9 +31,10 @@ struct ExportSettings {
   bool original_ids = false;
   // The mesh has ImportSettings::keeps_numbers; they are not written.
   bool has_numbers = false;
-  // What that array would hold, of all points of the result; may be null. It is filled before
-  // inspect() is called.
+  // What kOriginalIds would hold, of all points of the result, and the numbers of its cells; may be
+  // null. They are filled before inspect() is called.
   Vector<std::int64_t>* point_ids = nullptr;
+  Vector<TetId>* cell_numbers = nullptr;
   // Called when all is written, but has no name yet, with a path where it can be read. May throw:
   // the old file stays then.
   std::function<void(const std::string& path, const MeshSummary& written)> inspect = {};

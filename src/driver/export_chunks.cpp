@@ -97,6 +97,18 @@ void ExportChunks<Real>::note_original_ids(const Chunk& chunk) const {
   }
 }
 
+// They are the last column, which is taken away.
+template <class Real>
+void ExportChunks<Real>::take_numbers(Chunk* chunk) const {
+  if (job_.settings.cell_numbers != nullptr) {
+    const Column& numbers = chunk->mesh.cell_columns.back();
+    const auto* from = reinterpret_cast<const TetId*>(numbers.rows.data());
+    const auto first = static_cast<std::ptrdiff_t>(first_tet_[chunk->number]);
+    std::copy_n(from, chunk->mesh.tets.size(), job_.settings.cell_numbers->begin() + first);
+  }
+  chunk->mesh.cell_columns.pop_back();
+}
+
 // For as long as the reservation is held.
 template <class Real>
 MemoryBudget::Reservation ExportChunks<Real>::take_mesh(std::size_t next, Chunk* chunk) {
@@ -117,6 +129,9 @@ template <class Real>
 void ExportChunks<Real>::for_each(double share, const Emit& emit) {
   const MacroLod<Real>& mesh = job_.mesh;
   if (job_.settings.point_ids != nullptr) job_.settings.point_ids->resize(summary_.points);
+  if (job_.settings.cell_numbers != nullptr) {
+    job_.settings.cell_numbers->resize(summary_.tets);
+  }
   std::vector<std::unique_ptr<Chunk>> workers;
   for (int i = 0; i < job_.settings.threads; ++i) {
     workers.push_back(std::make_unique<Chunk>(job_.layout));
@@ -131,7 +146,7 @@ void ExportChunks<Real>::for_each(double share, const Emit& emit) {
     Chunk& chunk = *workers[w];
     chunk.number = static_cast<std::uint32_t>(c);
     const auto memory = take_mesh(c + workers.size(), &chunk);
-    if (job_.settings.has_numbers) chunk.mesh.cell_columns.pop_back();
+    if (job_.settings.has_numbers) take_numbers(&chunk);
     if (job_.fitted != nullptr) job_.fitted->fit(chunk.number, &chunk.fit, &chunk.mesh);
     name_vertices(&chunk);
     note_original_ids(chunk);
@@ -164,6 +179,11 @@ void ExportChunks<Real>::settle_lower() {
   if (job_.settings.point_ids != nullptr) {
     std::copy(loose.begin(), loose.end(),
               job_.settings.point_ids->end() - static_cast<std::ptrdiff_t>(loose.size()));
+  }
+  if (job_.settings.cell_numbers != nullptr) {
+    const Vector<TetId>& lower = job_.lower.numbers;
+    job_.settings.cell_numbers->insert(job_.settings.cell_numbers->end(), lower.begin(),
+                                       lower.end());
   }
   std::sort(numbered_.begin(), numbered_.end(),
             [](const Numbered& a, const Numbered& b) { return a.id < b.id; });

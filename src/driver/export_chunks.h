@@ -63,6 +63,7 @@ class ExportChunks {
   std::uint32_t number_on_interface(VertexId id, std::uint32_t* low) const;
   void name_vertices(Chunk* chunk);
   void note_original_ids(const Chunk& chunk) const;
+  void take_numbers(Chunk* chunk) const;
   // `next` is the chunk that will be wanted after those in hand.
   MemoryBudget::Reservation take_mesh(std::size_t next, Chunk* chunk);
   void settle_lower();

@@ -92,6 +92,7 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
       fmt::format("output: {}\nencoding: {}\n", request.output, static_cast<int>(request.encoding));
   text += fmt::format("pieces: {}\n", request.pieces);
   text += fmt::format("progressive: {}\n", request.progressive);
+  text += fmt::format("map: {}\n", !request.map.empty());
   text += fmt::format("input: {}\ninput bytes: {}\n", mesh.path, mesh.file_bytes);
   text += fmt::format("time step: {}\n", mesh.time_step);
   struct stat status {};

@@ -58,7 +58,7 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double real = mesh.point_type == ValueType::kFloat32 ? 4 : 8;
   const double vertex =
       3 * real + 5 + static_cast<double>(steering.vertex + carried.point_data.row_bytes());
-  const double tet = 17 + static_cast<double>(carried.cell_data.row_bytes());
+  const double tet = 17 + static_cast<double>(steering.tet + carried.cell_data.row_bytes());
   const double pieces = cells * tet + kCopies * points * vertex;
   const double chunks = std::ceil(cells / static_cast<double>(chunk_tets));
   const double removed =
@@ -138,13 +138,14 @@ MemoryNeeds fit_threads(std::uint64_t memory,
 }
 
 void include_verification(const MeshDescription& mesh, std::uint64_t tets,
-                          std::uint64_t point_bytes, MemoryNeeds* needs) {
+                          std::uint64_t point_bytes, std::uint64_t tet_bytes, MemoryNeeds* needs) {
   const double share = static_cast<double>(std::min(tets, mesh.cells)) /
                        static_cast<double>(std::max<std::uint64_t>(mesh.cells, 1));
   const double points = share * static_cast<double>(mesh.points);
   // Two triangles a point of the surface, as that of a cube; of both meshes.
   const double triangles = 4 * interface_vertices(static_cast<double>(mesh.cells));
-  const std::uint64_t bytes = kProcessBytes + point_bytes * static_cast<std::uint64_t>(points);
+  const std::uint64_t bytes = kProcessBytes + tet_bytes * std::min(tets, mesh.cells) +
+                              point_bytes * static_cast<std::uint64_t>(points);
   const ComparisonNeeds beside = estimate_comparison(mesh, tets, static_cast<std::uint64_t>(points),
                                                      static_cast<std::uint64_t>(triangles));
   needs->out_of_core = std::max(needs->out_of_core, bytes + beside.least());

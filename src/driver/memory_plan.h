@@ -30,12 +30,14 @@ struct MemoryNeeds {
   std::uint64_t scratch = 0;      // of the disk, beside the output, where the mesh is kept there
 };
 
-// What steering takes of a vertex; of a point that is no vertex any more but remembered for the
+// What a run takes beside the mesh and its arrays: of a vertex, for steering; of a tetrahedron, for
+// its number (keeps_numbers()); of a point that is no vertex any more but remembered for the
 // sake of a bound at points; of the values of a point and of a cell of the original that are put
 // aside (original_values.h); and of the means of cell arrays at a point, all of which lie in memory
 // while the input is read. 0: there are none.
 struct SteeringBytes {
-  std::uint64_t vertex = 0, removed_point = 0, point_aside = 0, point_mean = 0, cell_aside = 0;
+  std::uint64_t vertex = 0, tet = 0, removed_point = 0, point_aside = 0, point_mean = 0,
+                cell_aside = 0;
   int positions_aside = 1;  // beside the values of a point
 };
 
@@ -51,8 +53,8 @@ MemoryNeeds fit_threads(std::uint64_t memory,
                         const RunContext& context);
 
 // Makes them enough for the verification of a result of so many tetrahedra, with so many bytes more
-// for each of its points.
+// for each of its points and each of these.
 void include_verification(const MeshDescription& mesh, std::uint64_t tets,
-                          std::uint64_t point_bytes, MemoryNeeds* needs);
+                          std::uint64_t point_bytes, std::uint64_t tet_bytes, MemoryNeeds* needs);
 
 }  // namespace tetfusion

@@ -150,6 +150,7 @@ struct SimplifyRequest {
   // A file that says where the input's points went (io/map_file.h), one for each level: its name
   // holds "{lod}" if the output's does. Empty: none.
   std::string map;
+  bool map_homes = true;  // MapHome; without, no cell of the result gets means
   // A file from which every level up to the original can be had (io/progressive_file.h). Empty:
   // none.
   std::string progressive;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -36,17 +35,6 @@ void for_each_step(const SortedRows& rows, std::uint32_t chunk, std::uint64_t st
     use(piece, next);
     next += next < piece.rows ? (piece.rows - next + step - 1) / step * step : 0;
     next -= piece.rows;
-  });
-}
-
-// Has it anything but whole numbers? Large ones are all whole, and no labels, as not all of these
-// could be told apart.
-template <class T>
-bool has_fraction(const Column& column) {
-  constexpr T kMostLabel = static_cast<T>(std::uint64_t{1} << std::numeric_limits<T>::digits);
-  const auto* const values = reinterpret_cast<const T*>(column.rows.data());
-  return std::any_of(values, values + column.rows.size() / sizeof(T), [](T value) {
-    return std::isfinite(value) && (value != std::trunc(value) || std::abs(value) >= kMostLabel);
   });
 }
 
@@ -152,9 +140,7 @@ void OriginalValues<Real>::add_cells(std::uint32_t chunk, const WorkMesh<Real>& 
     const std::atomic_ref known(kept_.fractions[c]);
     if (known.load(std::memory_order_relaxed) != 0) continue;
     const Column& column = mesh.cell_columns[columns_.cells[c]];
-    const bool here = column.type == ValueType::kFloat32 ? has_fraction<float>(column)
-                                                         : has_fraction<double>(column);
-    if (here) known.store(1, std::memory_order_relaxed);
+    if (has_fractions(column.type, column.rows)) known.store(1, std::memory_order_relaxed);
   }
   Vector<std::uint32_t> tets;
   Vector<double> volumes(mesh.tets.size());

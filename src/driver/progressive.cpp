@@ -48,12 +48,8 @@ LowerRows lower_rows(const LowerPart<Real>& lower) {
   LowerRows out;
   out.cells = lower.cells;
   if (out.cells.size() == 0) return out;
-  const Column& numbers = lower.columns.back();
-  out.numbers.resize(out.cells.size());
-  std::memcpy(out.numbers.data(), numbers.rows.data(), numbers.rows.size());
-  for (std::size_t i = 0; i < out.cells.size(); ++i) {
-    append_rows(std::span(lower.columns).first(lower.columns.size() - 1), i, &out.rows);
-  }
+  out.numbers = lower.numbers;
+  for (std::size_t i = 0; i < out.cells.size(); ++i) append_rows(lower.columns, i, &out.rows);
   return out;
 }
 
@@ -154,7 +150,7 @@ void include_logs(const SimplifyRequest& request, const MeshDescription& mesh, i
   needs->in_core += logs + writing;
   needs->out_of_core = std::max(needs->out_of_core + in_hand + bits,
                                 kProcessBytes + writing + mesh.field_data.bytes());
-  needs->scratch += logs + mesh.cells * sizeof(TetId);
+  needs->scratch += logs;
 }
 
 void refuse_ghosts(const std::string& input, const InputFacts& facts) {
@@ -175,9 +171,9 @@ void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file) {
   std::vector<bool> known(stream->points());
   MemoryBudget::Reservation memory;
   ProgressiveWriter writer(file, describe(job.carried, job.errors, job.source));
-  const MacroLod<Real>& mesh = job.mesh->mesh;
-  LowerPart<Real>& lower = job.mesh->lower;
-  const std::uint64_t tets = std::max<std::uint64_t>(job.mesh->facts.tets, 1);
+  const MacroLod<Real>& mesh = job.mesh.mesh;
+  const LowerPart<Real>& lower = job.mesh.lower;
+  const std::uint64_t tets = std::max<std::uint64_t>(job.mesh.facts.tets, 1);
   // Of the work, as far as it is told: the result, and half of that till it is sorted.
   const double base_share = static_cast<double>(mesh.tets) / static_cast<double>(tets);
   {
@@ -195,10 +191,9 @@ void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file) {
   writer.put_lower(lower_rows(lower));
   put_fusions(tets - mesh.tets, context.part(base_share, 1), job.logs, &writer, &known);
   put_spare<Real>(job, *stream, known, &writer);
-  put_rewound(job.mesh->rewound, context, &writer);
+  put_rewound(job.mesh.rewound, context, &writer);
   writer.finish();
   file->finish();
-  lower.columns.pop_back();
 }
 
 template void write_progressive(const ProgressiveJob<float>&, OutputFile*);

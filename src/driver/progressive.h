@@ -34,11 +34,9 @@ struct ProgressiveJob {
   const WorkMesh<Real>& layout;  // empty: what a row holds, but for cells' numbers
   const CarriedArrays& carried;
   FusionErrors errors;
-  MeshSource* source = nullptr;  // the input
-  // The result, which was imported with ImportSettings::keeps_numbers. Its cells of lower dimension
-  // lose their numbers.
-  ImportedMesh<Real>* mesh = nullptr;
-  FusionLogs* logs = nullptr;  // they are gone afterwards
+  MeshSource* source = nullptr;    // the input
+  const ImportedMesh<Real>& mesh;  // the result, imported with ImportSettings::keeps_numbers
+  FusionLogs* logs = nullptr;      // they are gone afterwards
   const RunContext& context;
   MemoryBudget* budget = nullptr;
   Scratch* scratch = nullptr;

@@ -42,6 +42,10 @@ bool looks_at_result(const SimplifyRequest& request) {
   return request.verify || !request.map.empty();
 }
 
+bool keeps_numbers(const SimplifyRequest& request) {
+  return !request.progressive.empty() || !request.map.empty();
+}
+
 ColumnsToFit columns_to_fit(const SimplifyRequest& request, const CarriedArrays& carried,
                             const std::vector<SteeringChoice>& choices,
                             const std::vector<std::size_t>& regions) {
@@ -95,6 +99,7 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
   };
   const std::uint64_t cells = bytes_of(carried.cell_data, columns.cells);
   return {.vertex = vertex,
+          .tet = keeps_numbers(request) ? sizeof(TetId) : 0,
           .removed_point = error_limits(b, limits_of(choices)).at_points ? row : 0,
           .point_aside = bytes_of(carried.point_data, columns.points),
           .point_mean = means,

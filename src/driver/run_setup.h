@@ -28,6 +28,9 @@ bool surfaces_move(const BehaviourOptions& behaviour);
 // Is each result read again, or mapped, before it gets its name?
 bool looks_at_result(const SimplifyRequest& request);
 
+// Must each tetrahedron's number in the input be known in the end?
+bool keeps_numbers(const SimplifyRequest& request);
+
 // Of the arrays that are carried, those whose values are fitted to the original's in the end
 // (original_values.h). Not where they are promised already, as those that steer are with a bound at
 // points, or where the way back begins with those that fusions left. `regions` are cell arrays of

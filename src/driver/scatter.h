@@ -64,7 +64,8 @@ struct ScatterSettings {
 template <class Real>
 struct LowerPart {
   LowerCells cells;             // by ids in the input
-  std::vector<Column> columns;  // cell columns
+  std::vector<Column> columns;  // cell columns, those of arrays
+  Vector<TetId> numbers;        // of the cells in the stream, with ImportSettings::keeps_numbers
   Vector<VertexId> vertices;    // all that the cells use, ascending
   Vector<VertexId> loose_ids;   // of them those that no tetrahedron uses, ascending
   Vector<Vec3<Real>> loose_positions;

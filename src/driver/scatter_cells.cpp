@@ -186,6 +186,12 @@ void CellScatterer<Real>::join_lower(LowerPart<Real>* all) {
     window = {};
   }
   all->vertices = all->cells.connectivity;
+  if (all->columns.size() > job_.carried.cell_indices.size()) {
+    const Column& numbers = all->columns.back();
+    const auto* first = reinterpret_cast<const TetId*>(numbers.rows.data());
+    all->numbers.assign(first, first + all->cells.size());
+    all->columns.pop_back();
+  }
   std::sort(all->vertices.begin(), all->vertices.end());
   all->vertices.erase(std::unique(all->vertices.begin(), all->vertices.end()), all->vertices.end());
 }

@@ -55,10 +55,11 @@ void check_earlier_levels(const std::vector<Stage>& stages, std::size_t written,
     }
     const std::string& map = stages[i].map;
     if (!map.empty() && !is_there(map)) {
-      throw Error(ErrorCode::kUsage,
-                  fmt::format("{} was written by a run that made no map of it, so there will be no "
-                              "{}: leave out --map, or begin anew without --resume",
-                              stages[i].path, map));
+      throw Error(
+          ErrorCode::kUsage,
+          fmt::format("{} was written by the run that was interrupted, and {} is not there: "
+                      "give the --map of that run, or begin anew without --resume",
+                      stages[i].path, map));
     }
   }
   if (written > 0 && run.request.verify) {

@@ -2,6 +2,8 @@
 
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "base/resources.h"
 #include "driver/error_limits.h"
@@ -47,7 +49,7 @@ void write_way_back(Run* run, const RunContext& context, Coarsening<Real>* coars
                            .carried = run->input.carried,
                            .errors = noted_errors(run->request.behaviour, state.fields),
                            .source = run->input.source.get(),
-                           .mesh = coarsening->mesh(),
+                           .mesh = state.input,
                            .logs = coarsening->logs(),
                            .context = context,
                            .budget = run->place.budget(),
@@ -61,18 +63,23 @@ struct WrittenResult {
   const MeshSummary& mesh;
 };
 
-void write_map(const WrittenResult& result, const Vector<std::int64_t>& original_ids,
-               const InputFacts& facts, Run* run, const RunContext& context, OutputFile* file) {
+void write_map(const WrittenResult& result, OriginalNumbers numbers, const InputFacts& facts,
+               Run* run, const RunContext& context, OutputFile* file) {
   const PhaseWithin phase("map", run);
   trim_memory();
   MemoryBudget* budget = run->place.budget();
   ComparisonNeeds needs =
       estimate_comparison(run->input.description(), result.mesh.tets, result.mesh.points,
                           facts.boundary_faces + result.mesh.boundary_triangles);
-  needs.fixed += kMapPointBytes * result.mesh.points;
+  needs.fixed += kMapPointBytes * result.mesh.points + kMapTetBytes * result.mesh.tets;
   const std::uint64_t sides = needs.sides_within(budget->free());
-  const auto reserved = budget->reserve(needs.fixed + sides, "the map of the points");
-  make_map(run->input.source.get(), result.file.path, original_ids, sides, file, context);
+  const auto reserved = budget->reserve(needs.fixed + sides, "the map");
+  std::vector<std::string> regions;
+  for (const std::size_t i : run->input.regions) {
+    regions.push_back(run->input.description().cell_data.arrays[i].name);
+  }
+  make_map(run->input.source.get(), result.file.path,
+           {std::move(numbers), std::move(regions), run->request.map_homes}, sides, file, context);
 }
 
 Verification verify(const WrittenResult& result, const InputFacts& facts, const LowerCells& lower,
@@ -93,7 +100,7 @@ ExportSettings settings_of(const Stage& stage, const Run& run) {
   settings.pieces = run.request.pieces;
   settings.sink = run.sink;
   settings.original_ids = run.request.behaviour.original_ids;
-  settings.has_numbers = run.keeps_logs();
+  settings.has_numbers = keeps_numbers(run.request);
   return settings;
 }
 
@@ -121,9 +128,10 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
     way_back.emplace(request.progressive, OutputFile::Access::kPatch);
     write_way_back(run, run->context.part(begin, way_back_end), coarsening, &*way_back);
   }
-  Vector<std::int64_t> ids;
+  OriginalNumbers numbers;
   if (!stage.map.empty()) {
-    out.point_ids = &ids;
+    out.point_ids = &numbers.points;
+    out.cell_numbers = &numbers.cells;
     map.emplace(stage.map, OutputFile::Access::kPatch);
   }
   if (looks_at_result(request)) {
@@ -131,7 +139,9 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
       const InputFacts& facts = state.input.facts;
       const WrittenResult result{{stage.path, path}, written};
       const double mapped = map && request.verify ? (half + end) / 2 : map ? end : half;
-      if (map) write_map(result, ids, facts, run, run->context.part(half, mapped), &*map);
+      if (map) {
+        write_map(result, std::move(numbers), facts, run, run->context.part(half, mapped), &*map);
+      }
       if (request.verify) {
         done.verified =
             verify(result, facts, state.input.lower.cells, run, run->context.part(mapped, end));

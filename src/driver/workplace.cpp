@@ -26,7 +26,8 @@ MemoryNeeds needs_of(const SimplifyRequest& request, const MeshDescription& mesh
   // Without a goal nobody knows how large the result will be.
   const auto goal = plan_stages(request, mesh.cells).front().tets;
   if (looks_at_result(request) && goal) {
-    include_verification(mesh, *goal, request.map.empty() ? 0 : kMapPointBytes, &needs);
+    const bool maps = !request.map.empty();
+    include_verification(mesh, *goal, maps ? kMapPointBytes : 0, maps ? kMapTetBytes : 0, &needs);
   }
   if (!request.progressive.empty()) include_logs(request, mesh, threads, &needs);
   return needs;

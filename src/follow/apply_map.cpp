@@ -14,6 +14,7 @@
 #include "compare/fields.h"
 #include "compare/measure.h"
 #include "follow/fit_values.h"
+#include "follow/running_mean.h"
 #include "io/stream_windows.h"
 #include "mesh/array_names.h"
 #include "mesh/blocks.h"
@@ -25,18 +26,6 @@ namespace {
 constexpr std::size_t kValuesPerBlock = 8192;
 
 static_assert(kStreamWindow % PointWeights::kWindow == 0);
-
-// `before` is the weight of what the mean is of. Never outside of the values, by rounding neither,
-// so that what is the same everywhere stays so.
-void add_to_mean(double value, double weight, double before, double* mean) {
-  if (!(before > 0)) {
-    *mean = value;
-    return;
-  }
-  const double share = weight / (before + weight);
-  const auto [low, high] = std::minmax(*mean, value);
-  *mean = std::clamp((1 - share) * *mean + share * value, low, high);
-}
 
 // One array, in two passes over the original's values, and some more where it is fitted, for which
 // `weights` are needed.
@@ -375,23 +364,30 @@ StayedPoints compare_stayed_points(const MapFile& map, MeshSource* source,
 }
 
 std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,
-                                       MeshSource* source) {
+                                       const std::vector<MovedCells>& cells, MeshSource* source) {
   const MeshDescription& mesh = source->description();
   MeshView view = map.mesh();
   view.any_names = true;
   for (std::size_t f = 0; f < mesh.field_data.arrays.size(); ++f) {
     view.field_data.push_back(source->read_array(Association::kField, f));
   }
-  for (const MovedArray& moved : arrays) {
-    const ArrayInfo& info = moved.array.info;
-    view.point_arrays.push_back({info.name,
-                                 info.components,
-                                 {info.type, std::span(moved.array.bytes)},
-                                 info.component_names,
-                                 info.units});
-    for (const auto& [marker, name] : mesh.point_data.active) {
-      if (name == info.name) view.point_markers[marker] = name;
+  const auto add = [](const DataArray& array, const AttributeSet& set, std::vector<ArrayView>* to,
+                      std::map<std::string, std::string>* markers) {
+    const ArrayInfo& info = array.info;
+    to->push_back({info.name,
+                   info.components,
+                   {info.type, std::span(array.bytes)},
+                   info.component_names,
+                   info.units});
+    for (const auto& [marker, name] : set.active) {
+      if (name == info.name) (*markers)[marker] = name;
     }
+  };
+  for (const MovedArray& moved : arrays) {
+    add(moved.array, mesh.point_data, &view.point_arrays, &view.point_markers);
+  }
+  for (const MovedCells& moved : cells) {
+    add(moved.array, mesh.cell_data, &view.cell_arrays, &view.cell_markers);
   }
   return open_view(std::move(view));
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/run_context.h"
+#include "follow/apply_cells.h"
 #include "follow/point_weights.h"
 #include "io/map_file.h"
 #include "io/mesh_source.h"
@@ -64,6 +65,6 @@ StayedPoints compare_stayed_points(const MapFile& map, MeshSource* source,
 // The simplified mesh with these arrays, the markers of `source`, and its field data. Refers to the
 // map and the arrays.
 std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<MovedArray>& arrays,
-                                       MeshSource* source);
+                                       const std::vector<MovedCells>& cells, MeshSource* source);
 
 }  // namespace tetfusion

@@ -28,51 +28,80 @@ struct Stayed {
 
 class MapMaker {
  public:
-  MapMaker(MeshSource* original, const std::string& result, const Vector<std::int64_t>& ids,
+  MapMaker(MeshSource* original, const std::string& result, const ResultFacts& facts,
            OutputFile* file, const RunContext& context)
       : context_(context),
         result_(open_mesh(result)),
-        original_(original, nothing_, nothing_),
+        regions_(fields_of(facts.regions, original->description(), result_->description())),
+        original_(original, nothing_, regions_),
         point_type_(
             coarsest(original->description().point_type, result_->description().point_type)),
-        writer_(begin(ids, file)) {
-    for (std::uint64_t p = 0; p < ids_.size(); ++p) {
-      if (ids_[p] >= 0) stayed_.push_back({static_cast<std::uint64_t>(ids_[p]), p});
+        writer_(begin(facts.numbers, file)) {
+    original_.choose_bases(Association::kCell, &regions_);
+    for (std::uint64_t p = 0; p < numbers_.points.size(); ++p) {
+      const std::int64_t id = numbers_.points[p];
+      if (id >= 0) stayed_.push_back({static_cast<std::uint64_t>(id), p});
     }
     std::sort(stayed_.begin(), stayed_.end(),
               [](const Stayed& a, const Stayed& b) { return a.original < b.original; });
   }
 
-  void run(std::uint64_t sides) {
-    mesh_ = load_simplified(result_.get(), nothing_, nothing_);
+  void run(std::uint64_t sides, bool wants_homes) {
+    mesh_ = load_simplified(result_.get(), nothing_, regions_);
     original_.survey(sides_within(sides), context_);
-    put_places();
+    {
+      const Locator locator(&mesh_, point_type_);
+      put_places(locator);
+      put_homes(locator, wants_homes);
+    }
     mesh_.tets = {};
     mesh_.neighbours = {};
     mesh_.boundary = {};
-    shares_.reserve(stayed_.size() + 4 * (ids_.size() - stayed_.size()));
+    shares_.reserve(stayed_.size() + 4 * (numbers_.points.size() - stayed_.size()));
     for (const Stayed& s : stayed_) shares_.push_back({s.original, s.point, 1});
     find_new_points();
     std::sort(shares_.begin(), shares_.end(), [](const MapShare& a, const MapShare& b) {
       return std::pair(a.original, a.point) < std::pair(b.original, b.point);
     });
     writer_.put(shares_);
-    writer_.finish();
+    writer_.finish(tets_sum_);
   }
 
  private:
   static ValueType coarsest(ValueType a, ValueType b) { return a == ValueType::kFloat32 ? a : b; }
 
+  // The cell arrays of these names.
+  static FieldSet fields_of(const std::vector<std::string>& names, const MeshDescription& original,
+                            const MeshDescription& result) {
+    FieldSet some;
+    for (Field field : match_arrays(original, result).cells.fields) {
+      if (std::find(names.begin(), names.end(), field.info.name) == names.end()) continue;
+      field.offset = some.components;
+      some.components += field.info.components;
+      some.fields.push_back(std::move(field));
+    }
+    some.width = some.components;
+    return some;
+  }
+
   // Points that no cell uses any more are not read.
-  MapWriter begin(const Vector<std::int64_t>& ids, OutputFile* file) {
+  MapWriter begin(const OriginalNumbers& written, OutputFile* file) {
     const Geometry mesh = result_->read_geometry();
-    ids_.resize(point_count(mesh.points));
-    if (ids_.size() + mesh.unused_points != ids.size()) {
-      throw std::logic_error("the result has another number of points than were written");
+    const std::size_t count = point_count(mesh.points);
+    const std::size_t tets = mesh.tets.size();
+    if (count + mesh.unused_points != written.points.size() ||
+        tets + mesh.lower.size() != written.cells.size()) {
+      throw std::logic_error("the result has another number of points or cells than were written");
     }
-    for (std::size_t p = 0; p < ids_.size(); ++p) {
-      ids_[p] = ids[mesh.point_source.empty() ? p : mesh.point_source[p]];
-    }
+    const auto take = [](const auto& from, const auto& source, std::size_t before, std::size_t rows,
+                         auto* to) {
+      for (std::size_t i = 0; i < rows; ++i) {
+        to->push_back(from[source.empty() ? before + i : source[i]]);
+      }
+    };
+    take(written.points, mesh.point_source, 0, count, &numbers_.points);
+    take(written.cells, mesh.tet_source, 0, tets, &numbers_.cells);
+    take(written.cells, mesh.lower_source, tets, mesh.lower.size(), &numbers_.cells);
     rewound_.resize(mesh.tets.size());
     std::visit(
         [&](const auto& points) {
@@ -81,7 +110,7 @@ class MapMaker {
           }
         },
         mesh.points);
-    return {file, original_.all_points(), mesh};
+    return {file, original_.all_points(), original_.stream().cells(), mesh};
   }
 
   // Weights are given as the corners of mesh_, which is wound alike, and kept as those of the file.
@@ -91,7 +120,8 @@ class MapMaker {
     return {cell, weights};
   }
 
-  void put_places();
+  void put_places(const Locator& locator);
+  void put_homes(const Locator& locator, bool wanted);
   void place_points(const OriginalPoints& window, const Locator& locator,
                     Vector<MapPlace>* places) const;
   void find_new_points();
@@ -102,9 +132,11 @@ class MapMaker {
   const RunContext& context_;
   const FieldSet nothing_{};
   std::unique_ptr<MeshSource> result_;
+  FieldSet regions_;
   OriginalMesh original_;
   const ValueType point_type_;
-  Vector<std::int64_t> ids_;   // of the result's points, as they are read
+  OriginalNumbers numbers_;  // of the result as it is read
+  std::uint64_t tets_sum_ = 0;
   std::vector<bool> rewound_;  // tetrahedra of the file
   MapWriter writer_;
   Vector<Stayed> stayed_;  // ascending by original
@@ -112,11 +144,10 @@ class MapMaker {
   Vector<MapShare> shares_;
 };
 
-void MapMaker::put_places() {
-  const Locator locator(&mesh_, point_type_);
+void MapMaker::put_places(const Locator& locator) {
   // A tetrahedron of each point that stayed: it need not be looked for, and on a crack, where two
   // points have one place, only the mesh can tell them apart.
-  Vector<MapPlace> of_points(ids_.size());
+  Vector<MapPlace> of_points(numbers_.points.size());
   for (std::size_t t = mesh_.tets.size(); t > 0; --t) {
     for (std::size_t k = 0; k < 4; ++k) {
       std::array<double, 4> weights{};
@@ -143,7 +174,7 @@ void MapMaker::put_places() {
     }
     writer_.put(run);
     context_.check();
-    context_.report("mapping", 0.5 * share);
+    context_.report("mapping", 0.3 * share);
   });
   run.clear();
   run.resize(original_.all_points() - next);
@@ -165,11 +196,44 @@ void MapMaker::place_points(const OriginalPoints& window, const Locator& locator
                  });
 }
 
+void MapMaker::put_homes(const Locator& locator, bool wanted) {
+  CellHomes cells(mesh_, locator, numbers_);
+  TetsChecksum sum;
+  Vector<MapHome> run, homes;
+  std::uint64_t next = 0;
+  const auto take = [&](const OriginalCells& window, double share) {
+    homes.assign(window.tets.size(), {});
+    cells.find(window, regions_.width, homes);
+    run.clear();
+    for (std::size_t i = 0; i < homes.size(); ++i) {
+      const std::uint64_t row = window.row(i);
+      Tet corners = window.tets[i];
+      for (VertexId& v : corners) v = window.points.ids[v];
+      sum.add(row, corners);
+      run.resize(run.size() + row - next, MapHome{});
+      run.push_back(homes[i]);
+      next = row + 1;
+    }
+    writer_.put(run);
+    context_.check();
+    context_.report("mapping", 0.3 + 0.3 * share);
+  };
+  if (wanted) original_.for_each_cells(take);
+  const std::uint64_t count = original_.stream().cells();
+  run.assign(std::min<std::uint64_t>(count - next, kItemsPerBlock), {});
+  for (; next < count; next += run.size()) {
+    run.resize(std::min<std::uint64_t>(count - next, run.size()));
+    writer_.put(run);
+  }
+  writer_.put(cells.origins());
+  tets_sum_ = sum.value();
+}
+
 // Each tetrahedron of the original asks which of the new points may lie in it.
 void MapMaker::find_new_points() {
   Vector<std::uint32_t> points;  // of mesh_
   for (std::uint32_t v = 0; v < mesh_.points.size(); ++v) {
-    if (ids_[mesh_.point_ids[v]] < 0) points.push_back(v);
+    if (numbers_.points[mesh_.point_ids[v]] < 0) points.push_back(v);
   }
   BoxTree tree;
   tree.build(points.size(), mesh_.box.centre(), [&](std::size_t i) {
@@ -217,7 +281,7 @@ void MapMaker::find_new_points() {
       }
     }
     context_.check();
-    context_.report("mapping", 0.5 + 0.5 * share);
+    context_.report("mapping", 0.6 + 0.4 * share);
   });
   take_outside(points, found);
 }
@@ -245,10 +309,9 @@ void MapMaker::add_shares(std::uint64_t point, std::span<const VertexId> corners
 
 }  // namespace
 
-void make_map(MeshSource* original, const std::string& result,
-              const Vector<std::int64_t>& original_ids, std::uint64_t sides, OutputFile* file,
-              const RunContext& context) {
-  MapMaker(original, result, original_ids, file, context).run(sides);
+void make_map(MeshSource* original, const std::string& result, const ResultFacts& facts,
+              std::uint64_t sides, OutputFile* file, const RunContext& context) {
+  MapMaker(original, result, facts, file, context).run(sides, facts.wants_homes);
 }
 
 }  // namespace tetfusion

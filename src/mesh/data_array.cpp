@@ -1,6 +1,8 @@
 #include "mesh/data_array.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 
 namespace tetfusion {
@@ -49,6 +51,23 @@ Vector<double> to_doubles(ValueType type, std::span<const std::byte> values) {
     }
   });
   return out;
+}
+
+namespace {
+
+template <class T>
+bool has_fraction(std::span<const std::byte> bytes) {
+  constexpr T kMostLabel = static_cast<T>(std::uint64_t{1} << std::numeric_limits<T>::digits);
+  const auto* const values = reinterpret_cast<const T*>(bytes.data());
+  return std::any_of(values, values + bytes.size() / sizeof(T), [](T value) {
+    return std::isfinite(value) && (value != std::trunc(value) || std::abs(value) >= kMostLabel);
+  });
+}
+
+}  // namespace
+
+bool has_fractions(ValueType type, std::span<const std::byte> values) {
+  return type == ValueType::kFloat32 ? has_fraction<float>(values) : has_fraction<double>(values);
 }
 
 std::size_t AttributeSet::find(std::string_view name) const {

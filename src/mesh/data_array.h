@@ -111,6 +111,10 @@ enum class Association : std::uint8_t { kPoint, kCell, kField };
 // Values of a type as doubles.
 Vector<double> to_doubles(ValueType type, std::span<const std::byte> values);
 
+// Of a floating-point type: are they anything but whole numbers, which may be labels? Large ones
+// are all whole, and no labels, as not all of these could be told apart.
+bool has_fractions(ValueType type, std::span<const std::byte> values);
+
 // VTK's key that ArrayInfo::units are stored under, and the class that it is of: what else is in an
 // array's information are ranges that VTK keeps for itself, and the like.
 inline constexpr std::string_view kUnitsKey = "UNITS_LABEL";

@@ -87,8 +87,9 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
     if (array.steers_only) say_means_steer(array.name, context_);
   }
   const bool is_dressed = files_.are_one_mesh() || has_means;
-  tell_left_out(files_[0].output, is_dressed ? files_.open_whole(0)->description() : mesh,
-                region_that_was_named(options_.regions), context_);
+  const MeshDescription whole = is_dressed ? files_.open_whole(0)->description() : mesh;
+  tell_left_out(files_[0].output, whole, region_that_was_named(options_.regions), context_);
+  note_cell_values(whole);
   context_.report_size(mesh.cells);
   regions_->add(0, mesh, *stream, context_);
   interest_.emplace(options_.interest, mesh);
@@ -130,6 +131,7 @@ void CombinedSteps::look_at(std::size_t i, const MeshDescription& mesh, const Me
     }
     regions_->add(i, mesh, stream, context_);
     note_differences(i, mesh, stream);
+    note_cell_values(mesh);
   }
   interest_->add(mesh, stream, context_);
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
@@ -153,6 +155,13 @@ void CombinedSteps::say_which_regions_change() const {
     }
     context_.say(fmt::format(
         "cell array {} changes from step to step: what any step tells apart stays so", name));
+  }
+}
+
+void CombinedSteps::note_cell_values(const MeshDescription& mesh) {
+  const auto& arrays = mesh.cell_data.arrays;
+  if (std::ranges::any_of(arrays, [](const ArrayInfo& info) { return is_float(info.type); })) {
+    have_cell_values_ = true;
   }
 }
 
@@ -253,13 +262,6 @@ std::unique_ptr<MeshSource> CombinedSteps::mesh() const {
            regions_->read(name, first, out);
          }});
   }
-  arrays.cells.push_back({cell_numbers_info(mesh),
-                          [](const MeshStream&, std::uint64_t first, std::span<std::byte> out) {
-                            auto* number = reinterpret_cast<std::int64_t*>(out.data());
-                            for (std::size_t i = 0; i < out.size() / sizeof *number; ++i) {
-                              number[i] = static_cast<std::int64_t>(first + i);
-                            }
-                          }});
   return with_arrays(std::move(source), std::move(arrays));
 }
 

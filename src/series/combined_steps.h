@@ -2,6 +2,7 @@
 // mesh.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -46,13 +47,14 @@ class CombinedSteps {
   const std::vector<SteeringChoice>& arrays() const { return arrays_; }  // that steer, of the first
   const CombinedFields& sums() const { return *sums_; }
   std::vector<std::string> interest() const { return interest_->texts(); }
+  // Has some step arrays of cells of which the result may have means?
+  bool have_cell_values() const { return have_cell_values_; }
 
   // Reads the arrays of all steps again, for other sums of them.
   void add_up_again(const CombinedFields::Settings& sums, int at_once);
 
   // The first step's mesh, but with arrays of points that steer or weigh, and of cells that may
-  // tell regions or weigh; the last of them says where each is in the files. It is valid until
-  // add_up_again().
+  // tell regions or weigh. It is valid until add_up_again().
   std::unique_ptr<MeshSource> mesh() const;
 
  private:
@@ -69,6 +71,7 @@ class CombinedSteps {
   void look_at(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
   void require_regions() const;
   void say_which_regions_change() const;
+  void note_cell_values(const MeshDescription& mesh);
   void note_differences(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
   void say_which_step_differs() const;
   void begin_sums(const CombinedFields::Settings& sums);
@@ -82,6 +85,7 @@ class CombinedSteps {
   const std::string folder_;
   int at_once_ = 1;
   bool is_to_compare_ = false;
+  std::atomic<bool> have_cell_values_{false};
   MeshDescription first_;
   std::vector<SteeringChoice> arrays_;
   MeshPrint print_;

@@ -32,19 +32,23 @@ std::uint64_t sum_of(const std::vector<std::uint64_t>& sizes) {
 
 bool have_room_for_two(const MapFile& map, const MeshDescription& step, std::uint64_t memory) {
   const auto [points, cells] = std::pair(map.counts().points, map.counts().cells);
-  std::uint64_t point = 0, cell = 0, widest = 0;
+  std::uint64_t point = 0, cell = 0, widest = 0, widest_cell = 0;
   for (const ArrayInfo& info : step.point_data.arrays) {
     point += info.components * size_of(info.type);
     widest = std::max<std::uint64_t>(widest, info.components);
   }
   for (const ArrayInfo& info : step.cell_data.arrays) {
     cell += info.components * size_of(info.type);
+    if (is_float(info.type)) widest_cell = std::max<std::uint64_t>(widest_cell, info.components);
   }
-  // The map's mesh and numbers of cells, twice, are there once; what fitting takes of the widest
-  // array, and windows, for each step.
+  // The map's mesh and the origins of its cells are there once; what fitting takes of the widest
+  // array, what averaging does, and windows, for each step.
   constexpr std::uint64_t kWindows = std::uint64_t{32} << 20;
-  const std::uint64_t once = kProcessBytes + points * (24 + 16) + cells * (41 + 16);
-  const std::uint64_t of_step = points * (point + widest * 3 * sizeof(double)) + cells * cell;
+  const std::uint64_t once = kProcessBytes + points * (24 + 16) + cells * (41 + 16 + 4);
+  const std::uint64_t of_step =
+      points * point + cells * cell +
+      std::max(points * widest * 3 * sizeof(double),
+               widest_cell == 0 ? 0 : cells * (widest_cell + 1) * sizeof(double));
   MemoryBudget budget(memory_to_use(memory));
   const auto one = budget.reserve(once + of_step, "the arrays of a step on the simplified mesh");
   return budget.free() >= of_step + kWindows;

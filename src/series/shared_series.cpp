@@ -180,6 +180,7 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
   job.input = files_[0].input;
   job.output = folder_.mesh();
   job.map = folder_.map();
+  job.map_homes = !job_.map.empty() || steps_->have_cell_values();
   job.encoding = Encoding::kRaw;
   job.performance.scratch = folder_.chunks();
   job.performance.keep_work = false;

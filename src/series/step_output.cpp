@@ -65,10 +65,12 @@ StepArrays moved_arrays(const SeriesResult& result, MeshSource* source, const Pl
   return arrays;
 }
 
-// With the source's arrays of cells.
+// With the arrays of cells.
 void write_mesh(const SeriesResult& result, StepArrays arrays, MeshSource* source,
                 const std::string& path, const RunContext& context) {
-  arrays.cells = result.mesh.cell_arrays(source, context);
+  RunContext quiet = context;
+  quiet.progress = {};
+  arrays.cells = result.mesh.cell_arrays(source, quiet);
   const auto out = result.mesh.with(std::move(arrays), source->description());
   WriteOptions write;
   write.encoding = result.encoding;

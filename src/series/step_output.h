@@ -26,7 +26,7 @@ struct SeriesResult {
 };
 
 // Writes the output of each step of the plan, so many at once: arrays that steered as they were
-// fitted, other ones of points by the map, those of cells by their numbers. Sets the times of steps
+// fitted, other ones of points by the map, those of cells likewise. Sets the times of steps
 // that say theirs. Reports progress as the last three tenths of the run. Throws Error, which says
 // how many are written, and the last of them.
 void write_steps(const SeriesResult& result, const StepFiles& files, int at_once,

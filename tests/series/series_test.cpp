@@ -95,6 +95,47 @@ TEST_F(Series, FitComesNearerThanInterpolation) {
   }
 }
 
+// By hand, of what the map says; and what several threads make of it is the same.
+TEST_F(Series, CellsHaveTheMeansOfThoseInThem) {
+  MeshFile file = box_with_wave(6, 1);
+  const std::size_t count = file.geometry.tets.size();
+  const DataArray rows = testing::make_array<double>(
+      "f", count, 2, [](std::size_t t, std::size_t k) { return std::sin(0.7 * (2. * t + k)); });
+  file.cell_arrays = {rows};
+  for (const std::string& path : request.inputs) file.write(path);
+  const MapFile map = simplify_with_map();
+  const auto step = open_mesh(request.inputs[0]);
+  ASSERT_TRUE(has_cells_of(map, step.get(), {}));
+  const MovedCells moved = CellMover(map).move(step.get(), {0}, {})[0];
+  EXPECT_TRUE(moved.has_means);
+  std::vector<double> sums(2 * map.counts().tets), weights(map.counts().tets);
+  for (std::size_t c = 0; c < count; ++c) {
+    const auto [tet, share] = map.homes()[c];
+    if (tet == kNoTet) continue;
+    weights[tet] += share;
+    for (std::size_t k : {0, 1}) sums[2 * tet + k] += share * rows.as<double>()[2 * c + k];
+  }
+  std::size_t means = 0;
+  for (std::size_t t = 0; t < map.counts().tets; ++t) {
+    const auto [cell, is_mean] = map.origins()[t];
+    means += is_mean;
+    for (std::size_t k : {0, 1}) {
+      const double got = moved.array.as<double>()[2 * t + k];
+      if (is_mean == 0) {
+        EXPECT_EQ(got, rows.as<double>()[2 * cell + k]);
+      } else {
+        EXPECT_GE(weights[t], 0.125);
+        EXPECT_NEAR(got, sums[2 * t + k] / weights[t], 1e-12);
+      }
+    }
+  }
+  EXPECT_GT(means, map.counts().tets / 2);
+  set_thread_count(4);
+  EXPECT_EQ(CellMover(map).move(step.get(), {0}, {})[0].array.bytes, moved.array.bytes);
+  const auto other = open_mesh(folder.file("out_0.vtu"));
+  EXPECT_FALSE(has_cells_of(map, other.get(), {}));
+}
+
 // A point without a value in one of the steps stays, and its neighbours have theirs.
 TEST_F(Series, WhatIsNoNumberDoesNotSpread) {
   constexpr std::size_t kHole = 171;  // inside
