@@ -46,7 +46,8 @@ struct MeshView {
 };
 
 // A source whose stream() reads the view in windows and keeps nothing of it, but for cells that are
-// split or linearized. Points keep their numbers, and those of ghost cells stay where they are.
+// split or linearized: then points that no cell uses are left out, else all keep their numbers.
+// Those of ghost cells stay where they are.
 // What the view refers to must outlive the source and its streams. Throws Error(kBadInput) where
 // the numbers of values do not fit.
 std::unique_ptr<MeshSource> open_view(MeshView view, const OpenOptions& options = {});

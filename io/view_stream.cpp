@@ -39,28 +39,31 @@ class ViewStream final : public MeshStream {
       beside_ghosts_.resize(points());
       cells_.for_each_vertex(true, [&](VertexId v) { beside_ghosts_.set(v); });
     }
-    if (!cells_.as_they_are()) take_cells(view.name, cells_.all(), {}, &taken_);
+    if (!cells_.as_they_are()) take_used_points();
   }
 
-  std::uint64_t points() const override { return description_.points; }
+  std::uint64_t points() const override {
+    return sources_.empty() ? description_.points : sources_.size();
+  }
   std::uint64_t cells() const override {
     return cells_.as_they_are() ? cells_.size() : taken_.tets.size() + taken_.lower.size();
   }
   std::uint64_t ghost_cells() const override { return cells_.ghosts(); }
   std::uint64_t merged_points() const override { return 0; }
-  std::uint64_t dropped_points() const override { return 0; }
+  std::uint64_t dropped_points() const override { return description_.points - points(); }
   bool streams_from_disk() const override { return false; }
   std::uint64_t bytes() const override {
     const std::uint64_t lower = taken_.lower.connectivity.size() * sizeof(VertexId) +
                                 taken_.lower.size() * (1 + 2 * sizeof(std::uint64_t));
     return bad_points_.bytes() + beside_ghosts_.bytes() + lower +
+           sources_.size() * sizeof(VertexId) +
            taken_.tets.size() * (sizeof(Tet) + sizeof(std::uint64_t));
   }
 
   void read_points(std::uint64_t first, std::uint64_t count,
                    std::span<std::byte> out) const override {
     check_window(first, count, points());
-    copy_tuples(view_.points, 3, first, count, out.data());
+    copy_points(view_.points, 3, first, count, out.data());
   }
 
   void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const override {
@@ -78,7 +81,9 @@ class ViewStream final : public MeshStream {
     const bool of_points = association == Association::kPoint;
     check_window(first, count, of_points ? points() : cells());
     const ArrayView& array = (of_points ? view_.point_arrays : view_.cell_arrays).at(index);
-    if (of_points || cells_.as_they_are()) {
+    if (of_points) {
+      copy_points(array.values, array.components, first, count, out.data());
+    } else if (cells_.as_they_are()) {
       copy_tuples(array.values, array.components, first, count, out.data());
     } else {
       const std::size_t tuple = array.components * size_of(array.values.type);
@@ -95,7 +100,7 @@ class ViewStream final : public MeshStream {
     check_window(first, count, points());
     if (beside_ghosts_.empty()) return;
     for (std::uint64_t i = 0; i < count; ++i) {
-      if (beside_ghosts_.has(first + i)) locked[i] = 1;
+      if (beside_ghosts_.has(source_of(first + i))) locked[i] = 1;
     }
   }
 
@@ -104,6 +109,33 @@ class ViewStream final : public MeshStream {
                           std::uint64_t count, std::byte* out) {
     const std::uint64_t tuple = components * size_of(values.type);
     if (count > 0) std::memcpy(out, values.bytes.data() + first * tuple, count * tuple);
+  }
+
+  void copy_points(const ValuesView& values, std::uint64_t components, std::uint64_t first,
+                   std::uint64_t count, std::byte* out) const {
+    if (sources_.empty()) return copy_tuples(values, components, first, count, out);
+    const std::uint64_t tuple = components * size_of(values.type);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      copy_tuples(values, components, sources_[first + i], 1, out + i * tuple);
+    }
+  }
+
+  std::uint64_t source_of(std::uint64_t point) const {
+    return sources_.empty() ? point : sources_[point];
+  }
+
+  // As a file is read whose cells are to be split or linearized.
+  void take_used_points() {
+    Vector<VertexId> number;
+    number.assign(description_.points, kNoVertex);
+    cells_.for_each_vertex(false, [&](VertexId v) { number[v] = 0; });
+    for (VertexId v = 0; v < number.size(); ++v) {
+      if (number[v] == kNoVertex) continue;
+      number[v] = static_cast<VertexId>(sources_.size());
+      sources_.push_back(v);
+    }
+    if (sources_.size() == number.size()) sources_ = number = {};
+    take_cells(view_.name, cells_.all(), number, &taken_);
   }
 
   void find_bad_points() {
@@ -122,7 +154,8 @@ class ViewStream final : public MeshStream {
   void check_finite(const CellWindow& window) const {
     VertexId lowest = kNoVertex;
     const auto look = [&](VertexId v) {
-      if (bad_points_.has(v)) lowest = std::min(lowest, v);
+      const auto source = static_cast<VertexId>(source_of(v));
+      if (bad_points_.has(source)) lowest = std::min(lowest, source);
     };
     for (const Tet& tet : window.tets) std::for_each(tet.begin(), tet.end(), look);
     std::for_each(window.lower.connectivity.begin(), window.lower.connectivity.end(), look);
@@ -169,6 +202,9 @@ class ViewStream final : public MeshStream {
   BitSet bad_points_;     // empty: all are finite
   BitSet beside_ghosts_;  // points of ghost cells; empty: there are none
   Geometry taken_;        // where cells are split or linearized: without points
+  // Of each point its number in the view, where cells are split or linearized and some points are
+  // not used then; else empty.
+  Vector<VertexId> sources_;
 };
 
 }  // namespace

@@ -127,6 +127,31 @@ TEST_F(SameMesh, ChunksAndThreadsAndArraysAndCellsOfLowerDimension) {
   }
 }
 
+// Where a cell is split, files are read whole, without points that no cell uses: these would move
+// the borders between chunks.
+TEST_F(SameMesh, PointsThatNoCellUsesBesideCellsThatAreSplit) {
+  options.reduction = 0.5;
+  options.chunk_tets = 400;
+  options.tetrahedralize = options.original_ids = true;
+  BehaviourOptions same;
+  same.reduction = 0.5;
+  same.chunk_tets = 400;
+  same.tetrahedralize = same.original_ids = true;
+  MeshFile file = wavy_box(8);
+  auto& points = std::get<Vector<Vec3<double>>>(file.geometry.points);
+  file.geometry.lower = {{kVtkQuad}, {0, 4}, {0, 1, 10, 9}};
+  for (int i = 0; i < 300; ++i) points.insert(points.begin() + 7, {40, 0.1 * i, 50});
+  for (VertexId& v : file.geometry.lower.connectivity) v += v < 7 ? 0 : 300;
+  for (Tet& tet : file.geometry.tets) {
+    for (VertexId& v : tet) v += v < 7 ? 0 : 300;
+  }
+  file.point_arrays = {testing::point_array<float>(
+      file, "wave", [](const Vec3<double>& p) { return std::sin(p.x) * p.y + p.z; })};
+  expect_same<std::int64_t>(file, same, true);
+  options.threads = 3;
+  expect_same<std::int32_t>(file, same, true);
+}
+
 TEST_F(SameMesh, BluntFin) {
   const std::string path = std::string(TETFUSION_TEST_DATA) + "/bluntfin.vtu";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
