@@ -221,7 +221,7 @@ enum class BoundaryMode : std::uint8_t {
 };
 
 struct SteeringArray {
-  std::string name;
+  std::string name;  // "all", if no array of points is called so: all of floating-point numbers
   bool of_cells = false;
   // Its own, in the place of max_error (with kTetFuse of scalar_tolerance); a share of its range,
   // in (0, 1].

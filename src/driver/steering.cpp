@@ -184,18 +184,18 @@ std::uint32_t components_of(const std::vector<SteeringChoice>& choices,
 
 namespace {
 
-constexpr std::string_view kAll = "all", kAllWithin = "all:";
+constexpr std::string_view kAllWithin = "all:";
 
 bool means_all(const MeshDescription& mesh, const std::string& text) {
-  return (text == kAll || text.starts_with(kAllWithin)) && !find_array(mesh, text) &&
-         !find_array(mesh, std::string(kAll));
+  return (text == kAllArrays || text.starts_with(kAllWithin)) && !find_array(mesh, text) &&
+         !find_array(mesh, std::string(kAllArrays));
 }
 
 // The floating-point arrays of the points that are not among *choices.
 void add_all(const MeshDescription& mesh, const std::string& text,
              std::vector<SteeringChoice>* choices) {
   std::optional<double> tolerance;
-  if (text != kAll) tolerance = tolerance_in(text);
+  if (text != kAllArrays) tolerance = tolerance_in(text);
   const auto& arrays = mesh.point_data.arrays;
   for (std::size_t i = 0; i < arrays.size(); ++i) {
     const bool is_there = std::any_of(choices->begin(), choices->end(), [&](const auto& c) {

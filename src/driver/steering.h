@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/run_context.h"
@@ -24,6 +25,9 @@ struct SteeringChoice {
 
 // "NAME" of the points, "cell:NAME" of the cells.
 std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name);
+
+// The name that stands for many.
+inline constexpr std::string_view kAllArrays = "all";
 
 // Resolves the user's names ("NAME", "NAME:0.5%", "cell:NAME"; "all" for the floating-point point
 // arrays that are not named besides, if no array is called so). Throws Error(kUsage) naming the

@@ -123,6 +123,7 @@ SimplifyRequest to_request(const Options& o) {
 void check_steering(const Options& options, const MeshDescription& mesh) {
   for (const SteeringArray& array : options.arrays) {
     const AttributeSet& set = array.of_cells ? mesh.cell_data : mesh.point_data;
+    if (array.name == kAllArrays && !array.of_cells) continue;
     const bool is_hidden =
         array.of_cells && mesh.point_data.find("cell:" + array.name) != AttributeSet::npos;
     const std::string text = to_text(array);

@@ -5,7 +5,6 @@
 #include <vtkDoubleArray.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <optional>
 #include <set>
@@ -52,13 +51,26 @@ std::optional<tetfusion::Type> type_of(int vtk_type) {
   }
 }
 
-// Names are the library's key to arrays: all have one, and no two have the same.
-std::string free_name(const char* name, int index, std::set<std::string>* taken) {
-  std::string own = name != nullptr ? name : "";
-  if (own.empty()) own = "array_" + std::to_string(index);
-  while (!taken->insert(own).second) own += '_';
-  return own;
-}
+// Names are the library's key to arrays: all have one, and no two have the same. Of several with
+// one name the first has it; no other name is one that some array has.
+class FreeNames {
+ public:
+  explicit FreeNames(vtkDataSetAttributes* attributes) {
+    for (int i = 0; i < attributes->GetNumberOfArrays(); ++i) {
+      if (const char* name = attributes->GetArrayName(i)) given_.insert(name);
+    }
+  }
+  std::string name(const char* name, int index) {
+    std::string own = name != nullptr ? name : "";
+    if (!own.empty() && taken_.insert(own).second) return own;
+    if (own.empty()) own = "array_" + std::to_string(index);
+    while (given_.contains(own) || !taken_.insert(own).second) own += '_';
+    return own;
+  }
+
+ private:
+  std::set<std::string> given_, taken_;
+};
 
 std::string name_among(const CarriedArrays& carried, const vtkAbstractArray* array) {
   for (std::size_t i = 0; i < carried.originals.size(); ++i) {
@@ -73,6 +85,28 @@ bool is_ghost_mark(vtkAbstractArray* array) {
   if (array->GetName() == nullptr) return false;
   const std::string name = array->GetName();
   return name == vtkDataSetAttributes::GhostArrayName() || name == "vtkGhostLevels";
+}
+
+std::vector<std::uint8_t> ghost_flags(vtkUnstructuredGrid* grid) {
+  std::vector<std::uint8_t> flags;
+  const vtkIdType cells = grid->GetNumberOfCells();
+  for (const bool levels : {false, true}) {
+    const char* const name = levels ? "vtkGhostLevels" : vtkDataSetAttributes::GhostArrayName();
+    vtkDataArray* const marks = grid->GetCellData()->GetArray(name);
+    if (marks == nullptr || marks->GetNumberOfComponents() != 1 ||
+        marks->GetNumberOfTuples() != cells || marks->GetDataType() == VTK_FLOAT ||
+        marks->GetDataType() == VTK_DOUBLE) {
+      continue;
+    }
+    flags.resize(static_cast<std::size_t>(cells));
+    for (vtkIdType c = 0; c < cells; ++c) {
+      const auto mark = static_cast<std::int64_t>(marks->GetComponent(c, 0));
+      std::uint8_t& flag = flags[static_cast<std::size_t>(c)];
+      if (!levels) flag = static_cast<std::uint8_t>(mark);
+      if (levels && mark > 0) flag |= vtkDataSetAttributes::DUPLICATECELL;
+    }
+  }
+  return flags;
 }
 
 GridView::GridView(vtkUnstructuredGrid* grid) {
@@ -107,12 +141,12 @@ tetfusion::Values GridView::values_of(vtkDataArray* array) {
 
 CarriedArrays GridView::carry(vtkDataSetAttributes* attributes, const char* kind) {
   CarriedArrays carried;
-  std::set<std::string> names;
+  FreeNames names(attributes);
   for (int i = 0; i < attributes->GetNumberOfArrays(); ++i) {
     vtkAbstractArray* any = attributes->GetAbstractArray(i);
     if (is_ghost_mark(any)) continue;
     auto* array = vtkDataArray::SafeDownCast(any);
-    const std::string name = free_name(any->GetName(), i, &names);
+    const std::string name = names.name(any->GetName(), i);
     const bool is_taken =
         array != nullptr && (type_of(array->GetDataType()) || array->GetDataType() == VTK_BIT);
     if (!is_taken) {
@@ -148,7 +182,6 @@ void GridView::take_cells(vtkUnstructuredGrid* grid) {
   mesh_.offsets = values_of(cells->GetOffsetsArray());
   const tetfusion::Values bytes = values_of(types);
   mesh_.types = {static_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
-  if (vtkUnsignedCharArray* ghosts = grid->GetCellGhostArray()) {
-    mesh_.ghosts = {ghosts->GetPointer(0), static_cast<std::size_t>(ghosts->GetNumberOfTuples())};
-  }
+  ghosts_ = ghost_flags(grid);
+  mesh_.ghosts = ghosts_;
 }

@@ -6,6 +6,7 @@
 #include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,10 @@
 
 // Is the array called like those that mark ghosts?
 bool is_ghost_mark(vtkAbstractArray* array);
+
+// Flags of each cell, as tetfusion::Mesh::ghosts has them: by the arrays that the command obeys, of
+// any integers, those of older programs (vtkGhostLevels) included. Empty where there are none.
+std::vector<std::uint8_t> ghost_flags(vtkUnstructuredGrid* grid);
 
 // The arrays of the points, or of the cells, that the library takes.
 struct CarriedArrays {
@@ -44,4 +49,5 @@ class GridView {
   CarriedArrays points_, cells_;
   std::vector<std::string> left_out_;
   std::vector<vtkSmartPointer<vtkDataArray>> copies_;
+  std::vector<std::uint8_t> ghosts_;
 };

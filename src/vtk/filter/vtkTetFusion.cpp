@@ -13,12 +13,12 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkSmartPointer.h>
-#include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,13 +39,9 @@ constexpr unsigned char kNotOurs = vtkDataSetAttributes::DUPLICATECELL |
 constexpr double kUsualQuality = 0.22;  // the default of MinimumQuality
 
 bool has_own_cells(vtkUnstructuredGrid* grid) {
-  const vtkIdType cells = grid->GetNumberOfCells();
-  vtkUnsignedCharArray* ghosts = grid->GetCellGhostArray();
-  if (ghosts == nullptr || ghosts->GetNumberOfTuples() != cells) return cells > 0;
-  for (vtkIdType c = 0; c < cells; ++c) {
-    if ((ghosts->GetValue(c) & kNotOurs) == 0) return true;
-  }
-  return false;
+  const std::vector<std::uint8_t> ghosts = ghost_flags(grid);
+  if (ghosts.empty()) return grid->GetNumberOfCells() > 0;
+  return std::ranges::any_of(ghosts, [](std::uint8_t flag) { return (flag & kNotOurs) == 0; });
 }
 
 bool has_volume(vtkDataSet* block) {
@@ -157,7 +153,7 @@ struct vtkTetFusion::Internals {
   struct Update {
     std::string stop_sentence, report, notices, warnings, error_message;
     std::string block;
-    int blocks_without_volume = 0, other_blocks = 0;
+    int blocks_without_volume = 0, empty_blocks = 0, other_blocks = 0;
     int goals = 0, goals_reached = 0;  // of grids
     bool has_failed = false;
   };
@@ -344,6 +340,7 @@ int vtkTetFusion::RequestDataObject(vtkInformation*, vtkInformationVector** inpu
   auto* const blocks = vtkDataObjectTree::SafeDownCast(input);
   if (input != nullptr && blocks == nullptr && !input->IsA("vtkUnstructuredGrid")) {
     this->Internal->update = {};
+    this->SetErrorCode(vtkErrorCode::NoError);
     this->Fail(
         static_cast<int>(tetfusion::Code::kBadInput),
         std::string("the input is a ") + input->GetClassName() + ", and not a vtkUnstructuredGrid");
@@ -366,7 +363,7 @@ void vtkTetFusion::Fail(int code, const std::string& message) {
   if (this->GetErrorCode() == vtkErrorCode::NoError) {
     this->SetErrorCode(vtkErrorCode::UserError + static_cast<unsigned long>(code));
   }
-  if (code == static_cast<int>(tetfusion::Code::kInterrupted)) return;
+  if (message.empty()) return;  // an abort, which somebody has asked for
   if (!update.has_failed) update.error_message = update.block + message;
   update.has_failed = true;
   vtkErrorMacro(<< update.block << message);
@@ -398,6 +395,8 @@ void vtkTetFusion::SimplifyBlocks(vtkDataObjectTree* input, vtkDataObjectTree* o
   output->CopyStructure(input);
   const auto blocks = vtk::TakeSmartPointer(input->NewIterator());
   const double shift = this->GetProgressShift(), scale = this->GetProgressScale();
+  const auto put_back = [&](vtkTetFusion* self) { self->SetProgressShiftScale(shift, scale); };
+  const std::unique_ptr<vtkTetFusion, decltype(put_back)> progress(this, put_back);
   int count = 0, done = 0;
   for (blocks->InitTraversal(); blocks->IsDoneWithTraversal() == 0; blocks->GoToNextItem()) ++count;
   for (blocks->InitTraversal(); blocks->IsDoneWithTraversal() == 0; blocks->GoToNextItem()) {
@@ -408,9 +407,8 @@ void vtkTetFusion::SimplifyBlocks(vtkDataObjectTree* input, vtkDataObjectTree* o
     output->SetDataSet(blocks, result);
     if (this->GetAbortExecute() == 0) this->UpdateProgress(1);
   }
-  this->SetProgressShiftScale(shift, scale);
   update.block.clear();
-  if (update.blocks_without_volume > 0 && update.other_blocks == 0 &&
+  if (update.blocks_without_volume > 0 && update.empty_blocks + update.other_blocks == 0 &&
       this->GetErrorCode() == vtkErrorCode::NoError) {
     this->Fail(static_cast<int>(tetfusion::Code::kBadInput),
                "no block of the input has tetrahedra");
@@ -421,8 +419,8 @@ void vtkTetFusion::SimplifyBlock(vtkDataObject* block, vtkUnstructuredGrid* outp
   Internals::Update& update = this->Internal->update;
   // Patches and side sets come as blocks beside the volume.
   if (auto* const surface = vtkDataSet::SafeDownCast(block);
-      surface != nullptr && surface->GetNumberOfCells() > 0 && !has_volume(surface)) {
-    ++update.blocks_without_volume;
+      surface != nullptr && !has_volume(surface)) {
+    ++(surface->GetNumberOfCells() > 0 ? update.blocks_without_volume : update.empty_blocks);
     if (this->GetAbortExecute() != 0) {
       this->Fail(static_cast<int>(tetfusion::Code::kInterrupted), "");
     } else if (this->DropPatches) {
@@ -492,7 +490,9 @@ void vtkTetFusion::SimplifyGrid(vtkDataObject* object, vtkUnstructuredGrid* outp
   own.update.goals += has_goal ? 1 : 0;
   own.update.goals_reached += result.report.goal_reached ? 1 : 0;
   if (!result.status.ok()) {
-    fail(result.status.code, result.status.message);
+    const bool is_abort =
+        result.status.code == tetfusion::Code::kInterrupted && this->GetAbortExecute() != 0;
+    fail(result.status.code, is_abort ? "" : result.status.message);
   } else if (has_goal && !result.report.goal_reached) {
     this->Warn(result.report.stop_sentence);
   }

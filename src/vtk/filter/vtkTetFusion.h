@@ -16,8 +16,8 @@
  * Cells of lower dimension are kept, with their points, unless DropPatches leaves them out. Ghost
  * cells are not part of the output, and their points stay where they are. Of a composite input each
  * block is simplified for itself, so that blocks which touch fit afterwards only with a boundary
- * that stays; a block without cells that have a volume (a patch, a side set) comes back as it is,
- * as an unstructured grid. An abort ends all blocks that are not done.
+ * that stays; a block without cells that have a volume (a patch, a side set, none) comes back as it
+ * is, as an unstructured grid. An abort ends all blocks that are not done.
  *
  * While it runs, progress events come at least ten times a second, on the thread that called
  * Update(), and the progress never falls; an observer may call SetAbortExecute(1). The output is

@@ -59,8 +59,15 @@ inline vtkSmartPointer<vtkDataArray> in_standard_layout(vtkDataArray* array) {
 #if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 7, 0)
   copy->SetNumberOfComponents(array->GetNumberOfComponents());
   copy->SetNumberOfTuples(array->GetNumberOfTuples());
-  // DeepCopy() goes through doubles.
-  if (array->GetNumberOfValues() > 0) array->ExportToVoidPointer(copy->GetVoidPointer(0));
+  if (array->GetArrayType() == vtkAbstractArray::SoADataArrayTemplate) {
+    if (array->GetNumberOfValues() > 0) array->ExportToVoidPointer(copy->GetVoidPointer(0));
+  } else if (copy->GetDataType() == VTK_FLOAT || copy->GetDataType() == VTK_DOUBLE) {
+    copy->DeepCopy(array);
+  } else {  // DeepCopy() goes through doubles, and not all arrays can be exported
+    for (vtkIdType i = 0; i < array->GetNumberOfValues(); ++i) {
+      copy->SetVariantValue(i, array->GetVariantValue(i));
+    }
+  }
 #else
   copy->DeepCopy(array);
 #endif

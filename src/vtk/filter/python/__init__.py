@@ -59,7 +59,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
 
     Of a composite data set each block for itself (blocks that touch fit afterwards with an exact boundary); one without cells that have a volume (a patch, a side set) comes back as it is.
 
-    reduction: the share of the tetrahedra that is to go, as in 0.9; of 0 the mesh stays as it is.
+    reduction: the share of the tetrahedra that is to go, as in 0.9; of 0 the mesh stays as it is, but for the order of points and cells.
     tets: the same goal as the number that is to be left. Without a goal: as far as max_error allows.
     max_error: at no point is a steering field off by more than this share of its range, in (0, 1]; default 0.01 where nothing else limits.
     max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range, in (0, 1].
@@ -72,7 +72,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
     boundary_tets_stay: with "tetfuse", no tetrahedron that touches the boundary is fused.
     arrays: what steers: a name, or a list of names, "cell:NAME" for an array of the cells, or a dict from names to the largest error
-        of each, in (0, 1] (None: no other than max_error). Default: the active scalars, else the first floating-point array of the points,
+        of each, in (0, 1] (None: no other than max_error); "all": the floating-point arrays of the points that are not named besides.
+        Each block of a composite data set must have them. Default: the active scalars, else the first floating-point array of the points,
         of these the first that is not the same everywhere.
     regions: names of cell arrays of one component whose interfaces are kept, or "none"; default: those of integers named like materials.
     roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
@@ -120,7 +121,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     _set_arrays(run, arrays)
     _set_regions(run, regions)
     for region in _texts("roi", () if roi is None else roi, "a text, or a list of them, as in 'pressure>0.5'"):
-        run.AddRegionOfInterest(region)
+        run.AddRegionOfInterest(_name(region))
     _execute(run, progress)
     return _like(grid, run.GetOutputDataObject(0))
 
@@ -219,15 +220,28 @@ def _flag(value):
 
 def _texts(option, value, what):
     """One text or several, as a list."""
-    if isinstance(value, str):
-        return [value]
+    if isinstance(value, (str, bytes)):
+        return [_text(value)]
     try:
         texts = list(value)
     except TypeError:
         texts = [None]
-    if isinstance(value, bytes) or not all(isinstance(text, str) for text in texts):
+    if not all(isinstance(text, (str, bytes)) for text in texts):
         _refuse(f"{option}: give {what}, not {value!r}")
-    return texts
+    return [_text(text) for text in texts]
+
+
+def _text(value):
+    """VTK gives, and takes, what is no UTF-8 as bytes."""
+    return value.decode(errors="surrogateescape") if isinstance(value, bytes) else value
+
+
+def _name(text):
+    return text if text.isascii() else text.encode(errors="surrogateescape")
+
+
+def _readable(value):
+    return value.decode(errors="backslashreplace") if isinstance(value, bytes) else value
 
 
 _ZERO_IS_DEFAULT = ("TargetReduction", "NumberOfTetsOutput", "MaximumError", "MaximumRMS", "ScalarTolerance", "StretchFactor",
@@ -267,7 +281,8 @@ def _set_arrays(run, arrays):
     if arrays is None:
         return
     names = _texts("arrays", arrays, "a name, a list of names, or {'f': 0.01}")
-    bounds = arrays if isinstance(arrays, collections.abc.Mapping) else dict.fromkeys(names)
+    is_mapping = isinstance(arrays, collections.abc.Mapping)
+    bounds = dict(zip(names, arrays.values())) if is_mapping else dict.fromkeys(names)
     for name, given in bounds.items():
         of_cells = name.startswith("cell:")
         association = vtkCommonDataModel.vtkDataObject.FIELD_ASSOCIATION_CELLS if of_cells else \
@@ -277,7 +292,7 @@ def _set_arrays(run, arrays):
             _refuse(f"arrays: the bound of {name} cannot be {given!r}{getattr(bound, 'advice', '')}")
         if bound is not None and not bound > 0:
             _refuse(f"arrays: the bound of {name} must be greater than 0, a share of its range")
-        run.AddSteeringArray(association, name[len("cell:"):] if of_cells else name, bound or 0)
+        run.AddSteeringArray(association, _name(name[len("cell:"):] if of_cells else name), bound or 0)
 
 
 def _set_regions(run, regions):
@@ -287,14 +302,14 @@ def _set_regions(run, regions):
         _texts("regions", regions, "a name, a list of names, or 'none'")
     run.SetKeepRegions(bool(regions))
     for name in regions:
-        run.AddRegionArray(name)
+        run.AddRegionArray(_name(name.removeprefix("cell:")))
 
 
 def _execute(run, progress):
     errors = []
 
     def on_error(caller, name, text="unknown error"):
-        errors.append(_plain(text))
+        errors.append(_plain(_readable(text) or "unknown error"))
     on_error.CallDataType = "string0"
     # The executive complains, too; with an observer neither prints. What the filter has to say it keeps, as events do not come
     # where VTK's warnings are off.
@@ -325,15 +340,15 @@ def _execute(run, progress):
             _runs_here.any = False
     if raised:
         raise raised[0]
-    for line in run.GetNotices().splitlines():
+    for line in _readable(run.GetNotices()).splitlines():
         _log.info(line)
-    for concern in run.GetWarnings().splitlines():
+    for concern in _readable(run.GetWarnings()).splitlines():
         warnings.warn(concern, TetFusionWarning, stacklevel=3)
     code = run.GetErrorCode()
     if code == 0 and not errors:
         return
     code = code - _USER_ERROR if code >= _USER_ERROR else 3
-    said = run.GetErrorMessage() or (errors or ["it was not simplified"])[0]
+    said = _readable(run.GetErrorMessage()) or (errors or ["it was not simplified"])[0]
     raise TetFusionError(code, "the run was ended" if code == 130 else said)
 
 
