@@ -177,7 +177,7 @@ inline bool is_white(char c) { return static_cast<unsigned char>(c) <= ' '; }
 
 template <class T>
 bool parse_word(std::string_view word, T* value) {
-  if (word.size() > 1 && word[0] == '+') word.remove_prefix(1);  // from_chars knows no plus sign
+  word = without_plus(word);
   const char* end = word.data() + word.size();
   const auto [stop, error] = std::from_chars(word.data(), end, *value);
   if (stop != end) return false;

@@ -10,31 +10,6 @@
 
 namespace tetfusion {
 
-namespace {
-
-template <class T>
-std::from_chars_result parse(std::string_view token, T* value) {
-  return std::from_chars(token.data(), token.data() + token.size(), *value);
-}
-
-// What std::from_chars() does not take: numbers that round to zero or infinity, and Fortran's
-// exponents (1.5D+02).
-template <class T>
-bool parse_odd(std::string_view token, T* value) {
-  std::string text(token);
-  std::replace(text.begin(), text.end(), 'd', 'e');
-  std::replace(text.begin(), text.end(), 'D', 'e');
-  const std::from_chars_result result = parse(std::string_view(text), value);
-  if (result.ptr != text.data() + text.size()) return false;
-  if (result.ec == std::errc::result_out_of_range) {
-    *value = out_of_range_number<T>(text);
-    return true;
-  }
-  return result.ec == std::errc();
-}
-
-}  // namespace
-
 std::string quoted(std::string_view text) {
   constexpr std::size_t kMost = 24;
   std::string out = "'";
@@ -73,16 +48,14 @@ void FormatFile::invalid_at_byte(const void* at, const std::string& what) const 
 
 template <class T>
 T FormatFile::number(std::string_view token) const {
-  std::string_view digits = token;
-  if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
-  T value{};
-  const std::from_chars_result result = parse(digits, &value);
-  if (result.ec == std::errc() && result.ptr == digits.data() + digits.size()) return value;
+  if (const std::optional<T> value = number_in<T>(token)) return *value;
   if constexpr (std::is_floating_point_v<T>) {
-    if (parse_odd(digits, &value)) return value;
     fail_in_line(token.data(), "expected a number, found " + quoted(token));
   } else {
-    if (result.ec == std::errc::result_out_of_range) {
+    const std::string_view digits = without_plus(token);
+    T value{};
+    const char* const end = digits.data() + digits.size();
+    if (std::from_chars(digits.data(), end, value).ec == std::errc::result_out_of_range) {
       fail_in_line(token.data(), quoted(token) + " is too large or too small: expected " +
                                      std::to_string(std::numeric_limits<T>::min()) + " to " +
                                      std::to_string(std::numeric_limits<T>::max()));

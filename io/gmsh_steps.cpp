@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <set>
 #include <string_view>
 
 #include "base/name_list.h"
+#include "base/numbers.h"
 
 namespace tetfusion {
 
@@ -21,9 +21,9 @@ std::optional<GmshStep> parse_step(const std::string& array) {
   const std::size_t at = array.rfind(kAt);
   if (at == std::string::npos || at == 0) return {};
   GmshStep step{array.substr(0, at)};
-  const char* const end = array.data() + array.size();
-  const auto [rest, error] = std::from_chars(array.data() + at + kAt.size(), end, step.time);
-  if (error != std::errc() || rest != end || !std::isfinite(step.time)) return {};
+  const auto time = number_in<double>(std::string_view(array).substr(at + kAt.size()));
+  if (!time || !std::isfinite(*time)) return {};
+  step.time = *time;
   return step;
 }
 

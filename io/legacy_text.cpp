@@ -91,12 +91,6 @@ std::string decoded(std::string_view text) {
   return out;
 }
 
-std::string_view trimmed(std::string_view line) {
-  while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
-  while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
-  return line;
-}
-
 std::string joined(const std::vector<std::string_view>& words) {
   std::string line;
   for (const std::string_view word : words) line.append(line.empty() ? "" : " ").append(word);
@@ -159,13 +153,9 @@ void LegacyText::expect_words(const std::vector<std::string_view>& words, std::s
 }
 
 std::uint64_t LegacyText::count_of(std::string_view word) const {
-  std::uint64_t count = 0;
-  const char* const end = word.data() + word.size();
-  const std::from_chars_result result = std::from_chars(word.data(), end, count);
-  if (result.ec != std::errc() || result.ptr != end) {
-    fail_at(place_of(word), "expected a count, found " + quoted(word));
-  }
-  return count;
+  const auto count = number_in<std::uint64_t>(word);
+  if (!count) fail_at(place_of(word), "expected a count, found " + quoted(word));
+  return *count;
 }
 
 VtuArray LegacyText::take_values(const std::string& name, std::string_view type_word,

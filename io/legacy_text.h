@@ -18,8 +18,6 @@ inline constexpr char kLegacyComment = '#';
 
 std::string in_capitals(std::string_view word);
 std::string in_small_letters(std::string_view word);
-// Without blanks at its ends.
-std::string_view trimmed(std::string_view line);
 // Names and strings of texts: %20 is a blank.
 std::string decoded(std::string_view text);
 std::string joined(const std::vector<std::string_view>& words);

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <utility>
 
@@ -23,11 +22,8 @@ constexpr std::string_view kPartSuffix = ".part";
 // Only as scratch_name() writes it: no sign, no leading zero.
 template <class T>
 std::optional<T> parse_id(std::string_view text) {
-  T value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  if (text.size() > 1 && text.front() == '0') return std::nullopt;
-  return value;
+  const auto value = number_in<T>(text);
+  return value && std::to_string(*value) == text ? value : std::nullopt;
 }
 
 }  // namespace

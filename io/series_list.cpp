@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -42,8 +43,8 @@ std::vector<ListedStep> read_pvd(const MappedFile& file) {
     const std::string number = fmt::format("DataSet {}", entries.size());
     ListedStep entry{{}, listed_path(file.path(), number, node.attribute("file").value())};
     if (const pugi::xml_attribute time = node.attribute("timestep")) {
-      entry.time = parse_number(time.value());
-      if (!entry.time) {
+      entry.time = number_in<double>(trimmed(time.value()));
+      if (!entry.time || !std::isfinite(*entry.time)) {
         fail(file, fmt::format("{}: the timestep \"{}\" is no number", number, time.value()));
       }
     } else {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -86,20 +85,11 @@ void for_each_number(const Table& table, std::uint64_t first, std::uint64_t rows
   read_guarded(table.file.file, [&] { table.tokens->for_each(table.columns, first, rows, f); });
 }
 
-template <class T>
-std::optional<T> parse(std::string_view token) {
-  T value = 0;
-  const char* const end = token.data() + token.size();
-  const std::from_chars_result result = std::from_chars(token.data(), end, value);
-  if (result.ec != std::errc() || result.ptr != end) return std::nullopt;
-  return value;
-}
-
 // TetGen's attributes are real numbers; of those that say regions "1", "1.0" and "1e0" are one.
 std::optional<std::int64_t> whole_number(std::string_view token) {
-  if (const auto whole = parse<std::int64_t>(token)) return whole;
+  if (const auto whole = number_in<std::int64_t>(token)) return whole;
   constexpr double kExact = 0x1p53;  // from here on not all whole numbers are doubles
-  const auto real = parse<double>(token);
+  const auto real = number_in<double>(token);
   if (!real || std::floor(*real) != *real || std::abs(*real) >= kExact) return std::nullopt;
   return static_cast<std::int64_t>(*real);
 }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -14,6 +13,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "io/format_file.h"
 #include "io/xml_scan.h"
 
@@ -21,18 +21,10 @@ namespace tetfusion {
 
 namespace {
 
-std::string_view trim(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
 bool parse_unsigned(std::string_view text, std::uint64_t* value) {
-  text = trim(text);
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, *value);
-  return !text.empty() && stop == end && error == std::errc();
+  const auto number = number_in<std::uint64_t>(trimmed(text));
+  if (number) *value = *number;
+  return number.has_value();
 }
 
 class VtuHeadParser {
@@ -217,7 +209,7 @@ class VtuHeadParser {
     }
     payload->coding = format == "binary" ? Coding::kBase64 : Coding::kAscii;
     // scan_xml_head has put the place of the text here.
-    const std::string_view place = trim(node.text().get());
+    const std::string_view place = trimmed(node.text().get());
     const std::size_t blank = place.find(' ');
     if (place.empty()) return;
     if (blank == std::string_view::npos ||
@@ -438,7 +430,7 @@ std::string units_of(const pugi::xml_node& array) {
   for (const pugi::xml_node key : array.children("InformationKey")) {
     if (key.attribute("name").value() == kUnitsKey &&
         key.attribute("location").value() == kUnitsKeyClass) {
-      return std::string(trim(key.text().get()));
+      return std::string(trimmed(key.text().get()));
     }
   }
   return {};

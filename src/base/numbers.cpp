@@ -4,6 +4,7 @@
 #include <locale.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -27,6 +28,22 @@ T out_of_range_number(std::string_view text) {
 
 template float out_of_range_number(std::string_view text);
 template double out_of_range_number(std::string_view text);
+
+template <class T>
+std::optional<T> odd_number(std::string_view text) {
+  std::string plain(text);
+  std::replace(plain.begin(), plain.end(), 'd', 'e');
+  std::replace(plain.begin(), plain.end(), 'D', 'e');
+  T value{};
+  const char* const end = plain.data() + plain.size();
+  const auto [stop, error] = std::from_chars(plain.data(), end, value);
+  if (stop != end) return std::nullopt;
+  if (error == std::errc::result_out_of_range) return out_of_range_number<T>(plain);
+  return error == std::errc() ? std::optional<T>(value) : std::nullopt;
+}
+
+template std::optional<float> odd_number(std::string_view text);
+template std::optional<double> odd_number(std::string_view text);
 
 std::optional<double> parse_share(std::string_view text) {
   const bool percent = text.ends_with('%');
@@ -89,6 +106,13 @@ std::optional<std::uint64_t> parse_bytes(std::string_view text) {
   const double bytes = std::floor(std::ldexp(*value, 10 * power));
   if (bytes > kLargestWhole) return std::nullopt;
   return static_cast<std::uint64_t>(bytes);
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r\n\v\f";
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
 std::vector<std::string> split(std::string_view text, char separator) {

@@ -1,11 +1,9 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
-#include <system_error>
 
 #include "base/error.h"
 #include "base/numbers.h"
@@ -71,10 +69,7 @@ void add_shape_options(CLI::App& command, GenerateOptions* options) {
   command.add_option("--seed", options->seed, "Seed of jitter and order, a whole number")
       ->check(CLI::Validator(
           [](const std::string& text) -> std::string {
-            std::uint64_t seed = 0;
-            const char* const end = text.data() + text.size();
-            const auto [stop, error] = std::from_chars(text.data(), end, seed);
-            return stop == end && error == std::errc() ? "" : "it is a whole number below 2^64";
+            return number_in<std::uint64_t>(text) ? "" : "it is a whole number below 2^64";
           },
           ""))
       ->capture_default_str();

@@ -402,7 +402,7 @@ InfoAnswer answer_of(const InfoArguments& a) {
         try {
           return look_with(split, straighten);
         } catch (const Error& other) {
-          if (other.code() == ErrorCode::kInterrupted) throw;
+          if (other.code() != ErrorCode::kBadInput) throw;
         }
       }
       throw;

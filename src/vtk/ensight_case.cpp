@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <climits>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "base/numbers.h"
 #include "io/mapped_file.h"
 
 namespace tetfusion {
@@ -24,24 +26,10 @@ std::vector<std::string> words_of(const std::string& text) {
   return words;
 }
 
-std::optional<int> to_int(const std::string& word) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc{} || end != word.data() + word.size()) return {};
-  return value;
-}
-
-double to_time(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  double time = 0;
-  std::from_chars(word.data(), word.data() + word.size(), time);
-  return time;
-}
-
 // The first of `words` where it is a number and another word follows, taken from them.
 std::optional<int> take_number(std::vector<std::string>* words) {
   if (words->size() < 2) return {};
-  const auto number = to_int(words->front());
+  const auto number = number_in<int>(words->front());
   if (number) words->erase(words->begin());
   return number;
 }
@@ -65,7 +53,8 @@ bool matches(const std::string& name, const std::string& pattern) {
   if (name.size() <= begin + behind) return false;
   const std::string digits = name.substr(begin, name.size() - begin - behind);
   return name.starts_with(pattern.substr(0, begin)) &&
-         name.ends_with(pattern.substr(pattern.size() - behind)) && to_int(digits).has_value();
+         name.ends_with(pattern.substr(pattern.size() - behind)) &&
+         number_in<int>(digits).has_value();
 }
 
 // The files whose names have a number in the place of the asterisks, sorted.
@@ -153,7 +142,9 @@ EnSightCase::EnSightCase(const std::string& path)
   }
   for (TimeSet& set : sets_) {
     for (int i = static_cast<int>(set.numbers.size()); i < set.steps; ++i) {
-      set.numbers.push_back(set.start + i * set.increment);
+      // In the end one that no file has, if it is too large.
+      const std::int64_t number = set.start + std::int64_t{i} * set.increment;
+      set.numbers.push_back(static_cast<int>(std::clamp<std::int64_t>(number, INT_MIN, INT_MAX)));
     }
   }
 }
@@ -185,7 +176,7 @@ void EnSightCase::take_file(const std::string& section, const std::string& key,
 
 void EnSightCase::take_time(const std::string& key, const std::vector<std::string>& words) {
   if (words.empty()) return;
-  const int number = to_int(words[0]).value_or(0);
+  const int number = number_in<int>(words[0]).value_or(0);
   if (key == "time set") {
     sets_.emplace_back();
     sets_.back().id = number;
@@ -196,8 +187,8 @@ void EnSightCase::take_time(const std::string& key, const std::vector<std::strin
   if (key == "filename start number") set.start = number;
   if (key == "filename increment") set.increment = number;
   for (const std::string& word : words) {
-    if (key == "filename numbers") set.numbers.push_back(to_int(word).value_or(0));
-    if (key == "time values") set.times.push_back(to_time(word));
+    if (key == "filename numbers") set.numbers.push_back(number_in<int>(word).value_or(0));
+    if (key == "time values") set.times.push_back(number_in<double>(word).value_or(0));
   }
 }
 

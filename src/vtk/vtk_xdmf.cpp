@@ -3,7 +3,7 @@
 #include <vtkNew.h>
 
 #include <algorithm>
-#include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "vtk/vtk_collect.h"
 #include "vtk/vtk_reader.h"
 #include "vtk/xdmf_document.h"
@@ -135,9 +136,8 @@ class XdmfReader : public FileReader {
     const pugi::xml_node time = XdmfDocument::own_child(grid, "Time");
     const std::string text = xdmf_attribute(time, {"Value"});
     if (text.empty()) return {};
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size()) {
+    const auto value = number_in<double>(trimmed(text));
+    if (!value || !std::isfinite(*value)) {
       document_.fail(time, "has the Value '" + text + "', which is no number");
     }
     return value;

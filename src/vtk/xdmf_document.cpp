@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "io/listed_files.h"
 #include "io/mapped_file.h"
 
@@ -17,11 +18,6 @@ namespace {
 
 constexpr std::string_view kXmlBlanks = " \t\r\n";
 constexpr int kLongestChain = 16;  // of elements that stand for another one
-
-std::string_view trimmed(std::string_view text) {
-  text.remove_prefix(std::min(text.find_first_not_of(kXmlBlanks), text.size()));
-  return text.substr(0, text.find_last_not_of(kXmlBlanks) + 1);
-}
 
 std::string in_quotes(const std::string& text) { return "'" + text + "'"; }
 

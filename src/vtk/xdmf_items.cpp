@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cstddef>
 #include <cstring>
 #include <filesystem>
@@ -21,22 +20,6 @@ namespace tetfusion {
 namespace {
 
 constexpr int kDeepest = 16;  // items in items
-
-template <class T>
-std::optional<T> number_in(std::string_view token) {
-  if (token.starts_with('+')) token.remove_prefix(1);
-  T value{};
-  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
-  if (end != token.data() + token.size()) return {};
-  if (error == std::errc{}) return value;
-  if constexpr (std::is_floating_point_v<T>) {
-    // Numbers that are nearer to 0 than any other one of that type are no fault.
-    if (error == std::errc::result_out_of_range) {
-      return out_of_range_number<T>(token);
-    }
-  }
-  return {};
-}
 
 std::vector<std::uint64_t> counts_in(const std::string& text) {
   std::vector<std::uint64_t> counts;

@@ -6,12 +6,12 @@
 #include <vtkTypeInt64Array.h>
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "base/numbers.h"
 #include "io/text_tokens.h"
 #include "vtk/number_types.h"
 
@@ -238,9 +238,8 @@ class TopologyReader {
   std::optional<std::int64_t> number(std::string_view name) const {
     const std::string text = xdmf_attribute(topology_, {name});
     if (text.empty()) return {};
-    std::int64_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || value < 0) {
+    const auto value = number_in<std::int64_t>(text);
+    if (!value || *value < 0) {
       fail("says " + std::string(name) + " '" + text + "', which is no count");
     }
     return value;
@@ -252,10 +251,9 @@ class TopologyReader {
     Dimensions counts;
     TokenCursor cursor(text, 0);
     for (std::string_view token = cursor.next(); !token.empty(); token = cursor.next()) {
-      std::uint64_t value = 0;
-      const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
-      if (error != std::errc{} || end != token.data() + token.size()) return {};
-      counts.push_back(value);
+      const auto value = number_in<std::uint64_t>(token);
+      if (!value) return {};
+      counts.push_back(*value);
     }
     return counts.empty() ? std::nullopt : value_count(counts);
   }

@@ -20,6 +20,22 @@ TEST(Numbers, Shares) {
   }
 }
 
+TEST(Numbers, AsFilesHaveThem) {
+  EXPECT_EQ(number_in<int>("+1"), 1);
+  EXPECT_EQ(number_in<std::uint64_t>("18446744073709551615"), 18446744073709551615u);
+  EXPECT_EQ(number_in<double>("+1.5D+02"), 150);
+  EXPECT_EQ(number_in<float>("1d0"), 1);
+  EXPECT_EQ(number_in<double>("1e-400"), 0);
+  EXPECT_EQ(number_in<float>("-1e40"), -std::numeric_limits<float>::infinity());
+  for (const char* bad : {"", "+", "-", "+-5", "++5", "1 ", " 1", "1.5.", "D0", "x"}) {
+    EXPECT_FALSE(number_in<double>(bad)) << bad;
+    EXPECT_FALSE(number_in<int>(bad)) << bad;
+  }
+  EXPECT_FALSE(number_in<std::int8_t>("128"));
+  EXPECT_EQ(trimmed(" \t a b\r\n"), "a b");
+  EXPECT_EQ(trimmed(" \n"), "");
+}
+
 TEST(Numbers, Counts) {
   EXPECT_EQ(*parse_count("1000000"), 1000000u);
   EXPECT_EQ(*parse_count("1M"), 1000000u);

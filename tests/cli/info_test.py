@@ -7,7 +7,7 @@ import subprocess
 
 import numpy as np
 
-from harness import BAD, FolderTest, command, finish, main, report_of, run
+from harness import BAD, MEMORY, FolderTest, command, finish, main, report_of, run
 from independent_check import Vtu
 from sample_meshes import rebuilt
 from tiny_vtu import TinyVtu
@@ -170,6 +170,7 @@ class Info(FolderTest):
             self.assertIn(f"read with     {needs[0]}, without which".encode(), run("info", path))
             self.assertEqual(report_of("info", path, *needs)["needs"], [])
             self.assertEqual(finish("check", path).returncode, BAD)
+            run("info", path, "--memory", "1M", code=MEMORY)  # and not: what these cells need
         damaged = TinyVtu(1)
         damaged.array("connectivity")[4][0] = 999
         said = finish("info", self.write(damaged))

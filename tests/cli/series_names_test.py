@@ -37,7 +37,7 @@ class Names(SeriesTest):
 
     def test_a_list_is_looked_at_step_by_step(self):
         steps = self.steps(3)
-        rows = "".join(f'<DataSet timestep="{t}" file="{p.name}"/>' for t, p in zip((0.5, 3, 1e-3), steps))
+        rows = "".join(f'<DataSet timestep="{t}" file="{p.name}"/>' for t, p in zip((" +0.5", 3, "1e-3"), steps))
         listed, out = self.folder / "run.pvd", self.folder / "out.pvd"
         listed.write_text(f"<VTKFile><Collection>{rows}</Collection></VTKFile>")
         in_order = [(str(steps[i]), t) for i, t in ((2, 1e-3), (0, 0.5), (1, 3.0))]

@@ -83,6 +83,12 @@ TEST_F(Tetgen, NumbersMayBeginWithZero) {
   EXPECT_TRUE(source->description().cell_data.arrays.empty());
 }
 
+TEST_F(Tetgen, WholeNumbersMayBeWrittenInAnyWay) {
+  write("a.ele", "2 4 1\n1 1 2 3 4 +10\n2 5 2 4 3 2D1\n");
+  const auto source = open_named("a.node");
+  EXPECT_THAT(cell_values<std::int32_t>(source.get(), "tetgen:ref"), ElementsAre(10, 20, 7, -8));
+}
+
 TEST_F(Tetgen, AttributesMayBeFractions) {
   write("a.ele", "2 4 2\n1 1 2 3 4 10 5\n2 5 2 4 3 0.5 6\n");
   const auto source = open_named("a.node");

@@ -26,7 +26,7 @@ using XdmfGrids = testing::XdmfTest;
 // Two steps of a temporal collection, each with what is given.
 std::string at_times(const std::string& name, const std::string& first, const std::string& second) {
   return "<Grid Name=\"" + name + "\" GridType=\"Collection\" CollectionType=\"Temporal\">" +
-         "<Grid><Time Value=\"0.5\"/>" + first + "</Grid><Grid><Time Value=\" 1.5 \"/>" + second +
+         "<Grid><Time Value=\"0.5\"/>" + first + "</Grid><Grid><Time Value=\" +1.5 \"/>" + second +
          "</Grid></Grid>";
 }
 

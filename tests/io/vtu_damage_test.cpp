@@ -185,6 +185,7 @@ TEST_F(VtuDamage, RefusesAHeadThatMakesNoSense) {
 TEST_F(VtuDamage, RefusesNumbersThatAreNone) {
   const std::string good = to_vtu(small_mesh(), ascii());
   expect_error(replaced(good, " 1 2 3 4 5", " 1 2 x 4 5"), "\"x\" is not a number");
+  expect_error(replaced(good, " 1 2 3 4 5", " 1 2 +-3 4 5"), "\"+-3\" is not a number");
   expect_error(replaced(good, " 1 2 3 4 5", " 1 2 3 4"), "expected 5 values, found 4");
   expect_error(replaced(good, " 1 2 3 4 5", " 1 2 3 4 5 6"), "expected 5 values, found 6");
   expect_error(replaced(good, " 1 2 3 4 5", " 1 2 1e99 4 5"), "\"1e99\"");
