@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/error.h"
 #include "base/numbers.h"
 #include "base/resources.h"
 #include "io/checksum.h"

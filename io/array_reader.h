@@ -8,7 +8,6 @@
 #include <span>
 #include <string>
 
-#include "base/error.h"
 #include "base/vector.h"
 #include "io/byte_stream.h"
 #include "io/computed_array.h"

@@ -6,7 +6,6 @@
 #include <set>
 
 #include "base/numbers.h"
-#include "io/byte_values.h"
 #include "io/text_tokens.h"
 
 namespace tetfusion {

@@ -8,7 +8,6 @@
 #include "base/numbers.h"
 #include "io/cell_kinds.h"
 #include "mesh/blocks.h"
-#include "mesh/split_cells.h"
 
 namespace tetfusion {
 

@@ -18,7 +18,6 @@
 #include "io/gmsh_rows.h"
 #include "io/gmsh_steps.h"
 #include "io/guarded_reading.h"
-#include "mesh/split_cells.h"
 #include "mesh/time_value.h"
 
 namespace tetfusion {

@@ -17,15 +17,6 @@ namespace tetfusion {
 
 namespace {
 
-void append_lower(const LowerCells& from, LowerCells* to) {
-  if (to->offsets.empty()) to->offsets.push_back(0);
-  const std::uint64_t before = to->connectivity.size();
-  for (std::size_t c = 0; c < from.size(); ++c) to->offsets.push_back(before + from.offsets[c + 1]);
-  to->types.insert(to->types.end(), from.types.begin(), from.types.end());
-  to->connectivity.insert(to->connectivity.end(), from.connectivity.begin(),
-                          from.connectivity.end());
-}
-
 // Integers that are called as one of the formats calls its own, `own` before the others.
 std::vector<std::size_t> labels_of_formats(const AttributeSet& set, const char* own) {
   std::vector<std::size_t> found;
@@ -71,7 +62,7 @@ MeshPasses::MeshPasses(MeshSource* source, const MeshStream* stream)
     stream_->read_cells(first, window(first, stream_->cells()), &cells);
     tets_ += cells.tets.size();
     if (cells.lower.size() == 0) continue;
-    append_lower(cells.lower, &lower_);
+    lower_.add(cells.lower);
     lower_rows_.emplace_back(first, std::move(cells.lower_rows));
   }
 }

@@ -89,6 +89,7 @@ class MeshSource {
   // All tuples of the array at `index` of that association's AttributeSet, pieces one after
   // another, in the order of the file. Geometry's *_source arrays index its rows.
   virtual DataArray read_array(Association association, std::size_t index) = 0;
+  std::vector<DataArray> read_field_data();  // all of it
 
   // Windows of the file, or nullptr where the whole mesh must be read. open_stream()
   // (mesh_stream.h) gives a stream in any case.

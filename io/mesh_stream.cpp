@@ -57,7 +57,7 @@ class WholeMeshStream final : public MeshStream {
       out->tets.assign(from + first, from + std::min(last, tets));
     }
     for (std::uint64_t cell = std::max(first, tets); cell < last; ++cell) {
-      take_lower(cell - tets, &out->lower);
+      out->lower.add(mesh_.lower.types[cell - tets], mesh_.lower.corners(cell - tets));
       out->lower_rows.push_back(cell);
     }
   }
@@ -78,17 +78,6 @@ class WholeMeshStream final : public MeshStream {
   }
 
  private:
-  void take_lower(std::uint64_t cell, LowerCells* out) const {
-    const LowerCells& lower = mesh_.lower;
-    const auto ids = lower.connectivity.begin();
-    if (out->offsets.empty()) out->offsets.push_back(0);
-    out->types.push_back(lower.types[cell]);
-    for (std::uint64_t k = lower.offsets[cell]; k < lower.offsets[cell + 1]; ++k) {
-      out->connectivity.push_back(ids[static_cast<std::ptrdiff_t>(k)]);
-    }
-    out->offsets.push_back(out->connectivity.size());
-  }
-
   static std::uint64_t look_up(const Vector<std::uint64_t>& source, std::uint64_t i) {
     return source.empty() ? i : source[i];
   }
@@ -123,6 +112,14 @@ void check_window(std::uint64_t first, std::uint64_t count, std::uint64_t size) 
 }
 
 std::unique_ptr<MeshStream> MeshSource::stream() { return nullptr; }
+std::vector<DataArray> MeshSource::read_field_data() {
+  std::vector<DataArray> arrays;
+  for (std::size_t i = 0; i < description().field_data.arrays.size(); ++i) {
+    arrays.push_back(read_array(Association::kField, i));
+  }
+  return arrays;
+}
+
 std::unique_ptr<MeshStream> MeshSource::stream_of_rows() { return stream(); }
 
 std::optional<std::uint64_t> MeshSource::mesh_checksum(const RunContext& /*context*/) {

@@ -335,16 +335,7 @@ void PiecesStream::append(CellWindow&& window, std::uint64_t first, CellWindow* 
   add(&out->tets, window.tets);
   add(&out->tet_rows, window.tet_rows);
   add(&out->lower_rows, window.lower_rows);
-  LowerCells& lower = out->lower;
-  if (window.lower.size() > 0) {
-    if (lower.offsets.empty()) lower.offsets.push_back(0);
-    const std::uint64_t before = lower.connectivity.size();
-    for (std::size_t i = 1; i < window.lower.offsets.size(); ++i) {
-      lower.offsets.push_back(before + window.lower.offsets[i]);
-    }
-    add(&lower.types, window.lower.types);
-    add(&lower.connectivity, window.lower.connectivity);
-  }
+  out->lower.add(window.lower);
   out->ghost_cells += window.ghost_cells;
 }
 

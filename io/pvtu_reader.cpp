@@ -209,21 +209,6 @@ void take_points(const MeshStream& stream, Geometry* mesh) {
   mesh->points = std::move(points);
 }
 
-void take_lower(const CellWindow& window, Geometry* mesh) {
-  const LowerCells& from = window.lower;
-  LowerCells& to = mesh->lower;
-  if (from.size() == 0) return;
-  if (to.offsets.empty()) to.offsets.push_back(0);
-  const std::uint64_t before = to.connectivity.size();
-  for (std::size_t i = 1; i < from.offsets.size(); ++i) {
-    to.offsets.push_back(before + from.offsets[i]);
-  }
-  to.types.insert(to.types.end(), from.types.begin(), from.types.end());
-  to.connectivity.insert(to.connectivity.end(), from.connectivity.begin(), from.connectivity.end());
-  mesh->lower_source.insert(mesh->lower_source.end(), window.lower_rows.begin(),
-                            window.lower_rows.end());
-}
-
 Geometry PvtuSource::read_geometry() {
   const MeshStream& stream = own_stream();
   Geometry mesh;
@@ -239,7 +224,9 @@ Geometry PvtuSource::read_geometry() {
     for (std::size_t t = 0; t < window.tets.size(); ++t) {
       mesh.tet_source.push_back(window.tet_rows.empty() ? first + t : window.tet_rows[t]);
     }
-    take_lower(window, &mesh);
+    mesh.lower.add(window.lower);
+    mesh.lower_source.insert(mesh.lower_source.end(), window.lower_rows.begin(),
+                             window.lower_rows.end());
   }
   mesh.unused_points = stream.dropped_points();
   mesh.merged_points = stream.merged_points();

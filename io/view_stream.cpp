@@ -176,13 +176,7 @@ class ViewStream final : public MeshStream {
     }
     const LowerCells& lower = taken_.lower;
     for (std::uint64_t cell = std::max(first, tets); cell < last; ++cell) {
-      if (out->lower.offsets.empty()) out->lower.offsets.push_back(0);
-      const std::uint64_t c = cell - tets;
-      out->lower.types.push_back(lower.types[c]);
-      for (std::uint64_t k = lower.offsets[c]; k < lower.offsets[c + 1]; ++k) {
-        out->lower.connectivity.push_back(lower.connectivity[k]);
-      }
-      out->lower.offsets.push_back(out->lower.connectivity.size());
+      out->lower.add(lower.types[cell - tets], lower.corners(cell - tets));
       out->lower_rows.push_back(cell);
     }
   }

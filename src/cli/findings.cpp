@@ -110,8 +110,4 @@ Json quality_json(const Quality& q) {
           {"max_aspect", q.max_aspect}};
 }
 
-std::string dump(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
 }  // namespace tetfusion

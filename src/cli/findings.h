@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "driver/report_json.h"
 #include "mesh/inspection_summary.h"
 #include "mesh/quality.h"
 
@@ -41,8 +42,5 @@ Json counts_json(const InspectionSummary& mesh);  // sizes, boundary, volume, bo
 Json difference_json(const LargestDifference& largest, const AttributeSet& point_data);
 Json findings_json(const std::vector<Finding>& findings);  // key: count, and "samples"
 Json quality_json(const Quality& quality);
-
-// The text of a report; bytes that are no UTF-8 are replaced, numbers that are not finite are null.
-std::string dump(const Json& json);
 
 }  // namespace tetfusion

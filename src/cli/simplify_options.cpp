@@ -12,7 +12,6 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
-#include "series/series_plan.h"
 
 namespace tetfusion {
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "base/error.h"
 #include "compare/locator.h"
 #include "compare/measure.h"
 #include "compare/original_mesh.h"

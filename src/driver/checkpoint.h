@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "base/serialize.h"
 #include "driver/import.h"
 #include "driver/report.h"
 #include "driver/round_plan.h"

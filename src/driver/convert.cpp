@@ -80,9 +80,7 @@ class Converter {
     file.point_type = source_->description().point_type;
     file.point_data = carried_.point_data;
     file.cell_data = carried_.cell_data;
-    for (std::size_t i = 0; i < source_->description().field_data.arrays.size(); ++i) {
-      file.field_data.push_back(source_->read_array(Association::kField, i));
-    }
+    file.field_data = source_->read_field_data();
     file.encoding = encoding;
     return file;
   }

@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "driver/import.h"
 #include "driver/options.h"
 #include "mesh/fusion_log.h"
 

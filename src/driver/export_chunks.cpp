@@ -214,10 +214,7 @@ VtuLayout layout_of_output(const ExportJob<Real>& job, std::uint64_t points, std
   file.point_type = value_type_of<Real>();
   file.point_data = job.carried.point_data;
   file.cell_data = job.carried.cell_data;
-  const AttributeSet& fields = job.source->description().field_data;
-  for (std::size_t i = 0; i < fields.arrays.size(); ++i) {
-    file.field_data.push_back(job.source->read_array(Association::kField, i));
-  }
+  file.field_data = job.source->read_field_data();
   file.encoding = job.settings.encoding;
   return file;
 }

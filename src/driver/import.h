@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "base/memory_budget.h"
 #include "base/resources.h"
 #include "base/run_context.h"
 #include "driver/assemble.h"

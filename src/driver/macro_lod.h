@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "io/piece_store.h"
-#include "kernel/fuse_limits.h"
+#include "kernel/costs.h"
+#include "kernel/facing_grid.h"
 #include "mesh/chunk_inspection.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"

@@ -109,10 +109,7 @@ ProgressiveDescription describe(const CarriedArrays& carried, FusionErrors error
   out.point_type = source->description().point_type;
   out.point_data = carried.point_data;
   out.cell_data = carried.cell_data;
-  const AttributeSet& fields = source->description().field_data;
-  for (std::size_t i = 0; i < fields.arrays.size(); ++i) {
-    out.field_data.push_back(source->read_array(Association::kField, i));
-  }
+  out.field_data = source->read_field_data();
   return out;
 }
 

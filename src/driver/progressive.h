@@ -7,7 +7,6 @@
 #include "base/memory_budget.h"
 #include "base/run_context.h"
 #include "driver/carried_arrays.h"
-#include "driver/error_limits.h"
 #include "driver/fusion_logs.h"
 #include "driver/import.h"
 #include "driver/memory_plan.h"

@@ -33,13 +33,10 @@ std::string boundary_name(const SimplifyReport& r) {
   return r.boundary == Boundary::kPlanar ? "planar" : "exact";
 }
 
-Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 Json to_json_object(const Verification& v) {
   Json checks = Json::array();
   for (const VerifiedCheck& check : v.checks) {
-    checks.push_back(
-        {{"name", check.name}, {"found", number_or_null(check.found)}, {"allowed", check.allowed}});
+    checks.push_back({{"name", check.name}, {"found", check.found}, {"allowed", check.allowed}});
   }
   return {{"path", v.path}, {"checks", checks}, {"not_verified", v.not_verified}};
 }
@@ -51,8 +48,8 @@ Json to_json_object(const LodSummary& lod) {
           {"fused", lod.pass.fused},
           {"labelled", lod.pass.labelled},
           {"rejected", rejected},
-          {"scalar_tolerance", number_or_null(lod.scalar_tolerance)},
-          {"stretch_factor", number_or_null(lod.stretch_factor)},
+          {"scalar_tolerance", lod.scalar_tolerance},
+          {"stretch_factor", lod.stretch_factor},
           {"chunks", lod.chunks},
           {"seconds", lod.seconds}};
 }
@@ -223,9 +220,10 @@ Json to_json_value(const SimplifyReport& r) {
       {"chunks", r.lods.empty() ? 1 : r.lods.front().chunks}};
 }
 
-// A file's name need not be UTF-8, JSON must.
-std::string to_json(const SimplifyReport& report) {
-  return to_json_value(report).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+std::string dump(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
+
+std::string to_json(const SimplifyReport& report) { return dump(to_json_value(report)); }
 
 }  // namespace tetfusion

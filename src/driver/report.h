@@ -9,7 +9,6 @@
 #include "driver/input_facts.h"
 #include "driver/options.h"
 #include "kernel/fuse_limits.h"
-#include "kernel/greedy_pass.h"
 #include "verify/verify.h"
 
 namespace tetfusion {

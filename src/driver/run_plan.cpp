@@ -7,6 +7,7 @@
 #include "base/resources.h"
 #include "base/version.h"
 #include "driver/regions.h"
+#include "driver/report_json.h"
 #include "driver/run.h"
 #include "driver/scratch_place.h"
 
@@ -78,8 +79,7 @@ std::string to_json(const RunPlan& plan) {
         {"boundary_points_share", estimate.boundary_share},
         {"sample_tets", estimate.sample_tets},
         {"sample_seconds", estimate.sample_seconds}}}};
-  // A file's name need not be UTF-8, JSON must.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return dump(json);
 }
 
 }  // namespace tetfusion

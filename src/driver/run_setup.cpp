@@ -11,6 +11,7 @@
 #include "driver/promise.h"
 #include "io/stream_windows.h"
 #include "kernel/vertex_quadrics.h"
+#include "mesh/array_names.h"
 
 namespace tetfusion {
 

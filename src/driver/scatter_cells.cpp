@@ -175,13 +175,7 @@ void CellScatterer<Real>::join_lower(LowerPart<Real>* all) {
   for (Window& window : windows_) {
     const LowerCells& cells = window.lower;
     if (cells.size() == 0) continue;
-    if (all->cells.size() == 0) all->cells.offsets.push_back(0);
-    const std::uint64_t begin = all->cells.connectivity.size();
-    append(cells.types, &all->cells.types);
-    for (std::size_t i = 1; i < cells.offsets.size(); ++i) {
-      all->cells.offsets.push_back(begin + cells.offsets[i]);
-    }
-    append(cells.connectivity, &all->cells.connectivity);
+    all->cells.add(cells);
     append_rows(window.lower_columns, &all->columns);
     window = {};
   }

@@ -13,7 +13,6 @@
 #include "base/resources.h"
 #include "driver/coarsening.h"
 #include "driver/export.h"
-#include "driver/notices.h"
 #include "driver/progressive.h"
 #include "driver/promise.h"
 #include "driver/regions.h"

@@ -11,6 +11,7 @@
 #include "base/numbers.h"
 #include "driver/notices.h"
 #include "io/stream_windows.h"
+#include "mesh/array_names.h"
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
 

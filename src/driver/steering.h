@@ -10,7 +10,6 @@
 #include "base/run_context.h"
 #include "io/mesh_stream.h"
 #include "kernel/criteria.h"
-#include "mesh/array_names.h"
 
 namespace tetfusion {
 

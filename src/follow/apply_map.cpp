@@ -368,9 +368,7 @@ std::unique_ptr<MeshSource> open_moved(const MapFile& map, const std::vector<Mov
   const MeshDescription& mesh = source->description();
   MeshView view = map.mesh();
   view.any_names = true;
-  for (std::size_t f = 0; f < mesh.field_data.arrays.size(); ++f) {
-    view.field_data.push_back(source->read_array(Association::kField, f));
-  }
+  view.field_data = source->read_field_data();
   const auto add = [](const DataArray& array, const AttributeSet& set, std::vector<ArrayView>* to,
                       std::map<std::string, std::string>* markers) {
     const ArrayInfo& info = array.info;

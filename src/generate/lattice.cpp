@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "base/mix.h"
-#include "generate/permutation.h"
 
 namespace tetfusion {
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "library/requests.h"
+
 namespace tetfusion {
 
 namespace {

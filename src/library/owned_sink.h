@@ -2,7 +2,7 @@
 #pragma once
 
 #include "io/mesh_sink.h"
-#include "library/requests.h"
+#include "tetfusion.h"
 
 namespace tetfusion {
 

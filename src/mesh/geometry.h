@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <variant>
 
 #include "base/vector.h"
@@ -41,6 +42,12 @@ struct LowerCells {
   Vector<std::uint64_t> offsets;  // size() + 1 entries, offsets[0] == 0; empty when size() == 0
   Vector<VertexId> connectivity;
   std::uint64_t size() const { return types.size(); }
+  std::span<const VertexId> corners(std::uint64_t cell) const {
+    return std::span(connectivity).subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
+  }
+
+  void add(std::uint8_t type, std::span<const VertexId> corners);
+  void add(const LowerCells& others);
 };
 
 // Between values that copies of points had and those that were taken in their place.

@@ -445,8 +445,6 @@ void Inspector::find_coincident() {
   for (const auto& [later, earlier] : coincident_points(geometry_.points)) {
     ++out_.coincident_points;
     samples(Defect::kCoincidentPoint).add(later);
-    mark(later, kCoincidentVertex);
-    mark(earlier, kCoincidentVertex);
   }
 }
 

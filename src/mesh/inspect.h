@@ -17,9 +17,8 @@ namespace tetfusion {
 enum VertexFlag : std::uint8_t {
   kBoundaryVertex = 1 << 0,  // a face with one cell uses it
   kBrokenVertex = 1 << 1,  // something below is wrong about it or about a cell or face that uses it
-  kCarriedVertex = 1 << 2,     // a cell of lower dimension uses it
-  kUnusedVertex = 1 << 3,      // no tetrahedron uses it
-  kCoincidentVertex = 1 << 4,  // another point has the same coordinates
+  kCarriedVertex = 1 << 2,  // a cell of lower dimension uses it
+  kUnusedVertex = 1 << 3,   // no tetrahedron uses it
 };
 
 // Kinds of defect. All but the coincident points make their vertices broken.
@@ -61,11 +60,6 @@ struct Inspection : MeshCounts {
   // Wound so that the right-hand normal points out of the mesh; each begins with its smallest
   // vertex, and they ascend by that. A degenerate cell's are wound at random.
   Vector<std::array<VertexId, 3>> boundary_triangles;
-
-  std::int64_t surface_euler() const {  // vertices - edges + triangles of the boundary
-    return static_cast<std::int64_t>(boundary_vertices + boundary_faces) -
-           static_cast<std::int64_t>(boundary_edges);
-  }
 };
 
 // Rewinds, in place, the cells that are wound the other way, then judges the mesh. All ids must be

@@ -42,10 +42,6 @@ struct InspectionSummary : MeshCounts {
   }
 
   std::uint64_t lower_cells() const { return lower_vertices + lower_lines + lower_triangles; }
-  std::int64_t surface_euler() const {  // vertices - edges + triangles of the boundary
-    return static_cast<std::int64_t>(boundary_vertices + boundary_faces) -
-           static_cast<std::int64_t>(boundary_edges);
-  }
 
   void count_lower(const LowerCells& cells);
 };

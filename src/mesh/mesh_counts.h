@@ -19,6 +19,11 @@ struct MeshCounts {
   std::uint64_t boundary_edges = 0;
   std::uint64_t boundary_vertices = 0;
 
+  std::int64_t surface_euler() const {  // vertices - edges + triangles of the boundary
+    return static_cast<std::int64_t>(boundary_vertices + boundary_faces) -
+           static_cast<std::int64_t>(boundary_edges);
+  }
+
   MeshCounts& operator+=(const MeshCounts& other) {
     rewound += other.rewound;
     degenerate += other.degenerate;

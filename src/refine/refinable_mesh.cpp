@@ -25,9 +25,7 @@ RefinableMesh::RefinableMesh(const ProgressiveCounts& counts, std::size_t point_
       types_(folder, counts.cells),
       corners_(folder, counts.cells),
       stars_(folder, counts.points, counts.tets),
-      shares_(kMaxGone + 1) {
-  lower_.offsets.push_back(0);
-}
+      shares_(kMaxGone + 1) {}
 
 // Of each tetrahedron four entries of lists that have a quarter of room, and what was left.
 std::uint64_t RefinableMesh::bytes_for(const ProgressiveCounts& counts, std::size_t point_row_bytes,
@@ -68,8 +66,7 @@ void RefinableMesh::let_go() const {
 std::span<const VertexId> RefinableMesh::corners_of(std::size_t cell) const {
   if (types_[cell] == kVtkTetra) return corners_[cell];
   const std::size_t i = corners_[cell][0];
-  return std::span(lower_.connectivity)
-      .subspan(lower_.offsets[i], lower_.offsets[i + 1] - lower_.offsets[i]);
+  return lower_.corners(i);
 }
 
 void RefinableMesh::add_point(VertexId v, const std::byte* row) {
@@ -115,9 +112,7 @@ void RefinableMesh::add_lower(const LowerRows& lower) {
     const std::uint8_t type = lower.cells.types[i];
     require(number < types_.size() && types_[number] == 0,
             "a cell comes twice, or has a wrong number");
-    const std::span<const VertexId> corners =
-        std::span(lower.cells.connectivity)
-            .subspan(lower.cells.offsets[i], lower.cells.offsets[i + 1] - lower.cells.offsets[i]);
+    const std::span<const VertexId> corners = lower.cells.corners(i);
     const bool is_lower = (type == kVtkVertex && corners.size() == 1) ||
                           (type == kVtkLine && corners.size() == 2) ||
                           (type == kVtkTriangle && corners.size() == 3);
@@ -126,9 +121,7 @@ void RefinableMesh::add_lower(const LowerRows& lower) {
             "a cell names a point that there is not");
     types_[number] = type;
     corners_[number][0] = static_cast<VertexId>(lower_.types.size());
-    lower_.types.push_back(type);
-    lower_.connectivity.insert(lower_.connectivity.end(), corners.begin(), corners.end());
-    lower_.offsets.push_back(lower_.connectivity.size());
+    lower_.add(type, corners);
     if (cell_row_ > 0) {
       std::memcpy(cell_rows_.data() + number * cell_row_, lower.rows.data() + i * cell_row_,
                   cell_row_);

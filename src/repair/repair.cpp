@@ -249,14 +249,7 @@ class RepairedSource : public MeshSource {
         mesh.tets.push_back(window.tets[i]);
         mesh.tet_source.push_back(row_of(i));
       }
-      LowerCells& lower = mesh.lower;
-      if (lower.offsets.empty() && window.lower.size() > 0) lower.offsets.push_back(0);
-      for (std::size_t c = 0; c < window.lower.size(); ++c) {
-        lower.types.push_back(window.lower.types[c]);
-        lower.offsets.push_back(lower.connectivity.size() + window.lower.offsets[c + 1]);
-      }
-      lower.connectivity.insert(lower.connectivity.end(), window.lower.connectivity.begin(),
-                                window.lower.connectivity.end());
+      mesh.lower.add(window.lower);
       mesh.lower_source.insert(mesh.lower_source.end(), window.lower_rows.begin(),
                                window.lower_rows.end());
     });

@@ -13,8 +13,6 @@ struct Repairs {
   std::uint64_t rewound = 0;
   std::uint64_t duplicate_tets = 0;  // dropped
   std::uint64_t unused_points = 0;   // dropped
-
-  bool any() const { return rewound + duplicate_tets + unused_points > 0; }
 };
 
 struct RepairedMesh {

@@ -10,6 +10,7 @@
 #include "base/numbers.h"
 #include "compare/measure.h"
 #include "io/stream_windows.h"
+#include "mesh/array_names.h"
 
 namespace tetfusion {
 

@@ -69,9 +69,7 @@ std::unique_ptr<MeshSource> with_point_means(std::unique_ptr<MeshSource> mesh,
   }
   all.point_markers = description.point_data.active;
   all.cell_markers = description.cell_data.active;
-  for (std::size_t i = 0; i < description.field_data.arrays.size(); ++i) {
-    all.field_data.push_back(mesh->read_array(Association::kField, i));
-  }
+  all.field_data = mesh->read_field_data();
   return with_arrays(std::move(mesh), std::move(all));
 }
 

@@ -142,8 +142,7 @@ std::string to_json(const SeriesReport& report) {
     json["peak_rss_bytes"] = peak_rss_bytes();
     json["threads"] = thread_count();
   }
-  // A file's name need not be UTF-8, JSON must.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return dump(json);
 }
 
 }  // namespace tetfusion

@@ -59,9 +59,7 @@ StepArrays moved_arrays(const SeriesResult& result, MeshSource* source, const Pl
     arrays.points.push_back(place ? result.fitted->read(place->step, place->array, info)
                                   : std::move(moved[next++].array));
   }
-  for (std::size_t f = 0; f < source->description().field_data.arrays.size(); ++f) {
-    arrays.field_data.push_back(source->read_array(Association::kField, f));
-  }
+  arrays.field_data = source->read_field_data();
   return arrays;
 }
 

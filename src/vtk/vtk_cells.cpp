@@ -228,11 +228,7 @@ class CellConverter {
   }
 
   void add_lower(std::uint8_t type, Corners corners, std::uint64_t cell) {
-    LowerCells& lower = out_.lower;
-    if (lower.offsets.empty()) lower.offsets.push_back(0);
-    lower.types.push_back(type);
-    lower.connectivity.insert(lower.connectivity.end(), corners.begin(), corners.end());
-    lower.offsets.push_back(lower.connectivity.size());
+    out_.lower.add(type, corners);
     out_.lower_source.push_back(cell);
   }
 

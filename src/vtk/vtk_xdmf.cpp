@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "base/error.h"
 #include "base/numbers.h"
 #include "vtk/vtk_collect.h"
 #include "vtk/vtk_reader.h"

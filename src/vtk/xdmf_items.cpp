@@ -9,7 +9,6 @@
 #include <string_view>
 #include <type_traits>
 
-#include "base/error.h"
 #include "base/numbers.h"
 #include "io/byte_values.h"
 #include "io/listed_files.h"

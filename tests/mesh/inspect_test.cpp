@@ -270,8 +270,6 @@ TEST(Inspect, ACrackIsTwoSurfaces) {
   const Inspection i = inspect(mesh);
   EXPECT_EQ(i.coincident_points, 9u);
   EXPECT_EQ(i.first(Defect::kCoincidentPoint).ids().front(), 27u);
-  EXPECT_EQ(i.vertex_flags[2], kBoundaryVertex | kCoincidentVertex);
-  EXPECT_EQ(i.vertex_flags[27], kBoundaryVertex | kCoincidentVertex);
   EXPECT_EQ(i.components, 2u);
   EXPECT_EQ(i.surface_components, 2u);
   EXPECT_EQ(i.nonmanifold_vertices, 0u);
