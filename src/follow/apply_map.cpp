@@ -46,11 +46,11 @@ class Mover {
     return std::move(moved_);
   }
 
-  MovedArray run_fitted(const RunContext& context, double bound) {
+  MovedArray run_fitted(const RunContext& context, double bound, bool measured) {
     move(context);
     if (!is_float(info_.type)) return std::move(moved_);
     fit(context, bound);
-    measure(context);
+    if (measured) measure(context);
     return std::move(moved_);
   }
 
@@ -306,13 +306,14 @@ std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
 
 std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weights,
                                    MeshSource* source, const std::vector<ArrayFit>& fits,
-                                   const RunContext& context) {
+                                   const RunContext& context, bool measured) {
   const AttributeSet& all = source->description().point_data;
   const auto stream = open_for(map, source);
   std::vector<MovedArray> arrays;
   for (const ArrayFit& fit : fits) {
     const std::size_t i = choose(source->description(), {fit.name})[0];
-    arrays.push_back(Mover(map, &weights, *stream, all, i).run_fitted(context, fit.bound));
+    arrays.push_back(
+        Mover(map, &weights, *stream, all, i).run_fitted(context, fit.bound, measured));
   }
   map.check();
   return arrays;

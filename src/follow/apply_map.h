@@ -49,7 +49,7 @@ std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
 // threads at once, for several steps.
 std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weights,
                                    MeshSource* source, const std::vector<ArrayFit>& fits,
-                                   const RunContext& context);
+                                   const RunContext& context, bool measured = true);
 
 // Of the points that stayed.
 struct StayedPoints {

@@ -72,6 +72,13 @@ std::vector<MovedArray> FittedSteps::add(std::size_t step, MeshSource* source,
   return moved;
 }
 
+std::vector<MovedArray> FittedSteps::fit(const std::vector<std::string>& names, MeshSource* source,
+                                         const RunContext& context) const {
+  std::vector<ArrayFit> fits;
+  for (const std::string& name : names) fits.push_back({name});
+  return fit_arrays(map_, weights_, source, fits, context, false);
+}
+
 DataArray FittedSteps::read(std::size_t step, std::size_t array, const ArrayInfo& info) const {
   DataArray out;
   out.info = info;

@@ -1,4 +1,5 @@
-// The values of the arrays that steer, fitted to each step, until they are written.
+// The values of arrays of points, fitted to each step; those of arrays that steer until they are
+// written.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +33,13 @@ class FittedSteps {
   // fit_arrays(); Error(kIo).
   std::vector<MovedArray> add(std::size_t step, MeshSource* source, const RunContext& context);
 
-  // The values of one of them, of a step that was added; `info` is the array in that step.
+  // The same of other arrays of floating-point numbers, without bounds: with their values, which
+  // are not kept, and without errors.
+  std::vector<MovedArray> fit(const std::vector<std::string>& names, MeshSource* source,
+                              const RunContext& context) const;
+
+  // The values of one of those that were added, of a step that was added; `info` is the array in
+  // that step.
   DataArray read(std::size_t step, std::size_t array, const ArrayInfo& info) const;
 
  private:

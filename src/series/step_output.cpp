@@ -39,25 +39,23 @@ std::optional<std::size_t> find_fitted(const SeriesResult& result, const std::st
 
 bool is_written(const ArrayInfo& array) { return !array.steers_only && !is_ghost_mark(array.name); }
 
-// The arrays of points, fitted where place_of() says so, and the field data.
+// The arrays of points, as they were fitted where place_of() says so, and the field data.
 StepArrays moved_arrays(const SeriesResult& result, MeshSource* source, const PlaceOf& place_of,
                         const RunContext& context) {
   const AttributeSet& all = source->description().point_data;
-  std::vector<std::string> others;
-  for (const ArrayInfo& info : all.arrays) {
-    if (is_written(info) && !place_of(info.name)) others.push_back(info.name);
-  }
   RunContext quiet = context;
   quiet.progress = {};
-  std::vector<MovedArray> moved;
-  if (!others.empty()) moved = apply_map(result.map, source, others, quiet, false);
   StepArrays arrays;
-  std::size_t next = 0;
   for (const ArrayInfo& info : all.arrays) {
     if (!is_written(info)) continue;
-    const std::optional<Fitted> place = place_of(info.name);
-    arrays.points.push_back(place ? result.fitted->read(place->step, place->array, info)
-                                  : std::move(moved[next++].array));
+    if (const std::optional<Fitted> place = place_of(info.name)) {
+      arrays.points.push_back(result.fitted->read(place->step, place->array, info));
+      continue;
+    }
+    const bool is_to_fit = is_float(info.type) && result.fitted != nullptr;
+    auto moved = is_to_fit ? result.fitted->fit({info.name}, source, quiet)
+                           : apply_map(result.map, source, {info.name}, quiet, false);
+    arrays.points.push_back(std::move(moved[0].array));
   }
   arrays.field_data = source->read_field_data();
   return arrays;
