@@ -148,6 +148,14 @@ std::vector<std::string> long_integers(const MeshDescription& mesh, std::size_t 
 
 }  // namespace
 
+void WriteOptions::report_to(const RunContext& context, double done) {
+  progress = [&context, done](double share) {
+    context.check();
+    context.report("writing", done + (1 - done) * share);
+  };
+  tell = [&context](std::string_view what) { context.say(what); };
+}
+
 MeshFormat output_format(const std::string& path) {
   std::error_code error;
   if (path == "-" || std::filesystem::is_other(path, error)) return MeshFormat::kVtu;

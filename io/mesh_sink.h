@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/run_context.h"
 #include "io/mesh_source.h"
 #include "mesh/data_array.h"
 
@@ -26,6 +27,10 @@ struct WriteOptions {
   // Told, as sentences, of cells that the format has no place for, and of arrays whose values do
   // not let them be what the format has for them; may be empty.
   std::function<void(std::string_view)> tell = {};
+
+  // Sets progress and tell(): writing is what is left of a run when that share is done. The context
+  // outlives what is written.
+  void report_to(const RunContext& context, double done = 0);
 };
 
 // By the end of the name. "-" and devices take .vtu.

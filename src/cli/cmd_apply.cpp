@@ -144,11 +144,7 @@ void run_apply(ApplyArguments* a) {
   source.reset();  // it may be what is written over
   const std::string left_out = left_out_of(a->output, result->description());
   if (!left_out.empty()) console.say(left_out);
-  a->write.progress = [&](double share) {
-    context.check();
-    context.report("writing", share);
-  };
-  a->write.tell = [&](std::string_view what) { context.say(what); };
+  a->write.report_to(context);
   convert_mesh(result.get(), a->output, a->write);
   map.check();
   context.report("done", 1);
@@ -165,10 +161,7 @@ void run_apply(ApplyArguments* a) {
   Json json = report_of_apply(*a, map, arrays, cells);
   json["stayed_points"] = stayed.count;
   json["stayed_points_elsewhere"] = stayed.elsewhere;
-  json["seconds"] = {{"total", wall_seconds() - start}};
-  json["cpu_seconds"] = cpu_seconds();
-  json["peak_rss_bytes"] = peak_rss_bytes();
-  json["threads"] = thread_count();
+  add_resources(start, &json);
   write_text(a->report, dump(json));
 }
 

@@ -158,11 +158,7 @@ void fix(const CheckArguments& a, MeshSource* source, const Examination& examina
   const std::string left_out = left_out_of(a.fixed, source->description());
   if (!left_out.empty()) console->say(left_out);
   WriteOptions write = a.write;
-  write.progress = [&](double share) {
-    context.check();
-    context.report("writing", share);
-  };
-  write.tell = [&](std::string_view what) { context.say(what); };
+  write.report_to(context);
   convert_mesh(mended.source.get(), a.fixed, write);
   std::error_code unknown;
   const bool can_be_read = std::filesystem::is_regular_file(a.fixed, unknown);
@@ -260,10 +256,7 @@ void run_check(const CheckArguments& a) {
   if (!a.report.empty()) {
     Json json{{"version", version()}, {"path", a.input}, {"valid", found.valid}};
     json.update(found.json);
-    json["seconds"] = {{"total", wall_seconds() - start}};
-    json["cpu_seconds"] = cpu_seconds();
-    json["peak_rss_bytes"] = peak_rss_bytes();
-    json["threads"] = thread_count();
+    add_resources(start, &json);
     write_text(a.report, dump(json));
   }
   if (a.report != "-" && !a.console.quiet) write_text("-", found.text);

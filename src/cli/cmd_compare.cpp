@@ -426,10 +426,7 @@ void run_compare(const CompareArguments& a) {
   const CompareAnswer answer = compare(a, bounds);
   if (!a.report.empty()) {
     Json json = answer.json;
-    json["seconds"] = {{"total", wall_seconds() - start}};
-    json["cpu_seconds"] = cpu_seconds();
-    json["peak_rss_bytes"] = peak_rss_bytes();
-    json["threads"] = thread_count();
+    add_resources(start, &json);
     write_text(a.report, dump(json));
   }
   const bool shown = a.report != "-" && !a.console.quiet;

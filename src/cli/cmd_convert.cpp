@@ -51,11 +51,7 @@ void run_convert(ConvertArguments* a) {
   const std::string left_out =
       left_out_of(a->output, source->description(), a->write.label, a->write.label_comes_first);
   if (!left_out.empty()) console.say(left_out);
-  a->write.progress = [&](double share) {
-    context.check();
-    context.report("writing", 0.5 + 0.5 * share);
-  };
-  a->write.tell = [&](std::string_view what) { context.say(what); };
+  a->write.report_to(context, 0.5);
   const InputFacts facts = convert_mesh(source.get(), a->output, a->write);
   say_what_is_odd(facts, source->description(), a->open.linearize, context);
   context.report("done", 1);

@@ -44,10 +44,7 @@ void run_generate(GenerateArguments* a) {
   a->generate.kind = kinds().at(a->kind);
   a->generate.tets = *tets;
   context.report_size(*tets);
-  a->write.progress = [&](double share) {
-    context.check();
-    context.report("writing", share);
-  };
+  a->write.report_to(context);
   const GeneratedSize size = generate_mesh(a->generate, a->output, a->write);
   context.report("done", 1);
   console.detail(fmt::format("{}, {}", format_count(size.points, "point"),

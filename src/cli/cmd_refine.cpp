@@ -103,10 +103,7 @@ void run_refine(RefineArguments* a) {
   if (a->report.empty()) return;
   Json json = report_of(*a, r);
   json["seconds"] = r.seconds;
-  json["seconds"]["total"] = wall_seconds() - start;
-  json["cpu_seconds"] = cpu_seconds();
-  json["peak_rss_bytes"] = peak_rss_bytes();
-  json["threads"] = thread_count();
+  add_resources(start, &json);
   write_text(a->report, dump(json));
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/numbers.h"
+#include "base/resources.h"
 #include "driver/notices.h"
 
 namespace tetfusion {
@@ -97,6 +98,13 @@ Json findings_json(const std::vector<Finding>& findings) {
   }
   json["samples"] = samples;
   return json;
+}
+
+void add_resources(double start, Json* report) {
+  (*report)["seconds"]["total"] = wall_seconds() - start;
+  (*report)["cpu_seconds"] = cpu_seconds();
+  (*report)["peak_rss_bytes"] = peak_rss_bytes();
+  (*report)["threads"] = thread_count();
 }
 
 Json quality_json(const Quality& q) {

@@ -42,5 +42,7 @@ Json counts_json(const InspectionSummary& mesh);  // sizes, boundary, volume, bo
 Json difference_json(const LargestDifference& largest, const AttributeSet& point_data);
 Json findings_json(const std::vector<Finding>& findings);  // key: count, and "samples"
 Json quality_json(const Quality& quality);
+// Time since `start`, of the wall and of processors, memory and threads, to the end of a report.
+void add_resources(double start, Json* report);
 
 }  // namespace tetfusion

@@ -395,11 +395,7 @@ RefineReport Job::run(PhaseClock* clock) {
   if (report_.undone == report_.counts.fusions) add_rest(mesh.get());
   file_.check();
   WriteOptions write = request_.write;
-  write.progress = [&](double share) {
-    context_.check();
-    context_.report("writing", kRefineShare + (1 - kRefineShare) * share);
-  };
-  write.tell = [this](std::string_view what) { context_.say(what); };
+  write.report_to(context_, kRefineShare);
   report_.tets = mesh->tets();
   report_.points = mesh->points();
   clock->begin("write");

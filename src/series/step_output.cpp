@@ -71,11 +71,7 @@ void write_mesh(const SeriesResult& result, StepArrays arrays, MeshSource* sourc
   WriteOptions write;
   write.encoding = result.encoding;
   write.label = result.label;
-  write.progress = [&](double share) {
-    context.check();
-    context.report("writing", share);
-  };
-  write.tell = [&](std::string_view what) { context.say(what); };
+  write.report_to(context);
   convert_mesh(out.get(), path, write);
 }
 
