@@ -53,7 +53,7 @@ class FormatSource final : public MeshSource {
     const bool of_points = association == Association::kPoint;
     DataArray array;
     array.info = (of_points ? description().point_data : description().cell_data).arrays.at(index);
-    array.bytes.resize(array.info.values() * size_of(array.info.type));
+    array.bytes.resize(array.info.bytes());
     reader_->read_rows(association, index, 0, array.info.tuples, array.bytes.data());
     return array;
   }

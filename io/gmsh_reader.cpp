@@ -76,7 +76,7 @@ class GmshReader final : public FormatReader {
   DataArray read_field(std::size_t index) const override {
     DataArray array;
     array.info = description_.field_data.arrays.at(index);
-    array.bytes.resize(array.info.values() * size_of(array.info.type));
+    array.bytes.resize(array.info.bytes());
     if (array.info.name == kTimeValue) {
       array.as<double>()[0] = *time_.time;
       return array;

@@ -113,7 +113,7 @@ Vector<std::byte> MeshPasses::read_rows(Association association, std::size_t arr
   Vector<std::byte> rows;
   if (array == kNone) return rows;
   const ArrayInfo& of = info(association, array);
-  rows.resize(count * of.components * size_of(of.type));
+  rows.resize(count * of.row_bytes());
   stream_->read_rows(association, array, first, count, rows);
   return rows;
 }
@@ -124,7 +124,7 @@ Vector<std::byte> MeshPasses::rows_of(const Vector<std::uint64_t>& rows, std::si
                                       std::uint64_t count) const {
   if (array == kNone || cells == 0) return {};
   const ArrayInfo& of = info(Association::kCell, array);
-  const std::size_t stride = of.components * size_of(of.type);
+  const std::size_t stride = of.row_bytes();
   Vector<std::byte> all = read_rows(Association::kCell, array, first, count);
   if (rows.empty()) {
     all.resize(cells * stride);

@@ -67,7 +67,7 @@ class WholeMeshStream final : public MeshStream {
     check_window(first, count, association == Association::kPoint ? points_ : cells());
     if (count == 0) return;
     const DataArray& array = array_at(association, index);
-    const std::size_t tuple = array.info.components * size_of(array.info.type);
+    const std::size_t tuple = array.info.row_bytes();
     for_each_block(count, kTuplesPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint64_t from =

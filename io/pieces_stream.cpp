@@ -62,7 +62,7 @@ class PiecesStream final : public MeshStream {
     const bool of_points = association == Association::kPoint;
     const AttributeSet& set = of_points ? description_.point_data : description_.cell_data;
     const ArrayInfo& info = set.arrays.at(index);
-    const std::size_t stride = info.components * size_of(info.type);
+    const std::size_t stride = info.row_bytes();
     if (of_points) {
       read_numbered(
           first, count, stride, out,
@@ -250,7 +250,7 @@ const CopyDifferences& PiecesStream::differences() const {
   Vector<std::byte> rows;
   const auto read = [&](std::size_t array, std::uint64_t first,
                         std::uint64_t count) -> std::span<const std::byte> {
-    const std::size_t stride = arrays[array].components * size_of(arrays[array].type);
+    const std::size_t stride = arrays[array].row_bytes();
     rows.resize(count * stride);
     for_each_part(first, count, &Part::first_point,
                   [&](const Part& part, std::uint64_t begin, std::uint64_t n) {

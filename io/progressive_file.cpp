@@ -18,12 +18,6 @@ using namespace progressive;
 
 namespace {
 
-std::size_t row_bytes_of(const AttributeSet& set) {
-  std::size_t bytes = 0;
-  for (const ArrayInfo& info : set.arrays) bytes += info.components * size_of(info.type);
-  return bytes;
-}
-
 std::uint64_t get_number(ByteReader* in) {
   std::uint64_t value = 0;
   in->get(&value);
@@ -86,10 +80,10 @@ std::size_t count_elsewhere(std::span<const std::array<CornerCode, 4>> corners) 
 }  // namespace
 
 std::size_t ProgressiveDescription::point_row_bytes() const {
-  return 3 * size_of(point_type) + row_bytes_of(point_data);
+  return 3 * size_of(point_type) + point_data.row_bytes();
 }
 
-std::size_t ProgressiveDescription::cell_row_bytes() const { return row_bytes_of(cell_data); }
+std::size_t ProgressiveDescription::cell_row_bytes() const { return cell_data.row_bytes(); }
 
 FusionRecord FusionBlock::next() {
   const std::size_t i = at_.record++;

@@ -246,7 +246,7 @@ DataArray PvtuSource::read_array(Association association, std::size_t index) {
   DataArray array;
   array.info = (of_points ? description_.point_data : description_.cell_data).arrays.at(index);
   array.info.tuples = of_points ? stream.points() : stream.cells();
-  array.bytes.resize(array.info.values() * size_of(array.info.type));
+  array.bytes.resize(array.info.bytes());
   stream.read_rows(association, index, 0, array.info.tuples, array.bytes);
   return array;
 }

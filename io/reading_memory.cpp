@@ -32,7 +32,7 @@ std::uint64_t most_tets(std::uint8_t type) {
 
 std::uint64_t bytes_of(const AttributeSet& set) {
   std::uint64_t bytes = 0;
-  for (const ArrayInfo& info : set.arrays) bytes += info.values() * size_of(info.type);
+  for (const ArrayInfo& info : set.arrays) bytes += info.bytes();
   return bytes;
 }
 

@@ -93,7 +93,7 @@ class ViewStream final : public MeshStream {
     }
     const AttributeSet& set = of_points ? description_.point_data : description_.cell_data;
     const ArrayInfo& info = set.arrays[index];
-    forget_ghosts(association, info, out.first(count * info.components * size_of(info.type)));
+    forget_ghosts(association, info, out.first(count * info.row_bytes()));
   }
 
   void read_locks(std::uint64_t first, std::uint64_t count, std::uint8_t* locked) const override {

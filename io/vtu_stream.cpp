@@ -107,7 +107,7 @@ class VtuStream final : public MeshStream {
       const ArrayReader& reader = attribute(of_points, index);
       reader.read(first * info.components, count * info.components, out.data());
     });
-    forget_ghosts(association, info, out.first(count * info.components * size_of(info.type)));
+    forget_ghosts(association, info, out.first(count * info.row_bytes()));
   }
 
  private:

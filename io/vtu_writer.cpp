@@ -108,7 +108,7 @@ void VtuWriter::add_section(const char* element, const AttributeSet& set, std::u
   pending_ += fmt::format("      <{}{}>\n", element, active_attributes(set));
   for (ArrayInfo info : set.arrays) {
     info.tuples = tuples;
-    add_slot(info, info.values() * size_of(info.type), Place::kPiece);
+    add_slot(info, info.bytes(), Place::kPiece);
   }
   pending_ += fmt::format("      </{}>\n", element);
 }

@@ -15,6 +15,7 @@
 #include "driver/steering.h"
 #include "follow/apply_map.h"
 #include "io/mesh_sink.h"
+#include "mesh/array_names.h"
 
 namespace tetfusion {
 
@@ -61,6 +62,12 @@ ArraysToMove arrays_to_move(const ApplyArguments& a, const MapFile& map, MeshSou
   ArraysToMove out;
   for (const std::string& name : a.arrays) {
     const auto choice = find_array(mesh, name);
+    if (choice && is_ghost_mark(name.substr(name.rfind(':') + 1))) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("{}: --array {}: that marks ghosts, which the simplified mesh has "
+                              "none of",
+                              a.input, name));
+    }
     if (choice && choice->association == Association::kCell) {
       if (std::ranges::find(out.cells, choice->index) == out.cells.end()) {
         out.cells.push_back(choice->index);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -31,6 +32,13 @@ std::uint64_t components(const AttributeSet& set) {
   return sum;
 }
 
+// Of one array, as it is read.
+std::uint64_t widest_row(const AttributeSet& set) {
+  std::uint64_t widest = 0;
+  for (const ArrayInfo& a : set.arrays) widest = std::max(widest, a.row_bytes());
+  return widest;
+}
+
 // In a row, with lengths.
 std::uint64_t point_values(const AttributeSet& set) { return components(set) + set.arrays.size(); }
 
@@ -49,8 +57,10 @@ std::uint64_t memory_to_hold(MeshSource* mesh) {
 
 ComparisonNeeds estimate_comparison(const MeshDescription& original, std::uint64_t tets,
                                     std::uint64_t points, std::uint64_t boundary_triangles) {
-  const std::uint64_t rows = sizeof(double) * (tets * components(original.cell_data) +
-                                               points * point_values(original.point_data));
+  const std::uint64_t rows =
+      sizeof(double) *
+          (tets * components(original.cell_data) + points * point_values(original.point_data)) +
+      std::max(tets * widest_row(original.cell_data), points * widest_row(original.point_data));
   const std::uint64_t all_sides = 4 * kSideBytes * original.cells;
   ComparisonNeeds needs;
   needs.fixed = kWindows + kTet * tets + kPoint * points + rows + kTriangle * boundary_triangles +

@@ -17,9 +17,24 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
+constexpr std::uint64_t kMostRows = std::uint64_t{1} << 18, kLeastRows = std::uint64_t{1} << 12;
+constexpr std::uint64_t kWindowBytes = std::uint64_t{12} << 20;  // where rows are wide
 constexpr std::size_t kTetsPerBlock = 8192;
-constexpr std::uint64_t kRun = std::uint64_t{1} << 14;  // points that are read at once
+constexpr std::uint64_t kMostInRun = std::uint64_t{1} << 14;  // points that a thread reads at once
+
+// As they are in memory, and as they are read, one array after the other.
+std::uint64_t bytes_of_row(const FieldSet& fields) {
+  std::uint64_t widest = 0;
+  for (const Field& field : fields.fields) widest = std::max(widest, field.info.row_bytes());
+  return fields.width * sizeof(double) + widest;
+}
+
+std::uint64_t rows_in_window(const FieldSet& points, const FieldSet& cells) {
+  const std::uint64_t row = std::max(bytes_of_row(points), bytes_of_row(cells));
+  std::uint64_t rows = kMostRows;
+  while (rows > kLeastRows && rows * row > kWindowBytes) rows /= 2;
+  return rows;
+}
 
 struct Run {
   std::uint64_t first, count;
@@ -27,7 +42,8 @@ struct Run {
 
 // Of a set's points in [first, first + count), in steps of 64, where none is left out that is in
 // the set. `first` is a multiple of 64.
-std::vector<Run> runs_of(const PointSet& set, std::uint64_t first, std::uint64_t count) {
+std::vector<Run> runs_of(const PointSet& set, std::uint64_t first, std::uint64_t count,
+                         std::uint64_t most) {
   std::vector<Run> runs;
   const std::uint64_t end = first + count;
   constexpr std::uint64_t kGap = 4096;  // cheaper to read than to begin anew
@@ -35,7 +51,7 @@ std::vector<Run> runs_of(const PointSet& set, std::uint64_t first, std::uint64_t
     if (!set.any_in_word(at / 64)) continue;
     const std::uint64_t after = std::min(at + 64, end);
     if (runs.empty() || at - (runs.back().first + runs.back().count) > kGap ||
-        after - runs.back().first > kRun) {
+        after - runs.back().first > most) {
       runs.push_back({at, after - at});
     } else {
       runs.back().count = after - runs.back().first;
@@ -92,6 +108,7 @@ OriginalMesh::OriginalMesh(MeshSource* source, const FieldSet& point_fields,
     : source_(source),
       point_fields_(point_fields),
       cell_fields_(cell_fields),
+      window_(rows_in_window(point_fields, cell_fields)),
       stream_(open_stream(source)),
       used_(stream_->points()) {}
 
@@ -137,7 +154,7 @@ TriangleSet OriginalMesh::find_interfaces(const std::vector<std::size_t>& cell_a
   const ReadCells read = [&](const auto& take) {
     read_cells([&](std::uint64_t first, const CellWindow& window, double) {
       context.check();
-      const std::uint64_t count = std::min(kWindow, stream_->cells() - first);
+      const std::uint64_t count = std::min(window_, stream_->cells() - first);
       take({first, window.tets, labels.read(*stream_, first, count, window)});
     });
   };
@@ -171,8 +188,8 @@ void OriginalMesh::read_cells(
     const std::function<void(std::uint64_t, const CellWindow&, double)>& take) const {
   const std::uint64_t cells = stream_->cells();
   CellWindow window;
-  for (std::uint64_t first = 0; first < cells; first += kWindow) {
-    const std::uint64_t count = std::min(kWindow, cells - first);
+  for (std::uint64_t first = 0; first < cells; first += window_) {
+    const std::uint64_t count = std::min(window_, cells - first);
     stream_->read_cells(first, count, &window);
     take(first, window, static_cast<double>(first + count) / static_cast<double>(cells));
   }
@@ -182,8 +199,8 @@ void OriginalMesh::for_each_points(
     const std::function<void(const OriginalPoints&, double)>& take) const {
   const std::uint64_t points = stream_->points();
   OriginalPoints window;
-  for (std::uint64_t first = 0; first < points; first += kWindow) {
-    const std::uint64_t count = std::min(kWindow, points - first);
+  for (std::uint64_t first = 0; first < points; first += window_) {
+    const std::uint64_t count = std::min(window_, points - first);
     gather(used_, first, count, point_fields_, &window);
     take(window, static_cast<double>(first + count) / static_cast<double>(points));
   }
@@ -209,7 +226,7 @@ void OriginalMesh::for_each_cells(
                    });
     cells.first_row = first;
     cells.tet_rows = window.tet_rows;
-    const std::uint64_t count = std::min(kWindow, stream_->cells() - first);
+    const std::uint64_t count = std::min(window_, stream_->cells() - first);
     gather_cell_rows(first, count, window, &cells.cell_rows);
     take(cells, share);
   });
@@ -222,7 +239,7 @@ void OriginalMesh::gather(const PointSet& set, std::uint64_t first, std::uint64_
   out->ids.resize(size);
   out->points.resize(size);
   out->rows.resize(size * fields.width);
-  const std::vector<Run> runs = runs_of(set, first, count);
+  const std::vector<Run> runs = runs_of(set, first, count, std::min(window_, kMostInRun));
   for_each_block(runs.size(), 1, [&](std::size_t r, std::size_t, std::size_t) {
     gather_run(set, runs[r].first, runs[r].count, fields, out, base);
   });
@@ -248,7 +265,7 @@ void OriginalMesh::gather_run(const PointSet& set, std::uint64_t first, std::uin
     spread_points<double>(bytes, rows, out->points.data() + to);
   }
   for (const Field& field : fields.fields) {
-    bytes.resize(count * field.info.components * size_of(field.info.type));
+    bytes.resize(count * field.info.row_bytes());
     stream_->read_rows(Association::kPoint, field.original, first, count, bytes);
     spread_values(field.info, bytes,
                   {fields.width, field.offset, rows.size(), rows,
@@ -265,7 +282,7 @@ void OriginalMesh::gather_cell_rows(std::uint64_t first, std::uint64_t count,
   for (std::size_t t = 0; t < rows.size(); ++t) rows[t] = window.tet_rows[t] - first;
   Vector<std::byte> bytes;
   for (const Field& field : fields.fields) {
-    bytes.resize(count * field.info.components * size_of(field.info.type));
+    bytes.resize(count * field.info.row_bytes());
     stream_->read_rows(Association::kCell, field.original, first, count, bytes);
     spread_values(field.info, bytes,
                   {fields.width, field.offset, window.tets.size(), rows, out->data(), field.base,

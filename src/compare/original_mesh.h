@@ -113,6 +113,7 @@ class OriginalMesh {
   MeshSource* source_;
   const FieldSet& point_fields_;
   const FieldSet& cell_fields_;
+  const std::uint64_t window_;  // rows that are in memory at once
   std::unique_ptr<MeshStream> stream_;
   PointSet used_;
   std::uint64_t tets_ = 0;

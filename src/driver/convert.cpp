@@ -17,6 +17,12 @@ namespace {
 
 constexpr std::uint64_t kCopiedWindow = std::uint64_t{1} << 19;
 
+// Rows of an array in a window: fewer where they are wide.
+std::uint64_t copied_window(const ArrayInfo& info) {
+  constexpr std::uint64_t kMost = std::uint64_t{8} << 20, kLeastRows = 1024;
+  return std::clamp(kMost / info.row_bytes(), kLeastRows, kCopiedWindow);
+}
+
 InputFacts facts_of(const MeshStream& stream) {
   InputFacts facts;
   facts.merged_points = stream.merged_points();
@@ -49,18 +55,19 @@ class Converter {
  private:
   // Calls f(first, count) for the windows of [0, all).
   template <class F>
-  static void for_each_window(std::uint64_t all, F f) {
-    for (std::uint64_t first = 0; first < all; first += kCopiedWindow) {
-      f(first, std::min(kCopiedWindow, all - first));
+  static void for_each_window(std::uint64_t all, F f, std::uint64_t window = kCopiedWindow) {
+    for (std::uint64_t first = 0; first < all; first += window) {
+      f(first, std::min(window, all - first));
     }
   }
   template <class F>
-  void for_each_cell_window(F f) {
+  void for_each_cell_window(F f, std::uint64_t rows = kCopiedWindow) {
     CellWindow window;
-    for_each_window(stream_->cells(), [&](std::uint64_t first, std::uint64_t count) {
+    const auto read = [&](std::uint64_t first, std::uint64_t count) {
       stream_->read_cells(first, count, &window);
       f(first, count, window);
-    });
+    };
+    for_each_window(stream_->cells(), read, rows);
   }
 
   void count_cells(const std::function<void(double)>& progress) {
@@ -88,18 +95,19 @@ class Converter {
   void put_point_array(std::size_t i, VtuWriter* writer) {
     const ArrayInfo& info = carried_.point_data.arrays[i];
     Vector<std::byte> rows;
-    for_each_window(stream_->points(), [&](std::uint64_t first, std::uint64_t count) {
-      rows.resize(count * info.components * size_of(info.type));
+    const auto put = [&](std::uint64_t first, std::uint64_t count) {
+      rows.resize(count * info.row_bytes());
       stream_->read_rows(Association::kPoint, carried_.point_indices[i], first, count, rows);
       writer->put(rows);
-    });
+    };
+    for_each_window(stream_->points(), put, copied_window(info));
   }
 
   void put_cell_array(std::size_t i, VtuWriter* writer) {
     const ArrayInfo& info = carried_.cell_data.arrays[i];
-    const std::size_t stride = info.components * size_of(info.type);
+    const std::size_t stride = info.row_bytes();
     Vector<std::byte> rows, chosen, lower;
-    for_each_cell_window([&](std::uint64_t first, std::uint64_t count, const CellWindow& window) {
+    const auto put = [&](std::uint64_t first, std::uint64_t count, const CellWindow& window) {
       rows.resize(count * stride);
       stream_->read_rows(Association::kCell, carried_.cell_indices[i], first, count, rows);
       chosen.resize(window.tets.size() * stride);
@@ -112,7 +120,8 @@ class Converter {
         lower.insert(lower.end(), begin, begin + stride);
       }
       writer->put(chosen);
-    });
+    };
+    for_each_cell_window(put, copied_window(info));
     if (!lower.empty()) writer->put(lower);
   }
 

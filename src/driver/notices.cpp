@@ -86,7 +86,7 @@ class TetLabels {
   // The bytes of each one's value, until visit(value) is false.
   template <class Visit>
   void visit(std::size_t index, const ArrayInfo& info, const Visit& visit) const {
-    const std::size_t bytes = info.components * size_of(info.type);
+    const std::size_t bytes = info.row_bytes();
     CellWindow cells;
     const auto visit_window = [&](std::uint64_t first, std::span<const std::byte> rows) {
       const auto is_enough = [&](std::uint64_t row) {

@@ -94,7 +94,7 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
   const auto bytes_of = [](const AttributeSet& set, const std::vector<std::uint32_t>& some) {
     std::uint64_t bytes = 0;
     for (const std::uint32_t c : some) {
-      bytes += set.arrays[c].components * size_of(set.arrays[c].type);
+      bytes += set.arrays[c].row_bytes();
     }
     return bytes;
   };

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 
@@ -30,6 +31,9 @@ MemoryNeeds needs_of(const SimplifyRequest& request, const MeshDescription& mesh
     include_verification(mesh, *goal, maps ? kMapPointBytes : 0, maps ? kMapTetBytes : 0, &needs);
   }
   if (!request.progressive.empty()) include_logs(request, mesh, threads, &needs);
+  for (std::uint64_t* bytes : {&needs.in_core, &needs.out_of_core}) {
+    *bytes = std::max(*bytes, request.performance.memory_afterwards);
+  }
   return needs;
 }
 

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "follow/running_mean.h"
+#include "base/running_mean.h"
 #include "io/stream_windows.h"
 #include "mesh/array_names.h"
 
@@ -109,7 +109,7 @@ MovedCells CellMover::move_one(const MeshStream& stream, const ArrayInfo& info, 
   MovedCells moved;
   moved.array.info = info;
   moved.array.info.tuples = map_.counts().cells;
-  const std::size_t stride = info.components * size_of(info.type);
+  const std::size_t stride = info.row_bytes();
   moved.array.bytes.resize(map_.counts().cells * stride);
   visit_type(info.type, [&](auto zero) {
     using T = decltype(zero);

@@ -11,10 +11,10 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
+#include "base/running_mean.h"
 #include "compare/fields.h"
 #include "compare/measure.h"
 #include "follow/fit_values.h"
-#include "follow/running_mean.h"
 #include "io/stream_windows.h"
 #include "mesh/array_names.h"
 #include "mesh/blocks.h"
@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::size_t kValuesPerBlock = 8192;
 
-static_assert(kStreamWindow % PointWeights::kWindow == 0);
+static_assert(kLeastStreamWindow % PointWeights::kWindow == 0);
 
 // One array, in two passes over the original's values, and some more where it is fitted, for which
 // `weights` are needed.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/mix.h"
+#include "base/running_mean.h"
 #include "mesh/predicates.h"
 #include "mesh/region_numbers.h"
 
@@ -178,14 +179,11 @@ void CellMeans<Real>::average_column(Column* column,
         if (std::isfinite(value)) value = static_cast<T>(m.other);
         continue;
       }
-      const double mean = m.first + m.sum / m.weight;
-      if (!std::isfinite(mean)) continue;  // too large a sum
-      value = static_cast<T>(std::clamp(mean, m.least, m.most));
+      value = static_cast<T>(m.mean);
     }
   }
 }
 
-// Differences first: equal values have themselves as their mean.
 template <class Real>
 void CellMeans<Real>::add_up(double volume, double value, Mean* mean) const {
   if (!std::isfinite(value)) {
@@ -193,11 +191,8 @@ void CellMeans<Real>::add_up(double volume, double value, Mean* mean) const {
     mean->lost += volume;
     return;
   }
-  if (mean->weight == 0) mean->first = mean->least = mean->most = value;
-  mean->sum += volume * (value - mean->first);
+  add_to_mean(value, volume, mean->weight, &mean->mean);
   mean->weight += volume;
-  mean->least = std::min(mean->least, value);
-  mean->most = std::max(mean->most, value);
 }
 
 template class CellMeans<float>;

@@ -60,11 +60,10 @@ class CellMeans {
   static std::uint64_t memory(std::uint64_t cells, std::uint64_t tets);
 
  private:
-  // Of the values in a tetrahedron: sum and weight of their differences from the first. Of those
-  // that are not finite, weight and the first one.
+  // Of the values in a tetrahedron, and their weight. Of those that are not finite, weight and the
+  // first one.
   struct Mean {
-    double first = 0, sum = 0, weight = 0;
-    double least = 0, most = 0;
+    double mean = 0, weight = 0;
     double lost = 0, other = 0;
   };
   // A tetrahedron in the table of places, with a part of its hash.

@@ -131,6 +131,8 @@ struct ArrayInfo {
   std::string units = {};    // "m/s", as anybody writes them; empty: nobody says
 
   std::uint64_t values() const { return tuples * components; }
+  std::uint64_t row_bytes() const { return components * size_of(type); }  // of a tuple
+  std::uint64_t bytes() const { return tuples * row_bytes(); }
 };
 
 // The arrays of one association, in file order, and VTK's active-attribute markers:
@@ -145,12 +147,12 @@ struct AttributeSet {
   // What all arrays take, and what they take for a point, or a cell.
   std::uint64_t bytes() const {
     std::uint64_t bytes = 0;
-    for (const ArrayInfo& info : arrays) bytes += info.values() * size_of(info.type);
+    for (const ArrayInfo& info : arrays) bytes += info.bytes();
     return bytes;
   }
   std::uint64_t row_bytes() const {
     std::uint64_t bytes = 0;
-    for (const ArrayInfo& info : arrays) bytes += info.components * size_of(info.type);
+    for (const ArrayInfo& info : arrays) bytes += info.row_bytes();
     return bytes;
   }
 };
@@ -158,7 +160,7 @@ struct AttributeSet {
 // An array with its values, in native byte order.
 struct DataArray {
   ArrayInfo info;
-  Vector<std::byte> bytes;  // info.values() * size_of(info.type); for kString the raw bytes
+  Vector<std::byte> bytes;  // info.bytes(); for kString the raw bytes
 
   template <class T>
   std::span<T> as() {

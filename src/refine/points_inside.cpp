@@ -16,7 +16,7 @@ Vector<std::uint8_t> mark(const RefinableMesh& mesh, const ProgressiveFile& file
                           const RegionOfInterest& region, const std::function<void()>& keep) {
   const std::vector<ArrayInfo>& arrays = file.description().point_data.arrays;
   std::vector<std::size_t> begin{sizeof(Vec3<Real>)};  // of each array's value in a row
-  for (const ArrayInfo& a : arrays) begin.push_back(begin.back() + a.components * size_of(a.type));
+  for (const ArrayInfo& a : arrays) begin.push_back(begin.back() + a.row_bytes());
   const std::size_t points = file.counts().points;
   Vector<std::uint8_t> inside(points, std::uint8_t{0});
   Vector<Vec3<Real>> positions;

@@ -40,9 +40,10 @@ class LevelWriter {
     const ProgressiveDescription& d = file_.description();
     const std::size_t coordinates = 3 * size_of(d.point_type);
     std::size_t at = coordinates;
-    for (const ArrayInfo& info : d.point_data.arrays) at += put_points(at, stride(info), &writer);
+    for (const ArrayInfo& info : d.point_data.arrays)
+      at += put_points(at, info.row_bytes(), &writer);
     at = 0;
-    for (const ArrayInfo& info : d.cell_data.arrays) at += put_cells(at, stride(info), &writer);
+    for (const ArrayInfo& info : d.cell_data.arrays) at += put_cells(at, info.row_bytes(), &writer);
     put_points(0, coordinates, &writer);
     put_corners(&writer);
     put_ends_and_types(&writer);
@@ -51,8 +52,6 @@ class LevelWriter {
   }
 
  private:
-  static std::size_t stride(const ArrayInfo& info) { return info.components * size_of(info.type); }
-
   void keep() const {
     keep_();
     if (++kept_ % kNumbersKept == 0) numbers_.let_go();

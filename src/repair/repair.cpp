@@ -172,7 +172,7 @@ class RepairedStream final : public StreamAround {
       return;
     }
     const ArrayInfo& info = description_.point_data.arrays[index];
-    gather(first, count, info.components * size_of(info.type), out,
+    gather(first, count, info.row_bytes(), out,
            [&](std::uint64_t from, std::uint64_t n, std::span<std::byte> to) {
              inner().read_rows(association, index, from, n, to);
            });
@@ -263,7 +263,7 @@ class RepairedSource : public MeshSource {
     DataArray array;
     array.info = (of_points ? description_.point_data : description_.cell_data).arrays[index];
     array.info.tuples = of_points ? from->points() : from->cells();
-    array.bytes.resize(array.info.values() * size_of(array.info.type));
+    array.bytes.resize(array.info.bytes());
     from->read_rows(association, index, 0, array.info.tuples, array.bytes);
     return array;
   }

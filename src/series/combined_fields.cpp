@@ -27,7 +27,7 @@ double sign_of(std::uint64_t step, std::uint64_t way) {
 
 Vector<double> read_rows(const MeshStream& stream, std::size_t index, const ArrayInfo& info,
                          std::uint64_t first, std::uint64_t count) {
-  Vector<std::byte> rows(count * info.components * size_of(info.type));
+  Vector<std::byte> rows(count * info.row_bytes());
   stream.read_rows(Association::kPoint, index, first, count, rows);
   Vector<double> values(count * info.components);
   spread_values(info, rows, {info.components, 0, count, {}, values.data()});

@@ -89,7 +89,7 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   const bool is_dressed = files_.are_one_mesh() || has_means;
   const MeshDescription whole = is_dressed ? files_.open_whole(0)->description() : mesh;
   tell_left_out(files_[0].output, whole, region_that_was_named(options_.regions), context_);
-  note_cell_values(whole);
+  note_widths(whole);
   context_.report_size(mesh.cells);
   regions_->add(0, mesh, *stream, context_);
   interest_.emplace(options_.interest, mesh);
@@ -131,7 +131,7 @@ void CombinedSteps::look_at(std::size_t i, const MeshDescription& mesh, const Me
     }
     regions_->add(i, mesh, stream, context_);
     note_differences(i, mesh, stream);
-    note_cell_values(mesh);
+    note_widths(mesh);
   }
   interest_->add(mesh, stream, context_);
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
@@ -158,11 +158,9 @@ void CombinedSteps::say_which_regions_change() const {
   }
 }
 
-void CombinedSteps::note_cell_values(const MeshDescription& mesh) {
-  const auto& arrays = mesh.cell_data.arrays;
-  if (std::ranges::any_of(arrays, [](const ArrayInfo& info) { return is_float(info.type); })) {
-    have_cell_values_ = true;
-  }
+void CombinedSteps::note_widths(const MeshDescription& mesh) {
+  const std::lock_guard lock(widths_mutex_);
+  widths_.add(mesh);
 }
 
 void CombinedSteps::note_differences(std::size_t step, const MeshDescription& mesh,

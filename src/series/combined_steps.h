@@ -2,10 +2,10 @@
 // mesh.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +19,7 @@
 #include "series/combined_fields.h"
 #include "series/combined_interest.h"
 #include "series/combined_regions.h"
+#include "series/fitted_steps.h"
 #include "series/step_mesh.h"
 #include "series/step_source.h"
 
@@ -47,8 +48,7 @@ class CombinedSteps {
   const std::vector<SteeringChoice>& arrays() const { return arrays_; }  // that steer, of the first
   const CombinedFields& sums() const { return *sums_; }
   std::vector<std::string> interest() const { return interest_->texts(); }
-  // Has some step arrays of cells of which the result may have means?
-  bool have_cell_values() const { return have_cell_values_; }
+  const StepWidths& widths() const { return widths_; }  // of all steps
 
   // Reads the arrays of all steps again, for other sums of them.
   void add_up_again(const CombinedFields::Settings& sums, int at_once);
@@ -71,7 +71,7 @@ class CombinedSteps {
   void look_at(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
   void require_regions() const;
   void say_which_regions_change() const;
-  void note_cell_values(const MeshDescription& mesh);
+  void note_widths(const MeshDescription& mesh);
   void note_differences(std::size_t step, const MeshDescription& mesh, const MeshStream& stream);
   void say_which_step_differs() const;
   void begin_sums(const CombinedFields::Settings& sums);
@@ -85,7 +85,8 @@ class CombinedSteps {
   const std::string folder_;
   int at_once_ = 1;
   bool is_to_compare_ = false;
-  std::atomic<bool> have_cell_values_{false};
+  std::mutex widths_mutex_;
+  StepWidths widths_;
   MeshDescription first_;
   std::vector<SteeringChoice> arrays_;
   MeshPrint print_;

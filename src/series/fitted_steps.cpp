@@ -8,6 +8,7 @@
 #include "base/memory_budget.h"
 #include "base/resources.h"
 #include "driver/memory_plan.h"
+#include "io/stream_windows.h"
 
 namespace tetfusion {
 
@@ -30,28 +31,38 @@ std::uint64_t sum_of(const std::vector<std::uint64_t>& sizes) {
 
 }  // namespace
 
-bool have_room_for_two(const MapFile& map, const MeshDescription& step, std::uint64_t memory) {
-  const auto [points, cells] = std::pair(map.counts().points, map.counts().cells);
-  std::uint64_t point = 0, cell = 0, widest = 0, widest_cell = 0;
+void StepWidths::add(const MeshDescription& step) {
+  point_bytes = std::max(point_bytes, step.point_data.row_bytes());
+  cell_bytes = std::max(cell_bytes, step.cell_data.row_bytes());
   for (const ArrayInfo& info : step.point_data.arrays) {
-    point += info.components * size_of(info.type);
-    widest = std::max<std::uint64_t>(widest, info.components);
+    widest_bytes = std::max(widest_bytes, info.row_bytes());
+    widest_point = std::max<std::uint64_t>(widest_point, info.components);
   }
   for (const ArrayInfo& info : step.cell_data.arrays) {
-    cell += info.components * size_of(info.type);
+    widest_bytes = std::max(widest_bytes, info.row_bytes());
     if (is_float(info.type)) widest_cell = std::max<std::uint64_t>(widest_cell, info.components);
   }
+}
+
+StepMemory step_memory(std::uint64_t points, std::uint64_t cells, const StepWidths& step) {
   // The map's mesh and the origins of its cells are there once; what fitting takes of the widest
-  // array, what averaging does, and windows, for each step.
-  constexpr std::uint64_t kWindows = std::uint64_t{32} << 20;
+  // array, what averaging does, and windows of the step and of what is written, for each step.
+  constexpr std::uint64_t kWindows = std::uint64_t{16} << 20;
   const std::uint64_t once = kProcessBytes + points * (24 + 16) + cells * (41 + 16 + 4);
   const std::uint64_t of_step =
-      points * point + cells * cell +
-      std::max(points * widest * 3 * sizeof(double),
-               widest_cell == 0 ? 0 : cells * (widest_cell + 1) * sizeof(double));
+      points * step.point_bytes + cells * step.cell_bytes +
+      std::max(points * step.widest_point * 3 * sizeof(double),
+               step.widest_cell == 0 ? 0 : cells * (step.widest_cell + 1) * sizeof(double)) +
+      kWindows +
+      stream_window(step.widest_bytes) * (step.widest_bytes + step.widest_point * sizeof(double));
+  return {once, of_step};
+}
+
+bool have_room_for_two(const StepMemory& needs, std::uint64_t memory) {
   MemoryBudget budget(memory_to_use(memory));
-  const auto one = budget.reserve(once + of_step, "the arrays of a step on the simplified mesh");
-  return budget.free() >= of_step + kWindows;
+  const auto one =
+      budget.reserve(needs.once + needs.of_step, "the arrays of a step on the simplified mesh");
+  return budget.free() >= needs.of_step;
 }
 
 FittedSteps::FittedSteps(const std::string& folder, const MapFile& map, std::vector<ArrayFit> fits,
@@ -83,7 +94,7 @@ DataArray FittedSteps::read(std::size_t step, std::size_t array, const ArrayInfo
   DataArray out;
   out.info = info;
   out.info.tuples = map_.counts().points;
-  out.bytes.resize(out.info.values() * size_of(info.type));
+  out.bytes.resize(out.info.bytes());
   file_.read(offset(step, array), out.bytes);
   return out;
 }

@@ -15,10 +15,25 @@
 
 namespace tetfusion {
 
-// Is there memory for two steps with such arrays at once? By what writing one takes: the values of
-// its arrays, and what else is there for each point and cell of the result. `memory` is as in
-// PerformanceOptions. Throws Error(kMemory) where there is none for one.
-bool have_room_for_two(const MapFile& map, const MeshDescription& step, std::uint64_t memory);
+// What the arrays of a step are, at most: bytes and components.
+struct StepWidths {
+  std::uint64_t point_bytes = 0, cell_bytes = 0;    // of all arrays, for each point or cell
+  std::uint64_t widest_bytes = 0;                   // of one, for each
+  std::uint64_t widest_point = 0, widest_cell = 0;  // components; of cells of floating-point ones
+
+  void add(const MeshDescription& step);
+};
+
+// Bytes that writing a step with such arrays takes on a result of that size: the values of its
+// arrays, and what else is there for each point and cell of the result.
+struct StepMemory {
+  std::uint64_t once = 0, of_step = 0;
+};
+StepMemory step_memory(std::uint64_t points, std::uint64_t cells, const StepWidths& step);
+
+// Is there memory for two steps at once? `memory` is as in PerformanceOptions. Throws
+// Error(kMemory) where there is none for one.
+bool have_room_for_two(const StepMemory& needs, std::uint64_t memory);
 
 // They lie on the disk, and so does what is known of the map's places.
 class FittedSteps {

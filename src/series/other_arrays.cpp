@@ -21,7 +21,7 @@ class DressedStream final : public StreamAround {
     const bool of_points = association == Association::kPoint;
     const ArrayFrom& from = (of_points ? arrays_.points : arrays_.cells).at(index);
     if (count == 0) return;
-    from.fill(inner(), first, out.first(count * from.info.components * size_of(from.info.type)));
+    from.fill(inner(), first, out.first(count * from.info.row_bytes()));
   }
   std::uint64_t bytes() const override { return StreamAround::bytes() + bytes_; }
 
@@ -67,7 +67,7 @@ class DressedMesh final : public MeshSource {
     DataArray array;
     array.info = (of_points ? arrays_.points : arrays_.cells).at(index).info;
     array.info.tuples = of_points ? open->points() : open->cells();
-    array.bytes.resize(array.info.values() * size_of(array.info.type));
+    array.bytes.resize(array.info.bytes());
     open->read_rows(association, index, 0, array.info.tuples, array.bytes);
     return array;
   }
@@ -108,7 +108,7 @@ class DressedMesh final : public MeshSource {
 ArrayFrom own_array(const MeshDescription& mesh, Association association, std::size_t index) {
   const bool of_points = association == Association::kPoint;
   const ArrayInfo& info = (of_points ? mesh.point_data : mesh.cell_data).arrays[index];
-  const std::uint64_t row = info.components * size_of(info.type);
+  const std::uint64_t row = info.row_bytes();
   return {info, [association, index, row](const MeshStream& stream, std::uint64_t first,
                                           std::span<std::byte> out) {
             stream.read_rows(association, index, first, out.size() / row, out);

@@ -45,7 +45,7 @@ std::unique_ptr<MeshSource> ResultMesh::with(StepArrays arrays, const MeshDescri
       for (const auto& [marker, name] : set.active) {
         if (name == array.info.name) (*markers)[marker] = name;
       }
-      const std::uint64_t stride = array.info.components * size_of(array.info.type);
+      const std::uint64_t stride = array.info.row_bytes();
       const ArrayInfo info = array.info;
       to->push_back({info, [stride, values = std::make_shared<DataArray>(std::move(array))](
                                const MeshStream&, std::uint64_t first, std::span<std::byte> out) {

@@ -51,6 +51,7 @@ class SharedSeries {
 
  private:
   void require_end() const;
+  std::uint64_t memory_to_write() const;
   void simplify_and_compare();
   void simplify_within_bounds();
   bool simplify_without_bounds();
@@ -112,6 +113,21 @@ void SharedSeries::require_end() const {
     if (sums.range(f) > 0) return;
   }
   throw no_end_in_sight(files_[0].input, steps_->arrays(), steps_->first());
+}
+
+// Of what the goal leaves. Without a goal nobody knows how much that is.
+std::uint64_t SharedSeries::memory_to_write() const {
+  if (!has_goal()) return 0;
+  const BehaviourOptions& b = job_.behaviour;
+  const MeshDescription& mesh = steps_->first();
+  const auto cells = static_cast<double>(std::max<std::uint64_t>(mesh.cells, 1));
+  const double left = b.tets ? static_cast<double>(*b.tets) / cells : 1 - *b.reduction;
+  const auto of_result = [&](std::uint64_t count) {
+    return static_cast<std::uint64_t>(std::min(left, 1.0) * static_cast<double>(count));
+  };
+  const auto [once, of_step] =
+      step_memory(of_result(mesh.points), of_result(mesh.cells), steps_->widths());
+  return once + of_step;
 }
 
 // Reading all of all steps takes a disk as long as simplifying takes the processors. What fails
@@ -180,10 +196,11 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
   job.input = files_[0].input;
   job.output = folder_.mesh();
   job.map = folder_.map();
-  job.map_homes = !job_.map.empty() || steps_->have_cell_values();
+  job.map_homes = !job_.map.empty() || steps_->widths().widest_cell > 0;
   job.encoding = Encoding::kRaw;
   job.performance.scratch = folder_.chunks();
   job.performance.keep_work = false;
+  job.performance.memory_afterwards = memory_to_write();
   BehaviourOptions& b = job.behaviour;
   b.fit_values = false;  // those of each step are
   b.interest = steps_->interest();
@@ -228,7 +245,9 @@ double SharedSeries::bound_of(const SteeringChoice& array) const {
 
 // Fits the values of the arrays that steer to each step, and puts them aside.
 BoundSearch::Worst SharedSeries::fit_steps() {
-  if (!have_room_for_two(*map_, steps_->first(), job_.performance.memory)) at_once_ = 1;
+  const MapCounts& result = map_->counts();
+  const StepMemory needs = step_memory(result.points, result.cells, steps_->widths());
+  if (!have_room_for_two(needs, job_.performance.memory)) at_once_ = 1;
   if (steps_->arrays().empty()) return {};
   std::vector<ArrayFit> fits;
   for (const SteeringChoice& a : steps_->arrays()) fits.push_back({a.name, bound_of(a)});

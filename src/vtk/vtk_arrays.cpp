@@ -194,7 +194,7 @@ void fill_from_copies(const PieceList& list, const std::vector<vtkAbstractArray*
     const Piece& piece = *pieces[k];
     if (parts[k] != nullptr) std::fill_n(known.data() + piece.first_point, piece.points(), 1);
   }
-  const std::size_t tuple = out->info.components * size_of(out->info.type);
+  const std::size_t tuple = out->info.row_bytes();
   const auto give = [&](std::size_t from, std::size_t to) {
     if (known[from] == 0 || known[to] != 0) return;
     std::memcpy(out->bytes.data() + to * tuple, out->bytes.data() + from * tuple, tuple);
@@ -290,7 +290,7 @@ DataArray read_values(const PieceList& list, const ArrayTable& table, Associatio
     append_strings(vtkStringArray::SafeDownCast(parts[0]), &out.bytes);
     return out;
   }
-  out.bytes.resize(out.info.values() * size_of(out.info.type));
+  out.bytes.resize(out.info.bytes());
   if (association == Association::kField) {
     copy_values(vtkDataArray::SafeDownCast(parts[0]), out.info.type, out.bytes.data());
     return out;
@@ -318,15 +318,16 @@ CopyDifferences find_differences(const PieceList& list, const ArrayTable& points
   if (copy_of.empty()) return {};
   DataArray values;  // of the array that was last asked for
   std::size_t read = AttributeSet::npos;
-  return find_differences(
-      copy_of, used, points.set.arrays,
-      [&](std::size_t array, std::uint64_t first,
-          std::uint64_t count) -> std::span<const std::byte> {
-        if (array != read) values = read_values(list, points, Association::kPoint, array, copy_of);
-        read = array;
-        const std::size_t row = values.info.components * size_of(values.info.type);
-        return std::span(values.bytes).subspan(first * row, count * row);
-      });
+  return find_differences(copy_of, used, points.set.arrays,
+                          [&](std::size_t array, std::uint64_t first,
+                              std::uint64_t count) -> std::span<const std::byte> {
+                            if (array != read)
+                              values =
+                                  read_values(list, points, Association::kPoint, array, copy_of);
+                            read = array;
+                            const std::size_t row = values.info.row_bytes();
+                            return std::span(values.bytes).subspan(first * row, count * row);
+                          });
 }
 
 }  // namespace tetfusion

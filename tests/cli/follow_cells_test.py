@@ -158,6 +158,15 @@ class FollowCells(FolderTest):
             run("apply", self.folder / "out.map", other, "-o", self.folder / "no.vtu", "--array", "cell:id", code=BAD)
         self.assertNotIn("no.vtu", self.files())
 
+    def test_ghost_marks_do_not_follow(self):
+        mesh = with_cells(jittered(4), vtkGhostType=("UInt8", np.zeros(6 * 64, int)))
+        path = self.write(mesh)
+        self.simplify(path, "--reduction", "20%")
+        moved, _ = self.moved(path)
+        self.assertEqual(list(moved.arrays["cell"]), ["id"])
+        for name in "cell:vtkGhostType", "vtkGhostType":
+            run("apply", self.folder / "out.map", path, "-o", self.folder / "no.vtu", "--array", name, code=USAGE)
+
     def fewer(self, mesh):
         mesh.tets = mesh.tets[:-1]
         mesh.array("id")[4] = mesh.array("id")[4][:-1]

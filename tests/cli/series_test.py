@@ -487,6 +487,19 @@ class Shared(SeriesTest):
         options = ["--reduction", "10%", "--chunk-tets", "1000", "--threads", "1"]
         self.simplify(steps, *options, "--memory", self.least_memory(steps, *options))
 
+    def test_arrays_that_only_later_steps_have_are_counted(self):
+        steps = []
+        for i in range(2):
+            mesh = wave(jittered(24), float(i))
+            if i > 0:
+                mesh.arrays.insert(2, ["CellData", "wide", "Float64", 40, [0.1] * (40 * len(mesh.tets))])
+            steps.append(self.write(mesh, f"s{i}.vtu"))
+        options = ["--reduction", "10%", "--chunk-tets", "5000", "--threads", "2"]
+        memory = self.least_memory(steps, *options)
+        report = self.simplify(steps, *options, "--memory", memory)
+        if not sanitized():
+            self.assertLess(report["peak_rss_bytes"], size_of(memory))
+
     def test_a_map_takes_other_results_along(self):
         steps = self.steps(2)
         self.simplify(steps, *GOAL, "--map", self.folder / "out.map")

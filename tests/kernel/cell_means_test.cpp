@@ -141,6 +141,24 @@ TEST(CellMeans, StayWithinTheirRange) {
   EXPECT_TRUE(std::isfinite(values[5]));
 }
 
+// What is added up must neither be infinite nor round to nothing.
+TEST(CellMeans, OfLargeAndSmallValuesAndVolumes) {
+  const WorkMesh<double> mesh = ball();
+  for (const auto& [volume, value] : {std::pair(1e200, 1e308), {1e-200, 1e-200}, {1.0, 1e308}}) {
+    Cells cells;
+    cells.add(place_in(mesh, 3, 0, 0.2), 3 * volume, value);
+    cells.add(place_in(mesh, 3, 1, 0.2), volume, -value);
+    if (volume < 1) {  // a cell that has room for them
+      WorkMesh<double> small = mesh;
+      for (auto& p : small.positions) p = {1e-67 * p.x, 1e-67 * p.y, 1e-67 * p.z};
+      for (auto& c : cells.centres) c = {1e-67 * c.x, 1e-67 * c.y, 1e-67 * c.z};
+      EXPECT_NEAR(average(cells, small)[3] / value, 0.5, 1e-15);
+    } else {
+      EXPECT_NEAR(average(cells, mesh)[3] / value, 0.5, 1e-15);
+    }
+  }
+}
+
 TEST(CellMeans, CellsWithOtherLabelsDoNotCount) {
   WorkMesh<double> mesh = ball();
   Vector<std::int32_t> labels(mesh.tets.size(), 1);
