@@ -19,8 +19,8 @@ constexpr std::uint64_t kCopiedWindow = std::uint64_t{1} << 19;
 
 // Rows of an array in a window: fewer where they are wide.
 std::uint64_t copied_window(const ArrayInfo& info) {
-  constexpr std::uint64_t kMost = std::uint64_t{8} << 20, kLeastRows = 1024;
-  return std::clamp(kMost / info.row_bytes(), kLeastRows, kCopiedWindow);
+  constexpr std::uint64_t kCopiedBytes = std::uint64_t{8} << 20, kLeastCopied = 1024;
+  return std::clamp(kCopiedBytes / info.row_bytes(), kLeastCopied, kCopiedWindow);
 }
 
 InputFacts facts_of(const MeshStream& stream) {

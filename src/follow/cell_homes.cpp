@@ -14,7 +14,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kItemsPerBlock = 4096;
+constexpr std::size_t kCellsInBlock = 4096;
 
 // Cells that are a smaller share of a tetrahedron say little of it.
 constexpr double kEnough = 1.0 / 8;
@@ -50,7 +50,7 @@ void CellHomes::find(const OriginalCells& window, std::size_t row_width, std::sp
     }
   }
   const Vector<std::uint32_t> order = curve_order(centres);
-  for_each_block(count, kItemsPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+  for_each_block(count, kCellsInBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
     LocatorHint hint;
     for (std::size_t k = begin; k < end; ++k) {
       const std::uint32_t i = order[k];
