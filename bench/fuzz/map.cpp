@@ -52,21 +52,31 @@ void seal(std::string* bytes) {
   put(bytes, kHeaderSumAt, sum(0, kHeaderSumAt));
 }
 
-// A mesh of so many points, with a number and a value for each of them.
+// A value and a number for each point, or cell.
+struct NumberedRows {
+  explicit NumberedRows(std::uint64_t count) : values(count), numbers(count) {
+    std::iota(values.begin(), values.end(), 1.5);
+    std::iota(numbers.begin(), numbers.end(), 1);
+  }
+  std::vector<ArrayView> arrays() const {
+    return {{"f", 1, {ValueType::kFloat64, std::as_bytes(std::span(values))}},
+            {"i", 1, {ValueType::kInt32, std::as_bytes(std::span(numbers))}}};
+  }
+  std::vector<double> values;
+  std::vector<std::int32_t> numbers;
+};
+
+// A mesh of so many points.
 std::vector<MovedArray> follow(const MapFile& map) {
   const std::uint64_t count = map.counts().original_points;
   const std::vector<float> xyz(3 * count);
   const std::vector<std::int64_t> tet(count < 4 ? 0 : 4);
-  std::vector<double> values(count);
-  std::iota(values.begin(), values.end(), 1.0);
-  std::vector<std::int32_t> numbers(count);
-  std::iota(numbers.begin(), numbers.end(), 1);
+  const NumberedRows rows(count);
   MeshView step;
   step.tets_only = true;
   step.points = {ValueType::kFloat32, std::as_bytes(std::span(xyz))};
   step.connectivity = {ValueType::kInt64, std::as_bytes(std::span(tet))};
-  step.point_arrays = {{"f", 1, {ValueType::kFloat64, std::as_bytes(std::span(values))}},
-                       {"i", 1, {ValueType::kInt32, std::as_bytes(std::span(numbers))}}};
+  step.point_arrays = rows.arrays();
   const auto source = open_view(step);
   auto arrays = apply_map(map, source.get(), {}, RunContext{});
   const auto moved = open_moved(map, arrays, {}, source.get());
@@ -79,16 +89,12 @@ void follow_cells(const MapFile& map) {
   const std::uint64_t count = map.counts().original_cells;
   const std::vector<float> xyz(3 * 4);
   const std::vector<std::int64_t> corners(4 * count);
-  std::vector<double> values(count);
-  std::iota(values.begin(), values.end(), 1.5);
-  std::vector<std::int32_t> numbers(count);
-  std::iota(numbers.begin(), numbers.end(), 1);
+  const NumberedRows rows(count);
   MeshView step;
   step.tets_only = true;
   step.points = {ValueType::kFloat32, std::as_bytes(std::span(xyz))};
   step.connectivity = {ValueType::kInt64, std::as_bytes(std::span(corners))};
-  step.cell_arrays = {{"f", 1, {ValueType::kFloat64, std::as_bytes(std::span(values))}},
-                      {"i", 1, {ValueType::kInt32, std::as_bytes(std::span(numbers))}}};
+  step.cell_arrays = rows.arrays();
   const auto source = open_view(step);
   if (count > 0 && has_cells_of(map, source.get(), {})) throw std::logic_error("not that mesh");
   const auto moved = CellMover(map).move(source.get(), {0, 1}, {});

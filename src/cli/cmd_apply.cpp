@@ -62,13 +62,15 @@ ArraysToMove arrays_to_move(const ApplyArguments& a, const MapFile& map, MeshSou
   ArraysToMove out;
   for (const std::string& name : a.arrays) {
     const auto choice = find_array(mesh, name);
-    if (choice && is_ghost_mark(name.substr(name.rfind(':') + 1))) {
+    const bool of_cells = choice && choice->association == Association::kCell;
+    const AttributeSet& set = of_cells ? mesh.cell_data : mesh.point_data;
+    if (choice && is_ghost_mark(set.arrays[choice->index].name)) {
       throw Error(ErrorCode::kUsage,
                   fmt::format("{}: --array {}: that marks ghosts, which the simplified mesh has "
                               "none of",
                               a.input, name));
     }
-    if (choice && choice->association == Association::kCell) {
+    if (of_cells) {
       if (std::ranges::find(out.cells, choice->index) == out.cells.end()) {
         out.cells.push_back(choice->index);
       }

@@ -31,9 +31,9 @@ class CellMover {
   // The cell arrays of `source` at these indices, as the map has it (MapOrigin). Values that are
   // not finite do not count, unless most of the volume is theirs. A tetrahedron that is one of the
   // original's keeps its values to the bit. In memory are these arrays, and eight bytes for each
-  // tetrahedron and component of the one in hand. The same for any number of threads. `source` has
-  // the cells of the mesh that was simplified; throws what reading throws, and std::out_of_range
-  // where it has fewer.
+  // tetrahedron, and each component there, of the one in hand. The same for any number of threads.
+  // `source` has the cells of the mesh that was simplified; throws what reading throws, and
+  // std::out_of_range where it has fewer.
   std::vector<MovedCells> move(MeshSource* source, const std::vector<std::size_t>& arrays,
                                const RunContext& context) const;
 
