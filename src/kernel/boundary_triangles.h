@@ -1,10 +1,13 @@
 // The triangles of the boundary of a mesh, or of a chunk of one, while it is worked on: what a part
-// of the boundary that rises would meet. By the cells of a grid (facing_grid.h) that has counted
-// those of all chunks, so that it is known where all of them are here.
+// of the boundary that rises would meet. A grid (facing_grid.h) has counted those of all chunks in
+// its cells, so that it is known where all of them are here. They are found by cells that are four,
+// sixteen or 64 of the grid's long, along each axis by itself, so that each triangle is in eight at
+// most: those of a rod are as wide as the grid, which has as many layers everywhere.
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -31,6 +34,8 @@ class BoundaryTriangles {
   // Calls use(corners) with each that may touch the box, until it says true; whether it did.
   template <class Use>
   bool any(const FacingBox& box, Use use);
+  // In how many cells the triangles are, all together.
+  std::size_t entries() const { return entries_.size(); }
 
  private:
   struct Entry {
@@ -39,32 +44,70 @@ class BoundaryTriangles {
   };
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
+  // How long cells are along an axis, as powers of four, and where those of each length begin.
+  static constexpr unsigned kLengths = 4;
+  static constexpr std::array<std::size_t, kLengths + 1> kBegin{0, 64, 80, 84, 85};
+  static_assert(kBegin[1] == FacingGrid::kCells);
+  using Shape = std::array<unsigned, 3>;
+  static unsigned bit_of(const Shape& shape) {
+    return (shape[2] * kLengths + shape[1]) * kLengths + shape[0];
+  }
+  static Shape shape_of(const FacingGrid::Range& range);
+  // Calls visit(cell) with those of this shape in the range, until it says true; whether it did.
+  template <class Visit>
+  static bool visit(const FacingGrid::Range& range, const Shape& shape, Visit visit);
+
   const FacingGrid* grid_ = nullptr;
   Vector<Corners> triangles_;
   Vector<std::uint32_t> asked_;  // of each: the last call of any() that has come across it
   std::uint32_t calls_ = 0;
   Vector<Entry> entries_;
   Vector<std::uint32_t> first_;   // entry of each cell
+  std::uint64_t shapes_ = 0;      // that have entries, a bit each
   Vector<std::uint32_t> counts_;  // of entries, when the round began
 };
 
+template <class Visit>
+bool BoundaryTriangles::visit(const FacingGrid::Range& range, const Shape& shape, Visit visit) {
+  constexpr std::size_t kRow = kBegin[kLengths];
+  const auto begin = [&](std::size_t axis) {
+    return kBegin[shape[axis]] + (range.first[axis] >> 2 * shape[axis]);
+  };
+  const auto last = [&](std::size_t axis) {
+    return kBegin[shape[axis]] + (range.last[axis] >> 2 * shape[axis]);
+  };
+  for (std::size_t z = begin(2); z <= last(2); ++z) {
+    for (std::size_t y = begin(1); y <= last(1); ++y) {
+      for (std::size_t x = begin(0); x <= last(0); ++x) {
+        if (visit((z * kRow + y) * kRow + x)) return true;
+      }
+    }
+  }
+  return false;
+}
+
 template <class Use>
 bool BoundaryTriangles::any(const FacingBox& box, Use use) {
-  if (grid_->cells_in(box) > triangles_.size()) {
+  const FacingGrid::Range range = grid_->range_of(box);
+  if (range.count() > triangles_.size()) {
     return std::any_of(triangles_.begin(), triangles_.end(), use);
   }
   ++calls_;
-  bool found = false;
-  grid_->visit(box, [&](std::size_t cell) {
-    for (std::uint32_t e = first_[cell]; e != kNone && !found; e = entries_[e].next) {
-      const std::uint32_t t = entries_[e].triangle;
-      if (asked_[t] == calls_) continue;
-      asked_[t] = calls_;
-      found = use(triangles_[t]);
-    }
-    return found;
-  });
-  return found;
+  for (std::uint64_t left = shapes_; left != 0; left &= left - 1) {
+    const auto bit = static_cast<unsigned>(std::countr_zero(left));
+    const Shape shape{bit % kLengths, bit / kLengths % kLengths, bit / kLengths / kLengths};
+    const bool found = visit(range, shape, [&](std::size_t cell) {
+      for (std::uint32_t e = first_[cell]; e != kNone; e = entries_[e].next) {
+        const std::uint32_t t = entries_[e].triangle;
+        if (asked_[t] == calls_) continue;
+        asked_[t] = calls_;
+        if (use(triangles_[t])) return true;
+      }
+      return false;
+    });
+    if (found) return true;
+  }
+  return false;
 }
 
 }  // namespace tetfusion

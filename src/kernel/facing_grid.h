@@ -48,14 +48,21 @@ class FacingGrid {
   // half of all directions: the surface there is then a graph, and has one sheet alone.
   bool looks_one_way(const FacingBox& box) const;
 
-  // Calls visit(cell) with the cells that a box touches (what is outside counts to the nearest
-  // one), until it says true.
+  // Of cells along each axis, both ends among them.
+  struct Range {
+    std::array<std::size_t, 3> first, last;
+    std::size_t count() const {
+      return (last[0] - first[0] + 1) * (last[1] - first[1] + 1) * (last[2] - first[2] + 1);
+    }
+  };
+  // The cells that a box touches; what is outside counts to the nearest one.
+  Range range_of(const FacingBox& box) const {
+    return range_round(in_cells(box.lo), in_cells(box.hi));
+  }
+  // Calls visit(cell) with these, until it says true.
   template <class Visit>
   void visit(const FacingBox& box, Visit visit) const {
-    visit_range(range_round(in_cells(box.lo), in_cells(box.hi)), visit);
-  }
-  std::size_t cells_in(const FacingBox& box) const {
-    return range_round(in_cells(box.lo), in_cells(box.hi)).count();
+    visit_range(range_of(box), visit);
   }
   // With those that a triangle touches, and some nearby; with some of them more than once. In
   // whatever order its corners come.
@@ -70,13 +77,6 @@ class FacingGrid {
   FacingBox& box() { return box_; }
 
  private:
-  // Of cells along each axis, both ends among them.
-  struct Range {
-    std::array<std::size_t, 3> first, last;
-    std::size_t count() const {
-      return (last[0] - first[0] + 1) * (last[1] - first[1] + 1) * (last[2] - first[2] + 1);
-    }
-  };
   Point3 in_cells(const Point3& p) const;
   static Range range_round(const Point3& lo, const Point3& hi);
   static std::array<Triangle3, 2> halves(const Triangle3& triangle);

@@ -2,11 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
+#include <vector>
+
+#include "support/meshes.h"
 
 namespace tetfusion {
 namespace {
 
+using testing::uniform;
 using Corners = BoundaryTriangles::Corners;
 
 // A small triangle at a place.
@@ -62,6 +67,45 @@ TEST(BoundaryTriangles, ComeOnceWhereverTheyReach) {
   int asked = 0;
   EXPECT_TRUE(triangles.any(everywhere, [&](const Corners&) { return ++asked == 1; }));
   EXPECT_EQ(asked, 1);
+}
+
+// Of all sizes, along each axis by itself.
+TEST(BoundaryTriangles, AreFoundInEachBoxThatTheyReach) {
+  FacingGrid grid;
+  grid.reset({{0, 0, 0}, {64, 64, 64}});
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    std::uint64_t i = 0;
+    const auto draw = [&] { return uniform(seed, i++); };
+    const auto draw_box = [&] {
+      FacingBox box{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double size = 64 * std::pow(0.25, 4 * draw());
+        box.lo[k] = (64 - size) * draw();
+        box.hi[k] = box.lo[k] + size;
+      }
+      return box;
+    };
+    BoundaryTriangles triangles;
+    triangles.begin(grid);
+    std::vector<FacingBox> boxes;
+    for (VertexId t = 0; t < 500; ++t) {
+      const auto [lo, hi] = boxes.emplace_back(draw_box());
+      triangles.add({t, t, t}, {lo, {hi[0], lo[1], hi[2]}, {lo[0], hi[1], hi[2]}});
+    }
+    EXPECT_LE(triangles.entries(), 8 * boxes.size());
+    for (int query = 0; query < 50; ++query) {
+      const FacingBox box = draw_box();
+      const std::multiset<Corners> found = all_in(&triangles, box);
+      for (VertexId t = 0; t < boxes.size(); ++t) {
+        bool touches = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+          touches = touches && boxes[t].lo[k] <= box.hi[k] && box.lo[k] <= boxes[t].hi[k];
+        }
+        EXPECT_LE(found.count({t, t, t}), 1u);
+        EXPECT_TRUE(!touches || found.contains({t, t, t})) << seed << " " << t;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -137,12 +137,12 @@ TEST(FacingGrid, ANeedleIsInFewCells) {
   const Triangle3 needle{{{0, 0, 0}, {0.6, 0.6, 0.9}, {0.6, 0.61, 0.9}}};
   const auto cells = cells_of(grid, needle);
   EXPECT_GE(cells.size(), 60u);
-  EXPECT_LT(cells.size(), grid.cells_in(box_round(needle[0], needle[1], needle[2])) / 20);
+  EXPECT_LT(cells.size(), grid.range_of(box_round(needle[0], needle[1], needle[2])).count() / 20);
   // A small one, or one along an axis, is in all that its box has, once.
   for (const Triangle3& t : {Triangle3{{{0.5, 0.5, 0.5}, {0.51, 0.51, 0.52}, {0.5, 0.51, 0.5}}},
                              Triangle3{{{0, 0, 0}, {0.01, 0, 0.9}, {0, 0.01, 0.9}}}}) {
     const auto some = cells_of(grid, t);
-    EXPECT_EQ(some.size(), grid.cells_in(box_round(t[0], t[1], t[2])));
+    EXPECT_EQ(some.size(), grid.range_of(box_round(t[0], t[1], t[2])).count());
   }
 }
 
