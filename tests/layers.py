@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Holds the code to the layers that each folder's README.md states.
 
-Every room has a README.md with a line "May include: a, b." naming the rooms whose headers its files may use (its own
+Every room has a README.md that names each of its headers, and has a line "May include: a, b." naming the rooms whose headers its files may use (its own
 are always allowed), or "May include: nothing.". VTK's headers may be included in src/vtk alone, and nothing
 but the standard library's in the public header, which belongs to the library.
 """
@@ -50,6 +50,9 @@ def main():
             continue
         for name in allowed - ROOMS.keys():
             faults.append(f"{readme}: no room is called {name}")
+        words = set(re.findall(r"\w+", readme.read_text()))
+        faults += [f"{readme}: does not say what {header.name} is for"
+                   for header in sorted((root / folder).glob("*.h")) if header.stem not in words]
         for file in sorted((root / folder).glob("*.[hc]*")):
             for number, in_brackets, header in includes_of(file):
                 seen += 1
