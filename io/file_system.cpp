@@ -13,6 +13,7 @@
 #include <chrono>
 #include <climits>
 #include <cstdlib>
+#include <filesystem>
 #include <string_view>
 
 namespace tetfusion {
@@ -179,6 +180,12 @@ std::string open_file_path(int fd) { return "/proc/self/fd/" + std::to_string(fd
 std::string temporary_folder() {
   const char* folder = std::getenv("TMPDIR");
   return folder != nullptr && *folder != '\0' ? folder : "/tmp";
+}
+
+std::string output_folder(const std::string& output) {
+  if (output == "-") return temporary_folder();
+  const std::string parent = std::filesystem::path(output).parent_path().string();
+  return parent.empty() ? "." : parent;
 }
 
 std::string temporary_name() {

@@ -84,6 +84,8 @@ int pread_all(int fd, void* data, std::size_t bytes, std::uint64_t offset);
 
 // Where temporary files go: TMPDIR, else /tmp.
 std::string temporary_folder();
+// Where an output of that name will lie; of standard output, "-", temporary_folder().
+std::string output_folder(const std::string& output);
 // For a folder that no other process has, on no host and in no container that shares the disk:
 // numbers of processes and what hosts are called may be the same there.
 std::string temporary_name();

@@ -13,9 +13,11 @@
 #include "base/run_context.h"
 #include "base/vector.h"
 #include "follow/apply_map.h"
+#include "follow/point_weights.h"
 #include "fuzz/read_all.h"
 #include "fuzz/targets.h"
 #include "io/checksum.h"
+#include "io/file_system.h"
 #include "io/map_file.h"
 #include "io/mesh_view.h"
 #include "io/output_file.h"
@@ -79,6 +81,8 @@ std::vector<MovedArray> follow(const MapFile& map) {
   step.point_arrays = rows.arrays();
   const auto source = open_view(step);
   auto arrays = apply_map(map, source.get(), {}, RunContext{});
+  const PointWeights weights(map, temporary_folder());
+  apply_map(map, source.get(), {}, RunContext{}, true, &weights);
   const auto moved = open_moved(map, arrays, {}, source.get());
   read_all(moved.get());
   return arrays;

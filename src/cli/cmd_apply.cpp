@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@
 #include "driver/convert.h"
 #include "driver/steering.h"
 #include "follow/apply_map.h"
+#include "follow/point_weights.h"
+#include "io/file_system.h"
 #include "io/mesh_sink.h"
 #include "mesh/array_names.h"
 
@@ -22,7 +25,8 @@ namespace tetfusion {
 namespace {
 
 struct ApplyArguments {
-  std::string map, input, output, report;
+  std::string map, input, output, report, scratch;
+  bool fit = false;
   std::vector<std::string> arrays;
   OpenOptions open;
   WriteOptions write;
@@ -92,12 +96,21 @@ ArraysToMove arrays_to_move(const ApplyArguments& a, const MapFile& map, MeshSou
   return out;
 }
 
+std::vector<MovedArray> move_points(const ApplyArguments& a, const MapFile& map, MeshSource* source,
+                                    const std::vector<std::string>& names,
+                                    const RunContext& context) {
+  std::optional<PointWeights> weights;
+  if (a.fit) weights.emplace(map, a.scratch.empty() ? output_folder(a.output) : a.scratch);
+  return apply_map(map, source, names, context, true, weights ? &*weights : nullptr);
+}
+
 Json report_of_apply(const ApplyArguments& a, const MapFile& map,
                      const std::vector<MovedArray>& arrays, const std::vector<MovedCells>& cells) {
   Json json{{"version", version()},
             {"map", a.map},
             {"path", a.input},
             {"output", a.output},
+            {"fitted", a.fit},
             {"original_points", map.counts().original_points},
             {"points", map.counts().points},
             {"tets", map.counts().tets},
@@ -145,7 +158,7 @@ void run_apply(ApplyArguments* a) {
   const ArraysToMove wanted = arrays_to_move(*a, map, source.get(), context);
   std::vector<MovedArray> arrays;
   if (wanted.all_points || !wanted.points.empty()) {
-    arrays = apply_map(map, source.get(), wanted.points, context);
+    arrays = move_points(*a, map, source.get(), wanted.points, context);
   }
   const std::vector<MovedCells> cells = CellMover(map).move(source.get(), wanted.cells, context);
   const StayedPoints stayed = compare_stayed_points(map, source.get(), context);
@@ -202,11 +215,19 @@ void add_apply_command(CLI::App& app) {
                    "again. Default: all")
       ->check(not_empty)
       ->allow_extra_args(false);
+  command->add_flag("--fit", a->fit,
+                    "Fit the values of new points, of floating-point arrays, so that errors at the "
+                    "points of the original are smaller, as 'simplify' does; they may then leave "
+                    "the range of those round them, but not that of the array");
   add_cell_options(*command, &a->open);
   add_time_step_option(*command, &a->open.time_step);
   add_encoding_option(*command, &a->write.encoding);
   add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);
+  add_nameless_scratch_option(*command, &a->scratch,
+                              "Folder on whose disk the map lies once more with --fit, 112 bytes "
+                              "at most for each point of IN")
+      ->needs("--fit");
   add_console_options(*command, &a->console);
   command->callback([a] { run_apply(a.get()); });
 }

@@ -168,12 +168,7 @@ void add_refine_command(CLI::App& app) {
                     "Memory to take at most, as in 2G, 512M or 1.5G; what does not fit lies on the "
                     "disk, and the result is the same. Default: half of what the machine or its "
                     "control group allows");
-  command
-      ->add_option("--scratch", a->request.scratch,
-                   "Folder on whose disk that lies, in files without names. Default: that of the "
-                   "output, or $TMPDIR or /tmp for standard output")
-      ->check(CLI::ExistingDirectory)
-      ->group(kPerformanceGroup);
+  add_nameless_scratch_option(*command, &a->request.scratch, "Folder on whose disk that lies");
   add_console_options(*command, &a->console);
   command->callback([a] { run_refine(a.get()); });
 }

@@ -144,6 +144,17 @@ void add_memory_option(CLI::App& command, std::uint64_t* memory, const char* hel
       ->group(kPerformanceGroup);
 }
 
+CLI::Option* add_nameless_scratch_option(CLI::App& command, std::string* scratch,
+                                         const std::string& help) {
+  return command
+      .add_option("--scratch", *scratch,
+                  help +
+                      ", in files without names. Default: that of the output, or $TMPDIR or /tmp "
+                      "for standard output")
+      ->check(CLI::ExistingDirectory)
+      ->group(kPerformanceGroup);
+}
+
 void add_memory_options(CLI::App& command, std::uint64_t* memory, std::string* scratch) {
   add_memory_option(
       command, memory,

@@ -53,6 +53,9 @@ void add_thread_option(CLI::App& command, int* threads);
 std::uint64_t parse_memory(const std::string& text);
 // Adds --memory.
 void add_memory_option(CLI::App& command, std::uint64_t* memory, const char* help);
+// Adds --scratch, for what lies on the disk without a name; `help` says what that is.
+CLI::Option* add_nameless_scratch_option(CLI::App& command, std::string* scratch,
+                                         const std::string& help);
 // Adds --memory and --scratch, for commands that only look.
 void add_memory_options(CLI::App& command, std::uint64_t* memory, std::string* scratch);
 // Adds an option that takes one of these names, in any case.

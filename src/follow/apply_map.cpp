@@ -27,8 +27,8 @@ constexpr std::size_t kValuesPerBlock = 8192;
 
 static_assert(kLeastStreamWindow % PointWeights::kWindow == 0);
 
-// One array, in two passes over the original's values, and some more where it is fitted, for which
-// `weights` are needed.
+// One array, in two passes over the original's values, and some more where it is fitted, which it
+// is with `weights`.
 class Mover {
  public:
   Mover(const MapFile& map, const PointWeights* weights, const MeshStream& stream,
@@ -40,16 +40,10 @@ class Mover {
         info_(arrays.arrays[index]),
         width_(info_.components) {}
 
-  MovedArray run(const RunContext& context, bool measured) {
-    move(context);
-    if (is_float(info_.type) && measured) measure(context);
-    return std::move(moved_);
-  }
-
-  MovedArray run_fitted(const RunContext& context, double bound, bool measured) {
+  MovedArray run(const RunContext& context, double bound, bool measured) {
     move(context);
     if (!is_float(info_.type)) return std::move(moved_);
-    fit(context, bound);
+    if (weights_ != nullptr) fit(context, bound);
     if (measured) measure(context);
     return std::move(moved_);
   }
@@ -290,7 +284,7 @@ std::unique_ptr<MeshStream> open_for(const MapFile& map, MeshSource* source) {
 
 std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
                                   const std::vector<std::string>& names, const RunContext& context,
-                                  bool measured) {
+                                  bool measured, const PointWeights* weights) {
   const MeshDescription& mesh = source->description();
   const std::vector<std::size_t> chosen = choose(mesh, names);
   const auto stream = open_for(map, source);
@@ -298,7 +292,8 @@ std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
   for (const std::size_t i : chosen) {
     context.report("moving", static_cast<double>(arrays.size()) /
                                  static_cast<double>(std::max<std::size_t>(chosen.size(), 1)));
-    arrays.push_back(Mover(map, nullptr, *stream, mesh.point_data, i).run(context, measured));
+    arrays.push_back(
+        Mover(map, weights, *stream, mesh.point_data, i).run(context, ArrayFit{}.bound, measured));
   }
   map.check();
   return arrays;
@@ -312,8 +307,7 @@ std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weigh
   std::vector<MovedArray> arrays;
   for (const ArrayFit& fit : fits) {
     const std::size_t i = choose(source->description(), {fit.name})[0];
-    arrays.push_back(
-        Mover(map, &weights, *stream, all, i).run_fitted(context, fit.bound, measured));
+    arrays.push_back(Mover(map, &weights, *stream, all, i).run(context, fit.bound, measured));
   }
   map.check();
   return arrays;

@@ -37,16 +37,17 @@ struct ArrayFit {
 
 // The point arrays of `source` of those names, all but ghost marks if there are none, as `map` has
 // it: a point that stayed keeps its value to the bit; any other one's is interpolated, or, of
-// integers, that of the original's point with the largest weight. In memory are these arrays alone.
-// Without `measured` nothing is said of errors. The same for any number of threads. Throws
-// Error(kBadInput) where the mesh has not as many points as the map, Error(kUsage) for a name that
-// is none of its arrays; what reading throws.
+// integers, that of the original's point with the largest weight. With `weights`, the map's, arrays
+// of floating-point numbers are fitted. In memory are these arrays alone. Without `measured`
+// nothing is said of errors. The same for any number of threads. Throws Error(kBadInput) where the
+// mesh has not as many points as the map, Error(kUsage) for a name that is none of its arrays; what
+// reading throws.
 std::vector<MovedArray> apply_map(const MapFile& map, MeshSource* source,
                                   const std::vector<std::string>& names, const RunContext& context,
-                                  bool measured = true);
+                                  bool measured = true, const PointWeights* weights = nullptr);
 
-// The same for the arrays of `fits`, fitted. `weights` are the map's. Safe to call from several
-// threads at once, for several steps.
+// The same for the arrays of `fits`, fitted within their bounds. Safe to call from several threads
+// at once, for several steps.
 std::vector<MovedArray> fit_arrays(const MapFile& map, const PointWeights& weights,
                                    MeshSource* source, const std::vector<ArrayFit>& fits,
                                    const RunContext& context, bool measured = true);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -36,13 +35,6 @@ constexpr std::uint64_t kLeastMemory = std::uint64_t{128} << 20;
 constexpr std::uint64_t kMargin = std::uint64_t{64} << 20;
 // Of field data: the file's, the output's, and while the file is opened what it was read from.
 constexpr std::uint64_t kFieldCopies = 3;
-
-// Where the output will lie.
-std::string folder_of(const std::string& output) {
-  if (output == "-") return temporary_folder();
-  const std::filesystem::path parent = std::filesystem::path(output).parent_path();
-  return parent.empty() ? "." : parent.string();
-}
 
 class Job {
  public:
@@ -183,7 +175,7 @@ void Job::plan_memory() {
                             request_.input, format_bytes(least), format_bytes(in_core),
                             format_bytes(total), (least >> 20) + 1));
   }
-  folder_ = request_.scratch.empty() ? folder_of(request_.output) : request_.scratch;
+  folder_ = request_.scratch.empty() ? output_folder(request_.output) : request_.scratch;
   limit_ = ResidentLimit(total - kMargin);
   report_.on_disk = true;
 }

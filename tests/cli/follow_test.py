@@ -247,6 +247,39 @@ class Maps(FolderTest):
         self.apply(step, "--array", "noise", "--array", "noise", name="twice.vtu")
         self.assertEqual((self.folder / "twice.vtu").read_bytes(), out.read_bytes())
 
+    def test_values_can_be_fitted(self):
+        path = self.write(jittered())
+        result, the_map = self.simplify(path, "--reduction", "60%")
+        ids = values(result, "OriginalPointIds")
+        stayed = ids >= 0
+        x, y, z = np.array(jittered().points).T
+        wave, numbers = np.sin(x) * np.cos(y + z), np.arange(len(x))
+        linear, holes = 3 * x - y, np.where(np.arange(len(x)) % 97 == 0, np.nan, wave)
+        step = self.write(with_arrays(jittered(), wave=("Float32", wave), numbers=("Int32", numbers), linear=("Float64", linear),
+                                      holes=("Float64", holes)), "step.vtu")
+        between, report = self.apply(step)
+        (self.folder / "scratch").mkdir()
+        fitted, fitted_report = self.apply(step, "--fit", "--scratch", self.folder / "scratch", name="fitted.vtu")
+        self.assertEqual((report["fitted"], fitted_report["fitted"]), (False, True))
+        self.assertEqual(list((self.folder / "scratch").iterdir()), [])
+        between, fitted = Vtu(between), Vtu(fitted)
+        self.assertEqual(list(fitted.arrays["point"]), ["wave", "numbers", "linear", "holes"])
+        wave = wave.astype("f4")
+        error, fitted_error = (np.sqrt(np.mean((the_map.back(values(m, "wave")[:, None])[:, 0] - wave)**2))
+                               for m in (between, fitted))
+        self.assertLess(fitted_error, 0.95 * error)
+        self.assertAlmostEqual(fitted_report["arrays"][0]["rms"], fitted_error / np.ptp(wave), delta=1e-6)
+        np.testing.assert_array_equal(values(fitted, "wave")[stayed], wave[ids[stayed]])
+        self.assertTrue(wave.min() <= values(fitted, "wave").min() and values(fitted, "wave").max() <= wave.max())
+        np.testing.assert_array_equal(values(fitted, "numbers"), values(between, "numbers"))
+        np.testing.assert_allclose(values(fitted, "linear"), values(between, "linear"), atol=1e-9)
+        np.testing.assert_array_equal(np.isnan(values(fitted, "holes")), np.isnan(values(between, "holes")))
+        # One of them alone.
+        one, _ = self.apply(step, "--fit", "--array", "wave", name="one.vtu")
+        np.testing.assert_array_equal(values(Vtu(one), "wave"), values(fitted, "wave"))
+        run("apply", self.folder / "out.map", step, "-o", one, "--scratch", self.folder, code=USAGE)
+        run("apply", self.folder / "out.map", step, "-o", one, "--fit", "--scratch", self.folder / "none", code=USAGE)
+
     def test_names_of_components_follow(self):
         path = self.generate(tets="3k")
         self.simplify(path, "--reduction", "30%")
@@ -261,12 +294,13 @@ class Maps(FolderTest):
 
     def test_the_same_bytes(self):
         path = self.generate("--jitter", "0.5", tets="100k")
-        maps, meshes = set(), set()
+        maps, meshes, fitted = set(), set(), set()
         for threads, memory in (("1", "1G"), ("2", "1G"), ("1", "140M"), ("2", "200M")):
             self.simplify(path, "--reduction", "60%", "--chunk-tets", "10k", "--threads", threads, "--memory", memory)
             maps.add((self.folder / "out.map").read_bytes())
             meshes.add(self.apply(path, "--threads", threads)[0].read_bytes())
-        self.assertEqual((len(maps), len(meshes)), (1, 1))
+            fitted.add(self.apply(path, "--threads", threads, "--fit")[0].read_bytes())
+        self.assertEqual((len(maps), len(meshes), len(fitted)), (1, 1, 1))
         # Of a mesh that goes elsewhere, in another format, and for each level.
         run("simplify", path, "-o", "-", "--map", self.folder / "2.map", "--original-ids", "--reduction", "60%", "--chunk-tets",
             "10k")

@@ -18,7 +18,7 @@ OPTIONS = {
     "info": READING + ["--report", "--memory", "--scratch"],
     "check": READING + ["--report", "--strict", "--fix", "--encoding", "--memory", "--scratch"],
     "compare": READING + ["--report", "--max-error", "--max-rms", "--surface", "--interfaces", "--array", "--memory"],
-    "apply": READING + ["--output", "--array", "--encoding", "--report"],
+    "apply": READING + ["--output", "--array", "--fit", "--scratch", "--encoding", "--report"],
     "convert": READING + ["--labels", "--encoding"],
     "generate": ["--tets", "--output", "--jitter", "--grading", "--shuffle", "--seed", "--time", "--double", "--encoding"]}
 
