@@ -35,6 +35,12 @@ export PKG_CONFIG_PATH="$usr/lib/pkgconfig"
 c++ -std=c++20 "$temp/main.cpp" $(pkg-config --cflags --libs tetfusion) -o "$temp/main"
 LD_LIBRARY_PATH="$usr/lib" "$temp/main" | grep -qx "$(pkg-config --modversion tetfusion)"
 
+# For any Python that has NumPy.
+if python3 -c 'import numpy' 2>/dev/null; then
+  PYTHONPATH="$usr/lib/python3/dist-packages" python3 -c 'import tetfusion; print(tetfusion.__version__)' |
+    grep -qx "$(pkg-config --modversion tetfusion)"
+fi
+
 # Every command has a page, and what is typed is completed.
 for name in $(tetfusion --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]*\) .*/\1/p'); do
   if command -v help2man >/dev/null; then test -s "$usr/share/man/man1/tetfusion-$name.1"; fi
