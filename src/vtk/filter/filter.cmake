@@ -35,8 +35,6 @@ if(NOT TARGET VTK::WrapPython OR NOT TARGET VTK::WrappingPythonCore OR NOT Pytho
   message(STATUS "VTK's Python wrapping was not found: there will be no Python package")
   return()
 endif()
-set(TETFUSION_PYTHON_DESTINATION lib/python3/dist-packages
-    CACHE INTERNAL "Where the Python package goes, in the build as below the prefix")
 vtk_module_wrap_python(
   MODULES ${tetfusion_vtk_modules}
   TARGET TetFusionPython
@@ -46,7 +44,4 @@ vtk_module_wrap_python(
   BUILD_STATIC OFF
   INSTALL_HEADERS OFF
   COMPONENT python)
-configure_file(${CMAKE_CURRENT_LIST_DIR}/python/__init__.py
-               ${CMAKE_BINARY_DIR}/${TETFUSION_PYTHON_DESTINATION}/vtktetfusion/__init__.py COPYONLY)
-install(FILES ${CMAKE_CURRENT_LIST_DIR}/python/__init__.py
-        DESTINATION ${TETFUSION_PYTHON_DESTINATION}/vtktetfusion COMPONENT python)
+add_python_package(vtktetfusion ${CMAKE_CURRENT_LIST_DIR}/python python)

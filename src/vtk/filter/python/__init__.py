@@ -6,19 +6,15 @@
 simplify() takes and returns a vtkUnstructuredGrid, or what stands for one in vtkmodules.numpy_interface or in PyVista.
 vtkTetFusion is the filter itself, for a pipeline; help(vtktetfusion.vtkTetFusion) explains every option.
 """
-import collections.abc
 import logging
-import math
-import numbers
-import os
-import re
-import signal
 import sys
 import threading
 import warnings
 
 from vtkmodules import vtkCommonDataModel, vtkCommonExecutionModel  # what the wrapped module builds on
 
+from . import _option_values as values
+from ._option_values import TetFusionError, TetFusionWarning
 from .vtkTetFusionFilter import vtkTetFusion
 
 __all__ = ["TetFusionError", "TetFusionWarning", "simplify", "vtkTetFusion"]
@@ -30,25 +26,6 @@ _turn = threading.Lock()
 _runs_here = threading.local()
 
 _USER_ERROR = 40000  # vtkErrorCode::UserError, which Python does not have
-
-
-class TetFusionError(RuntimeError):
-    """A grid was not simplified.
-
-    code is the exit code that the command has for the same: 2 usage, 3 bad input, 4 reading or writing, 5 memory, 6 the goal was
-    not reached (with strict), 130 progress() asked for an end.
-    """
-
-    def __init__(self, code, message):
-        super().__init__(message)
-        self.code = code
-
-    def __reduce__(self):
-        return type(self), (self.code, str(self))
-
-
-class TetFusionWarning(UserWarning):
-    """A goal was not reached, an array that holds no numbers is left out, or blocks may not fit any more."""
 
 
 def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=None, method=None, boundary=None,
@@ -94,146 +71,51 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     """
     method = "fuse" if method is None else method
     if min_quality is not None and isinstance(method, str) and method == "tetfuse":
-        _refuse("min_quality belongs to method fuse")
+        values.refuse("min_quality belongs to method fuse")
     if progress is not None and not callable(progress):
-        _refuse(f"progress: give a function that takes a share, not {progress!r}")
+        values.refuse(f"progress: give a function that takes a share, not {progress!r}")
     grid_of_vtk = getattr(grid, "VTKObject", grid)
     if not isinstance(grid_of_vtk, vtkCommonDataModel.vtkDataObject):
-        _refuse(f"grid must be a vtkUnstructuredGrid, or what stands for one, not {type(grid).__name__}")
+        values.refuse(f"grid must be a vtkUnstructuredGrid, or what stands for one, not {type(grid).__name__}")
     run = vtkTetFusion()
     run.SetInputDataObject(grid_of_vtk)
-    given = {"reduction": ("TargetReduction", _share(reduction)), "tets": ("NumberOfTetsOutput", _count(tets)),
-             "max_error": ("MaximumError", _share(max_error)), "max_rms": ("MaximumRMS", _share(max_rms)),
-             "min_quality": ("MinimumQuality", min_quality), "scalar_tolerance": ("ScalarTolerance", _share(scalar_tolerance)),
+    given = {"reduction": ("TargetReduction", values.share(reduction)), "tets": ("NumberOfTetsOutput", values.count(tets)),
+             "max_error": ("MaximumError", values.share(max_error)), "max_rms": ("MaximumRMS", values.share(max_rms)),
+             "min_quality": ("MinimumQuality", min_quality), "scalar_tolerance": ("ScalarTolerance", values.share(scalar_tolerance)),
              "stretch_factor": ("StretchFactor", stretch_factor), "aspect_ratio": ("AspectRatio", aspect_ratio),
              "max_volume": ("MaximumVolume", max_volume), "weight": ("WeightArrayName", weight),
-             "scratch": ("ScratchDirectory", _path(scratch)), "chunk_tets": ("ChunkTets", _count(chunk_tets)),
-             "threads": ("NumberOfThreads", _whole(threads)), "memory": ("MemoryLimit", _size(memory)),
-             "strict": ("Strict", _flag(strict)), "conserve": ("Conserve", _flag(conserve)),
-             "boundary_tets_stay": ("BoundaryTetsStay", _flag(boundary_tets_stay)),
-             "original_ids": ("OriginalIds", _flag(original_ids)), "tetrahedralize": ("Tetrahedralize", _flag(tetrahedralize)),
-             "linearize": ("Linearize", _flag(linearize)), "drop_patches": ("DropPatches", _flag(drop_patches))}
+             "scratch": ("ScratchDirectory", values.path(scratch)), "chunk_tets": ("ChunkTets", values.count(chunk_tets)),
+             "threads": ("NumberOfThreads", values.whole(threads)), "memory": ("MemoryLimit", values.size(memory)),
+             "strict": ("Strict", values.flag(strict)), "conserve": ("Conserve", values.flag(conserve)),
+             "boundary_tets_stay": ("BoundaryTetsStay", values.flag(boundary_tets_stay)),
+             "original_ids": ("OriginalIds", values.flag(original_ids)), "tetrahedralize": ("Tetrahedralize", values.flag(tetrahedralize)),
+             "linearize": ("Linearize", values.flag(linearize)), "drop_patches": ("DropPatches", values.flag(drop_patches))}
     for option, (name, value) in given.items():
         if value is not None:
             _set(run, option, name, _no_default(name, value))
-    run.SetMethod(_choice("method", method, {"fuse": run.FUSE, "tetfuse": run.TETFUSE}))
+    methods = {"fuse": run.FUSE, "tetfuse": run.TETFUSE}
+    run.SetMethod(methods[values.choice("method", method, methods)])
     _set_boundary(run, "exact" if boundary is None else boundary)
     _set_arrays(run, arrays)
     _set_regions(run, regions)
-    for region in _texts("roi", () if roi is None else roi, "a text, or a list of them, as in 'pressure>0.5'"):
+    for region in values.texts("roi", () if roi is None else roi, "a text, or a list of them, as in 'pressure>0.5'"):
         run.AddRegionOfInterest(_name(region))
     _execute(run, progress)
     return _like(grid, run.GetOutputDataObject(0))
 
 
-def _refuse(message):
-    raise TetFusionError(2, message)
-
-
-def _is_number(value):
-    return isinstance(value, numbers.Real)
-
-
-# What cannot be read as it should is a _Wrong, which names the option when it is set.
-class _Wrong:
-    def __init__(self, value, advice=""):
-        self.value = value
-        self.advice = advice
-
-
 def _set(run, option, name, value):
     advice = ""
     try:
-        if not isinstance(value, _Wrong):
+        if not isinstance(value, values.Wrong):
             if name in ("NumberOfThreads", "MemoryLimit") and value < 0:
-                _refuse(f"{option} must be at least 0")
+                values.refuse(f"{option} must be at least 0")
             getattr(run, "Set" + name)(value)
             return
         value, advice = value.value, value.advice
     except (TypeError, ValueError, OverflowError):
         pass
-    _refuse(f"{option} cannot be {value!r}{advice}")
-
-
-def _number(text):
-    """As the command reads it; None of another text."""
-    if re.fullmatch(r"-?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", text) is None or math.isinf(float(text)):
-        return None
-    return float(text)
-
-
-def _share(value):
-    """A text such as "50%" or "0.5" as a number; all else as it is."""
-    if not isinstance(value, str):
-        return value
-    number = _number(value[:-1] if value.endswith("%") else value)
-    if number is None:
-        return _Wrong(value, ": give a share, as in 0.5 or '50%'")
-    if value.endswith("%"):
-        return number / 100
-    return _Wrong(value, ": give '100%' or '1%'") if number == 1 else number
-
-
-def _scaled(value, thousand, units):
-    """A text such as "2M" as a whole number, or None."""
-    power = units.find(value[-1:].lower()) + 1 if value else 0
-    number = _number(value[:-1] if power > 0 else value)
-    if number is None or number < 0 or number * thousand ** power > 2 ** 53:
-        return None
-    return number * thousand ** power
-
-
-def _count(value):
-    """A text such as "20k" as a number; all else that is whole as it is."""
-    if not isinstance(value, str):
-        return _whole(value)
-    count = _scaled(value, 1000, "kmg")
-    return _Wrong(value, ": give a whole number, as in '20k'") if count is None or count != int(count) else int(count)
-
-
-def _size(value):
-    """A text such as "2G" as a number of bytes, as the command takes it; all else that is whole as it is."""
-    if not isinstance(value, str):
-        return _whole(value)
-    size = _scaled(value[:-2] if value.endswith("iB") else value, 1024, "kmgt")
-    is_whole = size is not None and (value[-1].isalpha() or size == int(size))
-    if not is_whole or size < 1 or (value.endswith("iB") and not value[-3:-2].isalpha()):
-        return _Wrong(value, ": give bytes, or a text as in '2G'")
-    return int(size)
-
-
-def _whole(value):
-    is_whole = _is_number(value) and not isinstance(value, numbers.Integral) and float(value).is_integer()
-    return int(value) if is_whole and abs(value) < 2 ** 63 else value
-
-
-def _path(value):
-    return os.fspath(value) if isinstance(value, os.PathLike) else value
-
-
-def _flag(value):
-    if value is None:
-        return None
-    is_flag = isinstance(value, numbers.Integral) and value in (0, 1) or type(value).__name__ in ("bool_", "bool")  # numpy's
-    return bool(value) if is_flag else _Wrong(value, ": give True or False")
-
-
-def _texts(option, value, what):
-    """One text or several, as a list."""
-    if isinstance(value, (str, bytes)):
-        return [_text(value)]
-    try:
-        texts = list(value)
-    except TypeError:
-        texts = [None]
-    if not all(isinstance(text, (str, bytes)) for text in texts):
-        _refuse(f"{option}: give {what}, not {value!r}")
-    return [_text(text) for text in texts]
-
-
-def _text(value):
-    """VTK gives, and takes, what is no UTF-8 as bytes."""
-    return value.decode(errors="surrogateescape") if isinstance(value, bytes) else value
+    values.refuse(f"{option} cannot be {value!r}{advice}")
 
 
 def _name(text):
@@ -250,59 +132,36 @@ _ZERO_IS_DEFAULT = ("TargetReduction", "NumberOfTetsOutput", "MaximumError", "Ma
 
 def _no_default(name, value):
     """The filter takes a 0 for its default, but here the default is None: another value that means what 0 says."""
-    if name not in _ZERO_IS_DEFAULT or not _is_number(value) or value != 0:
+    if name not in _ZERO_IS_DEFAULT or not values.is_number(value) or value != 0:
         return value
     if name == "TargetReduction":
         return sys.float_info.min  # so small a share is no tetrahedron of any mesh
     return -1  # refused as the command refuses 0, in its words
 
 
-def _choice(option, value, choices):
-    if not isinstance(value, str) or value not in choices:
-        _refuse(f"{option} must be one of {', '.join(choices)}, not {value!r}")
-    return choices[value]
-
-
 def _set_boundary(run, boundary):
-    modes = {"exact": run.EXACT, "planar": run.PLANAR}
-    if not isinstance(boundary, str) or boundary not in modes:
-        share = _share(boundary)
-        if _is_number(share):
-            if 0.1 <= share < 1 and not (isinstance(boundary, str) and boundary.endswith("%")):
-                _refuse(f"boundary cannot be {boundary!r}, which is {100 * share:.6g} % of the diagonal: give '{share:.6g}%' or "
-                        f"'{100 * share:.6g}%', whichever is meant")
-            run.SetBoundaryModeToWithin()
-            run.SetBoundaryTolerance(share)
-            return
-    run.SetBoundaryMode(_choice("boundary", boundary, modes))
+    mode, distance = values.boundary(boundary)
+    run.SetBoundaryMode({"exact": run.EXACT, "planar": run.PLANAR, "within": run.WITHIN}[mode])
+    if mode == "within":
+        run.SetBoundaryTolerance(distance)
 
 
 def _set_arrays(run, arrays):
     if arrays is None:
         return
-    names = _texts("arrays", arrays, "a name, a list of names, or {'f': 0.01}")
-    is_mapping = isinstance(arrays, collections.abc.Mapping)
-    bounds = dict(zip(names, arrays.values())) if is_mapping else dict.fromkeys(names)
-    for name, given in bounds.items():
-        of_cells = name.startswith("cell:")
+    for name, of_cells, bound in values.steering(arrays):
         association = vtkCommonDataModel.vtkDataObject.FIELD_ASSOCIATION_CELLS if of_cells else \
             vtkCommonDataModel.vtkDataObject.FIELD_ASSOCIATION_POINTS
-        bound = _share(given)
-        if bound is not None and not _is_number(bound):
-            _refuse(f"arrays: the bound of {name} cannot be {given!r}{getattr(bound, 'advice', '')}")
-        if bound is not None and not bound > 0:
-            _refuse(f"arrays: the bound of {name} must be greater than 0, a share of its range")
-        run.AddSteeringArray(association, _name(name[len("cell:"):] if of_cells else name), bound or 0)
+        run.AddSteeringArray(association, _name(name), bound or 0)
 
 
 def _set_regions(run, regions):
     if regions is None:
         return
-    regions = [] if isinstance(regions, str) and regions == "none" else \
-        _texts("regions", regions, "a name, a list of names, or 'none'")
-    run.SetKeepRegions(bool(regions))
-    for name in regions:
-        run.AddRegionArray(_name(name.removeprefix("cell:")))
+    names = values.regions(regions)
+    run.SetKeepRegions(bool(names))
+    for name in names:
+        run.AddRegionArray(_name(name))
 
 
 def _execute(run, progress):
@@ -331,8 +190,8 @@ def _execute(run, progress):
             caller.SetAbortExecute(1)
     run.AddObserver("ProgressEvent", on_progress)
     if getattr(_runs_here, "any", False):
-        _refuse("progress() cannot simplify another grid meanwhile")
-    with _turn, _Interrupt() as interrupt:
+        values.refuse("progress() cannot simplify another grid meanwhile")
+    with _turn, values.Interrupt() as interrupt:
         _runs_here.any = True
         try:
             run.Update()
@@ -350,29 +209,6 @@ def _execute(run, progress):
     code = code - _USER_ERROR if code >= _USER_ERROR else 3
     said = _readable(run.GetErrorMessage()) or (errors or ["it was not simplified"])[0]
     raise TetFusionError(code, "the run was ended" if code == 130 else said)
-
-
-class _Interrupt:
-    """Ctrl-C during a run: noted, so that the run ends at its next report, and then handled as it is elsewhere."""
-
-    def __enter__(self):
-        self.came = False
-        self._handler = None
-        handler = signal.getsignal(signal.SIGINT)
-        if callable(handler) and threading.current_thread() is threading.main_thread():
-            self._handler = handler
-            signal.signal(signal.SIGINT, self._note)
-        return self
-
-    def _note(self, number, frame):
-        self.came = True
-
-    def __exit__(self, *raised):
-        if self._handler is None:
-            return
-        signal.signal(signal.SIGINT, self._handler)
-        if self.came:
-            self._handler(signal.SIGINT, None)
 
 
 def _plain(message):

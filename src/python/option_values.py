@@ -1,0 +1,187 @@
+"""How both packages take options, and what they raise: one file, which each has a copy of."""
+import collections.abc
+import math
+import numbers
+import os
+import re
+import signal
+import threading
+
+
+class TetFusionError(RuntimeError):
+    """A mesh was not simplified.
+
+    code is the exit code that the command has for the same: 2 usage, 3 bad input, 4 reading or writing, 5 memory, 6 the goal was
+    not reached (with strict), 130 progress() asked for an end.
+    """
+
+    def __init__(self, code, message):
+        super().__init__(message)
+        self.code = code
+
+    def __reduce__(self):
+        return type(self), (self.code, str(self))
+
+
+class TetFusionWarning(UserWarning):
+    """A goal was not reached, an array that holds no numbers is left out, or blocks may not fit any more."""
+
+
+def refuse(message):
+    raise TetFusionError(2, message)
+
+
+def is_number(value):
+    return isinstance(value, numbers.Real)
+
+
+# What cannot be read as it should is a Wrong, which names the option when it is set.
+class Wrong:
+    def __init__(self, value, advice=""):
+        self.value = value
+        self.advice = advice
+
+
+def _number(text):
+    """As the command reads it; None of another text."""
+    if re.fullmatch(r"-?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", text) is None or math.isinf(float(text)):
+        return None
+    return float(text)
+
+
+def share(value):
+    """A text such as "50%" or "0.5" as a number; all else as it is."""
+    if not isinstance(value, str):
+        return value
+    number = _number(value[:-1] if value.endswith("%") else value)
+    if number is None:
+        return Wrong(value, ": give a share, as in 0.5 or '50%'")
+    if value.endswith("%"):
+        return number / 100
+    return Wrong(value, ": give '100%' or '1%'") if number == 1 else number
+
+
+def _scaled(value, thousand, units):
+    """A text such as "2M" as a whole number, or None."""
+    power = units.find(value[-1:].lower()) + 1 if value else 0
+    number = _number(value[:-1] if power > 0 else value)
+    if number is None or number < 0 or number * thousand ** power > 2 ** 53:
+        return None
+    return number * thousand ** power
+
+
+def count(value):
+    """A text such as "20k" as a number; all else that is whole as it is."""
+    if not isinstance(value, str):
+        return whole(value)
+    number = _scaled(value, 1000, "kmg")
+    return Wrong(value, ": give a whole number, as in '20k'") if number is None or number != int(number) else int(number)
+
+
+def size(value):
+    """A text such as "2G" as a number of bytes, as the command takes it; all else that is whole as it is."""
+    if not isinstance(value, str):
+        return whole(value)
+    number = _scaled(value[:-2] if value.endswith("iB") else value, 1024, "kmgt")
+    is_whole = number is not None and (value[-1].isalpha() or number == int(number))
+    if not is_whole or number < 1 or (value.endswith("iB") and not value[-3:-2].isalpha()):
+        return Wrong(value, ": give bytes, or a text as in '2G'")
+    return int(number)
+
+
+def whole(value):
+    is_whole = is_number(value) and not isinstance(value, numbers.Integral) and float(value).is_integer()
+    return int(value) if is_whole and abs(value) < 2 ** 63 else value
+
+
+def path(value):
+    return os.fspath(value) if isinstance(value, os.PathLike) else value
+
+
+def flag(value):
+    if value is None:
+        return None
+    is_flag = isinstance(value, numbers.Integral) and value in (0, 1) or type(value).__name__ in ("bool_", "bool")  # numpy's
+    return bool(value) if is_flag else Wrong(value, ": give True or False")
+
+
+def texts(option, value, what):
+    """One text or several, as a list."""
+    if isinstance(value, (str, bytes)):
+        return [text(value)]
+    try:
+        items = list(value)
+    except TypeError:
+        items = [None]
+    if not all(isinstance(item, (str, bytes)) for item in items):
+        refuse(f"{option}: give {what}, not {value!r}")
+    return [text(item) for item in items]
+
+
+def text(value):
+    """VTK gives, and takes, what is no UTF-8 as bytes."""
+    return value.decode(errors="surrogateescape") if isinstance(value, bytes) else value
+
+
+def choice(option, value, choices):
+    if not isinstance(value, str) or value not in choices:
+        refuse(f"{option} must be one of {', '.join(choices)}, not {value!r}")
+    return value
+
+
+def boundary(value):
+    """"exact" or "planar", or "within" and how far."""
+    if not isinstance(value, str) or value not in ("exact", "planar"):
+        distance = share(value)
+        if is_number(distance):
+            if 0.1 <= distance < 1 and not (isinstance(value, str) and value.endswith("%")):
+                refuse(f"boundary cannot be {value!r}, which is {100 * distance:.6g} % of the diagonal: give '{distance:.6g}%' or "
+                       f"'{100 * distance:.6g}%', whichever is meant")
+            return "within", distance
+    return choice("boundary", value, ("exact", "planar")), 0
+
+
+def steering(arrays):
+    """Of each array that steers its name, whether it is of the cells, and its bound or None."""
+    names = texts("arrays", arrays, "a name, a list of names, or {'f': 0.01}")
+    is_mapping = isinstance(arrays, collections.abc.Mapping)
+    bounds = dict(zip(names, arrays.values())) if is_mapping else dict.fromkeys(names)
+    found = []
+    for name, given in bounds.items():
+        bound = share(given)
+        if bound is not None and not is_number(bound):
+            refuse(f"arrays: the bound of {name} cannot be {given!r}{getattr(bound, 'advice', '')}")
+        if bound is not None and not bound > 0:
+            refuse(f"arrays: the bound of {name} must be greater than 0, a share of its range")
+        found.append((name.removeprefix("cell:"), name.startswith("cell:"), bound))
+    return found
+
+
+def regions(value):
+    """The names of cell arrays."""
+    if isinstance(value, str) and value == "none":
+        return []
+    return [name.removeprefix("cell:") for name in texts("regions", value, "a name, a list of names, or 'none'")]
+
+
+class Interrupt:
+    """Ctrl-C during a run: noted, so that the run ends when it asks next, and then handled as it is elsewhere."""
+
+    def __enter__(self):
+        self.came = False
+        self._handler = None
+        handler = signal.getsignal(signal.SIGINT)
+        if callable(handler) and threading.current_thread() is threading.main_thread():
+            self._handler = handler
+            signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def _note(self, number, frame):
+        self.came = True
+
+    def __exit__(self, *raised):
+        if self._handler is None:
+            return
+        signal.signal(signal.SIGINT, self._handler)
+        if self.came:
+            self._handler(signal.SIGINT, None)

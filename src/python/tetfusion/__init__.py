@@ -1,0 +1,265 @@
+"""TetFusion for NumPy: simplifies tetrahedral meshes with all their arrays. Needs no VTK.
+
+    import tetfusion
+    mesh = tetfusion.Mesh(points, tets, point_data={"pressure": p})
+    smaller = tetfusion.simplify(mesh, reduction=0.9)
+
+simplify() takes and returns a Mesh of NumPy's arrays, a vtkUnstructuredGrid of any VTK, one of PyVista, or a meshio.Mesh.
+"""
+import ctypes
+import dataclasses
+import json
+import logging
+import math
+import threading
+import warnings
+
+import numpy as np
+
+from . import _meshes, _native
+from . import _option_values as values
+from ._option_values import TetFusionError, TetFusionWarning
+
+__all__ = ["Mesh", "TetFusionError", "TetFusionWarning", "simplify"]
+__version__ = _native.version()
+
+_log = logging.getLogger("tetfusion")
+_runs_here = threading.local()
+
+
+@dataclasses.dataclass(eq=False)
+class Mesh:
+    """Points of three coordinates, a row each, and tetrahedra of four points' numbers, a row each; or cells of several kinds, VTK's way:
+    types[c] is the VTK cell type of cell c, and its points are cells[offsets[c]:offsets[c + 1]].
+
+    point_data and cell_data: arrays with a row for each point, or cell, by their names. active_scalars: the name of the array of
+    points that steers if none is named. report: of a result what the command writes with --report.
+    """
+    points: np.ndarray
+    cells: np.ndarray
+    point_data: dict = dataclasses.field(default_factory=dict)
+    cell_data: dict = dataclasses.field(default_factory=dict)
+    offsets: np.ndarray = None
+    types: np.ndarray = None
+    active_scalars: str = None
+    report: dict = dataclasses.field(default=None, repr=False)
+
+
+def simplify(mesh, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=None, method=None, boundary=None,
+             min_quality=None, conserve=None, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
+             boundary_tets_stay=None, arrays=None, regions=None, roi=None, weight=None, original_ids=None, tetrahedralize=None,
+             linearize=None, drop_patches=None, threads=None, memory=None, scratch=None, chunk_tets=None, progress=None):
+    """Return a mesh with fewer tetrahedra than `mesh`, which stays as it is, and of its kind. None is the default of every option.
+
+    reduction: the share of the tetrahedra that is to go, as in 0.9; of 0 the mesh stays as it is, but for the order of points and cells.
+    tets: the same goal as the number that is to be left. Without a goal: as far as max_error allows.
+    max_error: at no point is a steering field off by more than this share of its range, in (0, 1]; default 0.01 where nothing else limits.
+    max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range, in (0, 1].
+    strict: a goal that cannot be reached is an error, and not only a TetFusionWarning.
+    method: "fuse", the default, or "tetfuse", the operation of the paper.
+    boundary: "exact", the default, "planar", or how far it may move, as a share of the diagonal of the bounding box, as in
+        0.005 or "0.5%"; from 0.1 on only with a percent sign, as "10%", since 0.5 may stand for 0.5 %.
+    min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
+    conserve: the integrals of all floating-point arrays stay; cells keep the values of regions.
+    scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
+    boundary_tets_stay: with "tetfuse", no tetrahedron that touches the boundary is fused.
+    arrays: what steers: a name, or a list of names, "cell:NAME" for an array of the cells, or a dict from names to the largest error
+        of each, in (0, 1] (None: no other than max_error); "all": the floating-point arrays of the points that are not named besides.
+        Default: the active scalars, else the first floating-point array of the points,
+        of these the first that is not the same everywhere.
+    regions: names of cell arrays of one component whose interfaces are kept, or "none"; default: those of integers named like materials.
+    roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
+    weight: the name of a point array, or "cell:NAME": errors count so many times as much there, so that the mesh stays finer.
+    original_ids: the result has the point array OriginalPointIds: the number of a point of `mesh` that stayed, -1 of a new one.
+    drop_patches: leave out cells without volume, of any type, which else hold their points where they are.
+    tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take cells of higher order, as
+        ten-node tetrahedra, as straight ones.
+    threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
+    chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it. Default: 200000.
+    progress: called with the share that is done, from 0 to 1; False as its answer ends the run. It cannot call simplify().
+    Shares may be texts as the command takes them, "50%" or "0.5", and so may counts, "20k", and memory, "2G".
+    Other threads of Python go on meanwhile, and may call simplify(), too. Ctrl-C ends the run: KeyboardInterrupt.
+
+    Of a grid of VTK field data, names of components, units and active arrays come back, too; bits and texts are left out with a
+    TetFusionWarning. The result may share memory with nothing of `mesh`.
+
+    What the command would say meanwhile goes to the logger "tetfusion", as info.
+
+    Raises TetFusionError.
+    """
+    if progress is not None and not callable(progress):
+        values.refuse(f"progress: give a function that takes a share, not {progress!r}")
+    options = {"reduction": values.share(reduction), "tets": values.count(tets), "max_error": values.share(max_error),
+               "max_rms": values.share(max_rms), "strict": values.flag(strict), "method": method, "min_quality": min_quality,
+               "conserve": values.flag(conserve), "scalar_tolerance": values.share(scalar_tolerance),
+               "stretch_factor": stretch_factor, "aspect_ratio": aspect_ratio, "max_volume": max_volume,
+               "boundary_tets_stay": values.flag(boundary_tets_stay), "weight": values.text(weight),
+               "original_ids": values.flag(original_ids), "tetrahedralize": values.flag(tetrahedralize),
+               "linearize": values.flag(linearize), "drop_patches": values.flag(drop_patches), "threads": values.whole(threads),
+               "memory": values.size(memory), "scratch": values.path(scratch), "chunk_tets": values.count(chunk_tets)}
+    if boundary is not None:
+        options["boundary"], options["boundary_distance"] = values.boundary(boundary)
+    if arrays is not None:
+        options["arrays"] = [{"name": name, "of_cells": of_cells, "tolerance": bound}
+                             for name, of_cells, bound in values.steering(arrays)]
+    if regions is not None:
+        options["regions"] = values.regions(regions)
+    if roi is not None:
+        options["roi"] = values.texts("roi", roi, "a text, or a list of them, as in 'pressure>0.5'")
+    has_goal = reduction is not None or tets is not None
+    text = json.dumps({name: _plain(name, value) for name, value in options.items() if value is not None})
+    if isinstance(mesh, Mesh):
+        return _run({field.name: getattr(mesh, field.name) for field in dataclasses.fields(mesh)}, text, has_goal, progress)
+    other = _meshes.converter(mesh)
+    return other.whole(_run(other.parts(), text, has_goal, progress))
+
+
+def _plain(option, value):
+    """As JSON has it."""
+    if isinstance(value, values.Wrong):
+        values.refuse(f"{option} cannot be {value.value!r}{value.advice}")
+    if isinstance(value, (str, bool)):
+        return value
+    if isinstance(value, dict):
+        return {name: _plain(option, part) for name, part in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(option, part) for part in value]
+    if value is not None and not values.is_number(value) or value is not None and math.isnan(value):
+        values.refuse(f"{option} cannot be {value!r}")
+    if value is None or math.isfinite(value):
+        return value if value is None or not hasattr(value, "item") else value.item()
+    return "inf" if value > 0 else -1
+
+
+def _run(parts, options, has_goal, progress):
+    inputs = _Inputs(parts)
+    observer = _Observer(progress)
+    if getattr(_runs_here, "any", False):
+        values.refuse("progress() cannot simplify another mesh meanwhile")
+    with values.Interrupt() as interrupt:
+        _runs_here.any = True
+        try:
+            result = _native.simplify(inputs.mesh, options, observer.of_library(interrupt))
+        finally:
+            _runs_here.any = False
+    if observer.raised is not None:
+        raise observer.raised
+    if result.code == 0:
+        report = json.loads(result.report)
+        if has_goal and report["stop_reason"] != "goal":
+            warnings.warn(report["stop_sentence"], TetFusionWarning, stacklevel=3)
+        return inputs.mesh_of(result, report)
+    raise TetFusionError(result.code, "the run was ended" if result.code == 130 else result.message)
+
+
+class _Observer:
+    def __init__(self, progress):
+        self._progress = progress
+        self._ended = False
+        self.raised = None
+
+    def of_library(self, interrupt):
+        return _native.Observer(self._tell, lambda: int(self._ended or interrupt.came), _log.info)
+
+    def _tell(self, share):
+        if self._progress is None or self._ended:
+            return
+        try:
+            answer = self._progress(share)
+            self._ended = answer is not None and not answer
+        except BaseException as error:  # it would be printed and forgotten
+            self.raised = error
+            self._ended = True
+
+
+class _Inputs:
+    """Arrays as the library reads them, where they can stay without a copy."""
+
+    def __init__(self, parts):
+        self._kept = []  # what the structures refer to
+        self._shapes = {}
+        points = self._numbers("points", parts["points"])
+        if points.ndim != 2 or points.shape[1] != 3:
+            _refuse_mesh(f"points must have three columns, not the shape {points.shape}")
+        if points.dtype.kind != "f":
+            points = self._numbers("points", points.astype(np.float64))
+        cells = self._numbers("cells", parts["cells"])
+        if cells.dtype not in (np.int32, np.int64):
+            if cells.dtype.kind not in "iu" and cells.size:
+                _refuse_mesh("cells must be whole numbers")
+            cells = self._numbers("cells", cells.astype(np.int64))
+        types, offsets = parts.get("types"), parts.get("offsets")
+        if (types is None) != (offsets is None):
+            _refuse_mesh("types and offsets go together")
+        self._is_flat = types is not None
+        if self._is_flat:
+            types = self._numbers("types", np.asarray(types).astype(np.uint8))
+            offsets = self._numbers("offsets", np.asarray(offsets).astype(cells.dtype))
+            if len(offsets) != len(types) + 1:
+                _refuse_mesh(f"offsets must be one more than types, not {len(offsets)} for {len(types)}")
+            count = len(types)
+        else:
+            if cells.ndim != 2 or cells.shape[1] != 4:
+                _refuse_mesh(f"cells must have four columns, not the shape {cells.shape}; other kinds need offsets and types")
+            count = len(cells)
+        self.mesh = _native.Mesh(points=_native.values_of(points), connectivity=_native.values_of(cells))
+        if self._is_flat:
+            self.mesh.offsets, self.mesh.types = _native.values_of(offsets), _native.values_of(types)
+        if parts.get("ghosts") is not None:
+            self.mesh.ghosts = _native.values_of(self._numbers("ghosts", parts["ghosts"]))
+        self.mesh.point_arrays, self.mesh.point_array_count = self._arrays("point", parts["point_data"], len(points))
+        self.mesh.cell_arrays, self.mesh.cell_array_count = self._arrays("cell", parts["cell_data"], count)
+        if parts.get("active_scalars"):
+            self.mesh.active_scalars = _name(parts["active_scalars"])
+
+    def _numbers(self, what, given):
+        array = np.asarray(given)
+        if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8 or array.dtype == np.float16:
+            _refuse_mesh(f"{what}: numbers of type {array.dtype} are not taken; give float64, float32 or integers")
+        if array.dtype.kind == "b":
+            array = array.view(np.uint8)
+        array = np.ascontiguousarray(array, array.dtype.newbyteorder("="))
+        self._kept.append(array)
+        return array
+
+    def _arrays(self, kind, arrays, rows):
+        out = (_native.Array * len(arrays))()
+        for entry, (name, given) in zip(out, arrays.items()):
+            what = f"{kind} array {name!r}"
+            array = self._numbers(what, given)
+            if array.ndim == 0 or len(array) != rows:
+                _refuse_mesh(f"{what} must have {rows} rows, not the shape {array.shape}")
+            components = math.prod(array.shape[1:])
+            if components == 0:
+                _refuse_mesh(f"{what} has no components")
+            self._shapes[kind, name] = array.shape[1:], np.asarray(given).dtype.kind == "b"
+            entry.name, entry.components, entry.values = _name(name), components, _native.values_of(array)
+        self._kept.append(out)
+        return ctypes.cast(out, ctypes.POINTER(_native.Array)), len(arrays)
+
+    def mesh_of(self, result, report):
+        mesh = result.mesh
+        cells = result.numbers(mesh.connectivity)
+        flat = {"offsets": result.numbers(mesh.offsets), "types": result.numbers(mesh.types)} if self._is_flat else {}
+        return Mesh(result.numbers(mesh.points).reshape(-1, 3), cells if self._is_flat else cells.reshape(-1, 4),
+                    self._take(result, "point", mesh.point_arrays[:mesh.point_array_count]),
+                    self._take(result, "cell", mesh.cell_arrays[:mesh.cell_array_count]), report=report, **flat)
+
+    def _take(self, result, kind, arrays):
+        out = {}
+        for array in arrays:
+            name = _native.readable(array.name)
+            shape, is_bool = self._shapes.get((kind, name), ((), False))
+            numbers = result.numbers(array.values).reshape(-1, *shape)
+            out[name] = numbers.view(np.bool_) if is_bool else numbers
+        return out
+
+
+def _name(text):
+    if not isinstance(text, (str, bytes)):
+        _refuse_mesh(f"an array's name cannot be {text!r}")
+    return text if isinstance(text, bytes) else text.encode(errors="surrogateescape")
+
+
+def _refuse_mesh(message):
+    raise TetFusionError(3, f"the mesh: {message}")
