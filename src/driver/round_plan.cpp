@@ -193,8 +193,10 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
     state->threshold = {plan.settings.fuse.threshold, was_rejected(round, Reject::kQuota)};
   }
   if (plan.settings.fuse.sheets_rest) return;  // their turn comes
-  const std::uint64_t least = state->threshold.quota_was_met ? kUsualFusion : kSmallestFusion;
-  if (fuse && plan.limits.quota - static_cast<std::uint64_t>(removed) < least) {
+  const bool quota_was_met = state->threshold.quota_was_met;
+  const std::uint64_t to_go = plan.limits.quota - static_cast<std::uint64_t>(removed);
+  if (fuse && to_go < (quota_was_met ? kUsualFusion : kSmallestFusion) &&
+      (to_go == 0 || removed > 0 || quota_was_met)) {
     state->end = StageEnd::kGoal;
     return;
   }

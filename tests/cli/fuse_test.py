@@ -39,6 +39,18 @@ class Fuse(FolderTest):
             self.assertEqual(report["output"]["boundary_triangles"], report["input"]["boundary_triangles"])
             self.compare(path, out)
 
+    def test_a_goal_that_nothing_leads_to_is_not_reached(self):
+        path = self.write(TinyVtu(1))  # all of its vertices lie on the boundary
+        count = len(Vtu(path).tets)
+        for tets in count - 1, count - 2, count - 3:
+            report = report_of("simplify", path, "-o", self.folder / "out.vtu", "--tets", tets, "--strict", "--quiet", code=6)
+            self.assertEqual((report["stop_reason"], report["output"]["tets"]), ("saturated", count))
+        self.assertEqual(self.fuse(path, "--tets", count, "--strict")[1]["stop_reason"], "goal")
+        # With inner vertices, and none whose tetrahedra are so few.
+        path = self.generate("--jitter", "0.5", tets="2k")
+        count = len(Vtu(path).tets)
+        self.assertEqual(self.fuse(path, "--tets", count - 1, "--strict")[1]["stop_reason"], "goal")
+
     def test_as_far_as_the_error_allows(self):
         path = self.generate("--jitter", "0.5", tets="40k")
         left = []
