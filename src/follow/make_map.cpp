@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -302,8 +303,9 @@ void MapMaker::take_outside(const Vector<std::uint32_t>& points, const std::vect
 
 void MapMaker::add_shares(std::uint64_t point, std::span<const VertexId> corners,
                           std::span<const double> weights) {
+  constexpr double kNearlyOne = 1 - std::numeric_limits<double>::epsilon() / 2;  // it did not stay
   for (std::size_t k = 0; k < corners.size(); ++k) {
-    if (weights[k] > 0) shares_.push_back({corners[k], point, std::min(weights[k], 1.0)});
+    if (weights[k] > 0) shares_.push_back({corners[k], point, std::min(weights[k], kNearlyOne)});
   }
 }
 

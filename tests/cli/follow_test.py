@@ -132,6 +132,17 @@ def jittered(n=8, seed=1):
     return rebuilt(mesh)
 
 
+def ball(n, seed):
+    """The cube blown up."""
+    mesh = TinyVtu(n)
+    points = 2 * np.array(mesh.points) / n - 1
+    largest, length = np.abs(points).max(axis=1), np.linalg.norm(points, axis=1)
+    points *= (largest / np.maximum(length, 1e-9))[:, None]
+    points += (largest < 0.99)[:, None] * np.random.default_rng(seed).normal(size=points.shape) * 0.1 / n
+    mesh.points = [tuple(point) for point in points.tolist()]
+    return rebuilt(mesh)
+
+
 def with_arrays(mesh, **arrays):
     """Point arrays by name: (type, rows)."""
     mesh.arrays = [a for a in mesh.arrays if a[0] != "PointData"]
@@ -185,6 +196,15 @@ class Maps(FolderTest):
         self.assertGreater(elsewhere, 0.3 * stayed["stayed_points"])
         said = finish("apply", self.folder / "out.map", moved, "-o", self.folder / "x.vtu").stderr
         self.assertRegex(said, rb"points that stayed, but lie elsewhere in \S+moved_mesh.vtu: \d+ of \d+;")
+
+    def test_a_new_point_whose_nearest_is_a_vertex_has_not_stayed(self):
+        for seed in 0, 2:
+            path = self.write(ball(10, seed))
+            for boundary in "2%", "4%":
+                result, the_map = self.simplify(path, "--boundary", boundary, "--reduction", "90%")
+                report = self.apply(path)[1]
+                self.assertEqual((report["stayed_points"], report["stayed_points_elsewhere"]),
+                                 ((values(result, "OriginalPointIds") >= 0).sum(), 0))
 
     def test_points_outside_go_to_the_nearest_of_the_boundary(self):
         path = self.generate("--jitter", "0.5", tets="30k")
