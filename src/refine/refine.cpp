@@ -35,6 +35,7 @@ constexpr std::uint64_t kLeastMemory = std::uint64_t{128} << 20;
 constexpr std::uint64_t kMargin = std::uint64_t{64} << 20;
 // Of field data: the file's, the output's, and while the file is opened what it was read from.
 constexpr std::uint64_t kFieldCopies = 3;
+constexpr std::uint64_t kFieldRoom = std::uint64_t{1} << 20;  // in kLeastMemory
 
 class Job {
  public:
@@ -158,6 +159,7 @@ void Job::plan_memory() {
   std::uint64_t least = kLeastMemory, beside = LevelNumbers::bytes_for(counts);
   std::uint64_t fields = 0;
   for (const DataArray& array : d.field_data) fields += kFieldCopies * array.bytes.size();
+  fields -= std::min(fields, kFieldRoom);
   least += fields;
   if (!request_.region.empty()) {
     least += counts.fusions * 5 + counts.points;
