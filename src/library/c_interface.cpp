@@ -26,12 +26,11 @@ static_assert(TETFUSION_INT8 == static_cast<int>(tf::Type::kInt8) &&
 std::string text_of(const char* text) { return text == nullptr ? "" : text; }
 
 tf::Values to_values(const tetfusion_values& values, const std::string& what) {
-  if (values.size > 0 && (values.type < TETFUSION_INT8 || values.type > TETFUSION_FLOAT64)) {
+  if (values.type < TETFUSION_INT8 || values.type > TETFUSION_FLOAT64) {
     throw tf::Error(tf::ErrorCode::kUsage,
                     fmt::format("the mesh: {}: there is no type {}", what, values.type));
   }
-  const auto type = values.size > 0 ? static_cast<tf::Type>(values.type) : tf::Type::kFloat64;
-  return {type, values.data, values.size};
+  return {static_cast<tf::Type>(values.type), values.data, values.size};
 }
 
 std::span<const std::uint8_t> to_bytes(const tetfusion_values& values, const char* what) {
@@ -44,6 +43,11 @@ std::span<const std::uint8_t> to_bytes(const tetfusion_values& values, const cha
 
 std::vector<tf::Array> to_arrays(const tetfusion_array* arrays, std::uint64_t count,
                                  const char* kind) {
+  if (arrays == nullptr && count > 0) {
+    throw tf::Error(
+        tf::ErrorCode::kBadInput,
+        fmt::format("the mesh: there are {} {} arrays, but their address is null", count, kind));
+  }
   std::vector<tf::Array> out;
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::string name = text_of(arrays[i].name);
@@ -126,6 +130,7 @@ tetfusion_result* tetfusion_simplify(const tetfusion_mesh* mesh, const char* opt
     }
   };
   try {
+    if (mesh == nullptr) throw tf::Error(tf::ErrorCode::kUsage, "there is no mesh");
     out->result =
         tf::simplify(to_mesh(*mesh), tf::read_options(options == nullptr ? "{}" : options),
                      to_observer(observer));

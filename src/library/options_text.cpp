@@ -26,6 +26,12 @@ struct NotOfKind {
   const char* kind;
 };
 
+// For a message; a deep value is not gone through.
+std::string text_like(const Json& value) {
+  if (value.is_structured()) return value.is_array() ? "such a list" : "such an object";
+  return value.dump();
+}
+
 double number_of(const Json& value) {
   if (value == "inf") return std::numeric_limits<double>::infinity();
   if (!value.is_number()) throw NotOfKind{"a number"};
@@ -99,9 +105,9 @@ auto each(F f) {
   return [=](const Json& value) { return list_of(value, f); };
 }
 
-const std::map<std::string, Take>& takers() {
+const std::map<std::string, Take, std::less<>>& takers() {
   using O = Options;
-  static const std::map<std::string, Take> kTakers{
+  static const std::map<std::string, Take, std::less<>> kTakers{
       {"reduction", into(&O::reduction, number_of)},
       {"tets", into(&O::tets, count_of)},
       {"max_error", into(&O::max_error, number_of)},
@@ -153,6 +159,8 @@ const std::map<std::string, Take>& takers() {
 
 }  // namespace
 
+bool is_option(std::string_view name) { return takers().find(name) != takers().end(); }
+
 Options read_options(std::string_view text) {
   Options options;
   const Json json = Json::parse(text, nullptr, false);
@@ -164,7 +172,7 @@ Options read_options(std::string_view text) {
     try {
       taker->second(value, &options);
     } catch (const NotOfKind& wrong) {
-      refuse(fmt::format("{} must be {}, not {}", name, wrong.kind, value.dump()));
+      refuse(fmt::format("{} must be {}, not {}", name, wrong.kind, text_like(value)));
     }
   }
   return options;

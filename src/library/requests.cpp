@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <limits>
 
 #include "base/error.h"
 #include "base/numbers.h"
 #include "driver/steering.h"
+#include "library/options_text.h"
 #include "mesh/array_names.h"
 
 namespace tetfusion {
@@ -56,6 +58,10 @@ std::string to_text(const SteeringArray& array) {
 }
 
 void check_address(const void* data, std::size_t size, const std::string& what) {
+  if (size > std::numeric_limits<std::size_t>::max() / sizeof(std::uint64_t)) {
+    throw Error(ErrorCode::kBadInput,
+                fmt::format("the mesh: {} cannot have {}", what, format_count(size, "value")));
+  }
   if (data != nullptr || size == 0) return;
   throw Error(ErrorCode::kBadInput, fmt::format("the mesh: {} has {}, but its address is null",
                                                 what, format_count(size, "value")));
@@ -182,19 +188,26 @@ Report to_report(const SimplifyReport& r) {
   return out;
 }
 
+// But for what looks like an option in a name of the user's.
 std::string in_words_of_library(const std::string& message) {
   const auto is_letter = [&](std::size_t i) {
     return i < message.size() && std::islower(static_cast<unsigned char>(message[i])) != 0;
   };
   std::string out;
   for (std::size_t i = 0; i < message.size();) {
-    if (message.compare(i, 2, "--") != 0 || !is_letter(i + 2)) {
-      out += message[i++];
-      continue;
+    std::string name;
+    if (message.compare(i, 2, "--") == 0 && (i == 0 || message[i - 1] == ' ')) {
+      std::size_t at = i + 2;
+      while (is_letter(at) || (at < message.size() && message[at] == '-' && is_letter(at + 1))) {
+        name += message[at] == '-' ? '_' : message[at];
+        ++at;
+      }
     }
-    for (i += 2; is_letter(i) || (i < message.size() && message[i] == '-' && is_letter(i + 1));
-         ++i) {
-      out += message[i] == '-' ? '_' : message[i];
+    if (is_option(name) || name == "array") {
+      out += name;
+      i += 2 + name.size();
+    } else {
+      out += message[i++];
     }
   }
   return out;

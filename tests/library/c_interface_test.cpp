@@ -108,8 +108,12 @@ TEST_F(CInterface, SaysWhatIsWrongWithOptions) {
   expect_refused(R"({"boundary": 0.1})", "boundary must be \"exact\", \"planar\" or \"within\"");
   expect_refused(R"({"arrays": [{"of_cells": true}]})", "arrays must be a name, or an object");
   expect_refused(R"({"arrays": [{"name": "wave", "bound": 1}]})", "arrays must be a name");
-  expect_refused(R"({"regions": [3]})", "regions must be a text, not [3]");
+  expect_refused(R"({"regions": [3]})", "regions must be a text, not such a list");
   expect_refused(R"({"reduction": 2})", "reduction");
+  const std::string deep(200'000, '[');
+  expect_refused(("{\"weight\": " + deep + std::string(deep.size(), ']') + "}").c_str(),
+                 "weight must be a text, not such a list");
+  expect_refused(R"({"arrays": ["a--max-error"]})", "\"a--max-error\"");
 }
 
 TEST_F(CInterface, SaysWhatIsWrongWithTheMesh) {
@@ -124,6 +128,17 @@ TEST_F(CInterface, SaysWhatIsWrongWithTheMesh) {
   const CResult result = run("{}");
   EXPECT_EQ(tetfusion_code(result.get()), 3);
   EXPECT_THAT(tetfusion_message(result.get()), HasSubstr("its address is null"));
+  c_mesh.point_arrays = nullptr;
+  const CResult without = run("{}");
+  EXPECT_EQ(tetfusion_code(without.get()), 3);
+  EXPECT_THAT(tetfusion_message(without.get()), HasSubstr("1 point arrays, but their address"));
+  c_mesh = whole;
+  c_mesh.connectivity.size += std::uint64_t{1} << 61;
+  const CResult wrapped = run("{}");
+  EXPECT_EQ(tetfusion_code(wrapped.get()), 3);
+  EXPECT_THAT(tetfusion_message(wrapped.get()), HasSubstr("connectivity cannot have"));
+  const CResult none(tetfusion_simplify(nullptr, nullptr, nullptr));
+  EXPECT_EQ(tetfusion_code(none.get()), 2);
 }
 
 TEST_F(CInterface, TellsAndAsks) {
