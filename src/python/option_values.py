@@ -4,8 +4,6 @@ import math
 import numbers
 import os
 import re
-import signal
-import threading
 
 
 class TetFusionError(RuntimeError):
@@ -44,7 +42,7 @@ class Wrong:
 
 def _number(text):
     """As the command reads it; None of another text."""
-    if re.fullmatch(r"-?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", text) is None or math.isinf(float(text)):
+    if re.fullmatch(r"-?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?", text) is None or math.isinf(float(text)):
         return None
     return float(text)
 
@@ -95,7 +93,8 @@ def whole(value):
 
 
 def path(value):
-    return os.fspath(value) if isinstance(value, os.PathLike) else value
+    text = os.fspath(value) if isinstance(value, os.PathLike) else value
+    return text if text is None or isinstance(text, str) else Wrong(value, ": give the path of a folder")
 
 
 def flag(value):
@@ -133,7 +132,7 @@ def boundary(value):
     """"exact" or "planar", or "within" and how far."""
     if not isinstance(value, str) or value not in ("exact", "planar"):
         distance = share(value)
-        if is_number(distance):
+        if is_number(distance) and not isinstance(distance, bool):
             if 0.1 <= distance < 1 and not (isinstance(value, str) and value.endswith("%")):
                 refuse(f"boundary cannot be {value!r}, which is {100 * distance:.6g} % of the diagonal: give '{distance:.6g}%' or "
                        f"'{100 * distance:.6g}%', whichever is meant")
@@ -149,7 +148,7 @@ def steering(arrays):
     found = []
     for name, given in bounds.items():
         bound = share(given)
-        if bound is not None and not is_number(bound):
+        if bound is not None and (not is_number(bound) or isinstance(bound, bool)):
             refuse(f"arrays: the bound of {name} cannot be {given!r}{getattr(bound, 'advice', '')}")
         if bound is not None and not bound > 0:
             refuse(f"arrays: the bound of {name} must be greater than 0, a share of its range")
@@ -162,26 +161,3 @@ def regions(value):
     if isinstance(value, str) and value == "none":
         return []
     return [name.removeprefix("cell:") for name in texts("regions", value, "a name, a list of names, or 'none'")]
-
-
-class Interrupt:
-    """Ctrl-C during a run: noted, so that the run ends when it asks next, and then handled as it is elsewhere."""
-
-    def __enter__(self):
-        self.came = False
-        self._handler = None
-        handler = signal.getsignal(signal.SIGINT)
-        if callable(handler) and threading.current_thread() is threading.main_thread():
-            self._handler = handler
-            signal.signal(signal.SIGINT, self._note)
-        return self
-
-    def _note(self, number, frame):
-        self.came = True
-
-    def __exit__(self, *raised):
-        if self._handler is None:
-            return
-        signal.signal(signal.SIGINT, self._handler)
-        if self.came:
-            self._handler(signal.SIGINT, None)

@@ -4,7 +4,6 @@ import unittest
 import warnings
 
 import numpy as np
-from vtkmodules.vtkFiltersParallel import vtkAngularPeriodicFilter
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import (vtkBitArray, vtkDoubleArray, vtkFloatArray, vtkPoints, vtkSOADataArrayTemplate,
                                       vtkStringArray)
@@ -37,8 +36,7 @@ class Arrays(FilterTest):
         data = out.GetPointData()
         self.assertEqual([data.GetArrayName(i) for i in range(data.GetNumberOfArrays())],
                          ["wave", "velocity", "number", None, "bits"])
-        self.assertEqual([data.GetArray(i).GetClassName() for i in range(5)],
-                         ["vtkFloatArray", "vtkDoubleArray", "vtkIntArray", "vtkFloatArray", "vtkBitArray"])
+        self.assertEqual([data.GetArray(i).GetDataTypeAsString() for i in range(5)], ["float", "double", "int", "float", "bit"])
         self.assertEqual(data.GetArray(1).GetComponentName(1), "up")
         self.assertEqual(data.GetScalars().GetName(), "wave")
         self.assertEqual(data.GetVectors().GetName(), "velocity")
@@ -100,6 +98,10 @@ class Arrays(FilterTest):
         """As of vtkAngularPeriodicFilter, whose points are turned when somebody asks for them."""
         blocks = vtkMultiBlockDataSet()
         blocks.SetBlock(0, box(4))
+        try:
+            from vtkmodules.vtkFiltersParallel import vtkAngularPeriodicFilter
+        except ImportError:
+            self.skipTest("this VTK is without such a filter")
         turn = vtkAngularPeriodicFilter()
         turn.SetInputDataObject(blocks)
         turn.AddIndex(1)

@@ -31,6 +31,11 @@ def read(path):
     return reader.GetOutput()
 
 
+def cell_types(grid):
+    """By the name that it has in this VTK: another one since 9.6."""
+    return grid.GetCellTypesArray() if hasattr(grid, "GetCellTypesArray") else grid.GetCellTypes()
+
+
 def box(n, point_type=np.float64):
     """n^3 cubes in six tetrahedra each, with arrays of many kinds."""
     side = n + 1
@@ -83,7 +88,7 @@ def numbers(grid):
     """Everything that a grid holds, as numpy arrays by name."""
     cells = grid.GetCells()
     out = {"points": vtk_to_numpy(grid.GetPoints().GetData()), "offsets": vtk_to_numpy(cells.GetOffsetsArray()),
-           "connectivity": vtk_to_numpy(cells.GetConnectivityArray()), "types": vtk_to_numpy(grid.GetCellTypesArray())}
+           "connectivity": vtk_to_numpy(cells.GetConnectivityArray()), "types": vtk_to_numpy(cell_types(grid))}
     for kind, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData())):
         for i in range(data.GetNumberOfArrays()):
             out[f"{kind} {data.GetArray(i).GetName()}"] = vtk_to_numpy(data.GetArray(i))

@@ -182,6 +182,7 @@ class Progress(FilterTest):
         self.assertEqual(run.GetErrorCode(), USER_ERROR + 130)
         self.assertEqual(run.GetOutput().GetNumberOfCells(), 0)
         run.RemoveObserver(observer)
+        run.SetAbortExecute(0)  # which VTK did itself before 9.3
         run.Modified()
         run.Update()
         self.assertEqual(run.GetErrorCode(), 0)
@@ -206,14 +207,17 @@ class Progress(FilterTest):
         errors = Errors(run)
         run.Update()
         self.assertEqual((run.GetErrorCode(), errors.messages), (USER_ERROR + 130, []))
-        cells = [run.GetOutputDataObject(0).GetBlock(i).GetNumberOfCells() for i in range(5)]
-        self.assertGreater(cells[0], 0)
-        self.assertEqual(cells[1:], [0] * 4)
+        output = run.GetOutputDataObject(0)
+        cells = [output.GetBlock(i).GetNumberOfCells() for i in range(output.GetNumberOfBlocks())]  # none since VTK 9.3
+        self.assertEqual(cells[1:], [0] * len(cells[1:]))
+        self.assertTrue(not cells or cells[0] > 0)
         run.RemoveObserver(observer)
+        run.SetAbortExecute(0)  # which VTK did itself before 9.3
         run.Modified()
         run.Update()
         self.assertEqual(run.GetErrorCode(), 0)
-        self.assertEqual(run.GetOutputDataObject(0).GetBlock(3).GetNumberOfCells(), cells[0])
+        whole = [run.GetOutputDataObject(0).GetBlock(i).GetNumberOfCells() for i in (0, 3)]
+        self.assertTrue(whole[0] == whole[1] > 0 and cells[:1] in ([], whole[:1]))
 
     def test_no_filter_waits_for_another_one(self):
         """One's observer lets go of Python's lock, which the other one holds while it runs."""
@@ -249,7 +253,7 @@ class Progress(FilterTest):
             path = pathlib.Path(folder) / "five.vtu"
             command("generate", "five", "--tets", "60k", "-o", path)
             subprocess.run([sys.executable, "-c", script, path], check=True, timeout=120, capture_output=True,
-                           env=os.environ | {"PYTHONPATH": str(PACKAGES)})
+                           env=os.environ | {"PYTHONPATH": os.pathsep.join([str(PACKAGES), os.environ.get("PYTHONPATH", "")])})
 
 
 if __name__ == "__main__":

@@ -81,7 +81,7 @@ class Function(FilterTest):
 
         with unittest.mock.patch.object(vtktetfusion, "vtkTetFusion", made), self.assertRaises(KeyboardInterrupt):
             vtktetfusion.simplify(box(40), 0.9)
-        self.assertLess(shares[-1], 1)
+        self.assertLess(max(share for share in shares if share < 1), 0.9)  # VTK since 9.3 adds a 1
         self.assertIs(signal.getsignal(signal.SIGINT), signal.default_int_handler)
 
     def test_progress_cannot_simplify(self):

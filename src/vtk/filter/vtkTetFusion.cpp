@@ -26,6 +26,7 @@
 #include "tetfusion.h"
 #include "vtk/filter/grid_result.h"
 #include "vtk/filter/grid_view.h"
+#include "vtk/versions/vtk_versions.h"
 
 vtkStandardNewMacro(vtkTetFusion);
 
@@ -120,7 +121,7 @@ class Heartbeat {
   }
   bool wants_abort() {
     if (std::chrono::steady_clock::now() - last_ > kPause) beat();
-    return filter_->GetAbortExecute() != 0;
+    return tetfusion::vtk_version::is_aborted(filter_);
   }
 
  private:
@@ -380,7 +381,9 @@ int vtkTetFusion::RequestData(vtkInformation*, vtkInformationVector** inputVecto
   vtkDataObject* const input = vtkDataObject::GetData(inputVector[0]);
   this->Internal->update = {};
   this->SetErrorCode(vtkErrorCode::NoError);
-  if (auto* const blocks = vtkDataObjectTree::SafeDownCast(input)) {
+  if (tetfusion::vtk_version::is_aborted(this)) {  // what is before it has ended so, perhaps
+    this->Fail(static_cast<int>(tetfusion::Code::kInterrupted), {});
+  } else if (auto* const blocks = vtkDataObjectTree::SafeDownCast(input)) {
     this->SimplifyBlocks(blocks, vtkDataObjectTree::GetData(outputVector));
   } else {
     this->SimplifyGrid(input, vtkUnstructuredGrid::GetData(outputVector));
@@ -405,7 +408,7 @@ void vtkTetFusion::SimplifyBlocks(vtkDataObjectTree* input, vtkDataObjectTree* o
     vtkNew<vtkUnstructuredGrid> result;
     this->SimplifyBlock(blocks->GetCurrentDataObject(), result);
     output->SetDataSet(blocks, result);
-    if (this->GetAbortExecute() == 0) this->UpdateProgress(1);
+    if (!tetfusion::vtk_version::is_aborted(this)) this->UpdateProgress(1);
   }
   update.block.clear();
   if (update.blocks_without_volume > 0 && update.empty_blocks + update.other_blocks == 0 &&
@@ -421,7 +424,7 @@ void vtkTetFusion::SimplifyBlock(vtkDataObject* block, vtkUnstructuredGrid* outp
   if (auto* const surface = vtkDataSet::SafeDownCast(block);
       surface != nullptr && !has_volume(surface)) {
     ++(surface->GetNumberOfCells() > 0 ? update.blocks_without_volume : update.empty_blocks);
-    if (this->GetAbortExecute() != 0) {
+    if (tetfusion::vtk_version::is_aborted(this)) {
       this->Fail(static_cast<int>(tetfusion::Code::kInterrupted), "");
     } else if (this->DropPatches) {
       fill_empty_grid(surface, this->OriginalIds, output);
@@ -454,7 +457,7 @@ void vtkTetFusion::SimplifyGrid(vtkDataObject* object, vtkUnstructuredGrid* outp
     fill_empty_grid(input, this->OriginalIds, output);
     return;
   }
-  if (this->GetAbortExecute() != 0) {
+  if (tetfusion::vtk_version::is_aborted(this)) {
     fail(tetfusion::Code::kInterrupted, "");
     return;
   }
@@ -490,8 +493,8 @@ void vtkTetFusion::SimplifyGrid(vtkDataObject* object, vtkUnstructuredGrid* outp
   own.update.goals += has_goal ? 1 : 0;
   own.update.goals_reached += result.report.goal_reached ? 1 : 0;
   if (!result.status.ok()) {
-    const bool is_abort =
-        result.status.code == tetfusion::Code::kInterrupted && this->GetAbortExecute() != 0;
+    const bool is_abort = result.status.code == tetfusion::Code::kInterrupted &&
+                          tetfusion::vtk_version::is_aborted(this);
     fail(result.status.code, is_abort ? "" : result.status.message);
   } else if (has_goal && !result.report.goal_reached) {
     this->Warn(result.report.stop_sentence);

@@ -1,6 +1,7 @@
 // What versions of VTK from 9.1 on say in different ways. Nothing else asks for the version.
 #pragma once
 
+#include <vtkAlgorithm.h>
 #include <vtkCellArray.h>
 #include <vtkDataArray.h>
 #include <vtkSmartPointer.h>
@@ -23,6 +24,16 @@ inline vtkDataArray* cell_types(vtkUnstructuredGrid* grid) {
   return grid->GetCellTypesArray();
 #else
   return grid->GetCellTypes();
+#endif
+}
+
+// Was it asked to end, or, from 9.3 on, something before it in the pipeline? Since then whoever has
+// asked takes that back, by SetAbortExecute(0), before it runs again.
+inline bool is_aborted(vtkAlgorithm* algorithm) {
+#if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 3, 0)
+  return algorithm->GetAbortExecute() != 0;
+#else
+  return algorithm->CheckAbort();
 #endif
 }
 
@@ -56,21 +67,22 @@ inline unsigned long kibibytes_of_cells(vtkUnstructuredGrid* grid) {
 // this one; not of bits.
 inline vtkSmartPointer<vtkDataArray> in_standard_layout(vtkDataArray* array) {
   const auto copy = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(array->GetDataType()));
-#if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 7, 0)
+  if (copy->GetDataType() == VTK_FLOAT || copy->GetDataType() == VTK_DOUBLE) {
+    copy->DeepCopy(array);
+    return copy;
+  }
+  // DeepCopy() goes through doubles, and not all arrays can be exported.
   copy->SetNumberOfComponents(array->GetNumberOfComponents());
   copy->SetNumberOfTuples(array->GetNumberOfTuples());
+#if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 7, 0)
   if (array->GetArrayType() == vtkAbstractArray::SoADataArrayTemplate) {
     if (array->GetNumberOfValues() > 0) array->ExportToVoidPointer(copy->GetVoidPointer(0));
-  } else if (copy->GetDataType() == VTK_FLOAT || copy->GetDataType() == VTK_DOUBLE) {
-    copy->DeepCopy(array);
-  } else {  // DeepCopy() goes through doubles, and not all arrays can be exported
-    for (vtkIdType i = 0; i < array->GetNumberOfValues(); ++i) {
-      copy->SetVariantValue(i, array->GetVariantValue(i));
-    }
+    return copy;
   }
-#else
-  copy->DeepCopy(array);
 #endif
+  for (vtkIdType i = 0; i < array->GetNumberOfValues(); ++i) {
+    copy->SetVariantValue(i, array->GetVariantValue(i));
+  }
   return copy;
 }
 

@@ -7,15 +7,21 @@ simplify() takes and returns a vtkUnstructuredGrid, or what stands for one in vt
 vtkTetFusion is the filter itself, for a pipeline; help(vtktetfusion.vtkTetFusion) explains every option.
 """
 import logging
+import signal
 import sys
 import threading
 import warnings
 
-from vtkmodules import vtkCommonDataModel, vtkCommonExecutionModel  # what the wrapped module builds on
+from vtkmodules import vtkCommonCore, vtkCommonDataModel, vtkCommonExecutionModel  # what the wrapped module builds on
 
-from . import _option_values as values
+from . import _built_with, _option_values as values
 from ._option_values import TetFusionError, TetFusionWarning
-from .vtkTetFusionFilter import vtkTetFusion
+
+_here = "{0}.{1}".format(*vtkCommonCore.vtkVersion().GetVTKVersion().split("."))
+if _here != _built_with.VTK:  # the process would crash
+    raise ImportError(f"vtktetfusion was built with VTK {_built_with.VTK}, and this is {_here}: the package tetfusion takes grids of any")
+
+from .vtkTetFusionFilter import vtkTetFusion  # noqa: E402
 
 __all__ = ["TetFusionError", "TetFusionWarning", "simplify", "vtkTetFusion"]
 
@@ -191,7 +197,7 @@ def _execute(run, progress):
     run.AddObserver("ProgressEvent", on_progress)
     if getattr(_runs_here, "any", False):
         values.refuse("progress() cannot simplify another grid meanwhile")
-    with _turn, values.Interrupt() as interrupt:
+    with _turn, _Interrupt() as interrupt:
         _runs_here.any = True
         try:
             run.Update()
@@ -209,6 +215,29 @@ def _execute(run, progress):
     code = code - _USER_ERROR if code >= _USER_ERROR else 3
     said = _readable(run.GetErrorMessage()) or (errors or ["it was not simplified"])[0]
     raise TetFusionError(code, "the run was ended" if code == 130 else said)
+
+
+class _Interrupt:
+    """Ctrl-C during a run: noted, so that the run ends when it asks next, and then handled as it is elsewhere."""
+
+    def __enter__(self):
+        self.came = False
+        self._handler = None
+        handler = signal.getsignal(signal.SIGINT)
+        if callable(handler) and threading.current_thread() is threading.main_thread():
+            self._handler = handler
+            signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def _note(self, number, frame):
+        self.came = True
+
+    def __exit__(self, *raised):
+        if self._handler is None:
+            return
+        signal.signal(signal.SIGINT, self._handler)
+        if self.came:
+            self._handler(signal.SIGINT, None)
 
 
 def _plain(message):
