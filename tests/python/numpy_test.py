@@ -3,10 +3,12 @@
 and meshio is skipped where these are not installed."""
 import gc
 import itertools
+import logging
 import math
 import os
 import pathlib
 import pickle
+import shutil
 import signal
 import subprocess
 import sys
@@ -14,20 +16,22 @@ import tempfile
 import threading
 import types
 import unittest
+import weakref
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
 COMMAND, PACKAGES = (pathlib.Path(sys.argv.pop(1)).resolve() for _ in range(2))
 sys.path[:0] = [str(PACKAGES), str(HERE.parent / "support"), str(HERE.parent / "cli")]
-import tetfusion  # noqa: E402
 from independent_check import Vtu  # noqa: E402
 from tetfusion import Mesh, TetFusionError, TetFusionWarning, simplify  # noqa: E402
 
 try:
     from vtkmodules.numpy_interface import dataset_adapter
     from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-    from vtkmodules.vtkCommonCore import vtkStringArray
+    from vtkmodules.vtkCommonCore import vtkSOADataArrayTemplate, vtkStringArray
     from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 except ImportError:
@@ -155,6 +159,25 @@ class Meshes(unittest.TestCase):
         self.assertIn("tetrahedralize", str(caught.exception))
         self.assertEqual(set(simplify(hexahedron, 0, tetrahedralize=True).types.tolist()), {10})
 
+    def test_ghosts_are_left_out(self):
+        mesh = box(4)
+        marks = np.zeros(len(mesh.cells), int)
+        marks[::7] = 1
+        for name in "vtkGhostType", "vtkGhostLevels":
+            left = simplify(Mesh(mesh.points, mesh.cells, {**mesh.point_data, name: np.ones(len(mesh.points))}, {name: marks}), 0)
+            self.assertEqual(len(left.cells), (marks == 0).sum())
+            self.assertEqual((list(left.point_data), left.cell_data), (["wave"], {}))
+
+    def test_names_of_any_bytes(self):
+        mesh = box(4)
+        rows = np.arange(3.0 * len(mesh.points)).reshape(-1, 3)
+        given = {b"vel": rows, b"caf\xe9": rows > 5, "caf\udce8": rows[:, 0], "\u6e29": rows}
+        smaller = simplify(Mesh(mesh.points, mesh.cells, given, {}), 0.2, arrays="vel")
+        self.assertEqual([(name, out.dtype, out.ndim) for name, out in smaller.point_data.items()],
+                         [("vel", float, 2), ("caf\udce9", bool, 2), ("caf\udce8", float, 1), ("\u6e29", float, 2)])
+        self.assertEqual(simplify(Mesh(mesh.points, mesh.cells), 0).point_data, {})
+        self.assertEqual(simplify(Mesh(mesh.points, mesh.cells, None, None), 0).cell_data, {})
+
     def test_active_scalars_steer(self):
         mesh = box(6)
         mesh.point_data["other"] = mesh.points[:, 0] ** 2
@@ -169,10 +192,19 @@ class Meshes(unittest.TestCase):
                 ({"cells": mesh.cells + 0.5}, "whole numbers"), ({"cells": mesh.cells + 1000}, "point"), \
                 ({"point_data": {"f": np.ones(3)}}, "'f' must have 64 rows"), ({"cell_data": {"g": np.ones(64)}}, "'g' must have 162 rows"), \
                 ({"point_data": {"f": np.ones(64, complex)}}, "complex128"), ({"point_data": {"f": ["a"] * 64}}, "are not taken"), \
-                ({"point_data": {"f": np.ones((64, 0))}}, "no components"), ({"point_data": {1: np.ones(64)}}, "name cannot be 1"), \
+                ({"point_data": {"f": np.ones((64, 0))}}, "no components"), ({"point_data": {1: np.ones(64)}}, "name of an array cannot be 1"), \
                 ({"points": mesh.points.astype(np.float16)}, "float16"), ({"types": np.full(162, 10)}, "go together"), \
                 ({"types": np.full(162, 10), "offsets": np.arange(3)}, "one more than types"), \
-                ({"points": np.full((64, 3), np.nan)}, "finite"):
+                ({"points": np.full((64, 3), np.nan)}, "finite"), ({"point_data": [1]}, "must be a dict"), ({"active_scalars": "g"}, "no point array 'g'"), \
+                ({"point_data": {"f": np.ma.masked_less(np.arange(64.0), 3)}}, "masked"), ({"point_data": {"f": [[1], [1, 2]] * 32}}, "'f'"), \
+                ({"point_data": {"a\0b": np.ones(64)}}, "cannot be"), ({"point_data": {"": np.ones(64)}}, "cannot be"), \
+                ({"point_data": {"\ud800": np.ones(64)}}, "cannot be"), ({"point_data": {b"f": np.ones(64), "f": np.ones(64)}}, "cannot be"), \
+                ({"types": np.full(162, 266), "offsets": 4 * np.arange(163)}, "types must be whole numbers that uint8 can hold"), \
+                ({"types": np.full(162, 10.5), "offsets": 4 * np.arange(163)}, "types must be"), \
+                ({"types": np.full(162, 10), "offsets": 4 * np.arange(163) + 0.7}, "offsets must be"), \
+                ({"types": ["a"] * 162, "offsets": 4 * np.arange(163)}, "types"), ({"cells": np.zeros((0, 4), int)}, "no tetrahedra"), \
+                ({"cells": np.full((162, 4), 2**63, np.uint64)}, "cells must be"), \
+                ({"cell_data": {"vtkGhostType": np.ones(3, int)}}, "vtkGhostType must have 162 rows"):
             with self.subTest(said), self.assertRaises(TetFusionError) as caught:
                 simplify(Mesh(**{**whole, **wrong}), 0.5)
             self.assertEqual(caught.exception.code, 3)
@@ -188,9 +220,13 @@ class Options(unittest.TestCase):
                 ({"boundary": 0.5}, "whichever is meant"), ({"boundary": "round"}, "boundary must be one of"), \
                 ({"arrays": "none such"}, "none such"), ({"arrays": 3}, "arrays: give"), ({"arrays": {"wave": -1}}, "greater than 0"), \
                 ({"regions": "none such"}, "none such"), ({"regions": [1]}, "regions: give"), ({"roi": "cube"}, "cube"), \
-                ({"threads": -1}, "threads"), ({"memory": "much"}, "give bytes"), ({"scratch": 3}, "scratch must be a text"), \
-                ({"weight": 1}, "weight must be a text"), ({"min_quality": "good"}, "min_quality must be a number"), \
+                ({"threads": -1}, "threads"), ({"memory": "much"}, "give bytes"), ({"scratch": 3}, "path of a folder"), \
+                ({"weight": 1}, "weight cannot be 1"), ({"min_quality": "good"}, "min_quality must be a number"), \
                 ({"progress": 1}, "give a function"), ({"stretch_factor": [2, "x"]}, "stretch_factor must be a number"), \
+                ({"boundary": True}, "boundary must be one of"), ({"arrays": {"wave": True}}, "bound of wave"), \
+                ({"arrays": {"wave": 10**400}}, "tolerance"), ({"aspect_ratio": [[1]]}, "aspect_ratio cannot be"), \
+                ({"reduction": Decimal("0.5")}, "reduction cannot be"), ({"weight": "\ud800"}, "weight cannot be"), \
+                ({"scratch": math.inf}, "path of a folder"), ({"arrays": b"\xe9"}, "no UTF-8"), ({"arrays": "a--max-error"}, '"a--max-error"'), \
                 ({"boundary_tets_stay": True}, "belongs to method tetfuse"), ({"reduction": 0.5, "tets": 3}, "tets"):
             with self.subTest(options), self.assertRaises(TetFusionError) as caught:
                 simplify(mesh, **options)
@@ -200,6 +236,15 @@ class Options(unittest.TestCase):
             simplify(mesh.points, 0.5)
         error = pickle.loads(pickle.dumps(TetFusionError(3, "x")))
         self.assertEqual((error.code, str(error)), (3, "x"))
+
+    def test_numbers_of_all_kinds(self):
+        mesh = box(5)
+        expected = simplify(mesh, 0.25, regions="none").cells
+        for half in np.array(0.25), np.float32(0.25), np.longdouble(0.25), Fraction(1, 4), "25%":
+            np.testing.assert_array_equal(simplify(mesh, half, regions="none").cells, expected)
+        tolerances = [simplify(mesh, 0.3, scalar_tolerance=given).cells for given in (["1%", "2%"], (0.01, 0.02), np.array([0.01, 0.02]))]
+        np.testing.assert_array_equal(tolerances[0], tolerances[1])
+        np.testing.assert_array_equal(tolerances[0], tolerances[2])
 
     def test_memory_and_scratch(self):
         mesh = box(24)
@@ -241,9 +286,10 @@ class Runs(unittest.TestCase):
             self.assertEqual(caught.exception.code, 130)
         with self.assertRaises(ZeroDivisionError):
             simplify(box(20), 0.9, progress=lambda share: 1 / 0)
-        with self.assertRaisesRegex(TetFusionError, "cannot simplify another"):
-            simplify(box(20), 0.9, progress=lambda share: simplify(box(2), 0.5))
-        self.assertGreater(len(simplify(box(4), 0.3).cells), 0)
+        inner = []
+        outer = simplify(box(6), 0.5, progress=lambda share: inner.append(simplify(box(6), 0.5)))
+        self.assertGreater(len(inner), 1)
+        np.testing.assert_array_equal(inner[0].cells, outer.cells)
 
     def test_several_threads_of_python(self):
         mesh = box(14)
@@ -259,6 +305,68 @@ class Runs(unittest.TestCase):
         for result in results:
             np.testing.assert_array_equal(result.cells, whole.cells)
             np.testing.assert_array_equal(result.point_data["wave"], whole.point_data["wave"])
+
+    def test_exceptions_of_others_come_through(self):
+        class Timeout(Exception):
+            pass
+
+        def late(number, frame):
+            raise Timeout
+        self.addCleanup(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, late))
+        for progress in (lambda share: None, None):
+            signal.setitimer(signal.ITIMER_REAL, 0.15)
+            with self.assertRaises(Timeout):
+                while True:
+                    simplify(box(24), 0.9, progress=progress)
+        logger = logging.getLogger("tetfusion")
+        mesh = box(20)
+        mesh.point_data["more"] = mesh.points[:, 0] ** 2
+        logger.addFilter(failing := (lambda record: 1 / 0))
+        self.addCleanup(logger.removeFilter, failing)
+        logger.setLevel(logging.INFO)
+        with self.assertRaises(ZeroDivisionError):
+            simplify(mesh, 0.9)
+
+    def test_what_progress_raises_keeps_nothing_alive(self):
+        class Rows(np.ndarray):
+            pass
+        mesh = box(5)
+        mesh.point_data["rows"] = np.ones(2 * len(mesh.points))[::2].view(Rows)
+        kept = weakref.ref(mesh.point_data["rows"])
+        gc.disable()
+        self.addCleanup(gc.enable)
+        try:
+            simplify(mesh, 0.5, progress=lambda share: 1 / 0)
+        except ZeroDivisionError:
+            pass
+        del mesh
+        self.assertIsNone(kept())
+
+    def test_python_may_end_during_runs_of_daemons(self):
+        script = (f"import sys; sys.path[:0] = [{str(PACKAGES)!r}, {str(HERE)!r}]; sys.argv = ['', '', {str(PACKAGES)!r}]\n"
+                  "import threading, time, numpy_test\n"
+                  "mesh, begun = numpy_test.box(40), threading.Event()\n"
+                  "def work():\n"
+                  "    while True: numpy_test.simplify(mesh, 0.9, progress=lambda share: begun.set())\n"
+                  "for _ in range(2): threading.Thread(target=work, daemon=True).start()\n"
+                  "begun.wait()\n"
+                  "sys.exit(7)")
+        ended = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=60)
+        self.assertEqual((ended.returncode, ended.stderr), (7, b""))
+
+    def test_where_the_library_is_looked_for(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for below in ".", "lib/python3/other":
+                package = pathlib.Path(folder) / below / "tetfusion"
+                shutil.copytree(PACKAGES / "tetfusion", package)
+                (pathlib.Path(folder) / "libtetfusion.so.0.1").write_bytes(b"")
+                result = subprocess.run([sys.executable, "-c", "import tetfusion"], cwd=package.parent, capture_output=True,
+                                        env={**os.environ, "LD_LIBRARY_PATH": ""})
+                self.assertIn(b"libtetfusion.so.0.1: cannot open shared object file", result.stderr)
+            link = pathlib.Path(folder) / "site-packages" / "tetfusion"
+            link.parent.mkdir()
+            link.symlink_to(PACKAGES / "tetfusion")
+            subprocess.run([sys.executable, "-c", "import tetfusion"], cwd=link.parent, check=True)
 
     def test_ctrl_c(self):
         sent = []
@@ -319,11 +427,35 @@ class Grids(unittest.TestCase):
         for name in names:
             self.assertEqual(smaller.GetPointData().GetArray(name).GetDataType(), self.grid.GetPointData().GetArray(name).GetDataType())
 
+    def test_memory_that_is_laid_out_otherwise(self):
+        ids = vtkSOADataArrayTemplate["int64"]()
+        ids.SetName("ids")
+        ids.SetNumberOfComponents(2)
+        ids.SetNumberOfTuples(self.grid.GetNumberOfPoints())
+        for i in range(self.grid.GetNumberOfPoints()):
+            ids.SetTypedComponent(i, 0, 2**60 + i)
+            ids.SetTypedComponent(i, 1, -i)
+        self.grid.GetPointData().AddArray(ids)
+        self.grid.GetCells().ConvertTo32BitStorage()
+        smaller = simplify(self.grid, 0.2, original_ids=True, regions="none")
+        values = vtk_to_numpy(smaller.GetPointData().GetArray("ids"))
+        stayed = vtk_to_numpy(smaller.GetPointData().GetArray("OriginalPointIds"))
+        self.assertGreater((stayed >= 0).sum(), 100)
+        np.testing.assert_array_equal(values[stayed >= 0], np.stack([2**60 + stayed, -stayed], axis=1)[stayed >= 0])
+
+    def test_names_that_are_no_utf8(self):
+        rows = numpy_to_vtk(np.arange(3.0 * self.grid.GetNumberOfPoints()).reshape(-1, 3), deep=1)
+        rows.SetName(b"Temp\xe9rature")
+        self.grid.GetPointData().SetVectors(rows)
+        smaller = simplify(self.grid, 0.2, regions="none")
+        self.assertEqual(smaller.GetPointData().GetVectors().GetName(), b"Temp\xe9rature")
+        self.assertEqual(smaller.GetPointData().GetVectors().GetNumberOfComponents(), 3)
+
     def test_like_the_filter(self):
         try:
             import vtktetfusion
-        except ImportError:
-            self.skipTest("the filter was not built")
+        except ImportError as error:
+            self.skipTest(f"no filter for this VTK: {error}")
         ghosts = np.zeros(self.grid.GetNumberOfCells(), np.uint8)
         ghosts[::50] = 1
         marks = numpy_to_vtk(ghosts, deep=1)
@@ -333,7 +465,7 @@ class Grids(unittest.TestCase):
         self.assertEqual(ours.GetPointData().GetNumberOfArrays(), filtered.GetPointData().GetNumberOfArrays())
         self.assertEqual(ours.GetCellData().GetNumberOfArrays(), filtered.GetCellData().GetNumberOfArrays())
         for take in (lambda grid: grid.GetPoints().GetData(), lambda grid: grid.GetCells().GetConnectivityArray(),
-                     lambda grid: grid.GetPointData().GetArray(0), lambda grid: grid.GetCellTypesArray()):
+                     lambda grid: grid.GetPointData().GetArray(0)):
             np.testing.assert_array_equal(vtk_to_numpy(take(ours)), vtk_to_numpy(take(filtered)))
 
     def test_what_stands_for_grids(self):
@@ -348,7 +480,7 @@ class Grids(unittest.TestCase):
         grid = Grid()
         grid.ShallowCopy(self.grid)
         self.assertEqual(simplify(grid, 0.5), ("wrapped", wrapped.GetNumberOfCells()))
-        for wrong in vtkPolyData(), vtkUnstructuredGrid():
+        for wrong in vtkPolyData(), vtkUnstructuredGrid(), vtkUnstructuredGrid:
             with self.assertRaises(TetFusionError) as caught:
                 simplify(wrong, 0.5)
             self.assertEqual(caught.exception.code, 2)
@@ -383,6 +515,18 @@ class Meshio(unittest.TestCase):
             self.assertEqual(set(np.unique(smaller.cell_data["gmsh:physical"][0])), {1, 2})
             self.assertEqual(list(smaller.point_data), ["wave"])
             self.assertEqual(smaller.field_data["a"].tolist(), [1, 3])
+            with self.assertWarnsRegex(TetFusionWarning, "'picked' is left out") as caught:
+                simplify(kind(mesh.points, cells + [("line", np.zeros((0, 2), int))], point_data=mesh.point_data,
+                              cell_data={"gmsh:physical": parts + [np.zeros(0, int)]}, cell_sets={"picked": [np.array([0])] * 4}), 0.2)
+            self.assertEqual(caught.filename, __file__)
+            wedge = kind(np.array([[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (0, 1))], float), [("wedge", [[0, 1, 2, 3, 4, 5]])])
+            self.assertEqual(len(simplify(wedge, 0, tetrahedralize=True).cells[0].data), 3)
+
+            class Own(kind):
+                pass
+            self.assertIsInstance(simplify(Own(mesh.points, cells, point_data=mesh.point_data), 0.2), Own)
+            with self.assertRaisesRegex(TetFusionError, "blocks are not alike"):
+                simplify(StandIn(mesh.points, cells, cell_data={"v": [np.zeros(len(rows) if i else (len(rows), 2)) for i, (_, rows) in enumerate(cells)]}), 0.2)
             with self.assertRaisesRegex(TetFusionError, "polygon5"):
                 simplify(StandIn(mesh.points, [("polygon5", mesh.cells[:, [0, 1, 2, 3, 0]])]), 0.5)
 

@@ -6,12 +6,13 @@
 
 simplify() takes and returns a Mesh of NumPy's arrays, a vtkUnstructuredGrid of any VTK, one of PyVista, or a meshio.Mesh.
 """
+import collections.abc
 import ctypes
 import dataclasses
 import json
 import logging
 import math
-import threading
+import numbers
 import warnings
 
 import numpy as np
@@ -24,7 +25,6 @@ __all__ = ["Mesh", "TetFusionError", "TetFusionWarning", "simplify"]
 __version__ = _native.version()
 
 _log = logging.getLogger("tetfusion")
-_runs_here = threading.local()
 
 
 @dataclasses.dataclass(eq=False)
@@ -32,8 +32,9 @@ class Mesh:
     """Points of three coordinates, a row each, and tetrahedra of four points' numbers, a row each; or cells of several kinds, VTK's way:
     types[c] is the VTK cell type of cell c, and its points are cells[offsets[c]:offsets[c + 1]].
 
-    point_data and cell_data: arrays with a row for each point, or cell, by their names. active_scalars: the name of the array of
-    points that steers if none is named. report: of a result what the command writes with --report.
+    point_data and cell_data: arrays with a row for each point, or cell, by their names. In cell_data "vtkGhostType" marks ghosts, as
+    VTK does: copies of other parts' cells, which are left out, and hold their points. active_scalars: the name of the array of points
+    that steers if none is named. report: of a result what the command writes with --report.
     """
     points: np.ndarray
     cells: np.ndarray
@@ -76,12 +77,13 @@ def simplify(mesh, reduction=None, *, tets=None, max_error=None, max_rms=None, s
         ten-node tetrahedra, as straight ones.
     threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
     chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it. Default: 200000.
-    progress: called with the share that is done, from 0 to 1; False as its answer ends the run. It cannot call simplify().
+    progress: called with the share that is done, from 0 to 1; False as its answer ends the run.
     Shares may be texts as the command takes them, "50%" or "0.5", and so may counts, "20k", and memory, "2G".
-    Other threads of Python go on meanwhile, and may call simplify(), too. Ctrl-C ends the run: KeyboardInterrupt.
+    Other threads of Python go on meanwhile, and may call simplify(), too. What progress raises ends the run, and so do handlers of
+    signals: Ctrl-C is KeyboardInterrupt.
 
-    Of a grid of VTK field data, names of components, units and active arrays come back, too; bits and texts are left out with a
-    TetFusionWarning. The result may share memory with nothing of `mesh`.
+    Of a grid of VTK names of components, units and active arrays come back, too; bits and texts are left out with a TetFusionWarning. Of
+    meshio's meshes sets are left out so, and what is not of points and cells. The result shares nothing with `mesh` but field data.
 
     What the command would say meanwhile goes to the logger "tetfusion", as info.
 
@@ -91,7 +93,7 @@ def simplify(mesh, reduction=None, *, tets=None, max_error=None, max_rms=None, s
         values.refuse(f"progress: give a function that takes a share, not {progress!r}")
     options = {"reduction": values.share(reduction), "tets": values.count(tets), "max_error": values.share(max_error),
                "max_rms": values.share(max_rms), "strict": values.flag(strict), "method": method, "min_quality": min_quality,
-               "conserve": values.flag(conserve), "scalar_tolerance": values.share(scalar_tolerance),
+               "conserve": values.flag(conserve), "scalar_tolerance": _shares(scalar_tolerance),
                "stretch_factor": stretch_factor, "aspect_ratio": aspect_ratio, "max_volume": max_volume,
                "boundary_tets_stay": values.flag(boundary_tets_stay), "weight": values.text(weight),
                "original_ids": values.flag(original_ids), "tetrahedralize": values.flag(tetrahedralize),
@@ -108,68 +110,65 @@ def simplify(mesh, reduction=None, *, tets=None, max_error=None, max_rms=None, s
         options["roi"] = values.texts("roi", roi, "a text, or a list of them, as in 'pressure>0.5'")
     has_goal = reduction is not None or tets is not None
     text = json.dumps({name: _plain(name, value) for name, value in options.items() if value is not None})
-    if isinstance(mesh, Mesh):
-        return _run({field.name: getattr(mesh, field.name) for field in dataclasses.fields(mesh)}, text, has_goal, progress)
-    other = _meshes.converter(mesh)
-    return other.whole(_run(other.parts(), text, has_goal, progress))
+    other = None if isinstance(mesh, Mesh) else _meshes.converter(mesh)
+    parts = other.parts() if other else {field.name: getattr(mesh, field.name) for field in dataclasses.fields(mesh)}
+    smaller = _run(parts, text, has_goal, progress)
+    return other.whole(smaller) if other else smaller
+
+
+def _shares(value):
+    return [values.share(item) for item in value] if isinstance(value, (list, tuple)) else values.share(value)
 
 
 def _plain(option, value):
     """As JSON has it."""
     if isinstance(value, values.Wrong):
         values.refuse(f"{option} cannot be {value.value!r}{value.advice}")
-    if isinstance(value, (str, bool)):
-        return value
+    if isinstance(value, np.ndarray):
+        value = value.tolist()  # of no dimension a number
     if isinstance(value, dict):
         return {name: _plain(option, part) for name, part in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(option, part) for part in value]
-    if value is not None and not values.is_number(value) or value is not None and math.isnan(value):
+    if isinstance(value, (list, tuple)) and not any(isinstance(item, (list, tuple)) for item in value):
+        return [_plain(option, item) for item in value]
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, str):
+        if not _is_unicode(value):
+            values.refuse(f"{option} cannot be {value!r}, which is no UTF-8: give the array another name")
+        return value
+    if not values.is_number(value) or option in _TEXTS:
         values.refuse(f"{option} cannot be {value!r}")
-    if value is None or math.isfinite(value):
-        return value if value is None or not hasattr(value, "item") else value.item()
-    return "inf" if value > 0 else -1
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if math.isnan(number):
+        values.refuse(f"{option} cannot be {value!r}")
+    if math.isinf(number):
+        return "inf" if number > 0 else -1
+    return int(value) if isinstance(value, numbers.Integral) else number
+
+
+_TEXTS = ("method", "weight", "scratch")
+
+
+def _is_unicode(text):
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _run(parts, options, has_goal, progress):
     inputs = _Inputs(parts)
-    observer = _Observer(progress)
-    if getattr(_runs_here, "any", False):
-        values.refuse("progress() cannot simplify another mesh meanwhile")
-    with values.Interrupt() as interrupt:
-        _runs_here.any = True
-        try:
-            result = _native.simplify(inputs.mesh, options, observer.of_library(interrupt))
-        finally:
-            _runs_here.any = False
-    if observer.raised is not None:
-        raise observer.raised
-    if result.code == 0:
-        report = json.loads(result.report)
-        if has_goal and report["stop_reason"] != "goal":
-            warnings.warn(report["stop_sentence"], TetFusionWarning, stacklevel=3)
-        return inputs.mesh_of(result, report)
-    raise TetFusionError(result.code, "the run was ended" if result.code == 130 else result.message)
-
-
-class _Observer:
-    def __init__(self, progress):
-        self._progress = progress
-        self._ended = False
-        self.raised = None
-
-    def of_library(self, interrupt):
-        return _native.Observer(self._tell, lambda: int(self._ended or interrupt.came), _log.info)
-
-    def _tell(self, share):
-        if self._progress is None or self._ended:
-            return
-        try:
-            answer = self._progress(share)
-            self._ended = answer is not None and not answer
-        except BaseException as error:  # it would be printed and forgotten
-            self.raised = error
-            self._ended = True
+    result = _native.simplify(inputs.mesh, options, progress or (lambda share: None), _log.info)
+    if result.code != 0:
+        raise TetFusionError(result.code, "the run was ended" if result.code == 130 else result.message)
+    report = json.loads(result.report)
+    if has_goal and report["stop_reason"] != "goal":
+        warnings.warn(report["stop_sentence"], TetFusionWarning, stacklevel=3)
+    return inputs.mesh_of(result, report)
 
 
 class _Inputs:
@@ -177,43 +176,44 @@ class _Inputs:
 
     def __init__(self, parts):
         self._kept = []  # what the structures refer to
-        self._shapes = {}
+        self._like = {}  # of each array, by kind and name, the shape of its rows, and whether it is of bools
         points = self._numbers("points", parts["points"])
         if points.ndim != 2 or points.shape[1] != 3:
             _refuse_mesh(f"points must have three columns, not the shape {points.shape}")
         if points.dtype.kind != "f":
             points = self._numbers("points", points.astype(np.float64))
-        cells = self._numbers("cells", parts["cells"])
-        if cells.dtype not in (np.int32, np.int64):
-            if cells.dtype.kind not in "iu" and cells.size:
-                _refuse_mesh("cells must be whole numbers")
-            cells = self._numbers("cells", cells.astype(np.int64))
+        cells = self._whole_numbers("cells", parts["cells"], (np.int32, np.int64))
         types, offsets = parts.get("types"), parts.get("offsets")
         if (types is None) != (offsets is None):
             _refuse_mesh("types and offsets go together")
         self._is_flat = types is not None
         if self._is_flat:
-            types = self._numbers("types", np.asarray(types).astype(np.uint8))
-            offsets = self._numbers("offsets", np.asarray(offsets).astype(cells.dtype))
-            if len(offsets) != len(types) + 1:
-                _refuse_mesh(f"offsets must be one more than types, not {len(offsets)} for {len(types)}")
-            count = len(types)
-        else:
-            if cells.ndim != 2 or cells.shape[1] != 4:
-                _refuse_mesh(f"cells must have four columns, not the shape {cells.shape}; other kinds need offsets and types")
-            count = len(cells)
+            types, offsets = self._whole_numbers("types", types, (np.uint8,)), self._whole_numbers("offsets", offsets, (cells.dtype,))
+            if types.ndim != 1 or offsets.shape != (len(types) + 1,):
+                _refuse_mesh(f"offsets must be one more than types, not of the shape {offsets.shape} for {types.shape}")
+        elif cells.ndim != 2 or cells.shape[1] != 4:
+            _refuse_mesh(f"cells must have four columns, not the shape {cells.shape}; other kinds need offsets and types")
+        count = len(types) if self._is_flat else len(cells)
         self.mesh = _native.Mesh(points=_native.values_of(points), connectivity=_native.values_of(cells))
         if self._is_flat:
             self.mesh.offsets, self.mesh.types = _native.values_of(offsets), _native.values_of(types)
-        if parts.get("ghosts") is not None:
-            self.mesh.ghosts = _native.values_of(self._numbers("ghosts", parts["ghosts"]))
-        self.mesh.point_arrays, self.mesh.point_array_count = self._arrays("point", parts["point_data"], len(points))
-        self.mesh.cell_arrays, self.mesh.cell_array_count = self._arrays("cell", parts["cell_data"], count)
-        if parts.get("active_scalars"):
-            self.mesh.active_scalars = _name(parts["active_scalars"])
+        point_data, cell_data = _named("point_data", parts["point_data"]), _named("cell_data", parts["cell_data"])
+        self._take_ghosts(point_data, cell_data, count)
+        self.mesh.point_arrays, self.mesh.point_array_count = self._arrays("point", point_data, len(points))
+        self.mesh.cell_arrays, self.mesh.cell_array_count = self._arrays("cell", cell_data, count)
+        active = parts.get("active_scalars")
+        if active is not None:
+            if values.text(active) not in point_data:
+                _refuse_mesh(f"active_scalars: there is no point array {active!r}")
+            self.mesh.active_scalars = _bytes_of(values.text(active))
 
     def _numbers(self, what, given):
-        array = np.asarray(given)
+        if np.ma.is_masked(given):
+            _refuse_mesh(f"{what}: entries are masked; fill them, with nan perhaps")
+        try:
+            array = np.asarray(given)
+        except (TypeError, ValueError) as error:
+            _refuse_mesh(f"{what}: {error}")
         if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8 or array.dtype == np.float16:
             _refuse_mesh(f"{what}: numbers of type {array.dtype} are not taken; give float64, float32 or integers")
         if array.dtype.kind == "b":
@@ -221,6 +221,31 @@ class _Inputs:
         array = np.ascontiguousarray(array, array.dtype.newbyteorder("="))
         self._kept.append(array)
         return array
+
+    def _whole_numbers(self, what, given, kinds):
+        """As the first of the types that holds them, if they are of none of these."""
+        array = self._numbers(what, given)
+        if array.dtype in kinds:
+            return array
+        taken = self._numbers(what, array.astype(kinds[-1]))
+        if array.size and (array.dtype.kind not in "iu" or not np.array_equal(taken, array)):
+            _refuse_mesh(f"{what} must be whole numbers that {taken.dtype} can hold")
+        return taken
+
+    def _take_ghosts(self, point_data, cell_data, count):
+        """Marks are no arrays like others."""
+        flags = None
+        for name in _meshes.GHOST_MARKS:
+            point_data.pop(name, None)
+            if name not in cell_data:
+                continue
+            marks = self._whole_numbers(name, cell_data.pop(name), (np.uint8,))
+            if marks.size != count:
+                _refuse_mesh(f"{name} must have {count} rows of one component")
+            marks = marks.reshape(-1) if name == "vtkGhostType" else (marks.reshape(-1) > 0).view(np.uint8)
+            flags = marks if flags is None else flags | marks
+        if flags is not None:
+            self.mesh.ghosts = _native.values_of(self._numbers("ghosts", flags))
 
     def _arrays(self, kind, arrays, rows):
         out = (_native.Array * len(arrays))()
@@ -232,8 +257,8 @@ class _Inputs:
             components = math.prod(array.shape[1:])
             if components == 0:
                 _refuse_mesh(f"{what} has no components")
-            self._shapes[kind, name] = array.shape[1:], np.asarray(given).dtype.kind == "b"
-            entry.name, entry.components, entry.values = _name(name), components, _native.values_of(array)
+            self._like[kind, name] = array.shape[1:], np.asarray(given).dtype.kind == "b"
+            entry.name, entry.components, entry.values = _bytes_of(name), components, _native.values_of(array)
         self._kept.append(out)
         return ctypes.cast(out, ctypes.POINTER(_native.Array)), len(arrays)
 
@@ -249,16 +274,31 @@ class _Inputs:
         out = {}
         for array in arrays:
             name = _native.readable(array.name)
-            shape, is_bool = self._shapes.get((kind, name), ((), False))
-            numbers = result.numbers(array.values).reshape(-1, *shape)
-            out[name] = numbers.view(np.bool_) if is_bool else numbers
+            shape, is_bool = self._like.get((kind, name), ((), False))
+            rows = result.numbers(array.values).reshape(-1, *shape)
+            out[name] = rows.view(np.bool_) if is_bool else rows
         return out
 
 
-def _name(text):
-    if not isinstance(text, (str, bytes)):
-        _refuse_mesh(f"an array's name cannot be {text!r}")
-    return text if isinstance(text, bytes) else text.encode(errors="surrogateescape")
+def _named(what, arrays):
+    """A dict of our own, with names as texts."""
+    arrays = {} if arrays is None else arrays
+    if not isinstance(arrays, collections.abc.Mapping):
+        _refuse_mesh(f"{what} must be a dict from names to arrays, not {type(arrays).__name__}")
+    named = {}
+    for name, rows in arrays.items():
+        if not isinstance(name, (str, bytes)) or not name or values.text(name) in named or "\0" in values.text(name):
+            _refuse_mesh(f"{what}: the name of an array cannot be {name!r}")
+        _bytes_of(values.text(name))
+        named[values.text(name)] = rows
+    return named
+
+
+def _bytes_of(name):
+    try:
+        return name.encode(errors="surrogateescape")
+    except UnicodeEncodeError:
+        _refuse_mesh(f"the name of an array cannot be {name!r}")
 
 
 def _refuse_mesh(message):

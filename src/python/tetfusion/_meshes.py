@@ -3,9 +3,9 @@ import warnings
 
 import numpy as np
 
-from ._option_values import TetFusionWarning, refuse
+from ._option_values import TetFusionWarning, refuse, text
 
-GHOSTS = "vtkGhostType"
+GHOST_MARKS = ("vtkGhostType", "vtkGhostLevels")
 _OF_MESHIO = {"vertex": 1, "line": 3, "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "wedge": 13, "pyramid": 14, "line3": 21,
               "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25, "wedge15": 26, "pyramid13": 27, "quad9": 28,
               "hexahedron27": 29, "wedge18": 32, "triangle7": 34}
@@ -15,11 +15,15 @@ _OF_VTK = {number: name for name, number in _OF_MESHIO.items()}
 def converter(mesh):
     """What takes such a mesh apart, and puts one together."""
     grid = getattr(mesh, "VTKObject", mesh)
-    if hasattr(grid, "IsA") and grid.IsA("vtkUnstructuredGrid"):
+    if not isinstance(grid, type) and hasattr(grid, "IsA") and grid.IsA("vtkUnstructuredGrid"):
         return _Grid(mesh, grid)
-    if type(mesh).__module__.partition(".")[0] == "meshio":
+    if _is_of(mesh, "meshio"):
         return _OfMeshio(mesh)
     refuse(f"mesh must be a tetfusion.Mesh, a vtkUnstructuredGrid, one of PyVista or a meshio.Mesh, not {type(mesh).__name__}")
+
+
+def _is_of(thing, package):
+    return any(kind.__module__.partition(".")[0] == package for kind in type(thing).__mro__)
 
 
 def _leave_out(kind, name, reason):
@@ -38,30 +42,40 @@ class _Grid:
         grid = self._grid
         if grid.GetPoints() is None or grid.GetNumberOfCells() == 0:
             refuse("the grid has no cells")
-        ghosts = grid.GetCellData().GetArray(GHOSTS)
         active = grid.GetPointData().GetScalars()
-        return {"points": self._numpy.vtk_to_numpy(grid.GetPoints().GetData()),
-                "cells": self._numpy.vtk_to_numpy(grid.GetCells().GetConnectivityArray()),
-                "offsets": self._numpy.vtk_to_numpy(grid.GetCells().GetOffsetsArray()),
-                "types": self._numpy.vtk_to_numpy(grid.GetCellTypesArray()),
-                "ghosts": None if ghosts is None else self._numpy.vtk_to_numpy(ghosts).astype(np.uint8),
-                "point_data": self._arrays(grid.GetPointData(), "point"),
-                "cell_data": self._arrays(grid.GetCellData(), "cell"),
-                "active_scalars": active.GetName() if active is not None else None}
+        point_data = self._arrays(grid.GetPointData(), "point")
+        types = grid.GetCellTypesArray() if hasattr(grid, "GetCellTypesArray") else grid.GetCellTypes()  # since VTK 9.6
+        return {"points": self._rows(grid.GetPoints().GetData()), "cells": self._rows(grid.GetCells().GetConnectivityArray()),
+                "offsets": self._rows(grid.GetCells().GetOffsetsArray()), "types": self._rows(types),
+                "point_data": point_data, "cell_data": self._arrays(grid.GetCellData(), "cell"),
+                "active_scalars": text(active.GetName()) if active is not None and text(active.GetName()) in point_data else None}
 
     def _arrays(self, data, kind):
         found = {}
         for i in range(data.GetNumberOfArrays()):
-            array, name = data.GetAbstractArray(i), data.GetArrayName(i)
-            if name == GHOSTS:
-                continue
-            if not name:
-                _leave_out(kind, "", "it has no name")
+            array, name = data.GetAbstractArray(i), text(data.GetArrayName(i))
+            is_mark = name in GHOST_MARKS
+            if is_mark and (kind == "point" or array.GetDataTypeAsString() in ("float", "double")):
+                continue  # which no reader of VTK's writes
+            if not name or name in found:
+                _leave_out(kind, name, "it has no name" if not name else "another one has its name")
             elif data.GetArray(i) is None or array.IsA("vtkBitArray"):
                 _leave_out(kind, name, "it holds no numbers that NumPy has")
             else:
-                found[name] = self._numpy.vtk_to_numpy(array)
+                found[name] = self._rows(array)
         return found
+
+    def _rows(self, array):
+        if array.HasStandardMemoryLayout():
+            return self._numpy.vtk_to_numpy(array)
+        plain = array.CreateDataArray(array.GetDataType())  # some newer ones have no memory at all
+        plain.DeepCopy(array)
+        rows = self._numpy.vtk_to_numpy(plain)
+        if rows.dtype.itemsize == 8 and rows.dtype.kind in "iu":  # VTK copies by way of doubles
+            take = "ToLongLong" if rows.dtype.kind == "i" else "ToUnsignedLongLong"
+            exact = (getattr(array.GetVariantValue(i), take)() for i in range(rows.size))
+            rows = np.fromiter(exact, rows.dtype, rows.size).reshape(rows.shape)
+        return rows
 
     def whole(self, mesh):
         from vtkmodules.vtkCommonCore import VTK_ID_TYPE, vtkPoints
@@ -81,7 +95,7 @@ class _Grid:
         if hasattr(self._given, "VTKObject"):
             from vtkmodules.numpy_interface import dataset_adapter
             return dataset_adapter.WrapDataObject(out)
-        if type(self._given).__module__.partition(".")[0] == "pyvista":
+        if _is_of(self._given, "pyvista"):
             import pyvista
             return pyvista.wrap(out)
         return out
@@ -93,9 +107,9 @@ class _Grid:
     def _put(self, arrays, before, data):
         """Arrays with what VTK knows of them: names and units of components, and which are active."""
         for name, numbers in arrays.items():
-            given = before.GetArray(name)
+            given = before.GetArray(_name(name))
             array = self._copy(numbers.reshape(len(numbers), -1) if numbers.ndim > 2 else numbers, given)
-            array.SetName(name)
+            array.SetName(_name(name))
             if given is not None:
                 array.CopyComponentNames(given)
                 if given.HasInformation():
@@ -103,8 +117,13 @@ class _Grid:
             data.AddArray(array)
         for kind in range(before.NUM_ATTRIBUTES):
             active = before.GetAbstractAttribute(kind)
-            if active is not None and active.GetName() in arrays:
+            if active is not None and text(active.GetName()) in arrays:
                 data.SetActiveAttribute(active.GetName(), kind)
+
+
+def _name(name):
+    """VTK takes what is no UTF-8 as bytes."""
+    return name if name.isascii() else name.encode(errors="surrogateescape")
 
 
 class _OfMeshio:
@@ -112,29 +131,42 @@ class _OfMeshio:
         self._mesh = mesh
 
     def parts(self):
-        blocks = self._mesh.cells
-        unknown = sorted({block.type for block in blocks} - _OF_MESHIO.keys())
+        blocks = [(block.type, np.asarray(block.data)) for block in self._mesh.cells if len(block.data) > 0]
+        unknown = sorted({kind for kind, _ in blocks} - _OF_MESHIO.keys())
         if unknown:
             refuse(f"cells of meshio's type {', '.join(unknown)} are not read")
-        sizes = np.concatenate([np.full(len(block.data), np.shape(block.data)[1]) for block in blocks] or [[]])
+        if not blocks:
+            refuse("the mesh has no cells")
         for what in "point_sets", "cell_sets":
-            for name in getattr(self._mesh, what, {}):
-                warnings.warn(f"the {what} {name!r} is left out", TetFusionWarning, stacklevel=4)
-        return {"points": np.asarray(self._mesh.points),
-                "cells": np.concatenate([np.ravel(block.data) for block in blocks] or [[]]).astype(np.int64),
-                "offsets": np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
-                "types": np.concatenate([np.full(len(block.data), _OF_MESHIO[block.type]) for block in blocks] or [[]]).astype(np.uint8),
-                "point_data": dict(self._mesh.point_data),
-                "cell_data": {name: np.concatenate([np.asarray(part) for part in parts])
-                              for name, parts in self._mesh.cell_data.items()}}
+            for name in getattr(self._mesh, what, None) or {}:
+                warnings.warn(f"the {what} {name!r} is left out", TetFusionWarning, stacklevel=3)
+        return {"points": self._mesh.points,
+                "cells": np.concatenate([_turned(kind, rows).ravel() for kind, rows in blocks]),
+                "offsets": np.cumsum(np.concatenate([[0], *(np.full(len(rows), rows.shape[1]) for _, rows in blocks)])),
+                "types": np.concatenate([np.full(len(rows), _OF_MESHIO[kind]) for kind, rows in blocks]),
+                "point_data": self._mesh.point_data,
+                "cell_data": {name: self._joined(name, parts) for name, parts in self._mesh.cell_data.items()}}
+
+    def _joined(self, name, parts):
+        try:
+            return np.concatenate([np.asarray(part) for part in parts if len(part) > 0])
+        except ValueError as error:
+            refuse(f"cell_data {name!r}: its blocks are not alike: {error}")
 
     def whole(self, mesh):
         """Cells of one type after another are a block."""
         ends = np.concatenate([np.flatnonzero(np.diff(mesh.types.astype(int))) + 1, [len(mesh.types)]])
         begins = np.concatenate([[0], ends[:-1]])
         runs = [(begin, end) for begin, end in zip(begins, ends) if end > begin]
-        cells = [(_OF_VTK[int(mesh.types[begin])], mesh.cells[mesh.offsets[begin]:mesh.offsets[end]].reshape(end - begin, -1))
-                 for begin, end in runs]
+        cells = []
+        for begin, end in runs:
+            kind = _OF_VTK[int(mesh.types[begin])]
+            cells.append((kind, _turned(kind, mesh.cells[mesh.offsets[begin]:mesh.offsets[end]].reshape(end - begin, -1))))
         cell_data = {name: [numbers[begin:end] for begin, end in runs] for name, numbers in mesh.cell_data.items()}
         return type(self._mesh)(mesh.points, cells, point_data=mesh.point_data, cell_data=cell_data,
                                 field_data=self._mesh.field_data)
+
+
+def _turned(kind, cells):
+    """meshio winds wedges the other way than VTK, and says so of no other type."""
+    return cells[:, [0, 2, 1, 3, 5, 4]] if kind == "wedge" else cells

@@ -1,7 +1,11 @@
 """libtetfusion.so by its C interface (tetfusion_c.h)."""
+import atexit
 import ctypes
 import os
 import pathlib
+import queue
+import sysconfig
+import threading
 
 import numpy as np
 
@@ -32,9 +36,69 @@ _NOTICE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p)
 class Observer(ctypes.Structure):
     _fields_ = [("data", ctypes.c_void_p), ("progress", _PROGRESS), ("cancelled", _CANCELLED), ("notice", _NOTICE)]
 
-    def __init__(self, progress, cancelled, notice):
-        super().__init__(None, _PROGRESS(lambda data, share, phase: progress(share)),
-                         _CANCELLED(lambda data: cancelled()), _NOTICE(lambda data, text: notice(readable(text))))
+
+class _Runs:
+    """Those that go on. Python may not end while the library calls it, so the runs of daemon threads end first."""
+
+    def __init__(self):
+        self.ending = False
+        self._count = 0
+        self._change = threading.Condition()
+
+    def __enter__(self):
+        with self._change:
+            if self.ending:
+                raise RuntimeError("Python ends")
+            self._count += 1
+
+    def __exit__(self, *raised):
+        with self._change:
+            self._count -= 1
+            self._change.notify_all()
+
+    def end(self):
+        with self._change:
+            self.ending = True
+            self._change.wait_for(lambda: self._count == 0)
+
+
+_runs = _Runs()
+atexit.register(_runs.end)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=lambda: _runs.__init__())  # threads stay behind
+
+
+def _load():
+    name = "libtetfusion.so.0.1"  # another minor version is another interface
+    given = os.environ.get("TETFUSION_LIBRARY")
+    for place in [given] if given else [*_beside(name), name]:
+        try:
+            return ctypes.CDLL(str(place))
+        except OSError as error:
+            failure = error
+    raise ImportError(f"{failure}; TETFUSION_LIBRARY may say where {name} lies") from failure
+
+
+def _beside(name):
+    """Of an installation, PREFIX/lib/python3/dist-packages/tetfusion, or the same below a build; nowhere else."""
+    here = pathlib.Path(__file__).resolve().parent.parts
+    if here[-4:] != ("lib", "python3", "dist-packages", "tetfusion"):
+        return []
+    lib = pathlib.Path(*here[:-3])
+    places = [lib / name, lib / (sysconfig.get_config_var("MULTIARCH") or "") / name, lib.parent / name]
+    return [place for place in places if place.exists()]
+
+
+_library = _load()
+_library.tetfusion_simplify.restype = ctypes.c_void_p
+_library.tetfusion_simplify.argtypes = [ctypes.POINTER(Mesh), ctypes.c_char_p, ctypes.POINTER(Observer)]
+_library.tetfusion_code.restype = ctypes.c_int32
+_library.tetfusion_mesh_of.restype = ctypes.POINTER(Mesh)
+for _function in ("code", "message", "report", "mesh_of", "free"):
+    getattr(_library, "tetfusion_" + _function).argtypes = [ctypes.c_void_p]
+for _function in ("message", "report", "version"):
+    getattr(_library, "tetfusion_" + _function).restype = ctypes.c_char_p
+_library.tetfusion_free.restype = None
 
 
 class Result:
@@ -47,8 +111,8 @@ class Result:
         self.report = readable(_library.tetfusion_report(address))
         self.mesh = _library.tetfusion_mesh_of(address).contents
 
-    def __del__(self):
-        _library.tetfusion_free(self._address)
+    def __del__(self, free=_library.tetfusion_free):
+        free(self._address)
 
     def numbers(self, values):
         """The library's memory as an array, which keeps it alive."""
@@ -62,11 +126,53 @@ class _Memory:
                                     "data": (values.data, False)}
 
 
-def simplify(mesh, options, observer):
-    address = _library.tetfusion_simplify(ctypes.byref(mesh), options.encode(), ctypes.byref(observer))
-    if not address:
+def simplify(mesh, options, tell, notice):
+    """A Result. Calls tell(share), which may answer False to end the run, and notice(text), and raises what they raise.
+
+    The library works on a thread of its own, where no handlers of signals run: nothing may be thrown through it.
+    """
+    events = queue.SimpleQueue()
+    ended = threading.Event()
+    observer = Observer(None, _PROGRESS(lambda data, share, phase: events.put((tell, share))),
+                        _CANCELLED(lambda data: ended.is_set() or _runs.ending),
+                        _NOTICE(lambda data, text: events.put((notice, readable(text)))))
+    made = []
+
+    def work():
+        try:
+            with _runs:
+                made.append(_library.tetfusion_simplify(ctypes.byref(mesh), options.encode(), ctypes.byref(observer)))
+        finally:
+            events.put(None)
+    threading.Thread(target=work, name="tetfusion", daemon=True).start()
+    try:
+        while (event := events.get()) is not None:
+            function, value = event
+            answer = None if ended.is_set() else function(value)
+            if answer is not None and not answer:
+                ended.set()
+    except BaseException:
+        ended.set()
+        _wait(events)
+        for address in made:
+            _library.tetfusion_free(address)
+        raise
+    if _runs.ending and threading.current_thread().daemon:
+        threading.Event().wait()  # Python ends, and this thread with it
+    if not made or not made[0]:
         raise MemoryError
-    return Result(address)
+    return Result(made[0])
+
+
+def _wait(events):
+    """Till the library has done with what it was given; another Ctrl-C does not change that."""
+    while True:
+        try:
+            while events.get() is not None:
+                pass
+            return
+        except BaseException:
+            pass
 
 
 def values_of(array):
@@ -80,29 +186,3 @@ def readable(text):
 
 def version():
     return readable(_library.tetfusion_version())
-
-
-def _load():
-    name = "libtetfusion.so.0.1"  # another minor version is another interface
-    given = os.environ.get("TETFUSION_LIBRARY")
-    here = pathlib.Path(__file__).resolve().parent  # PREFIX/lib/python3/dist-packages/tetfusion, or that below a build
-    lib = here.parents[2]
-    beside = [lib / name, *sorted(lib.glob(f"*/{name}")), lib.parent / name]
-    for place in [given] if given else [*(path for path in beside if path.exists()), name]:
-        try:
-            return ctypes.CDLL(str(place))
-        except OSError as error:
-            failure = error
-    raise ImportError(f"{failure}; TETFUSION_LIBRARY may say where {name} lies") from failure
-
-
-_library = _load()
-_library.tetfusion_simplify.restype = ctypes.c_void_p
-_library.tetfusion_simplify.argtypes = [ctypes.POINTER(Mesh), ctypes.c_char_p, ctypes.POINTER(Observer)]
-_library.tetfusion_code.restype = ctypes.c_int32
-_library.tetfusion_mesh_of.restype = ctypes.POINTER(Mesh)
-for _function in ("code", "message", "report", "mesh_of", "free"):
-    getattr(_library, "tetfusion_" + _function).argtypes = [ctypes.c_void_p]
-for _function in ("message", "report", "version"):
-    getattr(_library, "tetfusion_" + _function).restype = ctypes.c_char_p
-_library.tetfusion_free.restype = None
