@@ -56,7 +56,7 @@ class _Grid:
             array, name = data.GetAbstractArray(i), text(data.GetArrayName(i))
             is_mark = name in GHOST_MARKS
             if is_mark and (kind == "point" or array.GetDataTypeAsString() in ("float", "double")):
-                continue  # which no reader of VTK's writes
+                continue  # the filter obeys none of these either
             if not name or name in found:
                 _leave_out(kind, name, "it has no name" if not name else "another one has its name")
             elif data.GetArray(i) is None or array.IsA("vtkBitArray"):
