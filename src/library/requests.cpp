@@ -196,7 +196,8 @@ std::string in_words_of_library(const std::string& message) {
   std::string out;
   for (std::size_t i = 0; i < message.size();) {
     std::string name;
-    if (message.compare(i, 2, "--") == 0 && (i == 0 || message[i - 1] == ' ')) {
+    const bool begins = i == 0 || message[i - 1] == ' ' || message[i - 1] == '(';
+    if (begins && message.compare(i, 2, "--") == 0) {
       std::size_t at = i + 2;
       while (is_letter(at) || (at < message.size() && message[at] == '-' && is_letter(at + 1))) {
         name += message[at] == '-' ? '_' : message[at];
