@@ -44,7 +44,5 @@ vtk_module_wrap_python(
   BUILD_STATIC OFF
   INSTALL_HEADERS OFF
   COMPONENT python)
-add_python_package(vtktetfusion ${CMAKE_CURRENT_LIST_DIR}/python python)
-set(built_with ${CMAKE_BINARY_DIR}/${TETFUSION_PYTHON_DESTINATION}/vtktetfusion/_built_with.py)
-file(CONFIGURE OUTPUT ${built_with} CONTENT "VTK = \"@VTK_MAJOR_VERSION@.@VTK_MINOR_VERSION@\"\n" @ONLY)
-install(FILES ${built_with} DESTINATION ${TETFUSION_PYTHON_DESTINATION}/vtktetfusion COMPONENT python)
+add_python_package(vtktetfusion ${CMAKE_CURRENT_LIST_DIR}/python ${TETFUSION_PYTHON_DESTINATION} python
+                   ${VTK_MAJOR_VERSION}.${VTK_MINOR_VERSION})

@@ -48,9 +48,8 @@ vtk_module_wrap_python(
   BUILD_STATIC OFF
   INSTALL_HEADERS OFF
   COMPONENT paraview)
-set(package ${CMAKE_CURRENT_LIST_DIR}/../filter/python/__init__.py)
-configure_file(${package} ${CMAKE_BINARY_DIR}/${python}/vtktetfusion/__init__.py COPYONLY)
-install(FILES ${package} DESTINATION ${python}/vtktetfusion COMPONENT paraview)
+add_python_package(vtktetfusion ${CMAKE_CURRENT_LIST_DIR}/../filter/python ${python} paraview
+                   ${VTK_MAJOR_VERSION}.${VTK_MINOR_VERSION})
 
 # The script finds its modules in the package beside it.
 file(GLOB modules CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_LIST_DIR} ${CMAKE_CURRENT_LIST_DIR}/tetfusion_ranks/*.py)
