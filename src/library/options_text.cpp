@@ -65,10 +65,12 @@ auto list_of(const Json& value, F f) {
 }
 
 template <class Enum>
-Enum choice_of(const Json& value, const std::map<std::string, Enum>& choices, const char* kind) {
-  const auto it = value.is_string() ? choices.find(value.get<std::string>()) : choices.end();
-  if (it == choices.end()) throw NotOfKind{kind};
-  return it->second;
+auto one_of(const std::map<std::string, Enum>& choices, const char* kind) {
+  return [=](const Json& value) {
+    const auto it = value.is_string() ? choices.find(value.get<std::string>()) : choices.end();
+    if (it == choices.end()) throw NotOfKind{kind};
+    return it->second;
+  };
 }
 
 SteeringArray array_of(const Json& value) {
@@ -113,20 +115,13 @@ const std::map<std::string, Take, std::less<>>& takers() {
       {"max_error", into(&O::max_error, number_of)},
       {"max_rms", into(&O::max_rms, number_of)},
       {"strict", into(&O::strict, flag_of)},
-      {"method", into(&O::method,
-                      [](const Json& value) {
-                        return choice_of<Operation>(
-                            value, {{"fuse", Operation::kFuse}, {"tetfuse", Operation::kTetFuse}},
-                            "\"fuse\" or \"tetfuse\"");
-                      })},
-      {"boundary", into(&O::boundary,
-                        [](const Json& value) {
-                          return choice_of<BoundaryMode>(value,
-                                                         {{"exact", BoundaryMode::kExact},
-                                                          {"planar", BoundaryMode::kPlanar},
-                                                          {"within", BoundaryMode::kWithin}},
-                                                         "\"exact\", \"planar\" or \"within\"");
-                        })},
+      {"method", into(&O::method, one_of<Operation>({{"fuse", Operation::kFuse},
+                                                     {"tetfuse", Operation::kTetFuse}},
+                                                    "\"fuse\" or \"tetfuse\""))},
+      {"boundary", into(&O::boundary, one_of<BoundaryMode>({{"exact", BoundaryMode::kExact},
+                                                            {"planar", BoundaryMode::kPlanar},
+                                                            {"within", BoundaryMode::kWithin}},
+                                                           "\"exact\", \"planar\" or \"within\""))},
       {"boundary_distance", into(&O::boundary_distance, number_of)},
       {"min_quality", into(&O::min_quality, number_of)},
       {"conserve", into(&O::conserve, flag_of)},

@@ -1,9 +1,37 @@
-"""How both packages take options, and what they raise: one file, which each has a copy of."""
+"""How both packages take and explain options, and what they raise: one file, which each has a copy of."""
 import collections.abc
 import math
 import numbers
 import os
 import re
+
+
+OPTIONS = """\
+    reduction: the share of the tetrahedra that is to go, as in 0.9; of 0 the mesh stays as it is, but for the order of points and cells.
+    tets: the same goal as the number that is to be left. Without a goal: as far as max_error allows.
+    max_error: at no point is a steering field off by more than this share of its range, in (0, 1]; default 0.01 where nothing else limits.
+    max_rms: no fusion changes a steering field by more in the mean of squares, as a share of its range, in (0, 1].
+    strict: a goal that cannot be reached is an error, and not only a TetFusionWarning.
+    method: "fuse", the default, or "tetfuse", the operation of the paper.
+    boundary: "exact", the default, "planar", or how far it may move, as a share of the diagonal of the bounding box, as in
+        0.005 or "0.5%"; from 0.1 on only with a percent sign, as "10%", since 0.5 may stand for 0.5 %.
+    min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
+    conserve: the integrals of all floating-point arrays stay; cells keep the values of regions.
+    scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
+    boundary_tets_stay: with "tetfuse", no tetrahedron that touches the boundary is fused.
+    arrays: what steers: a name, or a list of names, "cell:NAME" for an array of the cells, or a dict from names to the largest error
+        of each, in (0, 1] (None: no other than max_error); "all": the floating-point arrays of the points that are not named besides.
+        Default: the active scalars, else the first floating-point array of the points, of these the first that is not the same everywhere.
+    regions: names of cell arrays of one component whose interfaces are kept, or "none"; default: those of integers named like materials.
+    roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
+    weight: the name of a point array, or "cell:NAME": errors count so many times as much there, so that the mesh stays finer.
+    original_ids: the result has the point array OriginalPointIds: the number that a point which stayed has in the input, -1 of a new one.
+    drop_patches: leave out cells without volume, of any type, which else hold their points where they are.
+    tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take cells of higher order, as
+        ten-node tetrahedra, as straight ones.
+    threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.
+    chunk_tets: tetrahedra in each of the chunks that threads work on; the result depends on it. Default: 200000.
+"""
 
 
 class TetFusionError(RuntimeError):
