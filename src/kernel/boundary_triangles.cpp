@@ -8,7 +8,6 @@ void BoundaryTriangles::begin(const FacingGrid& grid) {
   asked_.clear();
   calls_ = 0;
   entries_.clear();
-  constexpr std::size_t kRow = kBegin[kLengths];
   first_.assign(kRow * kRow * kRow, kNone);
   shapes_ = 0;
   counts_.assign(grid.cells().size(), 0);

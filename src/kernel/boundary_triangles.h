@@ -47,6 +47,7 @@ class BoundaryTriangles {
   // How long cells are along an axis, as powers of four, and where those of each length begin.
   static constexpr unsigned kLengths = 4;
   static constexpr std::array<std::size_t, kLengths + 1> kBegin{0, 64, 80, 84, 85};
+  static constexpr std::size_t kRow = kBegin[kLengths];
   static_assert(kBegin[1] == FacingGrid::kCells);
   using Shape = std::array<unsigned, 3>;
   static unsigned bit_of(const Shape& shape) {
@@ -55,7 +56,7 @@ class BoundaryTriangles {
   static Shape shape_of(const FacingGrid::Range& range);
   // Calls visit(cell) with those of this shape in the range, until it says true; whether it did.
   template <class Visit>
-  static bool visit(const FacingGrid::Range& range, const Shape& shape, Visit visit);
+  static bool visit(FacingGrid::Range range, const Shape& shape, Visit visit);
 
   const FacingGrid* grid_ = nullptr;
   Vector<Corners> triangles_;
@@ -68,22 +69,12 @@ class BoundaryTriangles {
 };
 
 template <class Visit>
-bool BoundaryTriangles::visit(const FacingGrid::Range& range, const Shape& shape, Visit visit) {
-  constexpr std::size_t kRow = kBegin[kLengths];
-  const auto begin = [&](std::size_t axis) {
-    return kBegin[shape[axis]] + (range.first[axis] >> 2 * shape[axis]);
-  };
-  const auto last = [&](std::size_t axis) {
-    return kBegin[shape[axis]] + (range.last[axis] >> 2 * shape[axis]);
-  };
-  for (std::size_t z = begin(2); z <= last(2); ++z) {
-    for (std::size_t y = begin(1); y <= last(1); ++y) {
-      for (std::size_t x = begin(0); x <= last(0); ++x) {
-        if (visit((z * kRow + y) * kRow + x)) return true;
-      }
-    }
+bool BoundaryTriangles::visit(FacingGrid::Range range, const Shape& shape, Visit visit) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    range.first[i] = kBegin[shape[i]] + (range.first[i] >> 2 * shape[i]);
+    range.last[i] = kBegin[shape[i]] + (range.last[i] >> 2 * shape[i]);
   }
-  return false;
+  return FacingGrid::visit_range<kRow>(range, visit);
 }
 
 template <class Use>

@@ -64,6 +64,9 @@ class FacingGrid {
   void visit(const FacingBox& box, Visit visit) const {
     visit_range(range_of(box), visit);
   }
+  // The same of any grid of kRow cells along each axis; whether it has said true.
+  template <std::size_t kRow = kCells, class Visit>
+  static bool visit_range(const Range& range, Visit& visit);
   // With those that a triangle touches, and some nearby; with some of them more than once. In
   // whatever order its corners come.
   template <class Visit>
@@ -83,21 +86,18 @@ class FacingGrid {
   // Of a triangle, about.
   static double cells_touched(const Triangle3& triangle);
   template <class Visit>
-  static bool visit_range(const Range& range, Visit& visit);
-  template <class Visit>
   static bool visit_part(const Triangle3& part, Visit& visit);
 
   FacingBox box_;
   Vector<std::uint64_t> cells_;  // a bit a bin, and above these the number of triangles
 };
 
-// Whether visit() has said true.
-template <class Visit>
+template <std::size_t kRow, class Visit>
 bool FacingGrid::visit_range(const Range& range, Visit& visit) {
   for (std::size_t z = range.first[2]; z <= range.last[2]; ++z) {
     for (std::size_t y = range.first[1]; y <= range.last[1]; ++y) {
       for (std::size_t x = range.first[0]; x <= range.last[0]; ++x) {
-        if (visit((z * kCells + y) * kCells + x)) return true;
+        if (visit((z * kRow + y) * kRow + x)) return true;
       }
     }
   }
