@@ -89,7 +89,7 @@ std::vector<std::filesystem::path> plugin_folders() {
 
 // The module, which stays loaded until the process ends: VTK does not like to be unloaded. `file`
 // says what it is needed for.
-const VtkPlugin& load_plugin(const std::string& file) {
+const VtkPlugin* load_plugin(const std::string& file) {
   const auto folders = plugin_folders();
   std::filesystem::path path;
   std::error_code ignored;
@@ -120,7 +120,7 @@ const VtkPlugin& load_plugin(const std::string& file) {
                                           " belongs to another version of TetFusion: build or "
                                           "install both together");
   }
-  return *plugin;
+  return plugin;
 }
 
 // VTK's readers, their libraries and its window for messages are for one thread, and a child that
@@ -152,18 +152,18 @@ std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOpt
                     ".series)");
   }
   if (guess.format == ForeignFormat::kUnknown) throw_unknown(path);
-  const VtkPlugin& plugin = load_plugin(path + ": this is " + (what.empty() ? guess.words : what));
+  const VtkPlugin* plugin = load_plugin(path + ": this is " + (what.empty() ? guess.words : what));
   std::unique_ptr<PluginMesh> mesh;
   const std::lock_guard lock(vtk_readers());
-  throw_if_failed(plugin.open(path, options, &mesh));
+  throw_if_failed(plugin->open(path, options, &mesh));
   return std::make_unique<VtkSource>(std::move(mesh), what);
 }
 
 std::vector<double> time_steps_with_vtk(const std::string& path, const OpenOptions& options) {
-  const VtkPlugin& plugin = load_plugin(path + ": this is " + guess_format_of(path).words);
+  const VtkPlugin* plugin = load_plugin(path + ": this is " + guess_format_of(path).words);
   std::vector<double> times;
   const std::lock_guard lock(vtk_readers());
-  throw_if_failed(plugin.time_steps(path, options, &times));
+  throw_if_failed(plugin->time_steps(path, options, &times));
   return times;
 }
 
