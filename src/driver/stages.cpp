@@ -191,10 +191,13 @@ void check_options(const SimplifyRequest& request) {
 }
 
 void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& request) {
-  if (!request.progressive.empty() && mesh.cells > kMaxTets) {
-    refuse(fmt::format("--progressive is for meshes of at most {} cells, and {} has {}", kMaxTets,
+  const auto refuse_more_than = [&](std::uint64_t most, const char* option) {
+    if (mesh.cells <= most) return;
+    refuse(fmt::format("{} is for meshes of at most {} cells, and {} has {}", option, most,
                        request.input, mesh.cells));
-  }
+  };
+  if (!request.progressive.empty()) refuse_more_than(kMaxTets, "--progressive");
+  if (!request.map.empty()) refuse_more_than(kNoTet, "--map");
   refuse_piece(request.progressive, mesh);
   refuse_piece(request.also_written, mesh);
   // Each level is made of the original: it can only take that one's name when it is the last.

@@ -45,18 +45,23 @@ TEST(CheckOptions, PiecesNeedAFileThatNamesThem) {
   check_options(request);
 }
 
-// Its numbers have 32 bits.
-TEST(RefuseOutputs, OfAWayBackForMoreCellsThanItCanNumber) {
-  SimplifyRequest request;
-  request.output = "a.vtu";
-  request.progressive = "a.tfp";
+// Their numbers have 32 bits.
+TEST(RefuseOutputs, OfAWayBackOrAMapForMoreCellsThanTheyCanNumber) {
+  SimplifyRequest way_back, map;
+  way_back.output = map.output = "a.vtu";
+  way_back.progressive = "a.tfp";
+  map.map = "a.map";
   MeshDescription mesh;
   mesh.cells = kMaxTets;
-  refuse_outputs_among(mesh, request);
+  refuse_outputs_among(mesh, way_back);
   ++mesh.cells;
-  EXPECT_THROW(refuse_outputs_among(mesh, request), Error);
-  request.progressive.clear();
-  refuse_outputs_among(mesh, request);
+  EXPECT_THROW(refuse_outputs_among(mesh, way_back), Error);
+  way_back.progressive.clear();
+  refuse_outputs_among(mesh, way_back);
+  mesh.cells = kNoTet;
+  refuse_outputs_among(mesh, map);
+  ++mesh.cells;
+  EXPECT_THROW(refuse_outputs_among(mesh, map), Error);
 }
 
 }  // namespace
