@@ -244,7 +244,8 @@ void MapFile::check_numbers() const {
     forget_run(shares_, i);
     const MapShare& share = shares_[i];
     const bool right = share.original < counts_.original_points && share.point < counts_.points &&
-                       is_weight(share.weight) && (i == 0 || before(shares_[i - 1], share));
+                       share.weight > 0 && share.weight <= 1 &&
+                       (i == 0 || before(shares_[i - 1], share));
     if (!right) fail(fmt::format("share {} is none", i));
   }
 }

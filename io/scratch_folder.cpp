@@ -206,8 +206,8 @@ void ScratchFolder::count(std::uint64_t more, std::uint64_t less) {
 }
 
 void ScratchFolder::remember_failure(const std::string& message) noexcept {
+  const std::lock_guard lock(mutex_);
   try {
-    const std::lock_guard lock(mutex_);
     if (failure_.empty()) failure_ = message;
   } catch (const std::exception&) {
     failure_.assign(1, '?');  // no memory for words

@@ -113,8 +113,7 @@ std::vector<SteeringChoice> CombinedSteps::choose_what_varies_at_any(
     return false;
   };
   const auto found = std::ranges::find_if(choices, at_any);
-  if (found == choices.end())
-    return {choices.begin(), std::min(choices.end(), choices.begin() + 1)};
+  if (found == choices.end()) return choices.empty() ? choices : std::vector{choices.front()};
   for (auto before = choices.begin(); before != found; ++before) {
     say_does_not_steer(before->name, context_);
   }

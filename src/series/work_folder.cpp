@@ -38,7 +38,6 @@ WorkFolder::WorkFolder(std::string path) : path_(std::move(path)) {
   }
   if (!folder_) fail("opening");
   const auto refuse = [&](const std::string& what) {
-    folder_.close();  // nothing in it is ours to remove
     throw Error(ErrorCode::kUsage, fmt::format("{}: {}", path_, what));
   };
   if (retry([&] { return system.flock(folder_.get(), LOCK_EX | LOCK_NB); }) != 0) {

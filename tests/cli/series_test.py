@@ -397,6 +397,12 @@ class Shared(SeriesTest):
         self.assertTrue((values(Vtu(self.folder / "out_0.vtu"), "f") == 0).all())
         np.testing.assert_allclose(values(Vtu(self.folder / "out_3.vtu"), "f"), 4, rtol=1e-14)
 
+    def test_steps_without_arrays(self):
+        steps = [self.write(with_arrays(jittered(8)), f"s{i}.vtu") for i in range(2)]
+        report = self.simplify(steps, *GOAL)
+        self.assertEqual((report["series"], report["steering"]), ("shared", []))
+        expect_the_same(*self.outputs())
+
     def test_points_without_a_value_in_a_step_without_change(self):
         mesh = jittered(8)
         x = np.array(mesh.points)[:, 0]
