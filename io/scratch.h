@@ -27,6 +27,9 @@ struct Checkpoint {
   std::unique_ptr<PieceStore> pieces;
   Vector<std::byte> state;
   std::map<std::string, std::unique_ptr<PieceStore>> kept;
+
+  // Out of `kept`. Throws Error(kIo) where it is not there, with `what` it has.
+  std::unique_ptr<PieceStore> take_kept(const std::string& name, const char* what);
 };
 
 class Scratch {

@@ -283,7 +283,6 @@ std::uint64_t ChunkScatter<Real>::put_vertices(const WorkMesh<Real>& mesh, std::
       mark |= kUndecided;
     } else if (low_[v] != high_[v]) {
       mark |= kOnInterface;
-      if (low_[v] != bucket) mark |= kAway;
       if (high_[v] == bucket) mark |= kLast;
     } else {
       ++free;
@@ -396,7 +395,6 @@ std::size_t ChunkGather<Real>::take_vertices(const PieceColumns<Real, const std:
       if (report == nullptr) throw std::logic_error("a vertex is missing in the interface table");
       mark = static_cast<std::uint8_t>((mark & kLasting) | report->marks);
       if (report->low != report->high) mark |= kOnInterface;
-      if (report->low != chunk) mark |= kAway;
       if (report->high == chunk) mark |= kLast;
       changed = report->touched ? 1 : 0;
     }

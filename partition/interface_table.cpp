@@ -9,20 +9,6 @@
 
 namespace tetfusion {
 
-namespace {
-
-std::vector<Vector<InterfaceReport>> one_part(Vector<InterfaceReport> reports) {
-  sort_by_id(&reports);
-  std::vector<Vector<InterfaceReport>> parts;
-  parts.push_back(std::move(reports));
-  return parts;
-}
-
-}  // namespace
-
-InterfaceTable::InterfaceTable(Vector<InterfaceReport> reports)
-    : InterfaceTable(one_part(std::move(reports))) {}
-
 InterfaceTable::InterfaceTable(std::vector<Vector<InterfaceReport>> parts) {
   std::size_t all = 0;
   for (const Vector<InterfaceReport>& part : parts) all += part.size();

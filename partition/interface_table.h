@@ -27,9 +27,8 @@ class InterfaceTable {
  public:
   InterfaceTable() = default;
 
-  // Joins the reports: chunks widen, marks and touches add up. In any order: the same table.
-  explicit InterfaceTable(Vector<InterfaceReport> reports);
-  // The same of many parts, each ascending by id; takes little more memory than they do.
+  // Joins reports, of parts each ascending by id: chunks widen, marks and touches add up. In any
+  // order of the parts: the same table. Takes little more memory than they do.
   explicit InterfaceTable(std::vector<Vector<InterfaceReport>> parts);
 
   // Adds the marks that another table has for the same vertices.

@@ -144,10 +144,7 @@ void run_apply(ApplyArguments* a) {
   set_thread_count(a->threads);
   check_mesh_output(a->output, a->write.encoding);
   refuse_same_file("-o", a->output, {a->map});
-  check_report(a->report, {a->map, a->input, a->output});
-  if (a->report == "-" && a->output == "-") {
-    throw Error(ErrorCode::kUsage, "the mesh and the report cannot both go to standard output");
-  }
+  check_report_beside(a->output, a->report, {a->map, a->input});
   context.report("reading", 0);
   const MapFile map = MapFile::open(a->map);
   a->open.cancelled = context.cancelled;

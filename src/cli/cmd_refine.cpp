@@ -38,13 +38,7 @@ void parse_goal(RefineArguments* a) {
   r.reduction = share_of("--reduction", a->reduction);
   r.max_error = share_of("--max-error", a->max_error);
   r.max_rms = share_of("--max-rms", a->max_rms);
-  if (!a->tets.empty()) {
-    r.tets = parse_count(a->tets);
-    if (!r.tets) {
-      throw Error(ErrorCode::kUsage,
-                  fmt::format("--tets {}: give a whole number, as in 100000, 100k or 2M", a->tets));
-    }
-  }
+  if (!a->tets.empty()) r.tets = parse_tets("--tets", a->tets);
 }
 
 Json report_of(const RefineArguments& a, const RefineReport& r) {
@@ -76,10 +70,7 @@ void run_refine(RefineArguments* a) {
   set_thread_count(a->threads);
   parse_goal(a);
   refuse_same_file("-o", a->request.output, {a->request.input});
-  check_report(a->report, {a->request.input, a->request.output});
-  if (a->report == "-" && a->request.output == "-") {
-    throw Error(ErrorCode::kUsage, "the mesh and the report cannot both go to standard output");
-  }
+  check_report_beside(a->request.output, a->report, {a->request.input});
   const RefineReport r = refine(a->request, context);
   console.say(fmt::format("{}: {} -> {}: {} of {} in {:.2f} s", a->request.input,
                           format_count(r.counts.base_tets, "tetrahedron", "tetrahedra"),

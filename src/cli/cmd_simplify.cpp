@@ -61,9 +61,10 @@ void run_simplify(SimplifyArguments* a) {
   others.insert(others.end(), {a->request.map, a->report});
   refuse_same_file("--progressive", a->request.progressive, others);
   if (!a->series.empty() || is_series(a->inputs, a->request.output, a->request.behaviour.arrays)) {
+    if (a->dry_run) throw Error(ErrorCode::kUsage, "--dry-run is for one mesh, not for a series");
     return run_series(a);
   }
-  if (a->request.performance.dry_run) {
+  if (a->dry_run) {
     RunPlan plan;
     {
       Console console(a->console);

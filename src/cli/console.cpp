@@ -47,6 +47,21 @@ std::uint64_t parse_time_step(const std::string& text) {
   return std::stoull(text);
 }
 
+std::uint64_t parse_memory(const std::string& text) {
+  const auto bytes = parse_bytes(text);
+  if (!bytes || *bytes == 0) {
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("--memory {}: give a size, as in 2G, 512M or 1.5G (powers of 1024)", text));
+  }
+  const bool has_unit = text.find_first_not_of("0123456789.") != std::string::npos;
+  if (!has_unit && *bytes < (std::uint64_t{1} << 20)) {
+    throw Error(ErrorCode::kUsage, fmt::format("--memory {0}: that is {1}; is {0}G or {0}M meant?",
+                                               text, format_count(*bytes, "byte")));
+  }
+  return *bytes;
+}
+
 }  // namespace
 
 void add_console_options(CLI::App& command, ConsoleOptions* options, const char* verbose) {
@@ -122,25 +137,11 @@ void add_thread_option(CLI::App& command, int* threads) {
       ->group(kPerformanceGroup);
 }
 
-std::uint64_t parse_memory(const std::string& text) {
-  const auto bytes = parse_bytes(text);
-  if (!bytes || *bytes == 0) {
-    throw Error(
-        ErrorCode::kUsage,
-        fmt::format("--memory {}: give a size, as in 2G, 512M or 1.5G (powers of 1024)", text));
-  }
-  const bool has_unit = text.find_first_not_of("0123456789.") != std::string::npos;
-  if (!has_unit && *bytes < (std::uint64_t{1} << 20)) {
-    throw Error(ErrorCode::kUsage, fmt::format("--memory {0}: that is {1}; is {0}G or {0}M meant?",
-                                               text, format_count(*bytes, "byte")));
-  }
-  return *bytes;
-}
-
 void add_memory_option(CLI::App& command, std::uint64_t* memory, const char* help) {
   command
       .add_option_function<std::string>(
           "--memory", [memory](const std::string& text) { *memory = parse_memory(text); }, help)
+      ->check(not_empty)
       ->group(kPerformanceGroup);
 }
 
@@ -250,6 +251,24 @@ void open_standard_streams() {
 void check_report(const std::string& path, const std::vector<std::string>& others) {
   refuse_same_file("--report", path, others);
   if (!path.empty()) check_output_path(path);
+}
+
+void check_report_beside(const std::string& mesh, const std::string& path,
+                         std::vector<std::string> others) {
+  if (path == "-" && mesh == "-") {
+    throw Error(ErrorCode::kUsage, "the mesh and the report cannot both go to standard output");
+  }
+  others.push_back(mesh);
+  check_report(path, others);
+}
+
+std::uint64_t parse_tets(const std::string& option, const std::string& text) {
+  const auto count = parse_count(text);
+  if (!count) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{} {}: give a whole number, as in 100000, 100k or 2M", option, text));
+  }
+  return *count;
 }
 
 std::string not_empty(const std::string& value) {

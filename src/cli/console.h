@@ -49,9 +49,7 @@ void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
                           const std::string& more = "");
 // Adds --threads.
 void add_thread_option(CLI::App& command, int* threads);
-// Bytes, of "2G" or "512M". Throws Error(kUsage).
-std::uint64_t parse_memory(const std::string& text);
-// Adds --memory.
+// Adds --memory: bytes, of "2G" or "512M".
 void add_memory_option(CLI::App& command, std::uint64_t* memory, const char* help);
 // Adds --scratch, for what lies on the disk without a name; `help` says what that is.
 CLI::Option* add_nameless_scratch_option(CLI::App& command, std::string* scratch,
@@ -113,6 +111,12 @@ void write_text(const std::string& path, const std::string& text);
 // Before hours of work: Error(kUsage) if a report would overwrite one of these, Error(kIo) if it
 // cannot be written. Empty: there is none.
 void check_report(const std::string& path, const std::vector<std::string>& others);
+// The same beside a mesh that is written; Error(kUsage) if both go to standard output.
+void check_report_beside(const std::string& mesh, const std::string& path,
+                         std::vector<std::string> others);
+
+// A number of tetrahedra, of "100k" or "2M". Throws Error(kUsage).
+std::uint64_t parse_tets(const std::string& option, const std::string& text);
 
 // For CLI::Option::check: a script's empty variable is a mistake, not a missing option.
 std::string not_empty(const std::string& value);

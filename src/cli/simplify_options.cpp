@@ -35,13 +35,6 @@ std::vector<double> parse_schedule(const std::string& option, const std::string&
   return values;
 }
 
-std::uint64_t parse_tets(const std::string& option, const std::string& text) {
-  const auto count = parse_count(text);
-  if (!count)
-    refuse(fmt::format("{} {}: give a whole number, as in 100000, 100k or 2M", option, text));
-  return *count;
-}
-
 void parse_lods(const SimplifyArguments& a, BehaviourOptions* behaviour) {
   if (a.lods.empty()) return;
   const auto count = parse_count(a.lods);
@@ -153,7 +146,6 @@ void parse_arguments(SimplifyArguments* a) {
     }
   }
   parse_lods(*a, &b);
-  if (!a->memory.empty()) a->request.performance.memory = parse_memory(a->memory);
   if (a->report == "-" && a->request.output == "-") {
     refuse("the mesh and the report cannot both go to standard output");
   }
@@ -401,13 +393,11 @@ void add_field_options(CLI::App& command, SimplifyArguments* a) {
 void add_performance_options(CLI::App& command, SimplifyArguments* a) {
   PerformanceOptions& performance = a->request.performance;
   add_thread_option(command, &performance.threads);
-  command
-      .add_option("--memory", a->memory,
-                  "Memory that the run may take at most, as in 2G, 512M or 1.5G; what does not fit "
-                  "goes to the scratch folder. The result does not depend on it. Default: half of "
-                  "what the machine or its control group allows")
-      ->check(not_empty)
-      ->group(kPerformanceGroup);
+  add_memory_option(
+      command, &performance.memory,
+      "Memory that the run may take at most, as in 2G, 512M or 1.5G; what does not fit goes to the "
+      "scratch folder. The result does not depend on it. Default: half of what the machine or its "
+      "control group allows");
   command
       .add_option(
           "--scratch", performance.scratch,
@@ -432,7 +422,7 @@ void add_performance_options(CLI::App& command, SimplifyArguments* a) {
       ->group(kPerformanceGroup);
   command
       .add_flag(
-          "--dry-run", performance.dry_run,
+          "--dry-run", a->dry_run,
           "Say what the run would take (arrays, memory, scratch space) and about how far it would "
           "come in what time, after trying a part of the mesh; write nothing but --report")
       ->group(kPerformanceGroup);

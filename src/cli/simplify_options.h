@@ -17,11 +17,12 @@ struct SimplifyArguments {
   std::string series;  // empty: as the names say
   ConsoleOptions console;
   std::string boundary = "exact";
-  std::string reduction, tets, max_error, max_rms, min_quality, lods, chunk_tets, memory, report;
+  std::string reduction, tets, max_error, max_rms, min_quality, lods, chunk_tets, report;
   std::string scalar_tolerance, stretch_factor;
   std::string aspect_ratio = "off";
   std::string max_volume = "off";
   std::vector<std::string> regions;
+  bool dry_run = false;
   bool strict = false;
 };
 

@@ -1,5 +1,7 @@
 #include "driver/carried_arrays.h"
 
+#include <algorithm>
+
 #include "mesh/array_names.h"
 
 namespace tetfusion {
@@ -23,5 +25,13 @@ AttributeSet those_carried(const AttributeSet& set, std::vector<std::size_t>* in
 CarriedArrays::CarriedArrays(const MeshDescription& mesh)
     : point_data(those_carried(mesh.point_data, &point_indices)),
       cell_data(those_carried(mesh.cell_data, &cell_indices)) {}
+
+std::optional<std::uint32_t> CarriedArrays::column_of(Association association,
+                                                      std::size_t index) const {
+  const auto& indices = association == Association::kCell ? cell_indices : point_indices;
+  const auto at = std::ranges::find(indices, index);
+  if (at == indices.end()) return std::nullopt;
+  return static_cast<std::uint32_t>(at - indices.begin());
+}
 
 }  // namespace tetfusion

@@ -88,7 +88,6 @@ class Examiner {
   // dimension.
   Vector<std::uint8_t> flags_;
   Vector<OddCell> odd_;
-  bool too_many_odd_ = false;
   FirstIds coincident_;
   Examination out_;
 };
@@ -237,8 +236,7 @@ void Examiner<Real>::look_at_cells() {
         }
         context_.report("inspecting", 0.7, 0.9, ++done, windows);
       });
-  too_many_odd_ = count > kMostOddCells;
-  if (too_many_odd_) return;
+  if (count > kMostOddCells) return;
   for (Vector<OddCell>& cells : found) {
     odd_.insert(odd_.end(), cells.begin(), cells.end());
     cells = {};

@@ -93,13 +93,7 @@ std::vector<std::uint32_t> FusionLogs::keep() {
 
 void FusionLogs::resume(std::span<const std::uint32_t> slices, Checkpoint* from) {
   for (const std::uint32_t count : slices) {
-    const auto store = from->kept.find(name_of(rounds_.size() + 1));
-    if (store == from->kept.end() || store->second == nullptr || count == 0) {
-      throw Error(ErrorCode::kIo,
-                  "the work in the scratch folder lacks fusions: remove the folder, and start the "
-                  "run again");
-    }
-    rounds_.push_back({std::move(store->second), count});
+    rounds_.push_back({from->take_kept(name_of(rounds_.size() + 1), "fusions"), count});
   }
   kept_ = rounds_.size();
 }

@@ -134,7 +134,6 @@ struct PerformanceOptions {
 
   bool on_disk = false;   // keep the mesh in the scratch folder even where it fits into memory
   bool resume = false;    // go on from what an interrupted run left in the scratch folder
-  bool dry_run = false;   // for whoever calls plan_run() instead of simplify()
   bool keep_work = true;  // what an interrupted run leaves in the scratch folder, to go on from
   // Bytes that whoever has asked for the run will need when it is over: less memory is too little.
   std::uint64_t memory_afterwards = 0;

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "base/pool.h"
 #include "base/serialize.h"
 #include "base/tasks.h"
 
@@ -34,14 +35,7 @@ void OriginalRows::keep() {
 }
 
 void OriginalRows::resume(Checkpoint* from) {
-  const auto store = from->kept.find(name_);
-  if (store == from->kept.end() || store->second == nullptr) {
-    throw Error(
-        ErrorCode::kIo,
-        "the work in the scratch folder lacks the original's values: remove the folder, and "
-        "start the run again");
-  }
-  store_ = std::move(store->second);
+  store_ = from->take_kept(name_, "the original's values");
   is_kept_ = true;
 }
 

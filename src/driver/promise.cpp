@@ -9,6 +9,7 @@
 #include "base/resources.h"
 #include "driver/carried_arrays.h"
 #include "driver/error_limits.h"
+#include "driver/regions.h"
 #include "driver/round_plan.h"
 #include "io/mesh_sink.h"
 #include "io/pieces_output.h"
@@ -24,9 +25,7 @@ void promise_surfaces(const BehaviourOptions& behaviour, const RunChoices& choic
     promise->distance = flatness(behaviour, choices.mesh.point_type);
   }
   if (behaviour.boundary == Boundary::kWithin) promise->distance = behaviour.boundary_distance;
-  for (const std::size_t i : choices.regions) {
-    promise->regions.push_back(choices.mesh.cell_data.arrays[i].name);
-  }
+  promise->regions = names_of_cell_arrays(choices.mesh, choices.regions);
 }
 
 void promise_errors(const BehaviourOptions& behaviour, const RunChoices& choices,

@@ -108,13 +108,14 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   RoundPlan plan;
   PassLimits& limits = plan.limits;
   limits.boundary_rule = options_.boundary_rule;
-  limits.aspect_ratio = options_.aspect_ratio;
-  limits.max_volume = options_.max_volume;
+  limits.paper.aspect_ratio = options_.aspect_ratio;
+  limits.paper.max_volume = options_.max_volume;
   const bool fuse = options_.method == Method::kFuse;
   const double off = std::numeric_limits<double>::infinity();
-  limits.scalar_tolerance =
+  limits.paper.scalar_tolerance =
       at_lod(options_.scalar_tolerance, lod, fuse ? off : kDefaultScalarTolerance);
-  limits.stretch_factor = at_lod(options_.stretch_factor, lod, fuse ? off : kDefaultStretchFactor);
+  limits.paper.stretch_factor =
+      at_lod(options_.stretch_factor, lod, fuse ? off : kDefaultStretchFactor);
   if (goal) {
     limits.quota = tets - std::min(tets, *goal);
     // In the first round chunks come in no order.
@@ -179,8 +180,9 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
                         RoundsState* state) const {
   const double width = diagonal_of(plan.settings.box) * plan.settings.fuse.unit;
   const double deviation = width > 0 ? double{round.deviation} / width : 0;
-  state->lods.push_back({round.pass, plan.limits.scalar_tolerance, plan.limits.stretch_factor,
-                         round.chunks, wall_seconds() - plan.start, deviation});
+  state->lods.push_back({round.pass, plan.limits.paper.scalar_tolerance,
+                         plan.limits.paper.stretch_factor, round.chunks,
+                         wall_seconds() - plan.start, deviation});
   state->spread = plan.limits.spread ? 1 : 0;
   const auto before = static_cast<double>(round.pass.tets_before);
   const auto removed = before - static_cast<double>(round.pass.tets_after);

@@ -126,8 +126,7 @@ FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker, W
   }
   FuseLimits fuse = settings.fuse;
   fuse.quota = limits.quota;
-  fuse.paper = {limits.scalar_tolerance, limits.stretch_factor, limits.aspect_ratio,
-                limits.max_volume};
+  fuse.paper = limits.paper;
   if (fuse.sheets_move()) {
     fuse.facing = round_.facing.empty() ? nullptr : &round_.facing;
     fuse.facing_after = &round_.next_facing;
@@ -179,10 +178,18 @@ std::vector<std::uint64_t> Rounds<Real>::shares_of(const RoundSettings& settings
 }
 
 template <class Real>
-void Rounds<Real>::begin_facing() {
-  if (!round_.settings.fuse.sheets_move()) return;
-  const Box& box = round_.settings.box;
-  round_.next_facing.reset({{box.lo.x, box.lo.y, box.lo.z}, {box.hi.x, box.hi.y, box.hi.z}});
+void Rounds<Real>::begin_round(const RoundSettings& settings, std::span<const SteeringField> fields,
+                               std::uint64_t tets) {
+  round_ = {};
+  round_.settings = settings;
+  round_.fields = fields;
+  round_.tets = tets;
+  gone_ = 0;
+  if (settings.fuse.sheets_move()) {
+    const auto& [lo, hi] = settings.box;
+    round_.next_facing.reset({{lo.x, lo.y, lo.z}, {hi.x, hi.y, hi.z}});
+  }
+  if (puts_values_aside()) values_->begin();
 }
 
 template <class Real>
@@ -202,15 +209,9 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
   if (settings.method == Method::kTetFuse) {
     statistics.pass = workers_[0]->pass.run(limits, fields, &whole, wanted(&log));
   } else {
-    round_ = {};
-    round_.settings = settings;
-    round_.fields = fields;
-    round_.tets = mesh->tets;
-    gone_ = 0;
+    begin_round(settings, fields, mesh->tets);
     round_.facing = std::move(mesh->facing);
-    begin_facing();
     if (puts_values_aside()) {
-      values_->begin();
       values_->add(0, whole);
       values_->end();
     }
@@ -260,16 +261,10 @@ template <class Real>
 void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits,
                          std::span<const SteeringField> fields, std::uint64_t tets,
                          std::vector<std::uint64_t> shares, const Vector<Vec3<Real>>& samples) {
-  round_ = {};
-  round_.settings = settings;
+  begin_round(settings, fields, tets);
   round_.limits = limits;
   round_.quota_left = limits.quota;
-  round_.fields = fields;
-  round_.tets = tets;
-  gone_ = 0;
   round_.shares = std::move(shares);
-  begin_facing();
-  if (puts_values_aside()) values_->begin();
   round_.results.resize(round_.shares.size() - 1);
   round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
   if (logs_ != nullptr) logs_->begin(tets);

@@ -133,7 +133,8 @@ class Rounds {
   };
   RoundStatistics run_whole(const RoundSettings& settings, PassLimits limits,
                             std::span<const SteeringField> fields, MacroLod<Real>* mesh);
-  void begin_facing();
+  void begin_round(const RoundSettings& settings, std::span<const SteeringField> fields,
+                   std::uint64_t tets);
   void make_whole(MacroLod<Real>* mesh);
   FuseStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
                             FusionLog* log);

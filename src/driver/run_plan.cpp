@@ -31,7 +31,7 @@ RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
   const double start = wall_seconds();
   Run run = open_run(request, nullptr, nullptr, context);
   const MeshDescription& mesh = run.input.description();
-  run.place.check_place(mesh, run.sink != nullptr);
+  run.place.check_place(mesh);
   RunPlan plan;
   plan.input.path = request.input;
   plan.input.points = mesh.points;

@@ -112,9 +112,7 @@ std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
                                           const std::vector<std::size_t>& regions) {
   std::vector<std::uint32_t> columns;
   for (const std::size_t i : regions) {
-    const auto at = std::find(carried.cell_indices.begin(), carried.cell_indices.end(), i);
-    if (at == carried.cell_indices.end()) continue;
-    columns.push_back(static_cast<std::uint32_t>(at - carried.cell_indices.begin()));
+    if (const auto c = carried.column_of(Association::kCell, i)) columns.push_back(*c);
   }
   return columns;
 }
@@ -139,15 +137,13 @@ WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
                            const CarriedArrays& carried) {
   if (name.empty()) return {};
   const SteeringChoice choice = choose_weights(name, mesh);
-  const bool of_cells = choice.association == Association::kCell;
-  const std::vector<std::size_t>& indices = of_cells ? carried.cell_indices : carried.point_indices;
-  const auto at = std::find(indices.begin(), indices.end(), choice.index);
-  if (at == indices.end()) {
+  const auto column = carried.column_of(choice.association, choice.index);
+  if (!column) {
     throw Error(ErrorCode::kUsage,
                 fmt::format("{}: --weight {}: that marks ghosts, and says nothing of errors",
                             mesh.path, name));
   }
-  return {static_cast<std::uint32_t>(at - indices.begin()), of_cells};
+  return {*column, choice.association == Association::kCell};
 }
 
 void scale_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
@@ -218,12 +214,10 @@ ImportSettings import_settings(const BehaviourOptions& behaviour, const CarriedA
 
 std::vector<SteeringField> fields_of(const Steering& steering, const CarriedArrays& carried) {
   std::vector<SteeringField> fields = steering.fields();
-  const std::vector<std::size_t>& indices = carried.point_indices;
   for (std::size_t f = 0; f < fields.size(); ++f) {
     const auto index = steering.point_array(f);
     if (!index) continue;
-    const auto at = std::find(indices.begin(), indices.end(), *index);
-    if (at != indices.end()) fields[f].column = static_cast<std::uint32_t>(at - indices.begin());
+    fields[f].column = carried.column_of(Association::kPoint, *index).value_or(kNoColumn);
   }
   return fields;
 }

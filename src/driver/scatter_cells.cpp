@@ -3,6 +3,7 @@
 #include <numeric>
 #include <span>
 
+#include "base/pool.h"
 #include "driver/scatter_passes.h"
 #include "driver/windows.h"
 #include "mesh/blocks.h"

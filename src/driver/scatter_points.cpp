@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <span>
 
+#include "base/pool.h"
 #include "driver/scatter_passes.h"
 #include "driver/stream_coincident.h"
 #include "driver/windows.h"

@@ -74,12 +74,10 @@ void write_map(const WrittenResult& result, OriginalNumbers numbers, const Input
   needs.fixed += kMapPointBytes * result.mesh.points + kMapTetBytes * result.mesh.tets;
   const std::uint64_t sides = needs.sides_within(budget->free());
   const auto reserved = budget->reserve(needs.fixed + sides, "the map");
-  std::vector<std::string> regions;
-  for (const std::size_t i : run->input.regions) {
-    regions.push_back(run->input.description().cell_data.arrays[i].name);
-  }
   make_map(run->input.source.get(), result.file.path,
-           {std::move(numbers), std::move(regions), run->request.map_homes}, sides, file, context);
+           {std::move(numbers), names_of_cell_arrays(run->input.description(), run->input.regions),
+            run->request.map_homes},
+           sides, file, context);
 }
 
 Verification verify(const WrittenResult& result, const InputFacts& facts, const LowerCells& lower,

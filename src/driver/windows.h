@@ -5,8 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <memory>
-#include <mutex>
 #include <span>
 #include <utility>
 #include <vector>
@@ -164,45 +162,6 @@ class WindowPieces {
   Vector<std::byte> bytes_;
   std::vector<PieceRef> pieces_;
   std::vector<std::pair<std::size_t, std::size_t>> extents_;  // of the pieces in bytes_
-};
-
-// Objects that whoever works on a window borrows, so that their memory is not asked for anew, and
-// cleared by the system, for each.
-template <class T>
-class Pool {
- public:
-  class Loan {
-   public:
-    explicit Loan(Pool* pool) : pool_(pool) {
-      const std::lock_guard lock(pool->mutex_);
-      if (pool->free_.empty()) {
-        pool->free_.reserve(++pool->objects_);  // so that giving it back cannot fail
-        object_ = std::make_unique<T>();
-      } else {
-        object_ = std::move(pool->free_.back());
-        pool->free_.pop_back();
-      }
-    }
-    ~Loan() {
-      const std::lock_guard lock(pool_->mutex_);
-      pool_->free_.push_back(std::move(object_));
-    }
-    Loan(const Loan&) = delete;
-    Loan& operator=(const Loan&) = delete;
-    T* operator->() { return object_.get(); }
-    T& operator*() { return *object_; }
-
-   private:
-    Pool* pool_;
-    std::unique_ptr<T> object_;
-  };
-  Loan borrow() { return Loan(this); }
-  void clear() { free_.clear(); }
-
- private:
-  std::mutex mutex_;
-  std::size_t objects_ = 0;  // lent ones, too
-  std::vector<std::unique_ptr<T>> free_;
 };
 
 }  // namespace tetfusion

@@ -110,8 +110,8 @@ std::optional<Checkpoint> Workplace::open(const MeshDescription& mesh, bool to_m
   return left;
 }
 
-void Workplace::check_place(const MeshDescription& mesh, bool to_memory) {
-  choose_place(to_memory);
+void Workplace::check_place(const MeshDescription& mesh) {
+  choose_place(false);
   if (on_disk_) check_disk_scratch(scratch_options(mesh));
 }
 

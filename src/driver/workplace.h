@@ -40,7 +40,7 @@ class Workplace {
   std::optional<Checkpoint> open(const MeshDescription& mesh, bool to_memory);
   // Instead of open(), for a plan: throws the same, as far as that can be told without making
   // anything. on_disk() is then what it would be.
-  void check_place(const MeshDescription& mesh, bool to_memory);
+  void check_place(const MeshDescription& mesh);
   Scratch* scratch() const { return scratch_.get(); }  // null before open()
   std::uint64_t disk_bytes() const { return on_disk_ ? scratch_->peak_bytes() : 0; }  // at most
 

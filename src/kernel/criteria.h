@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -46,6 +47,15 @@ struct PassStatistics {
   std::uint64_t labelled =
       0;  // tetrahedra passed over because this pass had affected or deleted them
   std::array<std::uint64_t, kRejectReasons> rejected{};
+};
+
+// What may become of what a fusion moves; infinity is off.
+struct PaperLimits {
+  static constexpr double kOff = std::numeric_limits<double>::infinity();
+  double scalar_tolerance = kOff;  // share of the range
+  double stretch_factor = kOff;
+  double aspect_ratio = kOff;
+  double max_volume = kOff;  // of a tetrahedron
 };
 
 inline constexpr std::uint32_t kNoColumn = 0xFFFFFFFFu;

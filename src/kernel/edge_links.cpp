@@ -7,10 +7,6 @@ namespace tetfusion {
 
 namespace {
 
-std::uint64_t key_of(VertexId a, VertexId b) {
-  return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
-}
-
 template <class T>
 bool has(const std::vector<T>& items, const T& item) {
   return std::find(items.begin(), items.end(), item) != items.end();
@@ -52,7 +48,7 @@ bool EdgeLinks::are_apart(const WorkMesh<Real>& mesh, LiveBalls* balls, VertexId
       if (!has(vertices_, u)) vertices_.push_back(u);
       others[count++] = u;
     }
-    if (is_shared) edges_.push_back(key_of(others[0], others[1]));
+    if (is_shared) edges_.push_back(edge_key(others[0], others[1]));
   }
   const auto is_near_a = [&](VertexId u) {
     return link_a.may_have(u) && std::any_of(ball_a.begin(), ball_a.end(),
@@ -82,7 +78,7 @@ void EdgeLinks::find_other_edges(std::span<const Tet> tets, std::span<const std:
     }
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = i + 1; k < count; ++k) {
-        const std::uint64_t edge = key_of(ends[i], ends[k]);
+        const std::uint64_t edge = edge_key(ends[i], ends[k]);
         if (!has(edges_, edge)) edges->push_back(edge);
       }
     }

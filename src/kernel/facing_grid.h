@@ -10,7 +10,7 @@
 #include <cstdint>
 
 #include "base/vector.h"
-#include "kernel/patch_distance.h"
+#include "kernel/point3.h"
 
 namespace tetfusion {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "kernel/patch_distance.h"
+#include "kernel/point3.h"
 
 namespace tetfusion {
 
@@ -99,7 +99,7 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
   if (!fixed) {
     if (const auto reason = judge_ball(&ball_of(partner, &of_partner_), v)) return reason;
   }
-  list(partner, fixed);
+  list();
   return std::nullopt;
 }
 
@@ -234,11 +234,11 @@ auto FuseCavity<Real>::place_in(std::uint32_t entry, const Vec3<Real>& x) const 
 }
 
 template <class Real>
-void FuseCavity<Real>::list(VertexId partner, bool fixed) {
+void FuseCavity<Real>::list() {
   affected_.clear();
   deleted_.clear();
-  of_vertex_.shapes.list(partner, &affected_, &deleted_);
-  if (fixed) return;
+  of_vertex_.shapes.list(partner_, &affected_, &deleted_);
+  if (fixed_) return;
   // What both have is there already.
   const std::size_t deleted = deleted_.size();
   of_partner_.shapes.list(of_vertex_.shapes.vertex(), &affected_, &deleted_);
@@ -268,23 +268,23 @@ auto FuseCavity<Real>::obstacle() const -> Obstacle {
 
 // Of two that are as near, the one with the lower id in the input.
 template <class Real>
-VertexId FuseCavity<Real>::nearer(VertexId v, VertexId partner, const Vec3<Real>& position) const {
+VertexId FuseCavity<Real>::nearer() const {
+  const VertexId v = of_vertex_.shapes.vertex();
   const auto distance = [&](VertexId u) {
     const Vec3<Real>& p = mesh_->positions[u];
-    const double x = double{p.x} - position.x, y = double{p.y} - position.y;
-    const double z = double{p.z} - position.z;
+    const double x = double{p.x} - position_.x, y = double{p.y} - position_.y;
+    const double z = double{p.z} - position_.z;
     return x * x + y * y + z * z;
   };
-  const double a = distance(v), b = distance(partner);
-  if (a == b) return mesh_->point_ids[v] < mesh_->point_ids[partner] ? v : partner;
-  return a < b ? v : partner;
+  const double a = distance(v), b = distance(partner_);
+  if (a == b) return mesh_->point_ids[v] < mesh_->point_ids[partner_] ? v : partner_;
+  return a < b ? v : partner_;
 }
 
 template <class Real>
-Interpolation FuseCavity<Real>::interpolation(VertexId v, VertexId partner,
-                                              const Vec3<Real>& position) const {
+Interpolation FuseCavity<Real>::interpolation() const {
   Interpolation best;
-  best.nearest = nearer(v, partner, position);
+  best.nearest = nearer();
   double deepest = -std::numeric_limits<double>::infinity();
   const auto& p = mesh_->positions;
   const auto is_in = [&](TetId t) {
@@ -294,7 +294,7 @@ Interpolation FuseCavity<Real>::interpolation(VertexId v, VertexId partner,
     for (std::size_t c = 0; c < 4; ++c) {
       const auto& order = kCornerFirst[c];
       weights[c] =
-          determinant(position, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]]).value;
+          determinant(position_, p[tet[order[1]]], p[tet[order[2]]], p[tet[order[3]]]).value;
       sum += weights[c];
     }
     for (double& w : weights) w /= sum;

@@ -62,8 +62,8 @@ class FuseCavity {
   std::span<const std::uint32_t> affected() const { return affected_; }
   std::span<const TetId> deleted() const { return deleted_; }
 
-  // The tetrahedron of the cavity, as it is now, that has the position.
-  Interpolation interpolation(VertexId v, VertexId partner, const Vec3<Real>& position) const;
+  // After collect(): the tetrahedron of the cavity, as it is now, that has the position.
+  Interpolation interpolation() const;
 
  private:
   // How bad a tetrahedron may be, as a cubed mean ratio.
@@ -87,8 +87,8 @@ class FuseCavity {
   std::optional<Reject> judge_shape(std::uint32_t entry) const;
   Place find_place(const BallShapes<Real>& ball, VertexId other) const;
   Place place_in(std::uint32_t entry, const Vec3<Real>& x) const;
-  void list(VertexId partner, bool fixed);
-  VertexId nearer(VertexId v, VertexId partner, const Vec3<Real>& position) const;
+  void list();
+  VertexId nearer() const;
 
   const WorkMesh<Real>* mesh_ = nullptr;
   LiveBalls* balls_ = nullptr;

@@ -418,19 +418,7 @@ void FuseRound<Real>::compact() {
     if (vertices_[v].changed != 1 && vertices_.may_move(v)) moved.push_back(v);
   }
   write_steering_columns(fields_, moved, &mesh);
-  std::size_t tets = 0;
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    if (is_deleted(mesh.tets[t])) continue;
-    mesh.tets[tets] = mesh.tets[t];
-    if (mesh.removed.wanted()) mesh.removed.first[tets] = mesh.removed.first[t];
-    for (Column& column : mesh.cell_columns) column.move_row(t, tets);
-    ++tets;
-  }
-  mesh.resize_tets(tets);
-  const Vector<VertexId> new_ids = drop_unused_vertices(&mesh);
-  for (Tet& t : mesh.tets) {
-    for (VertexId& v : t) v = new_ids[v];
-  }
+  drop_deleted(&mesh);
 }
 
 template class FuseRound<float>;

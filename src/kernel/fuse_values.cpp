@@ -136,7 +136,7 @@ std::optional<Reject> FuseValues<Real>::judge(const Joining<Real>& joining,
 template <class Real>
 void FuseValues<Real>::choose(const Joining<Real>& joining, const FuseCavity<Real>& cavity) {
   const auto& [v, partner, fixed, position, affected, deleted] = joining;
-  interpolation_ = cavity.interpolation(v, partner, position);
+  interpolation_ = cavity.interpolation();
   const Offset u = edge_costs_->offset(mesh_->positions[v], position);
   const double* steering = mesh_->steering.data();
   find_ranges(*mesh_, cavity, least_.data(), most_.data());

@@ -151,7 +151,7 @@ void GreedyPass<Real>::prepare() {
 
 template <class Real>
 bool GreedyPass<Real>::checks_stretch() const {
-  return limits_->stretch_factor < std::numeric_limits<double>::infinity();
+  return limits_->paper.stretch_factor < std::numeric_limits<double>::infinity();
 }
 
 template <class Real>
@@ -200,7 +200,7 @@ bool GreedyPass<Real>::plan(TetId t, Reject* reason) {
   for (std::size_t k = 0; k < width; ++k) {
     mean_[k] = mean_of_four(values[0][k], values[1][k], values[2][k], values[3][k]);
   }
-  if (deviates(fields_, limits_->scalar_tolerance, values, mean_.data())) {
+  if (deviates(fields_, limits_->paper.scalar_tolerance, values, mean_.data())) {
     *reason = Reject::kScalar;
     return false;
   }
@@ -319,8 +319,8 @@ bool GreedyPass<Real>::swallows_locked(const Tet& prey) const {
 template <class Real>
 bool GreedyPass<Real>::shape_allows(Reject* reason) const {
   const bool check_stretch = checks_stretch();
-  const bool check_aspect = limits_->aspect_ratio < std::numeric_limits<double>::infinity();
-  const bool check_volume = limits_->max_volume < std::numeric_limits<double>::infinity();
+  const bool check_aspect = limits_->paper.aspect_ratio < std::numeric_limits<double>::infinity();
+  const bool check_volume = limits_->paper.max_volume < std::numeric_limits<double>::infinity();
   if (!check_stretch && !check_aspect && !check_volume) return true;
   for (const std::uint32_t entry : affected()) {
     const auto now = corners(mesh_->positions, mesh_->tets[entry >> 2]);
@@ -330,11 +330,11 @@ bool GreedyPass<Real>::shape_allows(Reject* reason) const {
       *reason = Reject::kStretch;
       return false;
     }
-    if (check_aspect && distorts(now, after, limits_->aspect_ratio)) {
+    if (check_aspect && distorts(now, after, limits_->paper.aspect_ratio)) {
       *reason = Reject::kAspect;
       return false;
     }
-    if (check_volume && outgrows(now, after, limits_->max_volume)) {
+    if (check_volume && outgrows(now, after, limits_->paper.max_volume)) {
       *reason = Reject::kVolume;
       return false;
     }
@@ -348,7 +348,7 @@ bool GreedyPass<Real>::shape_allows(Reject* reason) const {
 template <class Real>
 bool GreedyPass<Real>::stretches_too_far(std::uint32_t entry, const std::array<Vec3<Real>, 4>& now,
                                          const std::array<Vec3<Real>, 4>& after) const {
-  const double factor = limits_->stretch_factor;
+  const double factor = limits_->paper.stretch_factor;
   const auto corner = static_cast<int>(entry & 3u);
   const Tet& tet = mesh_->tets[entry >> 2];
   const int any = state_[tet[0]] | state_[tet[1]] | state_[tet[2]] | state_[tet[3]];
@@ -372,12 +372,11 @@ void GreedyPass<Real>::apply(const Tet& prey) {
     for (const VertexId v : tet) state_[v] |= kTouched;
   }
   for (const TetId t : deleted_) {
-    Tet& tet = mesh_->tets[t];
-    for (const VertexId v : tet) {
+    for (const VertexId v : mesh_->tets[t]) {
       state_[v] |= kTouched;
       --mesh_->incidence[v];
     }
-    tet[0] = kNoVertex;
+    mark_deleted(&mesh_->tets[t]);
   }
   for (const VertexId v : prey) mesh_->incidence[v] = 0;
   mesh_->incidence[kept] = static_cast<std::uint32_t>(affected().size());
@@ -426,22 +425,10 @@ template <class Real>
 void GreedyPass<Real>::compact() {
   WorkMesh<Real>& mesh = *mesh_;
   if (fusions_.empty()) return;
-  std::size_t tets = 0;
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    if (is_deleted(mesh.tets[t])) continue;
-    mesh.tets[tets] = mesh.tets[t];
-    mesh.flipped[tets] = mesh.flipped[t];
-    for (Column& column : mesh.cell_columns) column.move_row(t, tets);
-    ++tets;
-  }
-  mesh.resize_tets(tets);
   for (std::size_t v = 0; v < state_.size(); ++v) {
     if ((state_[v] & kTouched) != 0) mesh.changed[v] = limits_->number;
   }
-  const Vector<VertexId> new_ids = drop_unused_vertices(&mesh);
-  for (Tet& t : mesh.tets) {
-    for (VertexId& v : t) v = new_ids[v];
-  }
+  drop_deleted(&mesh);
 }
 
 template class GreedyPass<float>;

@@ -23,11 +23,7 @@ enum class BoundaryRule : std::uint8_t {
 
 struct PassLimits {
   BoundaryRule boundary_rule = BoundaryRule::kVertices;
-  double scalar_tolerance =
-      std::numeric_limits<double>::infinity();  // share of the range; infinity is off
-  double stretch_factor = std::numeric_limits<double>::infinity();  // infinity is off
-  double aspect_ratio = std::numeric_limits<double>::infinity();    // infinity is off
-  double max_volume = std::numeric_limits<double>::infinity();  // of a tetrahedron; infinity is off
+  PaperLimits paper;
   // At most so many tetrahedra may go. With `spread` they go evenly along the order of the mesh,
   // else first come, first served.
   std::uint64_t quota = std::numeric_limits<std::uint64_t>::max();

@@ -12,10 +12,6 @@
 
 namespace tetfusion {
 
-// A tetrahedron that is gone is marked in place.
-inline bool is_deleted(const Tet& tet) { return tet[0] == kNoVertex; }
-inline void mark_deleted(Tet* tet) { (*tet)[0] = kNoVertex; }
-
 // Balls as lists of entries (VertexTets): tet << 2 | corner. Those of deleted tetrahedra are
 // dropped when somebody asks. Keeps its memory from mesh to mesh.
 class LiveBalls {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernel/facing_grid.h"
-#include "kernel/patch_distance.h"
+#include "kernel/point3.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {

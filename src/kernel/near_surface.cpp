@@ -6,6 +6,7 @@
 
 #include "kernel/criteria.h"
 #include "kernel/local_frame.h"
+#include "kernel/patch_distance.h"
 
 namespace tetfusion {
 

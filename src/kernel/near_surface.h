@@ -8,7 +8,7 @@
 
 #include "kernel/joining.h"
 #include "kernel/live_balls.h"
-#include "kernel/patch_distance.h"
+#include "kernel/point3.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {

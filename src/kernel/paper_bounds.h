@@ -11,14 +11,6 @@
 
 namespace tetfusion {
 
-// Each as in PassLimits; infinity is off.
-struct PaperLimits {
-  double scalar_tolerance = std::numeric_limits<double>::infinity();
-  double stretch_factor = std::numeric_limits<double>::infinity();
-  double aspect_ratio = std::numeric_limits<double>::infinity();
-  double max_volume = std::numeric_limits<double>::infinity();
-};
-
 // Keeps its memory from mesh to mesh. Not thread-safe.
 template <class Real>
 class PaperBounds {

@@ -105,14 +105,14 @@ void PointErrors<Real>::collect(const Joining<Real>& joining) {
 template <class Real>
 void PointErrors<Real>::add_vertex(VertexId v) {
   if ((mesh_->marks[v] & kMoved) != 0) return;
-  points_.push_back({mesh_->positions[v], mesh_->steering.data() + v * width_, kNoPoint, v});
+  points_.push_back({mesh_->positions[v], mesh_->steering.data() + v * width_, kNoPoint});
 }
 
 template <class Real>
 void PointErrors<Real>::add_list(TetId t) {
   const RemovedPoints<Real>& removed = mesh_->removed;
   for (std::uint32_t i = removed.first[t]; i != kNoPoint; i = removed.next[i]) {
-    points_.push_back({removed.positions[i], removed.values.data() + i * width_, i, kNoVertex});
+    points_.push_back({removed.positions[i], removed.values.data() + i * width_, i});
   }
 }
 
@@ -187,7 +187,7 @@ bool PointErrors<Real>::find_outside(std::uint32_t point, std::uint32_t nearest,
   const double distance = std::sqrt(surface_.find(p, &hits_));
   if (distance > kOnSurface && !surface_.settle(p, &hits_)) return false;
   if (hits_.empty()) return false;
-  for (const auto& hit : hits_) add_place_on(hit, point, 0);
+  for (const auto& hit : hits_) add_place_on(hit, point);
   if (distance <= std::max(kOnSurface, kClose * file_rounding(p))) {
     add_place(point, nearest, weights_at(fan_[nearest], p), least);
   }
@@ -219,7 +219,7 @@ void PointErrors<Real>::add_place(std::uint32_t point, std::uint32_t fan_tet,
 // A triangle that is flat has weights that rounding can do more to.
 template <class Real>
 void PointErrors<Real>::add_place_on(const typename NearSurface<Real>::Hit& hit,
-                                     std::uint32_t point, double depth) {
+                                     std::uint32_t point) {
   const auto& face = *hit.face;
   const Point3 a = minus(face.at[1], face.at[0]), b = minus(face.at[2], face.at[0]);
   const Point3 normal = cross(a, b);
@@ -229,10 +229,10 @@ void PointErrors<Real>::add_place_on(const typename NearSurface<Real>::Hit& hit,
   if (face.entry == NearSurface<Real>::kUnaffected) {
     const auto fan_tet = static_cast<std::uint32_t>(fan_.size());
     fan_.push_back({{}, 0, 0, face.ids, face.tet});
-    places_.push_back({point, fan_tet, {0, w[0], w[1], w[2]}, depth, off});
+    places_.push_back({point, fan_tet, {0, w[0], w[1], w[2]}, 0, off});
     return;
   }
-  Place& place = places_.emplace_back(Place{point, face.entry, {}, depth, off});
+  Place& place = places_.emplace_back(Place{point, face.entry, {}, 0, off});
   for (std::size_t c = 0, i = 0; c < 4; ++c) place.weights[c] = c == face.omitted ? 0 : w[i++];
 }
 

@@ -66,7 +66,6 @@ class PointErrors {
     Vec3<Real> position;
     const double* values;
     std::uint32_t id;  // kNoPoint: still a vertex
-    VertexId vertex;
   };
   // An affected tetrahedron as it will be: rows times the offset from the new vertex are the
   // weights of its other corners.
@@ -93,7 +92,7 @@ class PointErrors {
   void make_fan(const Joining<Real>& joining);
   Weights weights_at(const FanTet& tet, const Vec3<Real>& p) const;
   void add_place(std::uint32_t point, std::uint32_t fan_tet, const Weights& weights, double least);
-  void add_place_on(const typename NearSurface<Real>::Hit& hit, std::uint32_t point, double depth);
+  void add_place_on(const typename NearSurface<Real>::Hit& hit, std::uint32_t point);
   bool find_places(std::uint32_t point);
   bool find_outside(std::uint32_t point, std::uint32_t nearest, double least);
   double file_rounding(const Vec3<Real>& p) const;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "kernel/patch_distance.h"
+#include "kernel/point3.h"
 #include "kernel/quadric.h"
 #include "mesh/faces.h"
 #include "mesh/region_numbers.h"
@@ -29,10 +29,6 @@ constexpr auto kEdgesOpposite = [] {
   }
   return edges;
 }();
-
-std::uint64_t key_of(VertexId a, VertexId b) {
-  return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
-}
 
 // Numbers regions in the order in which they come up.
 template <class Real>
@@ -90,7 +86,7 @@ const std::vector<SheetEdge>& Sheets<Real>::edges_opposite(VertexId v) {
     for (const auto& [from, to] : kEdgesOpposite[entry & 3u]) {
       if (!may_be[from] || !may_be[to]) continue;
       const SheetEdge edge{tet[from], tet[to], true};
-      faces_.push_back({key_of(edge.from, edge.to), edge, region_of(entry >> 2), true});
+      faces_.push_back({edge_key(edge.from, edge.to), edge, region_of(entry >> 2), true});
     }
   }
   const std::size_t places = std::bit_ceil(2 * faces_.size() + 1);

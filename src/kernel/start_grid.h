@@ -23,16 +23,16 @@ class StartGrid {
     const double cells = static_cast<double>(mesh.tets.size()) / kTetsPerCell;
     size_ = static_cast<std::size_t>(std::clamp(std::cbrt(cells), 1.0, kMostAlongAxis));
     place(mesh);
-    start_of_.assign(size_ * size_ * size_, kNoVertex);
+    start_of_.assign(size_ * size_ * size_, kNoTet);
     for (TetId t = 0; t < mesh.tets.size(); ++t) {
       TetId& start = start_of_[cell_of(mesh.positions[mesh.tets[t][0]])];
-      if (start == kNoVertex && determinant(mesh.positions, mesh.tets[t]).sign() > 0) start = t;
+      if (start == kNoTet && determinant(mesh.positions, mesh.tets[t]).sign() > 0) start = t;
     }
     for (std::size_t stride = 1; stride < start_of_.size(); stride *= size_) fill_along(stride);
   }
 
   // One with volume, in the point's cell or, where that has none, in one beside it or further away;
-  // kNoVertex: there is none.
+  // kNoTet: there is none.
   TetId near(const Vec3<double>& point) const { return start_of_[cell_of(point)]; }
 
   static constexpr std::uint64_t memory(std::uint64_t tets) {
@@ -80,10 +80,10 @@ class StartGrid {
     const std::size_t n = start_of_.size();
     const auto has_before = [&](std::size_t c) { return c / stride % size_ != 0; };
     for (std::size_t c = 0; c < n; ++c) {
-      if (start_of_[c] == kNoVertex && has_before(c)) start_of_[c] = start_of_[c - stride];
+      if (start_of_[c] == kNoTet && has_before(c)) start_of_[c] = start_of_[c - stride];
     }
     for (std::size_t c = n; c-- > 0;) {
-      if (has_before(c) && start_of_[c - stride] == kNoVertex) start_of_[c - stride] = start_of_[c];
+      if (has_before(c) && start_of_[c - stride] == kNoTet) start_of_[c - stride] = start_of_[c];
     }
   }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kernel/criteria.h"
-#include "kernel/patch_distance.h"
+#include "kernel/point3.h"
 
 namespace tetfusion {
 
@@ -58,7 +58,7 @@ template <class Real>
 bool TetWalk<Real>::find(const Vec3<double>& point) {
   if (walk(last_.tet, kWalkToNext, point)) return true;
   const TetId start = starts_.near(point);
-  return start != kNoVertex && walk(start, kWalkFromStart, point);
+  return start != kNoTet && walk(start, kWalkFromStart, point);
 }
 
 // A walk crosses no crack.
@@ -86,7 +86,7 @@ bool TetWalk<Real>::place_nearby(const Vec3<double>& point) {
 template <class Real>
 bool TetWalk<Real>::walk(TetId start, int longest, const Vec3<double>& point) {
   TetId t = start;
-  TetId before = kNoVertex;
+  TetId before = kNoTet;
   end_ = kNoTet;
   for (int i = 0; i < longest; ++i) {
     const std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[t]));
@@ -95,8 +95,8 @@ bool TetWalk<Real>::walk(TetId start, int longest, const Vec3<double>& point) {
       return true;
     }
     std::array<double, 4> left = w;
-    TetId next = kNoVertex;
-    while (next == kNoVertex || next == before) {
+    TetId next = kNoTet;
+    while (next == kNoTet || next == before) {
       const auto furthest = std::min_element(left.begin(), left.end());
       if (!(*furthest < kInside)) {
         end_ = t;
@@ -131,7 +131,7 @@ TetId TetWalk<Real>::find_beyond(TetId tet, std::size_t corner) const {
     };
     if (has(b) && has(c) && (entry >> 2) != tet) return entry >> 2;
   }
-  return kNoVertex;
+  return kNoTet;
 }
 
 template class TetWalk<float>;

@@ -6,18 +6,14 @@
 #include <cstring>
 #include <vector>
 
+#include "kernel/point3.h"
+
 namespace tetfusion {
 
 namespace {
 
 // Squares above this are left out: sums of them must stay finite.
 constexpr double kLargestSquare = 1e30;
-
-using Vector3 = std::array<double, 3>;
-
-Vector3 cross_product(const Vector3& a, const Vector3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 // So many numbers, or, where their count is not known here, as many as at run time.
 template <class T, std::size_t kSize, bool kKnown>
@@ -42,17 +38,16 @@ void add_tetrahedra(const std::vector<double>& scale, double unit, WorkMesh<Real
     if (!(det.value > det.error)) continue;
     const double volume = det.value * unit * unit * unit;  // six times
     const Vec3<Real>& o = mesh->positions[tet[0]];
-    std::array<Vector3, 3> e{};  // edges from the first corner
+    std::array<Point3, 3> e{};  // edges from the first corner
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3<Real>& p = mesh->positions[tet[i + 1]];
       e[i] = {(double{p.x} - o.x) * unit, (double{p.y} - o.y) * unit, (double{p.z} - o.z) * unit};
     }
-    const std::array<Vector3, 3> dual{cross_product(e[1], e[2]), cross_product(e[2], e[0]),
-                                      cross_product(e[0], e[1])};
+    const std::array<Point3, 3> dual{cross(e[1], e[2]), cross(e[2], e[0]), cross(e[0], e[1])};
     bool finite = true;
     for (std::size_t k = 0; k < width; ++k) {
       const double first = mesh->steering[tet[0] * width + k];
-      Vector3 g{};
+      Point3 g{};
       for (std::size_t i = 0; i < 3; ++i) {
         const double rise = (mesh->steering[tet[i + 1] * width + k] - first) * scale[k] / volume;
         for (std::size_t a = 0; a < 3; ++a) g[a] += rise * dual[i][a];

@@ -11,9 +11,7 @@ namespace tetfusion {
 
 namespace {
 
-std::uint64_t edge_hash(VertexId a, VertexId b) {
-  return mix(std::uint64_t{std::min(a, b)} << 32 | std::max(a, b));
-}
+std::uint64_t edge_hash(VertexId a, VertexId b) { return mix(edge_key(a, b)); }
 
 }  // namespace
 

@@ -3,6 +3,7 @@
 // fewer than 2^30 tetrahedra (kMaxTets).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +31,11 @@ inline constexpr std::uint64_t kMaxPoints = 0xFFFFFFFEu;
 // Vertex ids of one tetrahedron. Positive volume means VTK's winding: vertex 3 lies on the side of
 // triangle (0, 1, 2) towards which its right-hand normal points.
 using Tet = std::array<VertexId, 4>;
+
+// One number an edge, whichever end comes first.
+inline std::uint64_t edge_key(VertexId a, VertexId b) {
+  return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+}
 
 // Coordinates keep the type of the file they came from.
 using Points = std::variant<Vector<Vec3<float>>, Vector<Vec3<double>>>;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/pool.h"
 #include "mesh/blocks.h"
 #include "mesh/cell_states.h"
 #include "mesh/clusters.h"
@@ -62,26 +63,6 @@ struct FaceFindings {
       }
     }
   }
-};
-
-// Matchers that no thread uses at the moment: they keep their memory from range to range.
-class MatcherPool {
- public:
-  std::unique_ptr<FaceMatcher> take() {
-    const std::lock_guard lock(mutex_);
-    if (free_.empty()) return std::make_unique<FaceMatcher>();
-    auto matcher = std::move(free_.back());
-    free_.pop_back();
-    return matcher;
-  }
-  void give_back(std::unique_ptr<FaceMatcher> matcher) {
-    const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(matcher));
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<FaceMatcher>> free_;
 };
 
 class Inspector {
@@ -155,7 +136,7 @@ class Inspector {
   const std::size_t points_;
   CellStates states_;
   std::optional<CellsByRange> ranges_;
-  MatcherPool matchers_;
+  Pool<FaceMatcher> matchers_;
   Vector<std::int32_t> sums_;         // of each vertex: twice its neighbours, less its cells
   Vector<std::uint32_t> surface_at_;  // Surface::offsets
   // 1: all cells round the vertex are connected by faces that use it. For connect_cells().
@@ -168,9 +149,8 @@ template <class F>
 void Inspector::for_each_range(F f) {
   for_each_block(points_, CellsByRange::kRangeVertices,
                  [&](std::size_t r, std::size_t begin, std::size_t end) {
-                   auto matcher = matchers_.take();
-                   f(r, static_cast<VertexId>(begin), static_cast<VertexId>(end), matcher.get());
-                   matchers_.give_back(std::move(matcher));
+                   auto matcher = matchers_.borrow();
+                   f(r, static_cast<VertexId>(begin), static_cast<VertexId>(end), &*matcher);
                  });
 }
 

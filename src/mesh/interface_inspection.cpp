@@ -11,9 +11,6 @@ namespace tetfusion {
 
 namespace {
 
-std::uint64_t edge_between(std::uint32_t p, std::uint32_t q) {
-  return std::uint64_t{std::min(p, q)} << 32 | std::max(p, q);
-}
 std::array<std::uint32_t, 2> ends_of(std::uint64_t edge) {
   return {static_cast<std::uint32_t>(edge >> 32), static_cast<std::uint32_t>(edge)};
 }
@@ -78,7 +75,7 @@ void InterfaceInspection::add(ChunkFindings* findings) {
     sides_.push_back(side);
   }
   for (const auto& [a, b] : from.edges) {
-    edges_.push_back(edge_between(number[a], number[b]));
+    edges_.push_back(edge_key(number[a], number[b]));
   }
   append(from.triangles, &triangles_);
   append(from.unsound_balls, &unsound_balls_);
@@ -196,8 +193,8 @@ void InterfaceInspection::settle_faces(std::size_t count) {
     judge_face({sides_.data() + begin, end - begin});
     const auto [smallest, middle] = ends_of(its_key.first);
     edges_.push_back(its_key.first);
-    edges_.push_back(edge_between(middle, its_key.second));
-    edges_.push_back(edge_between(smallest, its_key.second));
+    edges_.push_back(edge_key(middle, its_key.second));
+    edges_.push_back(edge_key(smallest, its_key.second));
   }
   sides_.erase(sides_.begin(), sides_end);
 }

@@ -4,18 +4,9 @@
 #include <cstring>
 #include <utility>
 
+#include "base/mix.h"
+
 namespace tetfusion {
-
-namespace {
-
-// splitmix64's finaliser.
-std::uint64_t mix(std::uint64_t h) {
-  h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9u;
-  h = (h ^ (h >> 27)) * 0x94D049BB133111EBu;
-  return h ^ (h >> 31);
-}
-
-}  // namespace
 
 Vector<std::uint64_t> region_keys(ValueType type, std::span<const std::byte> values) {
   Vector<std::uint64_t> keys(values.size() / size_of(type));

@@ -42,12 +42,6 @@ double squared_length(const double* values, std::size_t count) {
   return sum;
 }
 
-std::string without_blanks(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(' ');
-  if (begin == std::string::npos) return "";
-  return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
-}
-
 }  // namespace
 
 RegionOfInterest::RegionOfInterest(const std::vector<std::string>& texts, const std::string& path,
@@ -80,7 +74,7 @@ auto RegionOfInterest::parse(const std::string& text, const std::string& path,
   const std::size_t sign = text.find_last_of("<>");
   const auto value = sign == std::string::npos
                          ? std::nullopt
-                         : parse_number(without_blanks(text.substr(sign + 1)));
+                         : parse_number(trimmed(std::string_view(text).substr(sign + 1)));
   if (!value) {
     refuse(text,
            "give box=X0,X1,Y0,Y1,Z0,Z1, sphere=X,Y,Z,RADIUS, or a point array and a value, as in "
@@ -88,7 +82,7 @@ auto RegionOfInterest::parse(const std::string& text, const std::string& path,
   }
   // A name may end in blanks, but those of "p > 0.5" belong to no name.
   std::string name = text.substr(0, sign);
-  if (point_data.find(name) == AttributeSet::npos) name = without_blanks(name);
+  if (point_data.find(name) == AttributeSet::npos) name = trimmed(name);
   const std::size_t index = point_data.find(name);
   if (index == AttributeSet::npos) {
     refuse(text, fmt::format("{} has no point array \"{}\"; it has {}", path, name,

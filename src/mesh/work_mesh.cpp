@@ -6,44 +6,10 @@
 
 namespace tetfusion {
 
-template <class Real>
-void WorkMesh<Real>::resize_vertices(std::size_t vertices) {
-  positions.resize(vertices);
-  marks.resize(vertices);
-  steering.resize(vertices * steering_width);
-  quadrics.resize(vertices * quadric_width);
-  deviations.resize(has_deviations ? vertices : 0);
-  point_ids.resize(vertices);
-  incidence.resize(vertices);
-  changed.resize(vertices);
-  for (Column& column : point_columns) column.resize(vertices);
-}
+namespace {
 
-template <class Real>
-void WorkMesh<Real>::resize_tets(std::size_t count) {
-  tets.resize(count);
-  flipped.resize(count);
-  if (removed.wanted()) removed.first.resize(count, kNoPoint);
-  for (Column& column : cell_columns) column.resize(count);
-}
-
-template <class Real>
-void count_incidence(WorkMesh<Real>* mesh) {
-  mesh->incidence.assign(mesh->vertex_count(), 0);
-  for (const Tet& t : mesh->tets) {
-    for (const VertexId v : t) ++mesh->incidence[v];
-  }
-}
-
-template <class Real>
-void mark_near_boundary(WorkMesh<Real>* mesh) {
-  Vector<std::uint8_t>& marks = mesh->marks;
-  for (const Tet& t : mesh->tets) {
-    if (((marks[t[0]] | marks[t[1]] | marks[t[2]] | marks[t[3]]) & kOnBoundary) == 0) continue;
-    for (const VertexId v : t) marks[v] |= kNearBoundary;
-  }
-}
-
+// Those of incidence 0, but for locked ones (a carried cell may be all they have). The others' new
+// ids; their order is kept.
 template <class Real>
 Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh) {
   Vector<VertexId> new_ids(mesh->vertex_count());
@@ -69,13 +35,61 @@ Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh) {
   return new_ids;
 }
 
+}  // namespace
+
+template <class Real>
+void WorkMesh<Real>::resize_vertices(std::size_t vertices) {
+  positions.resize(vertices);
+  marks.resize(vertices);
+  steering.resize(vertices * steering_width);
+  quadrics.resize(vertices * quadric_width);
+  deviations.resize(has_deviations ? vertices : 0);
+  point_ids.resize(vertices);
+  incidence.resize(vertices);
+  changed.resize(vertices);
+  for (Column& column : point_columns) column.resize(vertices);
+}
+
+template <class Real>
+void WorkMesh<Real>::resize_tets(std::size_t count) {
+  tets.resize(count);
+  flipped.resize(count);
+  if (removed.wanted()) removed.first.resize(count, kNoPoint);
+  for (Column& column : cell_columns) column.resize(count);
+}
+
+template <class Real>
+void mark_near_boundary(WorkMesh<Real>* mesh) {
+  Vector<std::uint8_t>& marks = mesh->marks;
+  for (const Tet& t : mesh->tets) {
+    if (((marks[t[0]] | marks[t[1]] | marks[t[2]] | marks[t[3]]) & kOnBoundary) == 0) continue;
+    for (const VertexId v : t) marks[v] |= kNearBoundary;
+  }
+}
+
+template <class Real>
+void drop_deleted(WorkMesh<Real>* mesh) {
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < mesh->tets.size(); ++t) {
+    if (is_deleted(mesh->tets[t])) continue;
+    mesh->tets[kept] = mesh->tets[t];
+    mesh->flipped[kept] = mesh->flipped[t];
+    if (mesh->removed.wanted()) mesh->removed.first[kept] = mesh->removed.first[t];
+    for (Column& column : mesh->cell_columns) column.move_row(t, kept);
+    ++kept;
+  }
+  mesh->resize_tets(kept);
+  const Vector<VertexId> new_ids = drop_unused_vertices(mesh);
+  for (Tet& t : mesh->tets) {
+    for (VertexId& v : t) v = new_ids[v];
+  }
+}
+
 template struct WorkMesh<float>;
 template struct WorkMesh<double>;
-template void count_incidence(WorkMesh<float>*);
-template void count_incidence(WorkMesh<double>*);
 template void mark_near_boundary(WorkMesh<float>*);
 template void mark_near_boundary(WorkMesh<double>*);
-template Vector<VertexId> drop_unused_vertices(WorkMesh<float>*);
-template Vector<VertexId> drop_unused_vertices(WorkMesh<double>*);
+template void drop_deleted(WorkMesh<float>*);
+template void drop_deleted(WorkMesh<double>*);
 
 }  // namespace tetfusion

@@ -21,7 +21,6 @@ enum VertexMark : std::uint8_t {
   kNearBoundary =
       1 << 2,             // one of its tetrahedra is a boundary tetrahedron; see mark_near_boundary
   kOnInterface = 1 << 3,  // in a chunk: other chunks have tetrahedra of it; it stays for this round
-  kAway = 1 << 4,         // in a chunk, of a vertex on the interface: a lower chunk has it, too
   kLast = 1 << 5,         // in a chunk, of a vertex on the interface: no higher chunk has it
   kCarried = 1 << 6,      // while it is imported: a cell of lower dimension uses it
   kMoved = 1 << 7,        // fused to a new place: no point of the original any more
@@ -74,18 +73,17 @@ struct WorkMesh {
   void resize_tets(std::size_t tets);
 };
 
-// Counts the incidence of every vertex.
-template <class Real>
-void count_incidence(WorkMesh<Real>* mesh);
-
 // Sets kNearBoundary where it belongs. Passes do not change whether a vertex is near the boundary
 // as long as they touch no vertex that is.
 template <class Real>
 void mark_near_boundary(WorkMesh<Real>* mesh);
 
-// Drops the vertices of incidence 0, but for locked ones (a carried cell may be all they have). The
-// others keep their order; returns their new ids, which the tetrahedra are yet to be given.
+// A tetrahedron that is gone is marked in place.
+inline bool is_deleted(const Tet& tet) { return tet[0] == kNoVertex; }
+inline void mark_deleted(Tet* tet) { (*tet)[0] = kNoVertex; }
+
+// Drops them, and the vertices of incidence 0. All others keep their order; ids are stale.
 template <class Real>
-Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh);
+void drop_deleted(WorkMesh<Real>* mesh);
 
 }  // namespace tetfusion

@@ -177,7 +177,6 @@ void check_request(const SeriesRequest& request) {
     if (given) refuse(fmt::format("{} is for one mesh, not for a series", option));
   };
   no(!b.lods.empty(), "--lods");
-  no(job.performance.dry_run, "--dry-run");
   no(job.pieces > 0, "--pieces");
   no(!job.progressive.empty(), "--progressive");
   if (!request.shared) return no(!job.map.empty(), "--map");

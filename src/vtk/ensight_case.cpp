@@ -85,12 +85,6 @@ bool has_marks(const std::string& path, std::string_view mark, std::size_t wante
   return true;
 }
 
-std::string_view without_blanks(std::string_view line) {
-  constexpr std::string_view kBlanks = " \t\r";
-  line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
-  return line.substr(0, line.find_last_not_of(kBlanks) + 1);
-}
-
 // Does a line with how many there are follow?
 bool is_counted(std::string_view line) {
   constexpr std::array<std::string_view, 18> kKinds{
@@ -294,7 +288,7 @@ std::string EnSightCase::fault_of_counts(double time) const {
   std::string_view before;
   while (!rest.empty()) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
-    const std::string_view line = without_blanks(rest.substr(0, end));
+    const std::string_view line = trimmed(rest.substr(0, end));
     rest.remove_prefix(std::min(end + 1, rest.size()));
     if (is_counted(before) && !is_count_of_lines(line, rest.size())) {
       return files.front() + " says that of '" + std::string(before) + "' there are " +

@@ -83,7 +83,7 @@ TEST(Rounds, StayValidOverManyRoundsAndPasses) {
     engine.limits.boundary_rule = rule;
     for (int i = 0; i < 20; ++i) {
       engine.settings.passes = 1 + i % 4;
-      engine.limits.stretch_factor = i % 2 == 0 ? 3 : 20;
+      engine.limits.paper.stretch_factor = i % 2 == 0 ? 3 : 20;
       engine.run();
     }
     const WorkMesh<double> mesh = engine.mesh();
@@ -175,7 +175,7 @@ TEST(Rounds, AMeshBecomesWholeWhenItIsSmallEnough) {
   EXPECT_EQ(engine.lod.pieces, nullptr);
   EXPECT_TRUE(engine.lod.interface.entries().empty());
   EXPECT_EQ(engine.lod.whole->tets.size(), engine.lod.tets);
-  const auto on_interface = [](std::uint8_t m) { return (m & (kOnInterface | kAway)) != 0; };
+  const auto on_interface = [](std::uint8_t m) { return (m & kOnInterface) != 0; };
   EXPECT_EQ(std::ranges::count_if(engine.lod.whole->marks, on_interface), 0);
   const std::size_t left = engine.lod.tets;
   engine.run(3);
@@ -243,7 +243,7 @@ TEST(Rounds, RememberedFlipsChangeNothing) {
     std::ptrdiff_t remembered = 0;
     for (int round = 0; round < 12; ++round) {
       const double stretch = round % 3 == 0 ? 2 : 6;
-      knowing.limits.stretch_factor = forgetting.limits.stretch_factor = stretch;
+      knowing.limits.paper.stretch_factor = forgetting.limits.paper.stretch_factor = stretch;
       knowing.settings.passes = forgetting.settings.passes = 1 + round % 3;
       const RoundStatistics a = knowing.run(), b = forgetting.run();
       EXPECT_EQ(a.pass.fused, b.pass.fused);
@@ -316,7 +316,7 @@ TEST(Rounds, WhatIsRememberedAsAFlipIsOne) {
     testing::number_tets(&before);
     RoundsEngine engine(before, 600);
     for (int round = 0; round < 16; ++round) {
-      engine.limits.stretch_factor = 2 + round / 4;
+      engine.limits.paper.stretch_factor = 2 + round / 4;
       engine.run();
       EXPECT_EQ(wrong_flips(engine, &remembered), 0u);
     }

@@ -128,7 +128,7 @@ TEST(GreedyPass, ScalarToleranceIsAShareOfTheRange) {
     // x differs from its mean by at most 0.75 in a tetrahedron of a unit cube; the range is 3.
     const SteeringField field{0, 1, 3.0, {}};
     PassLimits limits;
-    limits.scalar_tolerance = allowed ? 0.2501 : 0.16;
+    limits.paper.scalar_tolerance = allowed ? 0.2501 : 0.16;
     const PassStatistics s = GreedyPass<double>().run(limits, {&field, 1}, &mesh);
     EXPECT_EQ(s.fused, allowed ? 1u : 0u);
     EXPECT_EQ(rejected(s, Reject::kScalar), allowed ? 0u : 5u);
@@ -187,9 +187,9 @@ TEST_P(AgainstReference, EveryPassIsTheSame) {
     const SteeringField field{0, 1, 2.0, {}};
     PassLimits limits;
     limits.boundary_rule = setting.tets_rule ? BoundaryRule::kTets : BoundaryRule::kVertices;
-    limits.scalar_tolerance = setting.scalar_tolerance;
-    limits.stretch_factor = setting.stretch_factor;
-    limits.aspect_ratio = setting.aspect_ratio;
+    limits.paper.scalar_tolerance = setting.scalar_tolerance;
+    limits.paper.stretch_factor = setting.stretch_factor;
+    limits.paper.aspect_ratio = setting.aspect_ratio;
     const testing::ReferenceLimits reference_limits{setting.tets_rule,
                                                     setting.scalar_tolerance * 2.0,
                                                     setting.stretch_factor, setting.aspect_ratio};
@@ -240,7 +240,7 @@ TEST(GreedyPass, RememberedFlipsChangeNothing) {
   for (std::uint16_t i = 0; i < 6; ++i) {
     PassLimits limits;
     limits.number = static_cast<std::uint16_t>(i + 1);
-    limits.stretch_factor = 2;
+    limits.paper.stretch_factor = 2;
     if (i == 3) limits.quota = 40;
     const PassStatistics s = pass.run(limits, {}, &a);
     b.changed.assign(b.changed.size(), 0);

@@ -97,7 +97,7 @@ template <class F>
 void for_each_fusion(std::uint64_t seed, F f) {
   Steered s = hilly(seed, testing::smooth, 0.15);
   WorkMesh<double>& mesh = s.mesh;
-  count_incidence(&mesh);
+  testing::count_incidence(&mesh);
   LiveBalls balls;
   balls.reset(mesh.vertex_count(), mesh.tets);
   FuseCavity<double> cavity;

@@ -216,7 +216,7 @@ TEST(PointErrors, TheScaleOfAMeshDoesNotMatter) {
 TEST(PointErrors, ValuesAreMovedAsLittleAsItTakes) {
   Steered s = steered(five_split_cube(4), linear);
   const FuseLimits limits = limits_of();
-  count_incidence(&s.mesh);
+  testing::count_incidence(&s.mesh);
   LiveBalls balls;
   balls.reset(s.mesh.vertex_count(), s.mesh.tets);
   FuseCavity<double> cavity;

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "support/cut_meshes.h"
+#include "support/interface_tables.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"
 #include "support/work_meshes.h"
@@ -193,7 +194,7 @@ TEST(ChunkPieces, MarksOfTheTableReachEveryChunk) {
     }
   }
   kept.pieces->seal();
-  kept.interface = InterfaceTable(reports);
+  kept.interface = testing::table_of(reports);
   const auto again = gather_all(kept, layout_of(mesh));
   testing::expect_chunks_know_their_vertices(again);
   for (std::size_t c = 0; c < 5; ++c) {

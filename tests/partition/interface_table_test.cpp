@@ -9,6 +9,7 @@
 
 #include "mesh/work_mesh.h"
 #include "partition/id_ranges.h"
+#include "support/interface_tables.h"
 #include "support/meshes.h"
 
 namespace tetfusion {
@@ -37,10 +38,10 @@ Vector<InterfaceReport> random_reports(std::size_t count, std::uint64_t ids) {
 }
 
 TEST(InterfaceTable, JoinsWhatIsSaidOfAVertex) {
-  const InterfaceTable table({{7, 3, 5, kLocked, false},
-                              {2, 1, 1, 0, false},
-                              {7, 4, 9, kOnBoundary, true},
-                              {7, 2, 2, 0, false}});
+  const InterfaceTable table = testing::table_of({{7, 3, 5, kLocked, false},
+                                                  {2, 1, 1, 0, false},
+                                                  {7, 4, 9, kOnBoundary, true},
+                                                  {7, 2, 2, 0, false}});
   ASSERT_EQ(table.entries().size(), 2u);
   ASSERT_NE(table.find(7), nullptr);
   EXPECT_EQ(tied(*table.find(7)), tied(InterfaceReport{7, 2, 9, kLocked | kOnBoundary, true}));
@@ -50,7 +51,7 @@ TEST(InterfaceTable, JoinsWhatIsSaidOfAVertex) {
 
 TEST(InterfaceTable, MayHaveOneLargeId) {
   for (const VertexId id : {0x7FFFFFFFu, 0x80000000u, kNoVertex - 1}) {
-    const InterfaceTable table({{id, 1, 2, kLocked, true}});
+    const InterfaceTable table = testing::table_of({{id, 1, 2, kLocked, true}});
     ASSERT_NE(table.find(id), nullptr);
     EXPECT_EQ(table.find(id)->low, 1u);
     EXPECT_EQ(table.find(id - 1), nullptr);
@@ -60,7 +61,7 @@ TEST(InterfaceTable, MayHaveOneLargeId) {
 
 TEST(InterfaceTable, MayBeEmpty) {
   EXPECT_EQ(InterfaceTable().find(0), nullptr);
-  EXPECT_TRUE(InterfaceTable(Vector<InterfaceReport>{}).entries().empty());
+  EXPECT_TRUE(testing::table_of({}).entries().empty());
 }
 
 std::vector<Vector<InterfaceReport>> sorted_parts(const Vector<InterfaceReport>& reports) {
@@ -72,7 +73,7 @@ std::vector<Vector<InterfaceReport>> sorted_parts(const Vector<InterfaceReport>&
 
 TEST(InterfaceTable, IsTheSameFromParts) {
   const Vector<InterfaceReport> reports = random_reports(2000, 60);
-  expect_same(InterfaceTable(sorted_parts(reports)), InterfaceTable(reports));
+  expect_same(InterfaceTable(sorted_parts(reports)), testing::table_of(reports));
   EXPECT_TRUE(InterfaceTable(std::vector<Vector<InterfaceReport>>(3)).entries().empty());
 }
 
@@ -107,16 +108,16 @@ TEST(IdRanges, HoldAllItemsOnceInOrder) {
 
 TEST(InterfaceTable, IsTheSameForAnyOrderOfReports) {
   Vector<InterfaceReport> reports = random_reports(2000, 60);
-  const InterfaceTable table(reports);
+  const InterfaceTable table = testing::table_of(reports);
   EXPECT_EQ(table.entries().size(), 60u);
   std::ranges::reverse(reports);
-  expect_same(InterfaceTable(reports), table);
+  expect_same(testing::table_of(reports), table);
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     for (std::size_t i = reports.size() - 1; i > 0; --i) {
       const auto j = static_cast<std::size_t>(double(i + 1) * testing::uniform(seed, i));
       std::swap(reports[i], reports[j]);
     }
-    expect_same(InterfaceTable(reports), table);
+    expect_same(testing::table_of(reports), table);
   }
 }
 
@@ -130,7 +131,7 @@ TEST(InterfaceTable, AgreesWithAMap) {
     all.marks |= r.marks;
     all.touched = all.touched || r.touched;
   }
-  const InterfaceTable table(reports);
+  const InterfaceTable table = testing::table_of(reports);
   ASSERT_EQ(table.entries().size(), expected.size());
   for (const auto& [id, report] : expected) {
     const InterfaceReport* found = table.find(id);

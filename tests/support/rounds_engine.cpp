@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "support/interface_tables.h"
+
 namespace tetfusion::testing {
 
 MacroLod<double> macro_lod(const WorkMesh<double>& mesh, std::uint64_t chunk_tets,
@@ -40,7 +42,7 @@ RoundsEngine::RoundsEngine(const WorkMesh<double>& mesh, std::uint64_t chunk_tet
       rounds_(layout_, threads, &budget_, scratch_.get()) {
   settings.box = box_of(mesh);
   settings.chunk_tets = chunk_tets;
-  limits.stretch_factor = 5;
+  limits.paper.stretch_factor = 5;
 }
 
 RoundStatistics RoundsEngine::run(const RunContext& context) {
@@ -77,7 +79,7 @@ void RoundsEngine::forget_flips() {
   }
   pieces->seal();
   lod.pieces = std::move(pieces);
-  lod.interface = InterfaceTable(std::move(reports));
+  lod.interface = table_of(std::move(reports));
 }
 
 }  // namespace tetfusion::testing

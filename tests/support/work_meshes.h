@@ -17,6 +17,15 @@ namespace tetfusion::testing {
 WorkMesh<double> to_work_mesh(Geometry geometry);
 WorkMesh<float> to_float_work_mesh(Geometry geometry);
 
+// Counts the incidence of every vertex.
+template <class Real>
+void count_incidence(WorkMesh<Real>* mesh) {
+  mesh->incidence.assign(mesh->vertex_count(), 0);
+  for (const Tet& t : mesh->tets) {
+    for (const VertexId v : t) ++mesh->incidence[v];
+  }
+}
+
 // One steering value a vertex: f(x, y, z).
 template <class Real, class F>
 void steer_by(F&& f, WorkMesh<Real>* mesh) {
