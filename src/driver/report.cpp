@@ -118,52 +118,54 @@ std::string SimplifyReport::reason_of_locks() const {
   return fmt::format("{}, and stays", fmt::join(reasons, " or "));
 }
 
-std::string SimplifyReport::stop_sentence() const {
-  const auto in_words = [&](Reject reason) {
-    return reason == Reject::kLocked ? "a vertex of theirs " + reason_of_locks()
-                                     : std::string(reason_in_words(reason));
-  };
-  if (stop_reason == StopReason::kGoal) return "The goal was reached.";
-  const std::string start = has_goal ? "The goal was not reached: " : "";
-  const auto say = [&](std::string text) {
-    if (start.empty())
-      text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-    return start + text;
-  };
-  if (lods.empty()) return say("no tetrahedron may be fused.");
-  const PassStatistics& last = lods.back().pass;
-  if (method == Method::kFuse) {
-    // The boundary stays anyway; the question is what holds the others back.
-    std::vector<std::pair<std::uint64_t, Reject>> reasons;
-    std::uint64_t all = 0;
-    for (std::size_t i = 0; i < last.rejected.size(); ++i) {
-      const auto reason = static_cast<Reject>(i);
-      if (reason == Reject::kBoundary || last.rejected[i] == 0) continue;
-      reasons.emplace_back(last.rejected[i], reason);
-      all += last.rejected[i];
-    }
-    if (all == 0) return say("every vertex that is left lies on the boundary, which stays.");
-    const auto more = [](const auto& a, const auto& b) { return a.first > b.first; };
-    std::stable_sort(reasons.begin(), reasons.end(), more);
-    std::string because;
-    for (std::size_t i = 0; i < std::min<std::size_t>(reasons.size(), 3); ++i) {
-      const auto& [count, reason] = reasons[i];
-      if (2 * count < reasons[0].first) break;
-      because += fmt::format("{}{} {}because {}", i == 0 ? "" : "; ", format_count(count),
-                             i == 0 ? "may not be fused " : "", in_words(reason));
-    }
-    return say(
-        fmt::format("of {} left inside, {}.", format_count(all, "vertex", "vertices"), because));
+std::string SimplifyReport::in_words(Reject reason) const {
+  return reason == Reject::kLocked ? "a vertex of theirs " + reason_of_locks()
+                                   : std::string(reason_in_words(reason));
+}
+
+// The boundary stays anyway; the question is what holds the others back.
+std::string SimplifyReport::reasons_of_vertices(const PassStatistics& last) const {
+  std::vector<std::pair<std::uint64_t, Reject>> reasons;
+  std::uint64_t all = 0;
+  for (std::size_t i = 0; i < last.rejected.size(); ++i) {
+    const auto reason = static_cast<Reject>(i);
+    if (reason == Reject::kBoundary || last.rejected[i] == 0) continue;
+    reasons.emplace_back(last.rejected[i], reason);
+    all += last.rejected[i];
   }
+  if (all == 0) return "every vertex that is left lies on the boundary, which stays.";
+  const auto more = [](const auto& a, const auto& b) { return a.first > b.first; };
+  std::stable_sort(reasons.begin(), reasons.end(), more);
+  std::string because;
+  for (std::size_t i = 0; i < std::min<std::size_t>(reasons.size(), 3); ++i) {
+    const auto& [count, reason] = reasons[i];
+    if (2 * count < reasons[0].first) break;
+    because += fmt::format("{}{} {}because {}", i == 0 ? "" : "; ", format_count(count),
+                           i == 0 ? "may not be fused " : "", in_words(reason));
+  }
+  return fmt::format("of {} left inside, {}.", format_count(all, "vertex", "vertices"), because);
+}
+
+std::string SimplifyReport::reasons_of_tets(const PassStatistics& last) const {
   const auto most = std::max_element(last.rejected.begin(), last.rejected.end());
   const auto reason = static_cast<Reject>(most - last.rejected.begin());
   const std::string because = fmt::format("for {} of {} this is because {}.", format_count(*most),
                                           format_count(last.tets_after), in_words(reason));
-  if (last.fused == 0) return say("no tetrahedron may be fused any more; " + because);
-  return say(fmt::format(
+  if (last.fused == 0) return "no tetrahedron may be fused any more; " + because;
+  return fmt::format(
       "next to none may be fused any more (the last round has {} less than the one "
       "before); {}",
-      format_count(last.tets_before - last.tets_after, "tetrahedron", "tetrahedra"), because));
+      format_count(last.tets_before - last.tets_after, "tetrahedron", "tetrahedra"), because);
+}
+
+std::string SimplifyReport::stop_sentence() const {
+  if (stop_reason == StopReason::kGoal) return "The goal was reached.";
+  std::string text = lods.empty()              ? "no tetrahedron may be fused."
+                     : method == Method::kFuse ? reasons_of_vertices(lods.back().pass)
+                                               : reasons_of_tets(lods.back().pass);
+  if (has_goal) return "The goal was not reached: " + text;
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
 }
 
 Json to_json_value(const SimplifyReport& r) {

@@ -61,10 +61,15 @@ struct SimplifyReport {
   int threads = 1;
 
   double reduction() const;  // share of the tetrahedra that went
-  // Why vertices are locked, as far as is known.
-  std::string reason_of_locks() const;
   // Which limit ended the run, in plain words.
   std::string stop_sentence() const;
+
+ private:
+  std::string reason_of_locks() const;  // as far as it is known
+  std::string in_words(Reject reason) const;
+  // What was in the way, of a round of fuse, and of a pass of tetfuse.
+  std::string reasons_of_vertices(const PassStatistics& last) const;
+  std::string reasons_of_tets(const PassStatistics& last) const;
 };
 
 std::string to_json(const SimplifyReport& report);
