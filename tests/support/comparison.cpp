@@ -18,11 +18,11 @@ Comparison compare_files(const MeshFile& original, const MeshFile& simplified) {
   return compare_meshes(first.get(), second.get(), {});
 }
 
-const ArrayComparison& array_of(const Comparison& comparison, const std::string& name) {
+const ArrayComparison& array_of(const Comparison& comparison, std::string_view name) {
   for (const ArrayComparison& a : comparison.arrays) {
     if (a.info.name == name) return a;
   }
-  throw std::runtime_error("there is no array " + name);
+  throw std::runtime_error(fmt::format("there is no array {}", name));
 }
 
 std::string describe(const Comparison& c) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "compare/compare.h"
 #include "support/mesh_file.h"
@@ -12,7 +13,7 @@ namespace tetfusion::testing {
 Comparison compare_files(const MeshFile& original, const MeshFile& simplified);
 
 // Throws where there is none of that name.
-const ArrayComparison& array_of(const Comparison& comparison, const std::string& name);
+const ArrayComparison& array_of(const Comparison& comparison, std::string_view name);
 
 // All numbers of a comparison, to the last bit.
 std::string describe(const Comparison& comparison);

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <string_view>
 
 #include "base/error.h"
 #include "compare/point.h"
@@ -35,7 +36,7 @@ using P = Vec3<double>;
 
 Vector<P>& points_of(MeshFile* file) { return std::get<Vector<P>>(file->geometry.points); }
 
-DataArray& array(std::vector<DataArray>& arrays, const std::string& name) {
+DataArray& array(std::vector<DataArray>& arrays, std::string_view name) {
   return *std::find_if(arrays.begin(), arrays.end(),
                        [&](const DataArray& a) { return a.info.name == name; });
 }
