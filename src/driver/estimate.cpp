@@ -6,6 +6,7 @@
 
 #include "base/resources.h"
 #include "driver/import.h"
+#include "driver/original_values.h"
 #include "driver/remainder.h"
 #include "driver/round_plan.h"
 #include "driver/rounds.h"
@@ -43,6 +44,7 @@ class Trial {
   void import();
   void look_at_marks();
   void limit_errors();
+  void fit_values(const OriginalValues<Real>& original);
   void reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* rounds);
   std::optional<std::uint64_t> goal();
   double share_gone(const std::optional<Remainder<Real>>& remainder) const;
@@ -87,8 +89,14 @@ RunEstimate Trial<Real>::run(double start) {
   state_.chunk_tets = behaviour_.chunk_tets;
   scale_weights(behaviour_.weight, run_.input.description(), *run_.input.stream, run_.context,
                 &state_);
+  OriginalValues<Real> original(
+      scratch_.get(), layout,
+      columns_to_fit(run_.request, run_.input.carried, run_.input.steering, run_.input.regions),
+      surfaces_move(behaviour_));
+  rounds.put_values_aside(&original);
   const double begin = wall_seconds();
   reach(goal(), &rounds);
+  fit_values(original);
   out_.seconds = seconds_for_all(reading, assembling, wall_seconds() - begin);
   if (out_.goal) {
     state_.end = StageEnd::kOpen;
@@ -167,6 +175,14 @@ void Trial<Real>::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* 
         rounds->run(plan.settings, plan.limits, fields_, run_.context, &mesh());
     planner_.note(plan, round, &state_);
   }
+}
+
+// For the time that it takes: whatever else is tried goes on without.
+template <class Real>
+void Trial<Real>::fit_values(const OriginalValues<Real>& original) {
+  WorkMesh<Real> fitted = *mesh().whole;
+  FitTools<Real> tools;
+  FittedValues<Real>(original, mesh(), 1, scratch_.get()).fit(0, &tools, &fitted);
 }
 
 // A thread has a chunk at a time: with few chunks some threads have none in the end.
