@@ -177,6 +177,10 @@ void Job::plan_memory() {
                             request_.input, format_bytes(least), format_bytes(in_core),
                             format_bytes(total), (least >> 20) + 1));
   }
+  context_.say(
+      fmt::format("the mesh is kept on disk, as it would take about {} in memory; that is "
+                  "slow where the input's points and cells lie in no order",
+                  format_bytes(in_core)));
   folder_ = request_.scratch.empty() ? output_folder(request_.output) : request_.scratch;
   limit_ = ResidentLimit(total - kMargin);
   report_.on_disk = true;

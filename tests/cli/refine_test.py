@@ -147,7 +147,8 @@ class Refine(FolderTest):
             self.assertTrue(on_disk.read_bytes() == level.read_bytes(), options)
             for name in ("result", "undone", "error"):
                 self.assertEqual(report[name], expected[name])
-        report_of("refine", back, "-o", on_disk, "--memory", "128M")  # as the manual says, with field data
+        said = finish("refine", back, "-o", on_disk, "--memory", "128M").stderr.decode()  # as the manual says, with field data
+        self.assertIn("the mesh is kept on disk, as it would take about ", said)
         run("refine", back, "-o", self.folder / "none.vtu", "--memory", "100M", code=MEMORY)
         self.assertEqual(self.files(), [path.name, "level.vtu", "on_disk.vtu", "out.vtu", "run.tfp"])
 
