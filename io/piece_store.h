@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -51,6 +52,15 @@ class PieceStore {
   // May be called again and again until forget(). Throws Error(kIo) with file and byte when the
   // bytes are not what was added (length and checksum are compared before they are handed out).
   virtual std::unique_ptr<BucketPieces> read(std::uint32_t bucket) const = 0;
+
+  // Calls use(piece) with what read() has, one after the other, each of which is there only
+  // meanwhile: for buckets that are much larger than a chunk. Throws what read() and check() do.
+  using UsePiece = std::function<void(std::span<const std::byte> piece)>;
+  virtual void for_each(std::uint32_t bucket, const UsePiece& use) const {
+    const auto all = read(bucket);
+    for (const auto piece : all->pieces()) use(piece);
+    all->check();
+  }
 
   // The bucket will not be read again: its memory is freed, when no BucketPieces of it lives.
   virtual void forget(std::uint32_t bucket) = 0;

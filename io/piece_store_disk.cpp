@@ -286,6 +286,14 @@ std::unique_ptr<BucketPieces> DiskPieceStore::read(std::uint32_t bucket) const {
   return load_pieces(generation_, pieces_of(bucket));
 }
 
+void DiskPieceStore::for_each(std::uint32_t bucket, const UsePiece& use) const {
+  for (const PieceOnDisk& piece : pieces_of(bucket)) {
+    const auto one = load_pieces(generation_, {piece});
+    use(one->pieces()[0]);
+    one->check();
+  }
+}
+
 void DiskPieceStore::forget(std::uint32_t bucket) {
   const std::lock_guard lock(mutex_);
   buckets_.erase(bucket);

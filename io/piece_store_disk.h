@@ -69,6 +69,7 @@ class DiskPieceStore : public PieceStore {
   void seal() override;
   void will_read(std::uint32_t bucket) const override;
   std::unique_ptr<BucketPieces> read(std::uint32_t bucket) const override;
+  void for_each(std::uint32_t bucket, const UsePiece& use) const override;
   void forget(std::uint32_t bucket) override;
   std::uint64_t bytes(std::uint32_t bucket) const override;
   std::uint64_t bytes() const override;

@@ -77,16 +77,11 @@ std::uint64_t SortedRows::count(std::uint32_t chunk) const {
 
 void SortedRows::for_each_piece(std::uint32_t chunk,
                                 const std::function<void(const OriginalPiece& piece)>& use) const {
-  const auto read = [&](const PieceStore& store, std::uint32_t bucket) {
-    const auto pieces = store.read(bucket);
-    for (const auto piece : pieces->pieces()) use(OriginalPiece(piece, rows_->strides()));
-    pieces->check();
+  const auto use_piece = [&](std::span<const std::byte> piece) {
+    use(OriginalPiece(piece, rows_->strides()));
   };
-  if (sorted_) {
-    read(*sorted_, chunk);
-  } else {
-    for (std::uint32_t c = 0; c < chunks_; ++c) read(rows_->store(), c);
-  }
+  if (sorted_) return sorted_->for_each(chunk, use_piece);
+  for (std::uint32_t c = 0; c < chunks_; ++c) rows_->store().for_each(c, use_piece);
 }
 
 }  // namespace tetfusion

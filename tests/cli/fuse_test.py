@@ -5,7 +5,7 @@ import itertools
 import math
 
 import numpy as np
-from harness import INVALID, USAGE, FolderTest, finish, main, report_of, run
+from harness import INVALID, USAGE, FolderTest, finish, least_memory, main, report_of, run, sanitized, size_of
 from independent_check import Vtu, judge_pair, load
 from sample_meshes import rebuilt
 from tiny_vtu import TinyVtu
@@ -286,6 +286,17 @@ class Fuse(FolderTest):
         # One array's own bound.
         out, _ = self.fuse(path, "--array", name + ":0.3%")
         report_of("compare", path, out, "--array", name, "--max-error", "0.3%")
+
+    def test_memory_does_not_grow_with_what_has_gone(self):
+        if sanitized():
+            self.skipTest("a sanitizer takes memory of its own")
+        mesh = TinyVtu(56)  # a chunk of the result has the rows of 20 times as many cells
+        mesh.arrays.insert(2, ["CellData", "wide", "Float64", 24, [0.1] * (24 * len(mesh.tets))])
+        options = ["simplify", self.write(mesh), "-o", self.folder / "out.vtu", "--reduction", "96%", "--chunk-tets", "20k"]
+        memory = least_memory(*options)
+        report = report_of(*options, "--memory", memory)
+        self.assertGreater(report["scratch_bytes"], 0)
+        self.assertLess(report["peak_rss_bytes"], size_of(memory))
 
     def test_integrals_stay(self):
         path = self.generate("--jitter", "0.5", tets="40k")

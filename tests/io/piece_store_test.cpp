@@ -54,6 +54,20 @@ TEST_P(PieceStores, ComeBackAsTheyWere) {
   EXPECT_EQ(store->bytes(1), 0u);
 }
 
+TEST_P(PieceStores, MayBeUsedOneByOne) {
+  const auto store = scratch_->begin("one");
+  for (const std::uint32_t source : {3u, 1u, 20u}) {
+    add_pieces(store.get(), source, {{5, "from " + std::to_string(source)}, {6, "other"}});
+  }
+  store->seal();
+  for (int times = 0; times < 2; ++times) {
+    std::vector<std::string> used;
+    store->for_each(5, [&](auto piece) { used.push_back(testing::text(piece)); });
+    EXPECT_THAT(used, ElementsAre("from 1", "from 3", "from 20"));
+  }
+  store->for_each(7, [](auto) { ADD_FAILURE(); });
+}
+
 TEST_P(PieceStores, AscendBySource) {
   const auto store = scratch_->begin("one");
   for (const std::uint32_t source : {3u, 1u, 20u, 100u, 0u}) {

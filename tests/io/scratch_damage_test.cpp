@@ -185,6 +185,7 @@ TEST_F(DamagedScratch, WhatIsDamagedWhileInUseIsAnError) {
   }
   fs::remove(file);
   EXPECT_THROW(store->read(0), Error);
+  EXPECT_THROW(store->for_each(0, [](auto) { ADD_FAILURE(); }), Error);
 }
 
 // They are read, not mapped, so that what was read stays.
