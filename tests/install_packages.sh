@@ -9,7 +9,7 @@ set -eu
 packages="g++ cmake ninja-build pkg-config libcli11-dev libfmt-dev nlohmann-json3-dev libpugixml-dev zlib1g-dev
   libdeflate-dev libisal-dev liblz4-dev liblzma-dev libxxhash-dev"
 if [ "${1:-build}" = test ]; then
-  packages="$packages libgtest-dev libgmock-dev python3 python3-h5py python3-numpy libvtk9-dev python3-vtk9 dpkg-dev help2man"
+  packages="$packages libgtest-dev libgmock-dev python3 python3-h5py python3-numpy libvtk9-dev python3-vtk9 dpkg-dev file help2man"
 fi
 
 if [ "${1:-build}" = paraview ]; then

@@ -23,6 +23,9 @@ def main():
     """For the end of a test program: TEST TETFUSION [unittest's arguments]."""
     global _command
     _command = os.path.abspath(sys.argv.pop(1))
+    # What starts the tests may have had these ignored, as nohup and a shell's & do, and whoever is started inherits that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     unittest.main(module="__main__")
 
 

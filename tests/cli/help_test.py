@@ -59,8 +59,9 @@ class Help(unittest.TestCase):
 
     def test_the_defaults_of_tetfuse_are_stated(self):
         text = run("simplify", "--help").decode()
-        for default in ("tetfuse", "Default: 0.025 with --method tetfuse", "Default: 5 with --method tetfuse", "--encoding TEXT=raw"):
+        for default in ("tetfuse", "Default: 0.025 with --method tetfuse", "Default: 5 with --method tetfuse"):
             self.assertIn(default, text)
+        self.assertRegex(text, r"--encoding TEXT(=raw| \[raw\])")  # as this version of CLI11 has it
 
 
 if __name__ == "__main__":

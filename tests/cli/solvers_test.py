@@ -154,8 +154,7 @@ time values:
         for arguments in ("info", path), ("check", path), ("convert", path, out), ("simplify", path, "-o", out, *GOAL):
             for by in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
                 with self.subTest(command=arguments[0], by=by):
-                    process = self.start(*arguments, until="reading",
-                                         preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
+                    process = self.start(*arguments, until="reading")
                     self.addCleanup(process.kill)
                     child = self.child_of(process)
                     process.send_signal(by)

@@ -23,7 +23,7 @@ class Trouble(FolderTest):
                  (["generate", "five", "--tets", "20M", "-o", out], "writing")]
         for (arguments, phase), by in zip(jobs, itertools.cycle((signal.SIGINT, signal.SIGTERM, signal.SIGHUP))):
             with self.subTest(command=arguments[0], phase=phase, by=by):
-                process = self.start(*arguments, until=phase, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
+                process = self.start(*arguments, until=phase)
                 process.send_signal(by)
                 code, message = self.end(process)
                 self.assertEqual(code, INTERRUPTED, message)
