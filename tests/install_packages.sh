@@ -1,8 +1,8 @@
 #!/bin/sh
-# Installs what a build needs on Debian 12. Usage: install_packages.sh [build|test|paraview]
+# Installs what a build needs on Debian 12 and 13, and on Ubuntu 24.04. Usage: install_packages.sh [build|test|paraview]
 #   build: compiler and libraries of the command itself (default)
 #   test:  the same, and what the tests use besides: GoogleTest, Python with numpy and h5py, VTK (about 500 MB)
-#   paraview: what the plugin's build and tests use, beside ParaView's own packages: MPI, and what ParaView was built with
+#   paraview: for Debian 12, what the plugin's build and tests use, beside ParaView's own packages: MPI, and what ParaView was built with
 # Does nothing where all of it is there already. Needs root, or sudo.
 set -eu
 
