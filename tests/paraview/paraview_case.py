@@ -40,7 +40,8 @@ class ParaViewCase(unittest.TestCase):
     def run_pvbatch(self, arguments, processes=1, symmetric=False, load=True):
         """pvbatch with the plugin loaded by its path variable; nothing waits for ever where processes do not end together."""
         environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-                           OMPI_MCA_rmaps_base_oversubscribe="1")
+                           OMPI_MCA_rmaps_base_oversubscribe="1",
+                           PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe")  # Open MPI 5
         if load:
             environment["PV_PLUGIN_PATH"] = str(self.plugin)
         start = [MPIEXEC, "-n", str(processes)] if processes > 1 else []
