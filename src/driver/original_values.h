@@ -80,7 +80,7 @@ struct FitTools {
 template <class Real>
 class FittedValues {
  public:
-  // The original and the mesh outlive this.
+  // The original, of which something was put aside, and the mesh outlive this.
   FittedValues(const OriginalValues<Real>& original, const MacroLod<Real>& mesh, int threads,
                Scratch* scratch);
 
