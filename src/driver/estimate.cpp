@@ -180,7 +180,7 @@ void Trial<Real>::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* 
 // For the time that it takes: whatever else is tried goes on without.
 template <class Real>
 void Trial<Real>::fit_values(const OriginalValues<Real>& original) {
-  if (original.chunks() == 0) return;  // there was no round
+  if (original.chunks() == 0 || original.columns().empty()) return;  // no round, or nothing to fit
   WorkMesh<Real> fitted = *mesh().whole;
   FitTools<Real> tools;
   FittedValues<Real>(original, mesh(), 1, scratch_.get()).fit(0, &tools, &fitted);

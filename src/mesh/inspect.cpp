@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <limits>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
