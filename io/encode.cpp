@@ -150,18 +150,35 @@ constexpr std::size_t kLz4Batch = 64;
 // What does not compress is stored, in runs of 64 KiB with five bytes each; six for zlib's frame.
 constexpr std::size_t largest_zlib(std::size_t bytes) { return bytes + bytes / 1024 + 64; }
 
-constexpr std::uint32_t kZlibWork = ISAL_DEF_LVL2_DEFAULT;
+// How far beyond the end of what it compresses ISA-L looks: where bytes go on as they did before,
+// its code for 64-bit ARM (seen in 2.30) compares them until a match has its full length, 258, and
+// only then cuts it at the end.
+#ifdef __aarch64__
+constexpr std::size_t kReadBeyond = 258 + sizeof(std::uint64_t);
+#else
+constexpr std::size_t kReadBeyond = 0;
+#endif
+
+constexpr std::size_t kZlibLevelBytes = ISAL_DEF_LVL2_DEFAULT;
+constexpr std::size_t kZlibWork =
+    kZlibLevelBytes + (kReadBeyond == 0 ? 0 : kZlibBlock + kReadBeyond);
 
 // Both return the compressed size, or 0 on failure. `work` holds kZlibWork bytes, of any value, or
-// there was no memory for it.
-std::size_t compress_zlib(std::span<const std::byte> in, std::uint8_t* work,
+// there was no memory for it; `readable` bytes are there behind the end of `in`.
+std::size_t compress_zlib(std::span<const std::byte> in, std::size_t readable, std::uint8_t* work,
                           std::span<std::byte> out) {
   if (work == nullptr) return 0;
+  if (readable < kReadBeyond) {
+    std::uint8_t* copy = work + kZlibLevelBytes;
+    std::memcpy(copy, in.data(), in.size());
+    std::memset(copy + in.size(), 0, kReadBeyond);
+    in = {reinterpret_cast<const std::byte*>(copy), in.size()};
+  }
   isal_zstream stream{};  // isal_deflate_stateless_init() leaves hist_bits as they are
   isal_deflate_stateless_init(&stream);
   stream.level = kZlibLevel;
   stream.level_buf = work;
-  stream.level_buf_size = kZlibWork;
+  stream.level_buf_size = kZlibLevelBytes;
   stream.gzip_flag = IGZIP_ZLIB;
   stream.end_of_stream = 1;
   // The library reads only, but its interface does not say so.
@@ -232,7 +249,8 @@ void BlockCompressor::compress_batch(std::span<const std::byte> bytes, const Sin
       const auto rest = bytes.subspan(b * block_bytes_);
       const auto in = rest.first(std::min(block_bytes_, rest.size()));
       const std::span<std::byte> out(results_.data() + b * bound_, bound_);
-      hand_on(b, zlib ? compress_zlib(in, work.get(), out) : compress_lz4(in, out));
+      hand_on(b, zlib ? compress_zlib(in, rest.size() - in.size(), work.get(), out)
+                      : compress_lz4(in, out));
     }
   }
   if (error) std::rethrow_exception(error);

@@ -5,6 +5,10 @@ if(NOT HELP2MAN)
   message(STATUS "help2man was not found: no manual pages will be made")
   return()
 endif()
+if(CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR)
+  message(STATUS "The command cannot run here (CMAKE_CROSSCOMPILING_EMULATOR): no manual pages will be made")
+  return()
+endif()
 
 set(folder ${CMAKE_BINARY_DIR}/man)
 set(also "[SEE ALSO]\n.BR tetfusion (1)")
@@ -15,11 +19,12 @@ file(READ ${CMAKE_CURRENT_LIST_DIR}/man.inc exit_status)
 file(CONFIGURE OUTPUT ${folder}/man.inc CONTENT "${exit_status}\n${also}\n" @ONLY)
 
 # help2man calls a page after the program it asks.
+list(JOIN CMAKE_CROSSCOMPILING_EMULATOR " " emulator)
 set(pages "")
 foreach(command "" ${TETFUSION_COMMANDS})
   string(REGEX REPLACE "(.+)" "-\\1" dashed "${command}")
   set(program ${folder}/tetfusion${dashed})
-  file(CONFIGURE OUTPUT ${program} CONTENT "#!/bin/sh\nexec ${CMAKE_BINARY_DIR}/tetfusion ${command} \"$@\"\n" @ONLY)
+  file(CONFIGURE OUTPUT ${program} CONTENT "#!/bin/sh\nexec ${emulator} ${CMAKE_BINARY_DIR}/tetfusion ${command} \"$@\"\n" @ONLY)
   file(CHMOD ${program} PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
   add_custom_command(
     OUTPUT ${program}.1

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <array>
@@ -427,6 +428,25 @@ TEST_P(Compress, DoesNotDependOnWhatWasInMemory) {
         });
   }
   EXPECT_EQ(results.size(), 1u);
+}
+
+// Bytes that end where what follows cannot be read, all the same: matches would go on.
+TEST_P(Compress, ReadsNothingBeyondTheEnd) {
+  set_thread_count(1);
+  const std::size_t pages = std::size_t{1} << 20;
+  void* const mapped =
+      ::mmap(nullptr, pages + (1 << 16), PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(mapped, MAP_FAILED);
+  ASSERT_EQ(::mprotect(mapped, pages, PROT_READ | PROT_WRITE), 0);
+  const std::span all(static_cast<std::byte*>(mapped), pages);
+  for (const std::size_t size : {std::size_t{1}, std::size_t{300}, std::size_t{5001}, pages - 3}) {
+    std::size_t compressed = 0;
+    BlockCompressor(GetParam()).compress(all.last(size), [&](std::span<const std::byte> block) {
+      compressed += block.size();
+    });
+    EXPECT_GT(compressed, 0u) << size;
+  }
+  ::munmap(mapped, pages + (1 << 16));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Compress, ::testing::Values(Compression::kZlib, Compression::kLz4));
