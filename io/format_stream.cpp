@@ -32,6 +32,16 @@ class FormatStream final : public MeshStream {
 
   std::uint64_t points() const override { return reader_.description().points; }
   std::uint64_t cells() const override { return reader_.description().cells; }
+  LowerCount lower_cells() const override {
+    const CellTypeCounts types = reader_.cell_types();
+    LowerCount lower;
+    for (const std::uint8_t type : {kVtkVertex, kVtkLine, kVtkTriangle}) {
+      if (is_dropped_patch(type, options_)) continue;
+      lower.cells += types[type];
+      lower.corners += types[type] * static_cast<std::uint64_t>(vtk_cell_size(type));
+    }
+    return lower;
+  }
   std::uint64_t ghost_cells() const override { return 0; }
   std::uint64_t merged_points() const override { return 0; }
   std::uint64_t dropped_points() const override { return 0; }

@@ -28,6 +28,9 @@ class WholeMeshStream final : public MeshStream {
 
   std::uint64_t points() const override { return points_; }
   std::uint64_t cells() const override { return mesh_.tets.size() + mesh_.lower.size(); }
+  LowerCount lower_cells() const override {
+    return {mesh_.lower.size(), mesh_.lower.connectivity.size()};
+  }
   std::uint64_t ghost_cells() const override { return mesh_.ghost_cells; }
   std::uint64_t merged_points() const override { return mesh_.merged_points; }
   std::uint64_t differing_points() const override { return mesh_.differing_points; }

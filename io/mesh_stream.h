@@ -25,6 +25,11 @@ struct CellWindow {
   std::uint64_t ghost_cells = 0;     // dropped; over windows that cover the mesh, all there are
 };
 
+// Cells of lower dimension, and how many corners they have together.
+struct LowerCount {
+  std::uint64_t cells = 0, corners = 0;
+};
+
 // Points are numbered from 0 to points() - 1; some may be used by no cell. Windows of cells lie in
 // [0, cells()): in the order of the file where windows of it are read, where the whole mesh is in
 // memory its tetrahedra and then its cells of lower dimension.
@@ -40,6 +45,7 @@ class MeshStream {
   virtual std::uint64_t points() const = 0;
   virtual std::uint64_t cells() const = 0;  // those of lower dimension, too, and ghosts, if windows
                                             // of the file are read
+  virtual LowerCount lower_cells() const = 0;  // that read_cells() gives, over all windows
 
   // What reading left out, as in Geometry. Known from the start, but for what the copies had: who
   // asks first for that waits until their rows have been read (differing_copies.h).

@@ -40,6 +40,7 @@ class PiecesStream final : public MeshStream {
 
   std::uint64_t points() const override { return numbers_.points(); }
   std::uint64_t cells() const override { return description_.cells; }
+  LowerCount lower_cells() const override { return lower_; }
   std::uint64_t ghost_cells() const override { return ghosts_; }
   std::uint64_t merged_points() const override { return numbers_.merged(); }
   std::uint64_t differing_points() const override { return differences().points; }
@@ -125,6 +126,7 @@ class PiecesStream final : public MeshStream {
   std::vector<std::unique_ptr<Part>> parts_;
   PieceNumbers numbers_;
   std::uint64_t ghosts_ = 0;
+  LowerCount lower_;
   mutable std::mutex mutex_;
   mutable std::optional<CopyDifferences> differences_;  // once somebody has asked
 };
@@ -164,6 +166,8 @@ void PiecesStream::open(const std::vector<StreamPiece>& pieces, const OpenOption
       }
       tets += own;
       ghosts_ += part->stream->ghost_cells();
+      lower_.cells += part->stream->lower_cells().cells;
+      lower_.corners += part->stream->lower_cells().corners;
       parts_.push_back(std::move(part));
     }
     points += piece.points;

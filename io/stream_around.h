@@ -15,6 +15,7 @@ class StreamAround : public MeshStream {
 
   std::uint64_t points() const override { return inner_->points(); }
   std::uint64_t cells() const override { return inner_->cells(); }
+  LowerCount lower_cells() const override { return inner_->lower_cells(); }
   std::uint64_t ghost_cells() const override { return inner_->ghost_cells(); }
   std::uint64_t merged_points() const override { return inner_->merged_points(); }
   std::uint64_t differing_points() const override { return inner_->differing_points(); }

@@ -78,9 +78,14 @@ void ViewCells::look_at(std::uint64_t cell) {
   if (!may_have_vertices(type, ids.size())) {
     fail(cell, wrong_vertex_count(type, ids.size()));
   }
-  tets_ += type == kVtkTetra ? 1 : 0;
-  as_they_are_ = as_they_are_ && (type == kVtkTetra || type == kVtkVertex || type == kVtkLine ||
-                                  type == kVtkTriangle);
+  if (type == kVtkTetra) {
+    ++tets_;
+    return;
+  }
+  ++lower_.cells;
+  lower_.corners += ids.size();
+  as_they_are_ =
+      as_they_are_ && (type == kVtkVertex || type == kVtkLine || type == kVtkTriangle);
 }
 
 void ViewCells::read(std::uint64_t first, std::uint64_t count, CellWindow* out) const {

@@ -22,6 +22,7 @@ class ViewCells {
 
   std::uint64_t size() const { return view_.cells(); }
   std::uint64_t ghosts() const { return ghosts_; }
+  const LowerCount& lower() const { return lower_; }  // as they are in the view
   bool as_they_are() const { return as_they_are_; }  // none is to be split or linearized
 
   // Replaces *out, whose memory stays. REQUIRES: as_they_are(), and cells that are there.
@@ -67,6 +68,7 @@ class ViewCells {
   std::uint64_t points_ = 0;
   std::uint64_t ghosts_ = 0;
   std::uint64_t tets_ = 0;
+  LowerCount lower_;
   bool as_they_are_ = true;
 };
 

@@ -48,6 +48,10 @@ class ViewStream final : public MeshStream {
   std::uint64_t cells() const override {
     return cells_.as_they_are() ? cells_.size() : taken_.tets.size() + taken_.lower.size();
   }
+  LowerCount lower_cells() const override {
+    if (cells_.as_they_are()) return cells_.lower();
+    return {taken_.lower.size(), taken_.lower.connectivity.size()};
+  }
   std::uint64_t ghost_cells() const override { return cells_.ghosts(); }
   std::uint64_t merged_points() const override { return 0; }
   std::uint64_t dropped_points() const override { return description_.points - points(); }

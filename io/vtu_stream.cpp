@@ -29,6 +29,7 @@ struct CellSurvey {
   bool as_they_are = true;  // none is to be split or linearized
   std::uint64_t tets = 0;
   std::uint64_t ghosts = 0;
+  LowerCount lower;  // if all are as they are
 };
 
 // What is read of a stream.
@@ -70,6 +71,7 @@ class VtuStream final : public MeshStream {
   std::uint64_t tets() const { return survey_.tets; }  // no ghosts
   std::uint64_t points() const override { return description_.points; }
   std::uint64_t cells() const override { return description_.cells; }
+  LowerCount lower_cells() const override { return survey_.lower; }
   std::uint64_t ghost_cells() const override { return survey_.ghosts; }
   std::uint64_t merged_points() const override { return 0; }
   std::uint64_t dropped_points() const override { return 0; }
@@ -159,6 +161,8 @@ class VtuStream final : public MeshStream {
     if (kept < 0) arrays_.refuse(cell, type, options_);
     const bool lower = type == kVtkVertex || type == kVtkLine || type == kVtkTriangle;
     found->as_they_are = found->as_they_are && lower;
+    ++found->lower.cells;
+    found->lower.corners += static_cast<std::uint64_t>(kept);
   }
 
   // Opened when it is first asked for.

@@ -15,6 +15,9 @@ namespace tetfusion {
 
 class ByteWriter {
  public:
+  ByteWriter() = default;
+  // Room for so many bytes at once, so that they are not copied as they grow.
+  explicit ByteWriter(std::size_t bytes) { bytes_.reserve(bytes); }
   template <class T>
   requires std::is_trivially_copyable_v<T>
   void put(const T& value) { append(&value, sizeof value); }

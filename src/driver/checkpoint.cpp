@@ -20,6 +20,19 @@ struct Putting {
   }
 };
 
+// How many bytes that takes.
+struct Counting {
+  std::size_t* bytes;
+  template <class T>
+  void value(const T& v) {
+    *bytes += sizeof v;
+  }
+  template <class T>
+  void all(const T& v) {
+    *bytes += sizeof(std::uint64_t) + v.size() * sizeof(typename T::value_type);
+  }
+};
+
 struct Getting {
   ByteReader* reader;
   template <class T>
@@ -136,7 +149,9 @@ void pass(Stream stream, State& state) {
 
 template <class Real>
 Vector<std::byte> save(const RunState<Real>& state) {
-  ByteWriter writer;
+  std::size_t bytes = 0;
+  pass(Counting{&bytes}, state);
+  ByteWriter writer(bytes);
   pass(Putting{&writer}, state);
   return writer.take();
 }

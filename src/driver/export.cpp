@@ -163,6 +163,7 @@ void Exporter<Real>::place_lower(const Places& places, const OutputFile& file) c
     place(places.sections[section++] + cell * c.stride(), c.rows);
   }
   Vector<std::int64_t> ends;
+  ends.reserve(lower.cells.size());
   for (std::uint64_t i = 0; i < lower.cells.size(); ++i) ends.push_back(cells().end(cell + i));
   place(places.sections[kFileCorners] + 4 * cell * sizeof(std::int64_t),
         bytes_of(chunks_.lower_corners()));

@@ -192,6 +192,7 @@ void ExportChunks<Real>::settle_lower() {
 template <class Real>
 Vector<std::int64_t> ExportChunks<Real>::lower_corners() const {
   Vector<std::int64_t> corners;
+  corners.reserve(job_.lower.cells.connectivity.size());
   for (const VertexId v : job_.lower.cells.connectivity) {
     const auto at =
         std::lower_bound(numbered_.begin(), numbered_.end(), v,

@@ -39,6 +39,14 @@ double interface_vertices(double tets) {
   return kSurface * std::pow(tets / kTetsPerVertex, 2.0 / 3.0);
 }
 
+// Their types, where they begin, their corners, and these once more, in order. All of it is there
+// again where it is read, where it is put away, and where it is written.
+double lower_bytes(const LowerCount& lower, std::uint64_t row_bytes) {
+  const std::uint64_t held = (1 + sizeof(std::uint64_t) + row_bytes) * lower.cells +
+                             2 * sizeof(VertexId) * lower.corners;
+  return 2.0 * static_cast<double>(held);
+}
+
 }  // namespace
 
 InputWindow plan_window(std::uint64_t most, std::uint64_t bytes_a_row, std::uint64_t total,
@@ -51,15 +59,17 @@ InputWindow plan_window(std::uint64_t most, std::uint64_t bytes_a_row, std::uint
 }
 
 MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
-                           std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read) {
+                           std::uint64_t chunk_tets, int threads, const ReaderNeeds& reader) {
   const auto cells = static_cast<double>(mesh.cells);
   const CarriedArrays carried(mesh);
+  const std::uint64_t cell_row = steering.tet + carried.cell_data.row_bytes();
   const auto points = static_cast<double>(mesh.points);
   const double real = mesh.point_type == ValueType::kFloat32 ? 4 : 8;
   const double vertex =
       3 * real + 5 + static_cast<double>(steering.vertex + carried.point_data.row_bytes());
-  const double tet = 17 + static_cast<double>(steering.tet + carried.cell_data.row_bytes());
-  const double pieces = cells * tet + kCopies * points * vertex;
+  const double tet = 17 + static_cast<double>(cell_row);
+  const double tets = cells - static_cast<double>(reader.lower.cells);
+  const double pieces = tets * tet + kCopies * points * vertex;
   const double chunks = std::ceil(cells / static_cast<double>(chunk_tets));
   const double removed =
       steering.removed_point == 0 ? 0 : 3 * real + 8 + static_cast<double>(steering.removed_point);
@@ -98,8 +108,9 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double excerpt = chunks > 1 ? 6 * pieces * std::min(1.0, kExcerptTets / cells) : 0;
   // All of it while a result is written.
   const auto fields = static_cast<double>(mesh.field_data.bytes());
-  const double fixed = static_cast<double>(kProcessBytes) + static_cast<double>(memory_to_read) +
-                       fields + std::max({work + std::max(of_points, between), means, excerpt});
+  const double fixed = static_cast<double>(kProcessBytes) + static_cast<double>(reader.bytes) +
+                       lower_bytes(reader.lower, cell_row) + fields +
+                       std::max({work + std::max(of_points, between), means, excerpt});
   MemoryNeeds needs;
   needs.pieces = static_cast<std::uint64_t>(pieces);
   needs.out_of_core = static_cast<std::uint64_t>(fixed);

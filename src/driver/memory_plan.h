@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "base/run_context.h"
-#include "io/mesh_source.h"
+#include "io/mesh_stream.h"
 
 namespace tetfusion {
 
@@ -41,9 +41,15 @@ struct SteeringBytes {
   int positions_aside = 1;  // beside the values of a point
 };
 
-// `memory_to_read` is what the reader itself keeps in memory: 0 where it reads in windows.
+// Of the input's reader: what it keeps in memory, and the cells of lower dimension that it gives,
+// which lie in memory all the time.
+struct ReaderNeeds {
+  std::uint64_t bytes = 0;
+  LowerCount lower;
+};
+
 MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& steering,
-                           std::uint64_t chunk_tets, int threads, std::uint64_t memory_to_read);
+                           std::uint64_t chunk_tets, int threads, const ReaderNeeds& reader);
 
 // What a run needs with as many threads as `memory` is enough for, but no more than thread_count().
 // Where those are fewer the run is told so and uses no more: results do not depend on it. Where it

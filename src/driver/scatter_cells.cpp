@@ -122,6 +122,8 @@ void CellScatterer<Real>::take_lower(const Scratch& scratch, std::uint64_t first
   window->lower = scratch.cells.lower;
   window->lower_columns = job_.layout.cell_columns;
   for (std::size_t c = 0; c < scratch.columns.size(); ++c) {
+    window->lower_columns[c].rows.reserve(scratch.cells.lower_rows.size() *
+                                          scratch.columns[c].stride());
     for (const std::uint64_t row : scratch.cells.lower_rows) {
       append_row(scratch.columns[c], row - first, &window->lower_columns[c]);
     }
@@ -173,6 +175,11 @@ void CellScatterer<Real>::add_to_excerpt(Scratch* scratch) {
 template <class Real>
 void CellScatterer<Real>::join_lower(LowerPart<Real>* all) {
   all->columns = job_.layout.cell_columns;
+  const LowerCount count = job_.stream.lower_cells();
+  all->cells.types.reserve(count.cells);
+  all->cells.offsets.reserve(count.cells + 1);
+  all->cells.connectivity.reserve(count.corners);
+  for (Column& c : all->columns) c.rows.reserve(count.cells * c.stride());
   for (Window& window : windows_) {
     const LowerCells& cells = window.lower;
     if (cells.size() == 0) continue;

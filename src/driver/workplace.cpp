@@ -21,9 +21,8 @@ namespace tetfusion {
 namespace {
 
 MemoryNeeds needs_of(const SimplifyRequest& request, const MeshDescription& mesh,
-                     const SteeringBytes& steering, std::uint64_t reader_bytes, int threads) {
-  MemoryNeeds needs =
-      estimate_needs(mesh, steering, request.behaviour.chunk_tets, threads, reader_bytes);
+                     const SteeringBytes& steering, const ReaderNeeds& reader, int threads) {
+  MemoryNeeds needs = estimate_needs(mesh, steering, request.behaviour.chunk_tets, threads, reader);
   // Without a goal nobody knows how large the result will be.
   const auto goal = plan_stages(request, mesh.cells).front().tets;
   if (looks_at_result(request) && goal) {
@@ -40,13 +39,13 @@ MemoryNeeds needs_of(const SimplifyRequest& request, const MeshDescription& mesh
 }  // namespace
 
 Workplace::Workplace(const SimplifyRequest& request, const MeshDescription& mesh,
-                     const SteeringBytes& steering, std::uint64_t reader_bytes,
+                     const SteeringBytes& steering, const ReaderNeeds& reader,
                      const RunContext& context)
     : request_(request) {
   const PerformanceOptions& options = request.performance;
   const std::uint64_t total = memory_to_use(options.memory);
   needs_ = fit_threads(
-      total, [&](int threads) { return needs_of(request, mesh, steering, reader_bytes, threads); },
+      total, [&](int threads) { return needs_of(request, mesh, steering, reader, threads); },
       context);
   on_disk_ = options.on_disk || needs_.in_core > total;
   if (needs_.out_of_core > total) {

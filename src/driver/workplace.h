@@ -21,12 +21,11 @@ namespace tetfusion {
 
 class Workplace {
  public:
-  // Plans; nothing is made yet. `reader_bytes` of memory are the reader's own. The request outlives
-  // this. The run uses fewer threads where its memory is not enough for all (fit_threads). Throws
+  // Plans; nothing is made yet. The request outlives this. The run uses fewer threads where its memory is not enough for all (fit_threads). Throws
   // Error(kMemory), saying what would be enough, where it may use less than one thread needs with
   // the mesh on disk.
   Workplace(const SimplifyRequest& request, const MeshDescription& mesh,
-            const SteeringBytes& steering, std::uint64_t reader_bytes, const RunContext& context);
+            const SteeringBytes& steering, const ReaderNeeds& reader, const RunContext& context);
 
   const MemoryNeeds& needs() const { return needs_; }
   MemoryBudget* budget() const { return budget_.get(); }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "driver/carried_arrays.h"
 #include "driver/progressive.h"
 #include "io/mesh_source.h"
 #include "support/mesh_file.h"
@@ -19,7 +20,7 @@ class MemoryPlan : public ::testing::Test {
     mesh = open_mesh(folder.file("in.vtu"))->description();
   }
   MemoryNeeds needs_with(int threads) const {
-    return estimate_needs(mesh, {.vertex = sizeof(double)}, 700, threads, 0);
+    return estimate_needs(mesh, {.vertex = sizeof(double)}, 700, threads, {});
   }
 
   testing::TempDir folder = testing::TempDir::in_memory();
@@ -51,10 +52,25 @@ TEST_F(MemoryPlan, WindowsOfWideRowsHaveFewer) {
   EXPECT_EQ(plan_window(700, 16, kTotal, 2).rows, 700u);
 }
 
+// They are in memory all the time, and once more when they are read, put away and written; but
+// they are in no chunk.
+TEST_F(MemoryPlan, CellsOfLowerDimensionTakeMemory) {
+  const auto needs = [&](std::uint64_t triangles) {
+    return estimate_needs(mesh, {.vertex = 8}, 700, 2, {0, {triangles, 3 * triangles}});
+  };
+  const std::uint64_t row = CarriedArrays(mesh).cell_data.row_bytes();
+  const std::uint64_t each = 2 * (1 + 8 + 2 * 3 * 4 + row);
+  EXPECT_EQ(needs(0).pieces - needs(100).pieces, 100 * (17 + row));
+  EXPECT_NEAR(static_cast<double>(needs(100).out_of_core - needs(0).out_of_core), 100.0 * each,
+              20.0 * 100 * (17 + row) / 8);
+  mesh.cells += 1'000'000;
+  EXPECT_GT(needs(1'000'000).out_of_core, 1'000'000 * each);
+}
+
 // In the end a chunk may be full of them.
 TEST_F(MemoryPlan, RemovedPointsTakeMemory) {
   const auto needs = [&](std::uint64_t removed) {
-    return estimate_needs(mesh, {.vertex = 8, .removed_point = removed}, 700, 2, 0);
+    return estimate_needs(mesh, {.vertex = 8, .removed_point = removed}, 700, 2, {});
   };
   EXPECT_EQ(needs(0).out_of_core, needs(1).out_of_core);  // less than its tetrahedra
   EXPECT_EQ(needs(2000).out_of_core - needs(1000).out_of_core, 2u * 6 * 2 * 700 * 1000);
@@ -64,20 +80,20 @@ TEST_F(MemoryPlan, RemovedPointsTakeMemory) {
 // All of them in memory; in the end at most four for each tetrahedron of a chunk.
 TEST_F(MemoryPlan, PointsThatArePutAsideTakeMemory) {
   const auto needs = [&](std::uint64_t aside, std::uint64_t chunk_tets) {
-    return estimate_needs(mesh, {.vertex = 8, .point_aside = aside}, chunk_tets, 2, 0);
+    return estimate_needs(mesh, {.vertex = 8, .point_aside = aside}, chunk_tets, 2, {});
   };
   EXPECT_EQ(needs(8, 700).out_of_core, needs(0, 700).out_of_core);  // less than windows
   EXPECT_EQ(needs(8, 700).in_core - needs(0, 700).in_core, mesh.points * (3 * 8 + 8));
   EXPECT_EQ(needs(8, 700).pieces, needs(0, 700).pieces);
   const SteeringBytes with_starts{.vertex = 8, .point_aside = 8, .positions_aside = 2};
-  EXPECT_EQ(estimate_needs(mesh, with_starts, 700, 2, 0).in_core - needs(8, 700).in_core,
+  EXPECT_EQ(estimate_needs(mesh, with_starts, 700, 2, {}).in_core - needs(8, 700).in_core,
             mesh.points * 3 * 8);
   const SteeringBytes with_cells{.vertex = 8, .point_aside = 8, .cell_aside = 12};
-  EXPECT_EQ(estimate_needs(mesh, with_cells, 700, 2, 0).in_core - needs(8, 700).in_core,
+  EXPECT_EQ(estimate_needs(mesh, with_cells, 700, 2, {}).in_core - needs(8, 700).in_core,
             mesh.cells * (4 * 8 + 12));
   // They are there twice when they are sorted.
   const SteeringBytes with_wide_cells{.vertex = 8, .point_aside = 8, .cell_aside = 1200};
-  EXPECT_GT(estimate_needs(mesh, with_wide_cells, 700, 2, 0).scratch,
+  EXPECT_GT(estimate_needs(mesh, with_wide_cells, 700, 2, {}).scratch,
             2 * mesh.cells * (4 * 8 + 1200));
 }
 
@@ -109,7 +125,7 @@ TEST_F(MemoryPlan, CellArraysThatSteerTakeMemory) {
   mesh.points = 100'000'000;
   mesh.cells = 600'000'000;
   const auto needs = [&](std::uint64_t mean) {
-    return estimate_needs(mesh, {.vertex = 8, .point_mean = mean}, 200'000, 2, 0).out_of_core;
+    return estimate_needs(mesh, {.vertex = 8, .point_mean = mean}, 200'000, 2, {}).out_of_core;
   };
   EXPECT_GT(needs(8), 40u * mesh.points);
   EXPECT_EQ(needs(16) - needs(8), 8u * mesh.points);

@@ -57,8 +57,10 @@ class OutOfCore : public ::testing::Test {
     return names;
   }
   MemoryNeeds needs_with(int threads) const {
-    return estimate_needs(open_mesh(request.input)->description(), {.vertex = sizeof(double)},
-                          request.behaviour.chunk_tets, threads, 0);
+    const auto source = open_mesh(request.input);
+    return estimate_needs(source->description(), {.vertex = sizeof(double)},
+                          request.behaviour.chunk_tets, threads,
+                          {0, source->stream()->lower_cells()});
   }
   // The output's bytes; the output is removed.
   std::string take_output() {

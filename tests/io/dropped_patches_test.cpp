@@ -101,6 +101,8 @@ TEST_F(DroppedPatches, MayBeOfTypesThatAreNotRead) {
     const auto stream = open_stream(source.get());
     EXPECT_TRUE(stream->streams_from_disk());
     EXPECT_EQ(stream->ghost_cells(), 0u);
+    EXPECT_EQ(stream->lower_cells().cells, 0u);
+    EXPECT_EQ(stream->lower_cells().corners, 0u);
     CellWindow window;
     stream->read_cells(0, 5, &window);
     EXPECT_EQ(window.tets.size(), 2u);

@@ -83,6 +83,8 @@ TEST_F(MeshStreams, KeepsTheNumbersOfTheFile) {
   EXPECT_EQ(stream->points(), 6u);
   EXPECT_EQ(stream->cells(), 4u);
   EXPECT_EQ(stream->ghost_cells(), 1u);
+  EXPECT_EQ(stream->lower_cells().cells, 2u);
+  EXPECT_EQ(stream->lower_cells().corners, 4u);
   EXPECT_EQ(stream->dropped_points(), 0u);
   EXPECT_EQ(stream->merged_points(), 0u);
   CellWindow w;

@@ -100,6 +100,8 @@ TEST(MeshViews, MixedCellsComeApart) {
   EXPECT_EQ(source->description().cells, 8u);
   const auto stream = source->stream();
   EXPECT_EQ(stream->ghost_cells(), 2u);
+  EXPECT_EQ(stream->lower_cells().cells, 3u);
+  EXPECT_EQ(stream->lower_cells().corners, 6u);
   CellWindow window;
   stream->read_cells(0, 8, &window);
   EXPECT_THAT(window.tets, ElementsAre(Tet{0, 1, 2, 5}, Tet{0, 2, 3, 5}, Tet{1, 2, 5, 6}));

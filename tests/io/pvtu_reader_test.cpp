@@ -78,6 +78,8 @@ class SeveralFiles : public ::testing::Test {
     EXPECT_EQ(many->read_geometry().differing_points, of_one->differing_points());
     EXPECT_EQ(stream->dropped_points(), of_one->dropped_points());
     EXPECT_EQ(stream->ghost_cells(), of_one->ghost_cells());
+    EXPECT_EQ(stream->lower_cells().cells, of_one->lower_cells().cells);
+    EXPECT_EQ(stream->lower_cells().corners, of_one->lower_cells().corners);
     for (const std::uint64_t window : {1, 3, 1000}) {
       EXPECT_TRUE(testing::write_out_windows(*many, *stream, window) == expected) << window;
       EXPECT_TRUE(testing::write_out_windows(*one, *of_one, window) == expected) << window;
