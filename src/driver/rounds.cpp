@@ -240,8 +240,7 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
   own.removed = mesh->removed;
   begin(own, limits, fields, mesh->tets, shares_of(settings, *mesh), mesh->samples);
   round_.facing = std::move(mesh->facing);
-  const int threads = in_turn(limits, round_.tets) ? 1 : static_cast<int>(workers_.size());
-  run_tasks(mesh->chunks, threads, [&](std::size_t c, std::size_t w) {
+  const auto work_on = [&](std::size_t c, std::size_t w) {
     context.check();
     const auto chunk = static_cast<std::uint32_t>(c);
     const auto memory =
@@ -253,7 +252,12 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
     gather(*mesh, chunk, &workers_[w]->gather, &work_mesh);
     mesh->pieces->forget(chunk);
     work(chunk, w, &work_mesh);
-  });
+  };
+  if (in_turn(limits, round_.tets)) {
+    for (std::size_t c = 0; c < mesh->chunks; ++c) work_on(c, 0);
+  } else {
+    run_tasks(mesh->chunks, static_cast<int>(workers_.size()), work_on);
+  }
   return end(mesh);
 }
 

@@ -88,6 +88,13 @@ TEST_P(Schedules, ChangeNoByteOfPieces) {
   expect_same_bytes();
 }
 
+// In the last rounds before a goal chunks take what is left in turn.
+TEST_P(Schedules, ChangeNoByteNearAGoal) {
+  request.output = folder.file("out.vtu");
+  request.behaviour.reduction = 0.3;
+  expect_same_bytes();
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, Schedules,
                          ::testing::Combine(::testing::Values(Method::kTetFuse, Method::kFuse),
                                             ::testing::Bool()));
