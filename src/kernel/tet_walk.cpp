@@ -73,11 +73,12 @@ bool TetWalk<Real>::find_from(const Vec3<double>& start, const Vec3<double>& poi
 template <class Real>
 bool TetWalk<Real>::place_nearby(const Vec3<double>& point) {
   if (end_ == kNoTet) return false;
-  std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[end_]));
+  const std::array<double, 4> w =
+      weights_of(point, corners(mesh_->positions, mesh_->tets[end_]));
   double sum = 0;
-  for (double& x : w) sum += x = std::max(x, 0.0);
+  for (const double x : w) sum += std::max(x, 0.0);
   if (!(sum <= kNearby)) return false;
-  last_ = {{w[1] / sum, w[2] / sum, w[3] / sum}, end_, true};
+  last_ = {{w[1], w[2], w[3]}, end_, true};
   return true;
 }
 

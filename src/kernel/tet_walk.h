@@ -19,7 +19,7 @@ class TetWalk {
   struct Place {
     std::array<double, 3> weights;
     TetId tet;
-    bool outside = false;
+    bool outside = false;  // of all tetrahedra
   };
 
   // The mesh has tetrahedra, and neither they nor the positions change as long as points are
@@ -30,7 +30,7 @@ class TetWalk {
   // lie near each other. False: it is outside, or hard to reach.
   bool find(const Vec3<double>& point);
   // By a walk from `start`, a point inside, so that no crack is crossed. What is not far outside
-  // is placed where the walk ended, its weights cut at zero.
+  // is placed where the walk ended, with weights below zero.
   bool find_from(const Vec3<double>& start, const Vec3<double>& point);
 
   // Of the point that was found last.

@@ -158,8 +158,8 @@ double ValueFit<Real>::error_at(std::size_t i) const {
 
 // Adds up what errors beyond the bound ask of the vertices. Without one that is the mean error
 // (SIRT); else the smallest moves that would bring the point by itself within the bound
-// (projections on convex sets), each as loud as the others, without those outside, whose places are
-// not known so well. Returns the largest error.
+// (projections on convex sets), each as loud as the others, without those outside, where the
+// mesh has no value. Returns the largest error.
 template <class Real>
 double ValueFit<Real>::sweep(double bound) {
   for (const VertexId v : vertices_) moves_[v].sum = moves_[v].weight = 0;

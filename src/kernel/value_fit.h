@@ -38,7 +38,7 @@ class ValueFit {
 
   // Every step-th of these points, from that one on. Neighbours are best near each other in the
   // list. Points outside of the mesh do not count, unless they have starts and are not far outside:
-  // then they do in the mean, at a place nearby.
+  // then they do in the mean, as a tetrahedron nearby goes on there.
   void add(const PointsToFit<Real>& points, std::uint64_t first, std::uint64_t step);
 
   // Calls use(rows) with the rows that the points of each add() have of one of the columns, the

@@ -349,12 +349,29 @@ double fit_outside(double far, const Vector<double>& goals, std::size_t outside)
 }
 
 TEST(ValueFit, APointNotFarOutsideCountsInTheMean) {
-  EXPECT_EQ(fit_outside(1.1, {4}, 1), 4);
+  EXPECT_NEAR(fit_outside(1.1, {4}, 1), (4 + 0.1) / 1.1, 0.01);  // it is 1 in the middle
   EXPECT_EQ(fit_outside(1.3, {4}, 1), 1);
   // Nine say 1, so that it is 2 in the mean; what is off by more is outside.
   const double value = fit_outside(1.1, {11, 1, 1, 1, 1, 1, 1, 1, 1, 1}, 1);
   EXPECT_GT(value, 1.5);
   EXPECT_LT(value, 2);
+}
+
+TEST(ValueFit, WhatIsLinearStaysSoWherePointsLieOutside) {
+  const auto linear = [](double x, double y, double z) { return 3 + x - 2 * y + z / 2; };
+  WorkMesh<double> mesh = ball(1);
+  testing::steer_by(linear, &mesh);
+  for (std::uint8_t& mark : mesh.marks) mark |= kMoved;
+  const Vector<double> before = mesh.steering;
+  Samples<double> samples;
+  for (VertexId v = 1; v < mesh.vertex_count(); ++v) {
+    const Vec3<double> p = mesh.positions[v];
+    samples.starts.push_back(mesh.positions[0]);
+    samples.add({1.1 * p.x, 1.05 * p.y, 1.1 * p.z},
+                [&](const Vec3<double>& at) { return linear(at.x, at.y, at.z); });
+  }
+  fit(samples, &mesh);
+  for (std::size_t v = 0; v < before.size(); ++v) EXPECT_NEAR(mesh.steering[v], before[v], 1e-12);
 }
 
 TEST(ValueFit, ForgetsTheMeshBefore) {
