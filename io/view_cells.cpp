@@ -84,8 +84,7 @@ void ViewCells::look_at(std::uint64_t cell) {
   }
   ++lower_.cells;
   lower_.corners += ids.size();
-  as_they_are_ =
-      as_they_are_ && (type == kVtkVertex || type == kVtkLine || type == kVtkTriangle);
+  as_they_are_ = as_they_are_ && (type == kVtkVertex || type == kVtkLine || type == kVtkTriangle);
 }
 
 void ViewCells::read(std::uint64_t first, std::uint64_t count, CellWindow* out) const {

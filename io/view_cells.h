@@ -23,7 +23,7 @@ class ViewCells {
   std::uint64_t size() const { return view_.cells(); }
   std::uint64_t ghosts() const { return ghosts_; }
   const LowerCount& lower() const { return lower_; }  // as they are in the view
-  bool as_they_are() const { return as_they_are_; }  // none is to be split or linearized
+  bool as_they_are() const { return as_they_are_; }   // none is to be split or linearized
 
   // Replaces *out, whose memory stays. REQUIRES: as_they_are(), and cells that are there.
   void read(std::uint64_t first, std::uint64_t count, CellWindow* out) const;

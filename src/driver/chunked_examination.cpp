@@ -390,8 +390,8 @@ MemoryNeeds needs_of_examination(const MeshDescription& mesh, const MeshStream& 
   bare.point_type = mesh.point_type;
   bare.points = mesh.points;
   bare.cells = mesh.cells;
-  MemoryNeeds needs = estimate_needs(bare, {}, chunk_tets, threads,
-                                     {stream.bytes(), stream.lower_cells()});
+  MemoryNeeds needs =
+      estimate_needs(bare, {}, chunk_tets, threads, {stream.bytes(), stream.lower_cells()});
   for (std::uint64_t* bytes : {&needs.out_of_core, &needs.in_core}) {
     *bytes += kExtraPointBytes * mesh.points;
   }

@@ -42,8 +42,8 @@ double interface_vertices(double tets) {
 // Their types, where they begin, their corners, and these once more, in order. All of it is there
 // again where it is read, where it is put away, and where it is written.
 double lower_bytes(const LowerCount& lower, std::uint64_t row_bytes) {
-  const std::uint64_t held = (1 + sizeof(std::uint64_t) + row_bytes) * lower.cells +
-                             2 * sizeof(VertexId) * lower.corners;
+  const std::uint64_t held =
+      (1 + sizeof(std::uint64_t) + row_bytes) * lower.cells + 2 * sizeof(VertexId) * lower.corners;
   return 2.0 * static_cast<double>(held);
 }
 

@@ -66,9 +66,9 @@ Run open_run(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
     tell_left_out(request.output, output, region_that_was_named(request.behaviour.regions),
                   context);
   }
-  const ReaderNeeds reader =
-      input.stream ? ReaderNeeds{input.stream->bytes(), input.stream->lower_cells()}
-                   : ReaderNeeds{input.source->memory_to_read(), {}};
+  const ReaderNeeds reader = input.stream
+                                 ? ReaderNeeds{input.stream->bytes(), input.stream->lower_cells()}
+                                 : ReaderNeeds{input.source->memory_to_read(), {}};
   Workplace place(request, mesh, steering_bytes(request, mesh, input.steering, input.regions),
                   reader, context);
   return {request, context, sink, std::move(input), std::move(place), std::move(clock)};

@@ -133,12 +133,19 @@ void Workplace::give_up(const Error& error) {
     throw;
   }
   if (dynamic_cast<const DamagedFile*>(&error) != nullptr) throw;  // nobody goes on from it
-  const bool can_go_on = error.code() == ErrorCode::kIo || error.code() == ErrorCode::kMemory ||
-                         error.code() == ErrorCode::kInterrupted;  // else it would fail again
-  throw Error(
-      error.code(),
-      fmt::format("{}; the work so far is kept in {}{}", error.what(), scratch_folder(request_),
-                  can_go_on ? ": the same command with --resume goes on from there" : ""));
+  const auto hint = [&] {
+    switch (error.code()) {
+      case ErrorCode::kIo:
+      case ErrorCode::kInterrupted:
+        return ": the same command with --resume goes on from there";
+      case ErrorCode::kMemory:
+        return ": the same command with --resume and more --memory goes on from there";
+      default:
+        return "";  // it would fail again
+    }
+  };
+  throw Error(error.code(), fmt::format("{}; the work so far is kept in {}{}", error.what(),
+                                        scratch_folder(request_), hint()));
 }
 
 }  // namespace tetfusion
