@@ -98,6 +98,8 @@ constexpr UnreadFormat kUnreadNames[] = {
     // VTK reads those of AVS, and of what is cut off whatever lies in memory.
     {"", "", ".inp",
      "is an AVS UCD or Abaqus file, which is not read: ParaView or meshio convert it to .vtu"},
+    {"", "", ".avs",
+     "is an AVS UCD file, which is not read: ParaView or meshio convert it to .vtu"},
     {"", "", ".bdf", "is a NASTRAN file, which is not read: meshio converts it to .vtu"},
     {"", "", ".nas", "is a NASTRAN file, which is not read: meshio converts it to .vtu"},
     {"", "", ".su2", "is an SU2 file, which is not read: meshio converts it to .vtu"},

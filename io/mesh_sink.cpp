@@ -275,10 +275,12 @@ std::string unread_of(const MeshDescription& mesh) {
   for (const ArrayInfo& array : mesh.point_data.arrays) {
     if (is_ghost_mark(array.name)) marks.push_back(array.name);
   }
+  for (const ArrayInfo& array : mesh.cell_data.arrays) {
+    if (is_ghost_mark(array.name)) marks.push_back("cell:" + array.name);
+  }
   if (!marks.empty()) {
-    sentences.push_back(
-        fmt::format("marks of points that are hidden, or another piece's, are left out: {}",
-                    fmt::join(marks, ", ")));
+    sentences.push_back(fmt::format("marks of what is hidden, or another piece's, are left out: {}",
+                                    fmt::join(marks, ", ")));
   }
   return fmt::format("{}", fmt::join(sentences, "; "));
 }

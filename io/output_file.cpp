@@ -200,7 +200,10 @@ void OutputFile::open_spool() {
     const int reason = errno;
     file_system().close(stream_);
     stream_ = -1;
-    fail("creating a temporary file for", reason);
+    throw Error(
+        ErrorCode::kIo,
+        fmt::format("creating a temporary file for standard output in {} (TMPDIR) failed: {}",
+                    temporary_folder(), std::strerror(reason)));
   }
   spooled_ = true;
 }

@@ -25,6 +25,7 @@
 #include "driver/examine.h"
 #include "driver/regions.h"
 #include "driver/steering.h"
+#include "io/encode.h"
 #include "io/gmsh_writer.h"
 #include "io/mesh_passes.h"
 #include "io/mesh_source.h"
@@ -215,7 +216,8 @@ std::string describe_range(const ArrayLine& line) {
 
 // "velocity (m/s)"
 std::string name_of(const ArrayInfo& info) {
-  return info.units.empty() ? info.name : fmt::format("{} ({})", info.name, info.units);
+  return for_message(info.units.empty() ? info.name
+                                        : fmt::format("{} ({})", info.name, info.units));
 }
 
 void add_arrays(const std::vector<ArrayLine>& lines, std::string* text) {
@@ -229,7 +231,7 @@ void add_arrays(const std::vector<ArrayLine>& lines, std::string* text) {
   for (const ArrayLine& line : lines) {
     const std::string components =
         line.info.components == 1 ? "" : fmt::format(" x {}", line.info.components);
-    fmt::format_to(std::back_inserter(*text), "  {:<6}{:<{}}  {:<12}{}", line.association,
+    fmt::format_to(std::back_inserter(*text), "  {:<6}{:<{}}  {:<11} {}", line.association,
                    name_of(line.info), width, std::string(vtk_name(line.info.type)) + components,
                    describe_range(line));
     if (!line.active.empty()) {
@@ -290,8 +292,11 @@ std::string table(const MeshDescription& mesh, const std::vector<std::string>& n
   fmt::format_to(out, "points        {} ({})\n", format_count(i.points), vtk_name(mesh.point_type));
   fmt::format_to(out, "cells         {}{}\n", format_count(i.tets, "tetrahedron", "tetrahedra"),
                  describe_lower(i));
-  fmt::format_to(out, "parts         {}, connected by faces\n",
-                 i.components ? format_count(*i.components) : "not counted");
+  fmt::format_to(out, "parts         {}, connected by faces{}\n",
+                 i.components ? format_count(*i.components) : "not counted",
+                 i.tets > 1 && i.boundary_faces == 4 * i.tets
+                     ? ": each tetrahedron has points of its own (--merge-points)"
+                     : "");
   fmt::format_to(out, "bounding box  x {:.6g} .. {:.6g}, y {:.6g} .. {:.6g}, z {:.6g} .. {:.6g}\n",
                  i.lower[0], i.upper[0], i.lower[1], i.upper[1], i.lower[2], i.upper[2]);
   fmt::format_to(out, "volume        {:.9g}\n", i.volume);

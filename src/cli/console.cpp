@@ -9,7 +9,9 @@
 #include <cctype>
 #include <csignal>
 #include <cstddef>
+#include <cstdlib>
 #include <map>
+#include <string_view>
 
 #include "base/error.h"
 #include "base/numbers.h"
@@ -31,7 +33,9 @@ extern "C" void on_interrupt(int signal_number) {
 
 ProgressBar::Style bar_style(const ConsoleOptions& options) {
   if (options.quiet || options.progress == "never") return ProgressBar::Style::kNone;
-  if (::isatty(STDERR_FILENO) == 1) return ProgressBar::Style::kBar;
+  const char* terminal = std::getenv("TERM");
+  const bool erases = terminal == nullptr || std::string_view(terminal) != "dumb";
+  if (::isatty(STDERR_FILENO) == 1 && erases) return ProgressBar::Style::kBar;
   return options.progress == "always" ? ProgressBar::Style::kLines : ProgressBar::Style::kNone;
 }
 
@@ -68,7 +72,7 @@ void add_console_options(CLI::App& command, ConsoleOptions* options, const char*
   command
       .add_option("--progress", options->progress,
                   "Progress on standard error: auto (a bar, on a terminal only), always (elsewhere "
-                  "a line for each tenth), never")
+                  "a line for each tenth and phase), never")
       ->check(CLI::IsMember({"auto", "always", "never"}))
       ->capture_default_str()
       ->group(kMessagesGroup);

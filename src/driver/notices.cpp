@@ -110,19 +110,22 @@ class TetLabels {
   const bool are_all_cells_;
 };
 
-// Two or more that points have, and no more than sets have. What differs is mostly found soon, and
-// nothing is read behind the window in which it is.
+// Integers: two or more that points have, and no more than sets have. What differs is mostly found
+// soon, and nothing is read behind the window in which it is.
 bool has_few_values(const MeshStream& stream, std::size_t point_array, const ArrayInfo& info) {
   constexpr std::size_t kMost = 32;
-  std::set<double> values;
-  for_each_window_of(stream, Association::kPoint, point_array, info, RunContext(),
-                     [&](std::uint64_t, std::span<const std::byte> rows) {
-                       for (const double value : to_doubles(info.type, rows)) {
-                         values.insert(value);
-                         if (values.size() > kMost) break;
-                       }
-                       return values.size() < 2;
-                     });
+  std::set<std::uint64_t> values;
+  for_each_window_of(
+      stream, Association::kPoint, point_array, info, RunContext(),
+      [&](std::uint64_t, std::span<const std::byte> rows) {
+        return visit_type(info.type, [&](auto zero) {
+          const auto* integers = reinterpret_cast<const decltype(zero)*>(rows.data());
+          for (std::size_t i = 0; i < rows.size() / sizeof zero && values.size() <= kMost; ++i) {
+            values.insert(static_cast<std::uint64_t>(integers[i]));
+          }
+          return values.size() < 2;
+        });
+      });
   return values.size() > 1 && values.size() <= kMost && values.size() < stream.points();
 }
 

@@ -47,9 +47,15 @@ class Convert(FolderTest):
             told = finish("convert", path, self.folder / name)
             self.assertEqual(told.returncode, 0)
             self.assertIn(b"1 ghost or hidden cell (vtkGhostType) was dropped", told.stderr, name)
-            self.assertIn(b"marks of points that are hidden, or another piece's, are left out: vtkGhostType", told.stderr)
+            self.assertIn(b"marks of what is hidden, or another piece's, are left out: vtkGhostType, cell:vtkGhostType", told.stderr)
         told = finish("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "10%")
-        self.assertIn(b"marks of points that are hidden", told.stderr)
+        self.assertIn(b"marks of what is hidden", told.stderr)
+
+    def test_says_so_where_cells_alone_have_marks(self):
+        mesh = TinyVtu()
+        mesh.arrays.insert(0, ["CellData", "vtkGhostType", "UInt8", 1, [2] * len(mesh.tets)])
+        told = finish("convert", self.write(mesh), self.folder / "out.vtu")
+        self.assertIn(b"another piece's, are left out: cell:vtkGhostType", told.stderr)
 
     def test_labels_are_the_array_that_was_named(self):
         """Also before those that the mesh has of another format."""

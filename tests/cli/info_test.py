@@ -83,6 +83,19 @@ class Info(FolderTest):
         self.assertEqual(report_of("info", path)["duplicate_tets"], 1)
         self.assertIn("odd           nothing", run("info", self.write(TinyVtu())).decode())
 
+    def test_cells_with_points_of_their_own_can_be_joined(self):
+        mesh = TinyVtu(1)
+        self.assertNotIn("--merge-points", run("info", self.write(mesh)).decode())
+        mesh.points = [mesh.points[v] for t in mesh.tets for v in t]
+        mesh.tets = [tuple(range(4 * t, 4 * t + 4)) for t in range(len(mesh.tets))]
+        text = run("info", self.write(rebuilt(mesh))).decode()
+        self.assertRegex(text, r"parts +\d+, connected by faces: each tetrahedron has points of its own \(--merge-points\)\n")
+
+    def test_wide_arrays_and_odd_names_keep_to_their_columns(self):
+        mesh = TinyVtu(1)
+        mesh.arrays.insert(1, ["PointData", "of&#10;two", "Float32", 12, [1] * 12 * len(mesh.points)])
+        self.assertIn("  point of?two       Float32 x 12 length 3.4641", run("info", self.write(mesh)).decode())
+
     def test_what_there_is_one_of(self):
         path = self.write(ASCII_CELL.format(points=4, xyz="0 0 0 1 0 0 0 1 0 0 0 1", ids="0 1 2 3", type=10).encode())
         text = run("info", path).decode()

@@ -81,7 +81,7 @@ class Lines(FolderTest):
 
 
 class Terminal(FolderTest):
-    def watch(self, *arguments, columns=80, interrupt_at=None):
+    def watch(self, *arguments, columns=80, interrupt_at=None, terminal="xterm"):
         """Exit code, what the terminal got, seconds."""
         try:
             ours, theirs = pty.openpty()
@@ -89,7 +89,8 @@ class Terminal(FolderTest):
             self.skipTest(f"this machine has no pseudo-terminals: {error}")
         fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
         start = time.monotonic()
-        process = subprocess.Popen([command(), *map(str, arguments)], stdout=subprocess.PIPE, stderr=theirs)
+        process = subprocess.Popen([command(), *map(str, arguments)], stdout=subprocess.PIPE, stderr=theirs,
+                                   env={**os.environ, "TERM": terminal})
         os.close(theirs)
         seen = b""
         try:
@@ -112,6 +113,13 @@ class Terminal(FolderTest):
             code, seen, _ = self.watch("check", path, *options)
             self.assertEqual(code, 0)
             self.assertEqual(ERASE in seen, expected, options)
+
+    def test_no_bar_where_it_cannot_be_erased(self):
+        path = self.generate()
+        self.assertNotIn("\x1b", self.watch("check", path, terminal="dumb")[1])
+        seen = self.watch("check", path, "--progress", "always", terminal="dumb")[1]
+        self.assertIn("100 % done", seen)
+        self.assertNotIn("\x1b", seen)
 
     def test_nothing_is_left_behind(self):
         path = self.generate(tets="100k")

@@ -258,7 +258,7 @@ class Report(FolderTest):
         mesh, out = TinyVtu(), self.folder / "out.vtu"
         count = len(mesh.points)
         clamp = [int(p[2] == 0 and p[0] < 2) for p in mesh.points]
-        for name, kind, values in (("nset_clamp", "Int32", clamp), ("numbers", "Int64", list(range(count))), ("flat", "UInt8", [1] * count),
+        for name, kind, values in (("nset_clamp", "Int32", clamp), ("numbers", "Int64", list(range(count))), ("large", "UInt64", [2**63 + i for i in range(count)]), ("flat", "UInt8", [1] * count),
                                    ("share", "Float64", clamp), ("vtkGhostType", "UInt8", [0] * count)):
             mesh.arrays.insert(1, ["PointData", name, kind, 1, values])
         path, notice = self.write(mesh), b"of nodes: "

@@ -33,6 +33,8 @@ class Streams(FolderTest):
         self.assertEqual(self.files(), ["out.vtu"])
         for arguments in (["simplify", "-", "-o", "-"], ["simplify", "-", "-o", "/dev/null"], ["info", "-"]):
             self.assertIn(b"TMPDIR", finish(*arguments, input=mesh, env=nowhere).stderr)
+        self.assertIn(b"for standard output in %s (TMPDIR) failed" % nowhere["TMPDIR"].encode(),
+                      finish("simplify", out, "-o", "-", "--verify", env=nowhere).stderr)
 
     def test_a_pipe_of_three(self):
         line = ('"$0" generate bcc --tets 20k -o - | "$0" simplify - -o - --reduction 30% --quiet | '

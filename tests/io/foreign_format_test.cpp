@@ -92,6 +92,7 @@ TEST(UnreadFormats, AreRefusedWithWhatToDo) {
     return AllOf(HasSubstr(what), HasSubstr(by), HasSubstr(".vtu"));
   };
   EXPECT_THAT(told("a.inp", "*HEADING\n*NODE\n"), to_vtu("Abaqus", "meshio"));
+  EXPECT_THAT(told("b.avs", "8 5 1 0 0\n"), to_vtu("AVS UCD", "meshio"));
   EXPECT_THAT(told("b.inp", "no numbers\n"), to_vtu("AVS UCD", "meshio"));
   EXPECT_THAT(told("a.bdf", "SOL 101\n"), to_vtu("NASTRAN", "meshio"));
   EXPECT_THAT(told("a.su2", "NDIME= 3\n"), to_vtu("SU2", "meshio"));
