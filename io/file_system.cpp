@@ -40,9 +40,6 @@ ssize_t FileSystem::write(int fd, const void* data, std::size_t bytes) {
 ssize_t FileSystem::pread(int fd, void* data, std::size_t bytes, off_t offset) {
   return ::pread(fd, data, bytes, offset);
 }
-ssize_t FileSystem::pwrite(int fd, const void* data, std::size_t bytes, off_t offset) {
-  return ::pwrite(fd, data, bytes, offset);
-}
 ssize_t FileSystem::pwritev(int fd, const struct iovec* parts, int count, off_t offset) {
   return ::pwritev(fd, parts, count, offset);
 }
@@ -197,6 +194,15 @@ std::string temporary_name() {
     number = random;
   }
   return fmt::format("tetfusion-{}-{:016x}", ::getpid(), number);
+}
+
+bool is_temporary_folder(std::string_view name) {
+  constexpr std::string_view kBegin = "tetfusion-";
+  constexpr std::size_t kDigits = 16;
+  const std::size_t dash = name.rfind('-');
+  return name.starts_with(kBegin) && dash > kBegin.size() &&
+         name.substr(dash + 1).size() == kDigits &&
+         name.find_first_not_of("0123456789abcdef-", kBegin.size()) == std::string_view::npos;
 }
 
 int open_nameless(const std::string& folder) {

@@ -36,7 +36,6 @@ class FileSystem {
   virtual ssize_t read(int fd, void* data, std::size_t bytes);
   virtual ssize_t write(int fd, const void* data, std::size_t bytes);
   virtual ssize_t pread(int fd, void* data, std::size_t bytes, off_t offset);
-  virtual ssize_t pwrite(int fd, const void* data, std::size_t bytes, off_t offset);
   virtual ssize_t pwritev(int fd, const struct iovec* parts, int count, off_t offset);
   virtual int fallocate(int fd, int mode, off_t offset, off_t bytes);
   virtual int ftruncate(int fd, off_t bytes);
@@ -89,6 +88,7 @@ std::string output_folder(const std::string& output);
 // For a folder that no other process has, on no host and in no container that shares the disk:
 // numbers of processes and what hosts are called may be the same there.
 std::string temporary_name();
+bool is_temporary_folder(std::string_view name);  // may temporary_name() have made it?
 // A file for reading and writing that has no name, or has none any more. -1 and errno on failure.
 int open_nameless(const std::string& folder);
 

@@ -88,6 +88,11 @@ std::unique_ptr<Scratch> disk_scratch(const ScratchOptions& options);
 // making or changing anything. No other process can take the folder in the meantime.
 void check_disk_scratch(const ScratchOptions& options);
 
+// For jobs that nobody resumes, in folders of temporary_name() in `parent`: removes those that a
+// killed process has left there, if they have that fingerprint and have not changed for a minute
+// (younger ones may be about to be locked). All else stays, also what cannot be looked at.
+void remove_dead_scratch(const std::string& parent, const std::string& fingerprint) noexcept;
+
 // For a run that does not need it: throws Error(kUsage) where disk_scratch() would, as something
 // else lies in the folder. It need not be there.
 void check_scratch_folder(const std::string& path);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -470,6 +471,19 @@ void check_making(const ScratchOptions& options) {
   check_room(ScratchFolder(std::move(disk), options.folder), 0, options.expected_bytes);
 }
 
+void remove_if_dead(const std::string& path, const std::string& fingerprint) {
+  constexpr std::time_t kSettled = 60;  // seconds
+  FileSystem& system = file_system();
+  const auto folder = find_scratch_folder(path);
+  struct stat status {};
+  if (!folder || system.fstat(folder->fd(), &status) != 0) return;
+  if (std::time(nullptr) - status.st_mtime < kSettled) return;
+  Descriptor file(system.openat(folder->fd(), kManifestName, O_RDWR | O_NOFOLLOW | O_CLOEXEC, 0));
+  if (!file || system.flock(file.get(), LOCK_EX | LOCK_NB) != 0) return;
+  const Manifest manifest(std::move(file), folder->path_of(kManifestName));
+  if (!manifest.blank() && manifest.fingerprint() == fingerprint) remove_folder(*folder);
+}
+
 }  // namespace
 
 void check_scratch_folder(const std::string& path) {
@@ -488,6 +502,19 @@ void check_disk_scratch(const ScratchOptions& options) {
     fail(folder->path(), "cannot open its manifest", errno);
   }
   check_room(*folder, 0, options.expected_bytes);
+}
+
+void remove_dead_scratch(const std::string& parent, const std::string& fingerprint) noexcept {
+  try {
+    for (const auto& entry : std::filesystem::directory_iterator(parent)) {
+      if (!is_temporary_folder(entry.path().filename().string())) continue;
+      try {
+        remove_if_dead(entry.path().string(), fingerprint);
+      } catch (const Error&) {  // somebody else's
+      }
+    }
+  } catch (const std::exception&) {  // no such folder, or no memory for names
+  }
 }
 
 std::unique_ptr<Scratch> disk_scratch(const ScratchOptions& options) {

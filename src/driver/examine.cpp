@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <exception>
 #include <filesystem>
 #include <memory>
 
@@ -39,19 +40,21 @@ Examination examine_whole(MeshSource* source, const RunContext& context) {
   return out;
 }
 
-// Nothing that could be resumed: the folder goes with whatever happens.
+// Nothing that could be resumed: the folder goes with whatever happens; what a killed process has
+// left goes with the next.
 class TemporaryScratch {
  public:
-  TemporaryScratch(const std::string& parent, std::uint64_t expected_bytes)
-      : scratch_(
-            disk_scratch({(std::filesystem::path(parent.empty() ? temporary_folder() : parent) /
-                           temporary_name())
-                              .string(),
-                          "examine", false, expected_bytes})) {}
+  TemporaryScratch(const std::string& parent, std::uint64_t expected_bytes) {
+    constexpr const char* kFingerprint = "examine";
+    const std::filesystem::path folder = parent.empty() ? temporary_folder() : parent;
+    remove_dead_scratch(folder.string(), kFingerprint);
+    scratch_ =
+        disk_scratch({(folder / temporary_name()).string(), kFingerprint, false, expected_bytes});
+  }
   ~TemporaryScratch() {
     try {
       scratch_->remove();
-    } catch (const Error&) {
+    } catch (const std::exception&) {
       // What was found out is worth more than a folder that stays.
     }
   }

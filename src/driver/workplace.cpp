@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <system_error>
 
@@ -127,7 +128,7 @@ void Workplace::give_up(const Error& error) {
   if (!resumable_) {
     try {
       remove();
-    } catch (const Error&) {
+    } catch (const std::exception&) {
       // The first failure is the one to report.
     }
     throw;

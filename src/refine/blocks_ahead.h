@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <future>
+#include <system_error>
 
 #include "base/resources.h"
 #include "io/progressive_file.h"
@@ -21,7 +22,11 @@ class BlocksAhead {
     FusionBlock block = ahead_.valid() ? ahead_.get() : file_.block(next_);
     ++next_;
     if (next_ < file_.blocks() && thread_count() > 1) {
-      ahead_ = std::async(std::launch::async, [this, b = next_] { return file_.block(b); });
+      try {
+        ahead_ = std::async(std::launch::async, [this, b = next_] { return file_.block(b); });
+      } catch (const std::system_error&) {
+        // No thread to be had: then it is inflated when it is wanted.
+      }
     }
     return block;
   }

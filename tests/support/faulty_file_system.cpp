@@ -109,10 +109,6 @@ ssize_t FaultyFileSystem::write(int fd, const void* data, std::size_t bytes) {
   errno = ENOSPC;
   return -1;
 }
-ssize_t FaultyFileSystem::pwrite(int fd, const void* data, std::size_t bytes, off_t offset) {
-  const struct iovec part = {const_cast<void*>(data), bytes};
-  return pwritev(fd, &part, 1, offset);
-}
 ssize_t FaultyFileSystem::pwritev(int fd, const struct iovec* parts, int count, off_t offset) {
   std::int64_t number = 0;
   if (strike(Call::kWrite, &number) != 0) return -1;

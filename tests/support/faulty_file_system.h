@@ -72,7 +72,6 @@ class FaultyFileSystem : public FileSystem {
   ssize_t read(int fd, void* data, std::size_t bytes) override;
   ssize_t write(int fd, const void* data, std::size_t bytes) override;
   ssize_t pread(int fd, void* data, std::size_t bytes, off_t offset) override;
-  ssize_t pwrite(int fd, const void* data, std::size_t bytes, off_t offset) override;
   ssize_t pwritev(int fd, const struct iovec* parts, int count, off_t offset) override;
   int fallocate(int fd, int mode, off_t offset, off_t bytes) override;
   int ftruncate(int fd, off_t bytes) override;
