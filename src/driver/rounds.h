@@ -67,8 +67,8 @@ class Rounds {
 
   // The same, with chunks that somebody else brings: begin() a round over a mesh of so many
   // tetrahedra, of which chunk c has about (shares[c + 1] - shares[c]) / shares.back(); work() on
-  // each chunk once, each worker below `threads` on one at a time (and, without limits.spread, in
-  // their order, one at a time); and end() it, with the marks
+  // each chunk once, each worker below `threads` on one at a time (without limits.spread one
+  // chunk after another, in their order); and end() it, with the marks
   // that vertices on the interface have got in the meantime. The fields live until then. A round
   // that does not end leaves nothing but its generation, which is dropped.
   void begin(const RoundSettings& settings, const PassLimits& limits,

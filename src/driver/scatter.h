@@ -5,7 +5,7 @@
 // once more, for the chunk that each is at home in), the tetrahedra (scattered into chunks), the
 // points with their arrays (scattered to the chunks that need them; before that, where no
 // tetrahedron uses some of them, the fields that steer once more, for their ranges). The mesh
-// itself is never whole in memory; four bytes and a bit a point are.
+// itself is never whole in memory; four bytes and a bit a point are, and cells of lower dimension.
 #pragma once
 
 #include <cstdint>
