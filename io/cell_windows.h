@@ -1,6 +1,7 @@
 // The cells of a window, as a file lists them, sorted into tetrahedra and cells of lower dimension.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -20,6 +21,18 @@ struct MixedCells {
 
 // Empties it; its memory stays, for the next window.
 void clear(CellWindow* window);
+
+// The lowest vertex of its cells of which is_wanted(v) holds; kNoVertex: of none.
+template <class F>
+VertexId lowest_vertex(const CellWindow& window, F is_wanted) {
+  VertexId lowest = kNoVertex;
+  const auto look = [&](VertexId v) {
+    if (is_wanted(v)) lowest = std::min(lowest, v);
+  };
+  for (const Tet& tet : window.tets) std::for_each(tet.begin(), tet.end(), look);
+  std::for_each(window.lower.connectivity.begin(), window.lower.connectivity.end(), look);
+  return lowest;
+}
 
 // Fills an empty window, but for its ghost_cells.
 void sort_cells(const MixedCells& cells, CellWindow* out);

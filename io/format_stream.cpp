@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/bit_set.h"
 #include "base/error.h"
 #include "io/cell_kinds.h"
 #include "io/cell_windows.h"
@@ -46,7 +47,7 @@ class FormatStream final : public MeshStream {
   std::uint64_t merged_points() const override { return 0; }
   std::uint64_t dropped_points() const override { return 0; }
   bool streams_from_disk() const override { return true; }
-  std::uint64_t bytes() const override { return reader_.bytes() + 8 * bad_points_.size(); }
+  std::uint64_t bytes() const override { return reader_.bytes() + bad_points_.bytes(); }
 
   void read_points(std::uint64_t first, std::uint64_t count,
                    std::span<std::byte> out) const override {
@@ -83,19 +84,14 @@ class FormatStream final : public MeshStream {
     for (std::uint64_t i = 0; i < count; ++i) {
       const Vec3<Real>& p = window[i];
       if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-      if (bad_points_.empty()) bad_points_.assign((points() + 63) / 64, 0);
-      bad_points_[(first + i) / 64] |= std::uint64_t{1} << ((first + i) % 64);
+      if (bad_points_.empty()) bad_points_.resize(points());
+      bad_points_.set(first + i);
     }
   }
 
   // Names the lowest point.
   void check_finite(const CellWindow& window) const {
-    VertexId lowest = kNoVertex;
-    const auto look = [&](VertexId v) {
-      if ((bad_points_[v / 64] >> (v % 64) & 1) != 0) lowest = std::min(lowest, v);
-    };
-    for (const Tet& tet : window.tets) std::for_each(tet.begin(), tet.end(), look);
-    std::for_each(window.lower.connectivity.begin(), window.lower.connectivity.end(), look);
+    const VertexId lowest = lowest_vertex(window, [&](VertexId v) { return bad_points_.has(v); });
     if (lowest == kNoVertex) return;
     Vec3<double> p{};
     if (reader_.description().point_type == ValueType::kFloat32) {
@@ -113,7 +109,7 @@ class FormatStream final : public MeshStream {
 
   const FormatReader& reader_;
   const OpenOptions& options_;
-  Vector<std::uint64_t> bad_points_;  // a bit each; empty when all are finite
+  BitSet bad_points_;  // empty when all are finite
 };
 
 bool can_stream(const FormatReader& reader, const OpenOptions& options) {

@@ -8,27 +8,15 @@
 #include <string>
 #include <utility>
 
+#include "base/bit_set.h"
 #include "base/error.h"
 #include "io/cell_kinds.h"
+#include "io/cell_windows.h"
 #include "io/view_cells.h"
 
 namespace tetfusion {
 
 namespace {
-
-class BitSet {
- public:
-  void resize(std::uint64_t bits) { words_.assign((bits + 63) / 64, 0); }
-  bool empty() const { return words_.empty(); }
-  void set(std::uint64_t i) { words_[i / 64] |= std::uint64_t{1} << (i % 64); }
-  bool has(std::uint64_t i) const {
-    return !words_.empty() && (words_[i / 64] >> (i % 64) & 1) != 0;
-  }
-  std::uint64_t bytes() const { return words_.size() * sizeof(std::uint64_t); }
-
- private:
-  Vector<std::uint64_t> words_;
-};
 
 class ViewStream final : public MeshStream {
  public:
@@ -156,15 +144,10 @@ class ViewStream final : public MeshStream {
 
   // Throws InvalidMesh for the lowest point of a cell that is not finite.
   void check_finite(const CellWindow& window) const {
-    VertexId lowest = kNoVertex;
-    const auto look = [&](VertexId v) {
-      const auto source = static_cast<VertexId>(source_of(v));
-      if (bad_points_.has(source)) lowest = std::min(lowest, source);
-    };
-    for (const Tet& tet : window.tets) std::for_each(tet.begin(), tet.end(), look);
-    std::for_each(window.lower.connectivity.begin(), window.lower.connectivity.end(), look);
+    const VertexId lowest =
+        lowest_vertex(window, [&](VertexId v) { return bad_points_.has(source_of(v)); });
     if (lowest == kNoVertex) return;
-    throw InvalidMesh(view_.name + ": point " + std::to_string(lowest) +
+    throw InvalidMesh(view_.name + ": point " + std::to_string(source_of(lowest)) +
                       " has a coordinate that is not finite");
   }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/bit_set.h"
 #include "base/error.h"
 #include "io/cell_kinds.h"
 #include "io/cell_windows.h"
@@ -115,11 +116,11 @@ class VtuStream final : public MeshStream {
  private:
   // ---- opening ----
 
-  Vector<std::uint64_t> find_bad_points() const {
+  BitSet find_bad_points() const {
     check_point_count(input_, points());
-    Vector<std::uint64_t> bad;
+    BitSet bad;
     if (wanted_ == Wanted::kRows || all_finite(coordinates_)) return bad;
-    bad.assign((points() + 63) / 64, 0);
+    bad.resize(points());
     Vector<Vec3<double>> window(std::min(points(), kScanned));
     for (std::uint64_t first = 0; first < points(); first += kScanned) {
       const std::uint64_t count = std::min(kScanned, points() - first);
@@ -128,7 +129,7 @@ class VtuStream final : public MeshStream {
       for (std::uint64_t i = 0; i < count; ++i) {
         const Vec3<double>& p = window[i];
         if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-        bad[(first + i) / 64] |= std::uint64_t{1} << ((first + i) % 64);
+        bad.set(first + i);
       }
     }
     return bad;
@@ -226,12 +227,7 @@ class VtuStream final : public MeshStream {
 
   // Throws InvalidMesh for the lowest point of a cell that is not finite.
   void check_finite(const CellWindow& window) const {
-    VertexId lowest = kNoVertex;
-    const auto look = [&](VertexId v) {
-      if ((bad_points_[v / 64] >> (v % 64) & 1) != 0) lowest = std::min(lowest, v);
-    };
-    for (const Tet& tet : window.tets) std::for_each(tet.begin(), tet.end(), look);
-    std::for_each(window.lower.connectivity.begin(), window.lower.connectivity.end(), look);
+    const VertexId lowest = lowest_vertex(window, [&](VertexId v) { return bad_points_.has(v); });
     if (lowest != kNoVertex) fail_not_finite(coordinates_, lowest);
   }
 
@@ -241,7 +237,7 @@ class VtuStream final : public MeshStream {
   const OpenOptions& options_;
   const Wanted wanted_;
   ArrayReader coordinates_;
-  Vector<std::uint64_t> bad_points_;  // a bit a point that is not finite; empty when all are
+  BitSet bad_points_;  // those that are not finite; empty when all are
   VtuCellArrays arrays_;
   VtuCellArrays::TypeArray types_;
   std::vector<VtuCellArrays::GhostArray> ghosts_;

@@ -129,7 +129,7 @@ void find_homes(const ScatteredMesh<Real>& survey, ScatterJob<Real>* job) {
       const auto v = static_cast<VertexId>(first + i);
       const std::uint64_t key = curve.key(positions[i]);
       job->table.set_home(v, cut.chunk_of_key(key));
-      if (excerpt.has(key)) job->excerpt.set(v);
+      if (excerpt.has(key)) job->excerpt.set_atomically(v);
     }
   });
 }

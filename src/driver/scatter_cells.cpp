@@ -98,7 +98,7 @@ void CellScatterer<Real>::scatter_window(std::uint32_t window, std::uint64_t fir
   count_tets(chunk_of);
   for (std::uint64_t& row : cells.tet_rows) row -= first;
   if (job_.settings.sample != nullptr) keep_sampled(&*scratch);
-  if (job_.excerpt.exists()) add_to_excerpt(&*scratch);
+  if (!job_.excerpt.empty()) add_to_excerpt(&*scratch);
   scratch->pieces.add(window, chunk_of, job_.made_chunks(), to_,
                       [&](std::span<const std::uint32_t> items, RowWriter* writer) {
                         writer->put<Tet>(items, [&](std::size_t t) { return cells.tets[t]; });

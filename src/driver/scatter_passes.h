@@ -2,31 +2,15 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
 #include <vector>
 
+#include "base/bit_set.h"
 #include "driver/memory_plan.h"
 #include "driver/scatter.h"
 #include "partition/vertex_chunks.h"
 
 namespace tetfusion {
-
-// The points of an excerpt. set() from several threads.
-class ExcerptPoints {
- public:
-  // From here on there is an excerpt.
-  void resize(std::size_t points) { bits_.assign(points / 64 + 1, 0); }
-  bool exists() const { return !bits_.empty(); }
-  void set(VertexId v) {
-    std::atomic_ref(bits_[v / 64]).fetch_or(std::uint64_t{1} << v % 64, std::memory_order_relaxed);
-  }
-  // Has the excerpt all tetrahedra of the point?
-  bool has(VertexId v) const { return (bits_[v / 64] >> v % 64 & 1) != 0; }
-
- private:
-  Vector<std::uint64_t> bits_;
-};
 
 template <class Real>
 struct ScatterJob : ImportInput {
@@ -36,13 +20,13 @@ struct ScatterJob : ImportInput {
   MemoryBudget* budget;
   std::uint32_t chunks = 1;
   VertexChunks table;  // of all chunks, and of the excerpt as number `chunks`
-  ExcerptPoints excerpt;
+  BitSet excerpt;      // points of which an excerpt has all tetrahedra; empty: there is none
   InputWindow cell_window, point_window;
 
   // A sample is the chunk in the middle, as number 0.
   bool is_sampled(std::uint32_t chunk) const { return chunk == chunks / 2; }
   std::uint32_t made_chunks() const {
-    return settings.sample != nullptr ? 1 : chunks + (excerpt.exists() ? 1 : 0);
+    return settings.sample != nullptr ? 1 : chunks + (excerpt.empty() ? 0 : 1);
   }
   // What reading a window and sorting it takes: there are readers' buffers, too.
   MemoryBudget::Reservation wait_for(const InputWindow& window) const {
