@@ -15,6 +15,11 @@ constexpr double kGrowth = 4;
 // A fusion takes about six tetrahedra, and two of the vertices that are counted.
 constexpr double kVerticesATet = 2.0 / 6;
 
+// Where fewer of the vertices have to go the cheapest may all be some that are refused again and
+// again: what was left for the goal's sake in the last round goes, or whatever does not cost more
+// than in any other round.
+constexpr double kLittle = 1e-3;
+
 constexpr double kFusionsATet = 1.0 / 6;
 // Four times as much saves a few per cent more of the time, for errors up to a tenth larger.
 constexpr double kVarianceShare = 0.25;
@@ -36,9 +41,12 @@ double next_threshold(const CostHistogram& costs, const Threshold& last,
   const auto all = static_cast<double>(std::accumulate(costs.begin(), costs.end(), 0ULL));
   const double ordinary = std::max(kGrowth * last.cost, quantile(costs, all / 2));
   if (!tets_to_go) return ordinary;
-  const double enough = quantile(costs, kVerticesATet * static_cast<double>(*tets_to_go) + 1);
+  const double vertices = kVerticesATet * static_cast<double>(*tets_to_go) + 1;
+  const double enough = quantile(costs, vertices);
+  const bool is_little = vertices < kLittle * all;
   // What was not enough for all that the last round had to do is not enough now.
-  const double least = last.quota_was_met ? 0 : 2 * last.cost;
+  double least = last.quota_was_met ? 0 : 2 * last.cost;
+  if (is_little) least = last.quota_was_met ? last.cost : ordinary;
   return std::clamp(enough, std::min(least, ordinary), ordinary);
 }
 

@@ -71,6 +71,17 @@ TEST(NextThreshold, WhatWasNotEnoughIsNotEnoughNow) {
   EXPECT_EQ(next_threshold(costs, {1e-6, true}, 400), 4e-6);
 }
 
+// The cheapest of them may be refused for ever.
+TEST(NextThreshold, ALittleIsNotSoughtAmongTheCheapestAlone) {
+  const CostHistogram costs = histogram({{1e-8, 5000}, {1e-4, 5000}});
+  // What was left for the goal's sake is there; else whatever an ordinary round takes.
+  EXPECT_EQ(next_threshold(costs, {1e-6, true}, 20), 1e-6);
+  EXPECT_EQ(next_threshold(costs, {1e-6, false}, 20), 4e-6);
+  // More than a thousandth of the vertices is no little.
+  EXPECT_EQ(next_threshold(costs, {1e-6, true}, 60), above(1e-8));
+  EXPECT_EQ(next_threshold(costs, {1e-6, false}, 60), 2e-6);
+}
+
 TEST(NextThreshold, AlwaysGoesOn) {
   for (const double last : {1e-12, 1e-6, 1.0}) {
     EXPECT_GE(next_threshold({}, {last, false}, {}), 2 * last);
