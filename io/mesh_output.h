@@ -6,8 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "io/output_file.h"
+#include "io/write_mesh.h"
 
 namespace tetfusion {
 

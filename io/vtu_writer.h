@@ -15,7 +15,7 @@
 #include "base/resources.h"
 #include "base/vector.h"
 #include "io/encode.h"
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "io/output_file.h"
 #include "mesh/data_array.h"
 

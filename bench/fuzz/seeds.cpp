@@ -13,7 +13,7 @@
 #include "fuzz/targets.h"
 #include "io/file_system.h"
 #include "io/manifest.h"
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "io/mesh_source.h"
 #include "io/section_file.h"
 #include "support/mesh_file.h"

@@ -17,7 +17,9 @@
 #include "follow/apply_map.h"
 #include "follow/point_weights.h"
 #include "io/file_system.h"
-#include "io/mesh_sink.h"
+#include "io/left_out.h"
+#include "io/mesh_format.h"
+#include "io/write_mesh.h"
 #include "mesh/array_names.h"
 
 namespace tetfusion {

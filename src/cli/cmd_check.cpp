@@ -17,6 +17,8 @@
 #include "cli/listed_steps.h"
 #include "driver/convert.h"
 #include "driver/examine.h"
+#include "io/left_out.h"
+#include "io/mesh_format.h"
 #include "io/mesh_source.h"
 #include "io/series_list.h"
 #include "repair/repair.h"

@@ -21,6 +21,7 @@
 #include "compare/interfaces.h"
 #include "compare/needs.h"
 #include "driver/notices.h"
+#include "io/mesh_format.h"
 #include "io/mesh_source.h"
 #include "io/series_list.h"
 

@@ -13,8 +13,10 @@
 #include "driver/convert.h"
 #include "driver/notices.h"
 #include "driver/regions.h"
-#include "io/mesh_sink.h"
+#include "io/left_out.h"
+#include "io/mesh_format.h"
 #include "io/mesh_source.h"
+#include "io/write_mesh.h"
 
 namespace tetfusion {
 

@@ -27,6 +27,7 @@
 #include "driver/steering.h"
 #include "io/encode.h"
 #include "io/gmsh_writer.h"
+#include "io/mesh_format.h"
 #include "io/mesh_passes.h"
 #include "io/mesh_source.h"
 #include "io/mesh_stream.h"

@@ -11,7 +11,7 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "refine/refine.h"
 
 namespace tetfusion {

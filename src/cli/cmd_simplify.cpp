@@ -11,7 +11,7 @@
 #include "driver/run_plan.h"
 #include "driver/simplify.h"
 #include "driver/stages.h"
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "mesh/geometry.h"
 #include "series/series.h"
 #include "series/series_plan.h"

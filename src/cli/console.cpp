@@ -16,7 +16,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "base/resources.h"
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "io/output_file.h"
 
 namespace tetfusion {

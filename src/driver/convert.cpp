@@ -6,6 +6,7 @@
 
 #include "driver/carried_arrays.h"
 #include "io/cell_order.h"
+#include "io/mesh_format.h"
 #include "io/mesh_stream.h"
 #include "io/output_file.h"
 #include "io/vtu_writer.h"

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "driver/input_facts.h"
-#include "io/mesh_sink.h"
 #include "io/mesh_source.h"
+#include "io/write_mesh.h"
 
 namespace tetfusion {
 

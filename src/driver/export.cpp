@@ -9,6 +9,7 @@
 #include "driver/export_memory.h"
 #include "driver/export_pieces.h"
 #include "io/cell_order.h"
+#include "io/left_out.h"
 #include "io/mesh_output.h"
 #include "io/pieces_output.h"
 #include "io/vtu_writer.h"

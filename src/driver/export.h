@@ -11,7 +11,9 @@
 #include "driver/options.h"
 #include "driver/report.h"
 #include "driver/rounds.h"
+#include "io/mesh_format.h"
 #include "io/mesh_sink.h"
+#include "io/write_mesh.h"
 
 namespace tetfusion {
 

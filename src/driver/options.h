@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "kernel/fuse_limits.h"
 #include "kernel/greedy_pass.h"
 

@@ -11,7 +11,7 @@
 #include "driver/error_limits.h"
 #include "driver/regions.h"
 #include "driver/round_plan.h"
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "io/pieces_output.h"
 #include "verify/result_seam.h"
 

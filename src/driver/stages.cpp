@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "driver/assemble.h"
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "io/pieces_output.h"
 #include "io/pvtu_reader.h"
 

@@ -11,6 +11,7 @@
 #include "base/numbers.h"
 #include "generate/permutation.h"
 #include "io/cell_order.h"
+#include "io/mesh_format.h"
 #include "io/mesh_output.h"
 #include "io/vtu_writer.h"
 #include "mesh/time_value.h"

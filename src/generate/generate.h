@@ -6,7 +6,7 @@
 #include <string>
 
 #include "generate/lattice.h"
-#include "io/mesh_sink.h"
+#include "io/write_mesh.h"
 
 namespace tetfusion {
 

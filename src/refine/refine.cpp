@@ -11,6 +11,8 @@
 #include "base/numbers.h"
 #include "base/resources.h"
 #include "io/file_system.h"
+#include "io/left_out.h"
+#include "io/mesh_format.h"
 #include "mesh/region_of_interest.h"
 #include "refine/blocks_ahead.h"
 #include "refine/fusion_needs.h"

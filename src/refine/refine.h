@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/run_context.h"
-#include "io/mesh_sink.h"
 #include "io/progressive_file.h"
+#include "io/write_mesh.h"
 
 namespace tetfusion {
 

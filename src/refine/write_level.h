@@ -4,8 +4,8 @@
 #include <functional>
 #include <string>
 
-#include "io/mesh_sink.h"
 #include "io/progressive_file.h"
+#include "io/write_mesh.h"
 #include "refine/refinable_mesh.h"
 
 namespace tetfusion {

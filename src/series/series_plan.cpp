@@ -19,7 +19,7 @@
 #include "driver/run_setup.h"
 #include "driver/stages.h"
 #include "io/encode.h"
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
 #include "io/mesh_source.h"
 #include "io/output_file.h"
 #include "io/pieces_output.h"

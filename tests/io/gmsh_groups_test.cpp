@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh_sink.h"
+#include "io/mesh_format.h"
+#include "io/write_mesh.h"
 #include "support/format_files.h"
 #include "support/mesh_file.h"
 #include "support/vtu_file_test.h"

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "io/gmsh_steps.h"
-#include "io/mesh_sink.h"
+#include "io/left_out.h"
+#include "io/mesh_format.h"
+#include "io/write_mesh.h"
 #include "support/format_files.h"
 #include "support/mesh_file.h"
 #include "support/vtu_file_test.h"
@@ -564,9 +566,10 @@ TEST_F(Gmsh, KeepsAllArrays) {
   const testing::MeshFile box = testing::rich_box(6);
   box.write(dir_.file("box.vtu"));
   const auto source = open_mesh(dir_.file("box.vtu"));
-  EXPECT_EQ(left_out_of("x.msh", source->description()),
-            "x.msh has doubles for these integers, which are rounded from 2^53 on: ids; Gmsh itself "
-            "shows arrays of 1, 3 or 9 components; x.msh has these as they are: tensor");
+  EXPECT_EQ(
+      left_out_of("x.msh", source->description()),
+      "x.msh has doubles for these integers, which are rounded from 2^53 on: ids; Gmsh itself "
+      "shows arrays of 1, 3 or 9 components; x.msh has these as they are: tensor");
   convert(source.get(), "b.msh");
   const auto back = open_mesh(dir_.file("b.msh"));
   const Geometry before = source->read_geometry();

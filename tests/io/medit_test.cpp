@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh_sink.h"
+#include "io/left_out.h"
 #include "support/format_files.h"
 #include "support/mesh_file.h"
 #include "support/vtu_file_test.h"

@@ -21,7 +21,6 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/mesh_sink.h"
 #include "support/meshes.h"
 #include "support/stream_check.h"
 #include "support/vtu_file_test.h"

@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/mesh_sink.h"
+#include "io/left_out.h"
+#include "io/write_mesh.h"
 #include "support/faulty_file_system.h"
 #include "support/format_files.h"
 #include "support/mesh_file.h"

@@ -22,6 +22,7 @@
 #include "base/error.h"
 #include "base/resources.h"
 #include "io/encode.h"
+#include "io/mesh_format.h"
 #include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 #include "support/mesh_file.h"

@@ -6,7 +6,7 @@
 #include <span>
 #include <variant>
 
-#include "io/mesh_sink.h"
+#include "io/write_mesh.h"
 #include "support/stream_check.h"
 
 namespace tetfusion::testing {

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh_sink.h"
 #include "io/mesh_source.h"
 #include "mesh/data_array.h"
 #include "support/meshes.h"

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "io/mesh_sink.h"
+#include "io/write_mesh.h"
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
 
