@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "driver/check_options.h"
 #include "driver/export.h"
 #include "driver/notices.h"
 #include "driver/regions.h"

@@ -9,10 +9,10 @@
 
 #include "base/resources.h"
 #include "base/version.h"
+#include "driver/check_options.h"
 #include "driver/report_json.h"
 #include "driver/run_setup.h"
 #include "driver/simplify.h"
-#include "driver/stages.h"
 #include "io/mesh_source.h"
 #include "io/series_list.h"
 #include "mesh/time_value.h"

@@ -15,9 +15,9 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
+#include "driver/check_options.h"
 #include "driver/export.h"
 #include "driver/run_setup.h"
-#include "driver/stages.h"
 #include "io/encode.h"
 #include "io/mesh_format.h"
 #include "io/mesh_source.h"

@@ -1,4 +1,4 @@
-#include "driver/stages.h"
+#include "driver/check_options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
