@@ -20,7 +20,6 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::uint8_t kUndecided = kNearBoundary;                 // a mark that no piece has
 constexpr std::uint8_t kLasting = kOnBoundary | kLocked | kMoved;  // marks that outlive a round
 constexpr std::size_t kPieceAlignment = 64;
 

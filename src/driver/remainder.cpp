@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "kernel/cell_means.h"
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
@@ -26,16 +27,6 @@ bool are_enough(double count, double wanted, double in_all) {
 template <class Real>
 bool has_corner(const WorkMesh<Real>& mesh, const Tet& t, VertexMark mark) {
   return std::any_of(t.begin(), t.end(), [&](VertexId v) { return (mesh.marks[v] & mark) != 0; });
-}
-
-template <class Real>
-Vec3<double> centre_of(const WorkMesh<Real>& mesh, const Tet& t) {
-  Vec3<double> c{};
-  for (const VertexId v : t) {
-    const Vec3<Real>& p = mesh.positions[v];
-    c = {c.x + double{p.x} / 4, c.y + double{p.y} / 4, c.z + double{p.z} / 4};
-  }
-  return c;
 }
 
 bool holds(const std::array<Vec3<double>, 4>& corners, const Vec3<double>& p) {
@@ -90,7 +81,7 @@ void Remainder<Real>::find_depths(const WorkMesh<Real>& part) {
 template <class Real>
 void Remainder<Real>::find_centres(const WorkMesh<Real>& part) {
   for (const Tet& t : part.tets) {
-    const Vec3<double> c = centre_of(part, t);
+    const Vec3<double> c = centre_of(part.positions, t);
     if (centres_.size() % kBlock == 0) blocks_.push_back({c, c});
     if (centres_.size() % (kBlock * kBlock) == 0) groups_.push_back({c, c});
     blocks_.back().add(c);

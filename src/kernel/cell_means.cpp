@@ -20,7 +20,7 @@ namespace {
 constexpr double kEnough = 1.0 / 8;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-double mean_of_four(std::array<double, 4> x) {
+double mean_of_ascending(std::array<double, 4> x) {
   std::ranges::sort(x);
   return ((x[0] + x[1]) + (x[2] + x[3])) / 4;
 }
@@ -38,8 +38,8 @@ template <class Real>
 Vec3<double> centre_of(const Vector<Vec3<Real>>& positions, const Tet& tet) {
   const Vec3<Real>&a = positions[tet[0]], &b = positions[tet[1]];
   const Vec3<Real>&c = positions[tet[2]], &d = positions[tet[3]];
-  return {mean_of_four({a.x, b.x, c.x, d.x}), mean_of_four({a.y, b.y, c.y, d.y}),
-          mean_of_four({a.z, b.z, c.z, d.z})};
+  return {mean_of_ascending({a.x, b.x, c.x, d.x}), mean_of_ascending({a.y, b.y, c.y, d.y}),
+          mean_of_ascending({a.z, b.z, c.z, d.z})};
 }
 
 template <class Real>

@@ -21,6 +21,7 @@ enum VertexMark : std::uint8_t {
   kNearBoundary =
       1 << 2,             // one of its tetrahedra is a boundary tetrahedron; see mark_near_boundary
   kOnInterface = 1 << 3,  // in a chunk: other chunks have tetrahedra of it; it stays for this round
+  kUndecided = 1 << 4,    // while a chunk is gathered from pieces, none of which has it
   kLast = 1 << 5,         // in a chunk, of a vertex on the interface: no higher chunk has it
   kCarried = 1 << 6,      // while it is imported: a cell of lower dimension uses it
   kMoved = 1 << 7,        // fused to a new place: no point of the original any more
