@@ -139,8 +139,8 @@ void Workplace::give_up(const Error& error) {
       case ErrorCode::kIo:
       case ErrorCode::kInterrupted:
         return ": the same command with --resume goes on from there";
-      case ErrorCode::kMemory:
-        return ": the same command with --resume and more --memory goes on from there";
+      case ErrorCode::kMemory:  // the error says what to give
+        return ": then --resume goes on from there";
       default:
         return "";  // it would fail again
     }
