@@ -1,7 +1,7 @@
 // From a file to the first macroLoD: the mesh is read in windows and cut into chunks (scatter.h),
 // each chunk is put in the order of the curve and judged, and what must stay is marked. In memory
-// is, beside four bytes and a bit a point and cells of lower dimension, what grows with the interface
-// between chunks alone.
+// is, beside four bytes and a bit a point and cells of lower dimension, what grows with the
+// interface between chunks alone.
 #pragma once
 
 #include <cstdint>

@@ -100,11 +100,11 @@ Promise promise_of(const BehaviourOptions& behaviour, const RunChoices& choices,
 
 void require_boundary(const std::string& input, const InputFacts& facts) {
   if (facts.boundary_faces > 0) return;
-  throw Error(ErrorCode::kBadInput,
-              fmt::format("{}: the mesh has no boundary, so cells must be doubled or without "
-                          "volume, and --verify and "
-                          "--map have nothing to go by; see 'tetfusion check'",
-                          input));
+  throw Error(
+      ErrorCode::kBadInput,
+      fmt::format("{}: the mesh has no boundary, so cells must be doubled or without "
+                  "volume, and --verify and --map have nothing to go by; see 'tetfusion check'",
+                  input));
 }
 
 Verification verify_output(const WrittenOutput& output, const Promise& promise,

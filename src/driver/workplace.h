@@ -21,9 +21,9 @@ namespace tetfusion {
 
 class Workplace {
  public:
-  // Plans; nothing is made yet. The request outlives this. The run uses fewer threads where its memory is not enough for all (fit_threads). Throws
-  // Error(kMemory), saying what would be enough, where it may use less than one thread needs with
-  // the mesh on disk.
+  // Plans; nothing is made yet. The request outlives this. The run uses fewer threads where its
+  // memory is not enough for all (fit_threads). Throws Error(kMemory), saying what would be enough,
+  // where it may use less than one thread needs with the mesh on disk.
   Workplace(const SimplifyRequest& request, const MeshDescription& mesh,
             const SteeringBytes& steering, const ReaderNeeds& reader, const RunContext& context);
 
