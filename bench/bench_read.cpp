@@ -6,7 +6,8 @@
 #include <exception>
 
 #include "base/resources.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 
 int main(int argc, char** argv) {
   using namespace tetfusion;

@@ -12,10 +12,11 @@
 #include <vector>
 
 #include "base/resources.h"
-#include "io/cell_order.h"
-#include "io/mesh_source.h"
-#include "io/output_file.h"
-#include "io/vtu_writer.h"
+#include "io/files/output_file.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
+#include "io/vtk/cell_order.h"
+#include "io/vtk/vtu_writer.h"
 
 namespace {
 

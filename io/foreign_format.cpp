@@ -7,9 +7,9 @@
 #include <string_view>
 
 #include "base/error.h"
-#include "io/mapped_file.h"
-#include "io/suffix.h"
-#include "io/text_tokens.h"
+#include "io/files/mapped_file.h"
+#include "io/formats/suffix.h"
+#include "io/formats/text_tokens.h"
 
 namespace tetfusion {
 namespace {

@@ -6,13 +6,13 @@
 #include <initializer_list>
 #include <vector>
 
-#include "io/gmsh_head.h"
-#include "io/gmsh_writer.h"
-#include "io/medit_head.h"
-#include "io/medit_writer.h"
+#include "io/formats/mesh_passes.h"
+#include "io/gmsh/gmsh_head.h"
+#include "io/gmsh/gmsh_writer.h"
+#include "io/medit/medit_head.h"
+#include "io/medit/medit_writer.h"
 #include "io/mesh_format.h"
-#include "io/mesh_passes.h"
-#include "io/tetgen_writer.h"
+#include "io/tetgen/tetgen_writer.h"
 #include "io/write_mesh.h"
 #include "mesh/array_names.h"
 #include "mesh/time_value.h"

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

@@ -7,9 +7,9 @@
 #include <filesystem>
 
 #include "base/error.h"
-#include "io/output_file.h"
-#include "io/suffix.h"
-#include "io/tetgen_writer.h"
+#include "io/files/output_file.h"
+#include "io/formats/suffix.h"
+#include "io/tetgen/tetgen_writer.h"
 
 namespace tetfusion {
 

@@ -5,11 +5,10 @@
 #include <string_view>
 #include <vector>
 
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
+#include "io/vtk/encoding.h"
 
 namespace tetfusion {
-
-enum class Encoding { kRaw, kZlib, kLz4, kInline, kAscii };
 
 // By the end of the name. "-" and devices take .vtu.
 enum class MeshFormat { kVtu, kLegacyVtk, kMedit, kMeditBinary, kGmsh, kTetgen };

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "io/vtu_reader.h"
-#include "io/vtu_writer.h"
+#include "io/vtk/vtu_reader.h"
+#include "io/vtk/vtu_writer.h"
 
 namespace tetfusion {
 

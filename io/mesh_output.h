@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/files/output_file.h"
 #include "io/mesh_format.h"
-#include "io/output_file.h"
 #include "io/write_mesh.h"
 
 namespace tetfusion {

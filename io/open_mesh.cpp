@@ -1,3 +1,5 @@
+#include "io/open_mesh.h"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -11,20 +13,19 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/files/mapped_file.h"
 #include "io/foreign_format.h"
-#include "io/gmsh_head.h"
-#include "io/gmsh_reader.h"
-#include "io/legacy_head.h"
-#include "io/mapped_file.h"
-#include "io/medit_head.h"
-#include "io/medit_reader.h"
-#include "io/mesh_source.h"
-#include "io/pvtu_reader.h"
-#include "io/suffix.h"
-#include "io/tetgen_reader.h"
+#include "io/formats/suffix.h"
+#include "io/gmsh/gmsh_head.h"
+#include "io/gmsh/gmsh_reader.h"
+#include "io/medit/medit_head.h"
+#include "io/medit/medit_reader.h"
+#include "io/tetgen/tetgen_reader.h"
+#include "io/vtk/legacy_head.h"
+#include "io/vtk/pvtu_reader.h"
+#include "io/vtk/vtu_reader.h"
+#include "io/vtk/xml_scan.h"
 #include "io/vtk_bridge.h"
-#include "io/vtu_reader.h"
-#include "io/xml_scan.h"
 
 namespace tetfusion {
 

@@ -12,7 +12,7 @@
 
 #include "base/error.h"
 #include "io/foreign_format.h"
-#include "io/reading_memory.h"
+#include "io/source/reading_memory.h"
 #include "io/vtk_plugin.h"
 
 namespace tetfusion {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

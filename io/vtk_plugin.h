@@ -13,12 +13,12 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/mesh_source.h"
-#include "io/reading_memory.h"
+#include "io/source/mesh_source.h"
+#include "io/source/reading_memory.h"
 
 namespace tetfusion {
 
-// Raised whenever anything in this header, in io/mesh_source.h or in the types that they use
+// Raised whenever anything in this header, in io/source/mesh_source.h or in the types that they use
 // changes.
 inline constexpr std::uint32_t kVtkPluginInterface = 12;
 inline constexpr char kVtkPluginFile[] = "tetfusion-vtk.so";

@@ -3,14 +3,14 @@
 #include <fmt/format.h>
 
 #include "base/numbers.h"
-#include "io/gmsh_head.h"
-#include "io/gmsh_writer.h"
-#include "io/legacy_writer.h"
-#include "io/medit_head.h"
-#include "io/medit_writer.h"
-#include "io/mesh_stream.h"
-#include "io/output_file.h"
-#include "io/tetgen_writer.h"
+#include "io/files/output_file.h"
+#include "io/gmsh/gmsh_head.h"
+#include "io/gmsh/gmsh_writer.h"
+#include "io/medit/medit_head.h"
+#include "io/medit/medit_writer.h"
+#include "io/source/mesh_stream.h"
+#include "io/tetgen/tetgen_writer.h"
+#include "io/vtk/legacy_writer.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {

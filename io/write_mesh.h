@@ -7,9 +7,9 @@
 #include <string_view>
 
 #include "base/run_context.h"
+#include "io/formats/mesh_passes.h"
 #include "io/mesh_format.h"
-#include "io/mesh_passes.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "base/id_map.h"
-#include "io/piece_store.h"
+#include "io/store/piece_store.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"
 #include "partition/interface_table.h"

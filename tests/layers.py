@@ -1,19 +1,33 @@
 #!/usr/bin/env python3
 """Holds the code to the layers that each folder's README.md states.
 
-Every room has a README.md that names each of its headers, and has a line "May include: a, b." naming the rooms whose headers its files may use (its own
-are always allowed), or "May include: nothing.". VTK's headers may be included in src/vtk alone, and nothing
-but the standard library's in the public header, which belongs to the library.
+Every folder with code is a room. Its README.md names each of its headers, and has a line "May include: a, b." naming the
+rooms whose headers its files may use, with the rooms inside of these (its own are always allowed), or "May include:
+nothing.". No two rooms may use each other. VTK's headers may be included in src/vtk alone, and nothing but the standard
+library's in the public headers, which belong to the library.
 """
 import pathlib
 import re
 import sys
 
-ROOMS = {"base": "src/base", "mesh": "src/mesh", "kernel": "src/kernel", "verify": "src/verify", "follow": "src/follow", "refine": "src/refine", "repair": "src/repair", "generate": "src/generate",
-         "compare": "src/compare", "driver": "src/driver", "series": "src/series", "cli": "src/cli", "vtk": "src/vtk", "partition": "partition",
-         "io": "io", "library": "src/library", "vtk/filter": "src/vtk/filter",
-         "vtk/versions": "src/vtk/versions"}
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+TOPS = {"src": "", "partition": "partition", "io": "io"}  # folders, and how includes name them
 PUBLIC_HEADERS = ("tetfusion.h", "tetfusion_c.h")  # of the library; they include the standard library's headers alone
+
+
+def code_in(folder):
+    return sorted(folder.glob("*.[hc]*"))
+
+
+def find_rooms():
+    """Their folders, by the names that includes give them."""
+    rooms = {}
+    for top, name in TOPS.items():
+        for folder in [ROOT / top, *(path for path in (ROOT / top).rglob("*") if path.is_dir())]:
+            files = [file for file in code_in(folder) if file.suffix in (".h", ".cpp") and file.name not in PUBLIC_HEADERS]
+            if files:
+                rooms["/".join(filter(None, [name, *folder.relative_to(ROOT / top).parts]))] = folder
+    return rooms
 
 
 def allowed_rooms(readme):
@@ -24,13 +38,6 @@ def allowed_rooms(readme):
     return set() if names == ["nothing"] else set(names)
 
 
-def room_of(header):
-    if header in PUBLIC_HEADERS:
-        return "library"
-    folder = header.rpartition("/")[0]
-    return folder if folder in ROOMS else None
-
-
 def includes_of(file):
     for number, line in enumerate(file.read_text().splitlines(), 1):
         match = re.match(r'\s*#\s*include\s*(["<])([^">]+)[">]', line)
@@ -39,35 +46,40 @@ def includes_of(file):
 
 
 def main():
-    root = pathlib.Path(__file__).resolve().parent.parent
+    rooms = find_rooms()
     faults = []
     seen = 0
-    for room, folder in ROOMS.items():
-        readme = root / folder / "README.md"
+    uses = set()
+    for room, folder in rooms.items():
+        readme = folder / "README.md"
         allowed = allowed_rooms(readme) if readme.exists() else None
         if allowed is None:
             faults.append(f"{folder}: no README.md with a line 'May include: ...'")
             continue
-        for name in allowed - ROOMS.keys():
+        for name in allowed - rooms.keys():
             faults.append(f"{readme}: no room is called {name}")
         words = set(re.findall(r"\w+", readme.read_text()))
         faults += [f"{readme}: does not say what {header.name} is for"
-                   for header in sorted((root / folder).glob("*.h")) if header.stem not in words]
-        for file in sorted((root / folder).glob("*.[hc]*")):
+                   for header in code_in(folder) if header.suffix == ".h" and header.stem not in words
+                   and header.name not in PUBLIC_HEADERS]
+        for file in code_in(folder):
             for number, in_brackets, header in includes_of(file):
                 seen += 1
-                where = f"{file.relative_to(root)}:{number}"
+                where = f"{file.relative_to(ROOT)}:{number}"
                 if in_brackets:
-                    if header.startswith("vtk") and not room.startswith("vtk"):
+                    if header.startswith("vtk") and room.split("/")[0] != "vtk":
                         faults.append(f"{where}: VTK is included outside src/vtk")
                     continue
-                used = room_of(header)
-                if used is None:
+                used = "library" if header in PUBLIC_HEADERS else header.rpartition("/")[0]
+                if used not in rooms:
                     faults.append(f"{where}: {header} lies in no room")
-                elif used != room and used not in allowed:
-                    faults.append(f"{where}: {room} may not include {used}")
+                elif used != room:
+                    uses.add((room, used))
+                    if not any(used == name or used.startswith(name + "/") for name in allowed):
+                        faults.append(f"{where}: {room} may not include {used}")
+    faults += [f"{a} and {b} include each other" for a, b in sorted(uses) if a < b and (b, a) in uses]
     for public in PUBLIC_HEADERS:
-        for number, in_brackets, header in includes_of(root / "src" / public):
+        for number, in_brackets, header in includes_of(ROOT / "src" / public):
             seen += 1
             if not in_brackets or header.startswith("vtk") or "." in header and header != "stdint.h":
                 faults.append(f"src/{public}:{number}: {header} is not of the standard library")
@@ -75,7 +87,7 @@ def main():
         faults.append("found no includes at all: the test looks in the wrong place")
     for fault in faults:
         print(fault)
-    print(f"{seen} includes, {len(faults)} faults")
+    print(f"{len(rooms)} rooms, {seen} includes, {len(faults)} faults")
     return 1 if faults else 0
 
 

@@ -8,7 +8,8 @@
 #include "base/error.h"
 #include "case.h"
 #include "driver/simplify.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "judge.h"
 #include "mesh/inspect.h"
 

@@ -9,10 +9,10 @@
 #include "driver/checkpoint.h"
 #include "fuzz/read_all.h"
 #include "fuzz/targets.h"
-#include "io/checksum.h"
-#include "io/file_system.h"
-#include "io/manifest.h"
-#include "io/section_file.h"
+#include "io/files/checksum.h"
+#include "io/files/file_system.h"
+#include "io/store/manifest.h"
+#include "io/store/section_file.h"
 
 namespace tetfusion::fuzz {
 

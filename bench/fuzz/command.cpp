@@ -5,7 +5,7 @@
 
 #include "cli/command_line.h"
 #include "fuzz/targets.h"
-#include "io/file_system.h"
+#include "io/files/file_system.h"
 
 namespace tetfusion::fuzz {
 

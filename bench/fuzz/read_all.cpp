@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/file_system.h"
-#include "io/mesh_stream.h"
+#include "io/files/file_system.h"
+#include "io/source/mesh_stream.h"
 
 namespace tetfusion::fuzz {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "fuzz/targets.h"
-#include "io/mapped_file.h"
-#include "io/mesh_source.h"
+#include "io/files/mapped_file.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion::fuzz {
 

@@ -27,7 +27,7 @@
 #include "fuzz/mutate_xml.h"
 #include "fuzz/read_all.h"
 #include "fuzz/targets.h"
-#include "io/vtu_reader.h"
+#include "io/vtk/vtu_reader.h"
 
 namespace tetfusion::fuzz {
 

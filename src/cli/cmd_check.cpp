@@ -16,11 +16,12 @@
 #include "cli/findings.h"
 #include "cli/listed_steps.h"
 #include "driver/convert.h"
-#include "driver/examine.h"
+#include "driver/examine/examine.h"
 #include "io/left_out.h"
 #include "io/mesh_format.h"
-#include "io/mesh_source.h"
-#include "io/series_list.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
+#include "io/vtk/series_list.h"
 #include "repair/repair.h"
 
 namespace tetfusion {

@@ -20,10 +20,11 @@
 #include "compare/compare.h"
 #include "compare/interfaces.h"
 #include "compare/needs.h"
-#include "driver/notices.h"
+#include "driver/arrays/notices.h"
 #include "io/mesh_format.h"
-#include "io/mesh_source.h"
-#include "io/series_list.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
+#include "io/vtk/series_list.h"
 
 namespace tetfusion {
 

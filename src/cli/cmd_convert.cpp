@@ -10,12 +10,13 @@
 #include "base/resources.h"
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "driver/arrays/notices.h"
+#include "driver/arrays/regions.h"
 #include "driver/convert.h"
-#include "driver/notices.h"
-#include "driver/regions.h"
 #include "io/left_out.h"
 #include "io/mesh_format.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "io/write_mesh.h"
 
 namespace tetfusion {

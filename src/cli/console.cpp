@@ -16,8 +16,8 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "base/resources.h"
+#include "io/files/output_file.h"
 #include "io/mesh_format.h"
-#include "io/output_file.h"
 
 namespace tetfusion {
 

@@ -16,7 +16,7 @@
 #include "base/run_context.h"
 #include "cli/progress_bar.h"
 #include "io/mesh_format.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

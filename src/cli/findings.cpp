@@ -4,7 +4,7 @@
 
 #include "base/numbers.h"
 #include "base/resources.h"
-#include "driver/notices.h"
+#include "driver/arrays/notices.h"
 
 namespace tetfusion {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "driver/report_json.h"
+#include "driver/request/report_json.h"
 #include "mesh/inspection_summary.h"
 #include "mesh/quality.h"
 

@@ -1,6 +1,7 @@
 #include "cli/listed_steps.h"
 
-#include "io/series_list.h"
+#include "io/open_mesh.h"
+#include "io/vtk/series_list.h"
 
 namespace tetfusion {
 

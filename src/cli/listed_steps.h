@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cli/findings.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cli/console.h"
-#include "driver/options.h"
+#include "driver/request/options.h"
 
 namespace tetfusion {
 

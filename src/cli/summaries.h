@@ -4,7 +4,7 @@
 #include <string>
 
 #include "cli/console.h"
-#include "driver/report.h"
+#include "driver/request/report.h"
 #include "driver/run_plan.h"
 #include "series/series.h"
 

@@ -11,7 +11,7 @@
 #include "compare/fields.h"
 #include "compare/point.h"
 #include "compare/topology.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "mesh/geometry.h"
 
 namespace tetfusion {

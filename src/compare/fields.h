@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "mesh/data_array.h"
 
 namespace tetfusion {

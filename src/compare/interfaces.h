@@ -8,7 +8,7 @@
 #include "base/run_context.h"
 #include "compare/compare.h"
 #include "compare/triangles.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "compare/face_match.h"
-#include "io/mesh_stream.h"
+#include "io/source/mesh_stream.h"
 
 namespace tetfusion {
 

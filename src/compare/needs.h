@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

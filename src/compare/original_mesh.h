@@ -13,8 +13,8 @@
 #include "compare/fields.h"
 #include "compare/point.h"
 #include "compare/triangles.h"
-#include "io/mesh_source.h"
-#include "io/mesh_stream.h"
+#include "io/source/mesh_source.h"
+#include "io/source/mesh_stream.h"
 
 namespace tetfusion {
 

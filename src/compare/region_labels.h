@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "io/mesh_source.h"
-#include "io/mesh_stream.h"
+#include "io/source/mesh_source.h"
+#include "io/source/mesh_stream.h"
 #include "mesh/region_numbers.h"
 
 namespace tetfusion {

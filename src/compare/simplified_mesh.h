@@ -8,7 +8,7 @@
 #include "compare/fields.h"
 #include "compare/point.h"
 #include "compare/triangles.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "mesh/geometry.h"
 
 namespace tetfusion {

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "driver/import.h"
-#include "driver/report.h"
-#include "driver/round_plan.h"
+#include "driver/import/import.h"
+#include "driver/request/report.h"
+#include "driver/rounds/round_plan.h"
 
 namespace tetfusion {
 

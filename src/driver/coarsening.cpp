@@ -8,10 +8,10 @@
 
 #include "base/numbers.h"
 #include "base/resources.h"
-#include "driver/assemble.h"
-#include "driver/error_limits.h"
-#include "driver/notices.h"
-#include "driver/progressive.h"
+#include "driver/arrays/notices.h"
+#include "driver/export/progressive.h"
+#include "driver/import/assemble.h"
+#include "driver/request/error_limits.h"
 #include "driver/run_setup.h"
 
 namespace tetfusion {

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "driver/checkpoint.h"
-#include "driver/fusion_logs.h"
-#include "driver/round_plan.h"
-#include "driver/rounds.h"
+#include "driver/request/stages.h"
+#include "driver/rounds/fusion_logs.h"
+#include "driver/rounds/round_plan.h"
+#include "driver/rounds/rounds.h"
 #include "driver/run.h"
-#include "driver/stages.h"
 
 namespace tetfusion {
 

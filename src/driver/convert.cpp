@@ -4,12 +4,12 @@
 #include <cstring>
 #include <functional>
 
-#include "driver/carried_arrays.h"
-#include "io/cell_order.h"
+#include "driver/arrays/carried_arrays.h"
+#include "io/files/output_file.h"
 #include "io/mesh_format.h"
-#include "io/mesh_stream.h"
-#include "io/output_file.h"
-#include "io/vtu_writer.h"
+#include "io/source/mesh_stream.h"
+#include "io/vtk/cell_order.h"
+#include "io/vtk/vtu_writer.h"
 #include "mesh/array_names.h"
 
 namespace tetfusion {

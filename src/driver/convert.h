@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "driver/input_facts.h"
-#include "io/mesh_source.h"
+#include "driver/request/input_facts.h"
+#include "io/source/mesh_source.h"
 #include "io/write_mesh.h"
 
 namespace tetfusion {

@@ -10,7 +10,7 @@
 
 #include "base/version.h"
 #include "driver/checkpoint.h"
-#include "io/checksum.h"
+#include "io/files/checksum.h"
 
 namespace tetfusion {
 

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "driver/options.h"
-#include "io/mesh_source.h"
+#include "driver/request/options.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

@@ -7,12 +7,12 @@
 
 #include "base/error.h"
 #include "base/resources.h"
-#include "driver/carried_arrays.h"
-#include "driver/error_limits.h"
-#include "driver/regions.h"
-#include "driver/round_plan.h"
+#include "driver/arrays/carried_arrays.h"
+#include "driver/arrays/regions.h"
+#include "driver/request/error_limits.h"
+#include "driver/rounds/round_plan.h"
 #include "io/mesh_format.h"
-#include "io/pieces_output.h"
+#include "io/vtk/pieces_output.h"
 #include "verify/result_seam.h"
 
 namespace tetfusion {

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "base/memory_budget.h"
-#include "driver/input_facts.h"
-#include "driver/options.h"
-#include "driver/report.h"
-#include "driver/steering.h"
+#include "driver/arrays/steering.h"
+#include "driver/request/input_facts.h"
+#include "driver/request/options.h"
+#include "driver/request/report.h"
 #include "mesh/geometry.h"
 #include "verify/verify.h"
 

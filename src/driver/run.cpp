@@ -4,14 +4,15 @@
 
 #include <utility>
 
-#include "driver/check_options.h"
-#include "driver/export.h"
-#include "driver/notices.h"
-#include "driver/regions.h"
+#include "driver/arrays/notices.h"
+#include "driver/arrays/regions.h"
+#include "driver/export/export.h"
+#include "driver/request/check_options.h"
+#include "driver/request/stages.h"
 #include "driver/run_setup.h"
 #include "driver/scratch_place.h"
-#include "driver/stages.h"
-#include "io/output_file.h"
+#include "io/files/output_file.h"
+#include "io/open_mesh.h"
 
 namespace tetfusion {
 

@@ -6,8 +6,8 @@
 
 #include "base/resources.h"
 #include "base/version.h"
-#include "driver/regions.h"
-#include "driver/report_json.h"
+#include "driver/arrays/regions.h"
+#include "driver/request/report_json.h"
 #include "driver/run.h"
 #include "driver/scratch_place.h"
 

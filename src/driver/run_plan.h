@@ -7,9 +7,9 @@
 
 #include "base/run_context.h"
 #include "driver/estimate.h"
-#include "driver/memory_plan.h"
-#include "driver/options.h"
-#include "driver/report.h"
+#include "driver/request/options.h"
+#include "driver/request/report.h"
+#include "driver/rounds/memory_plan.h"
 
 namespace tetfusion {
 

@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "base/error.h"
-#include "driver/error_limits.h"
 #include "driver/promise.h"
-#include "io/stream_windows.h"
+#include "driver/request/error_limits.h"
+#include "io/source/stream_windows.h"
 #include "kernel/vertex_quadrics.h"
 #include "mesh/array_names.h"
 

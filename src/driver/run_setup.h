@@ -7,15 +7,15 @@
 #include <vector>
 
 #include "base/run_context.h"
-#include "driver/carried_arrays.h"
-#include "driver/import.h"
-#include "driver/memory_plan.h"
-#include "driver/options.h"
-#include "driver/original_values.h"
-#include "driver/round_plan.h"
-#include "driver/steering.h"
-#include "io/mesh_source.h"
-#include "io/mesh_stream.h"
+#include "driver/arrays/carried_arrays.h"
+#include "driver/arrays/steering.h"
+#include "driver/import/import.h"
+#include "driver/request/options.h"
+#include "driver/rounds/memory_plan.h"
+#include "driver/rounds/original_values.h"
+#include "driver/rounds/round_plan.h"
+#include "io/source/mesh_source.h"
+#include "io/source/mesh_stream.h"
 
 namespace tetfusion {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "driver/options.h"
+#include "driver/request/options.h"
 
 namespace tetfusion {
 

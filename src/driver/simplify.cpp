@@ -11,17 +11,17 @@
 
 #include "base/error.h"
 #include "base/resources.h"
+#include "driver/arrays/regions.h"
 #include "driver/coarsening.h"
-#include "driver/export.h"
-#include "driver/progressive.h"
+#include "driver/export/export.h"
+#include "driver/export/progressive.h"
 #include "driver/promise.h"
-#include "driver/regions.h"
+#include "driver/request/stages.h"
 #include "driver/run.h"
 #include "driver/run_setup.h"
 #include "driver/scratch_place.h"
 #include "driver/stage_output.h"
-#include "driver/stages.h"
-#include "io/scratch_folder.h"
+#include "io/store/scratch_folder.h"
 
 namespace tetfusion {
 

@@ -4,10 +4,10 @@
 #include <memory>
 
 #include "base/run_context.h"
-#include "driver/options.h"
-#include "driver/report.h"
-#include "io/mesh_sink.h"
-#include "io/mesh_source.h"
+#include "driver/request/options.h"
+#include "driver/request/report.h"
+#include "io/source/mesh_sink.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "base/resources.h"
-#include "driver/error_limits.h"
-#include "driver/export.h"
-#include "driver/progressive.h"
+#include "driver/arrays/regions.h"
+#include "driver/export/export.h"
+#include "driver/export/progressive.h"
 #include "driver/promise.h"
-#include "driver/regions.h"
+#include "driver/request/error_limits.h"
 #include "driver/run_setup.h"
 #include "follow/make_map.h"
-#include "io/output_file.h"
+#include "io/files/output_file.h"
 
 namespace tetfusion {
 

@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "driver/coarsening.h"
-#include "driver/report.h"
+#include "driver/request/report.h"
+#include "driver/request/stages.h"
 #include "driver/run.h"
-#include "driver/stages.h"
 #include "verify/verify.h"
 
 namespace tetfusion {

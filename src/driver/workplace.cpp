@@ -9,13 +9,13 @@
 
 #include "base/numbers.h"
 #include "base/resources.h"
+#include "driver/export/progressive.h"
 #include "driver/fingerprint.h"
-#include "driver/progressive.h"
+#include "driver/request/stages.h"
 #include "driver/run_setup.h"
 #include "driver/scratch_place.h"
-#include "driver/stages.h"
 #include "follow/make_map.h"
-#include "io/section_file.h"
+#include "io/store/section_file.h"
 
 namespace tetfusion {
 

@@ -13,9 +13,9 @@
 #include "base/error.h"
 #include "base/memory_budget.h"
 #include "base/run_context.h"
-#include "driver/memory_plan.h"
-#include "driver/options.h"
-#include "io/scratch.h"
+#include "driver/request/options.h"
+#include "driver/rounds/memory_plan.h"
+#include "io/store/scratch.h"
 
 namespace tetfusion {
 

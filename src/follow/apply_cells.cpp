@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/running_mean.h"
-#include "io/stream_windows.h"
+#include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
 
 namespace tetfusion {

@@ -8,8 +8,8 @@
 
 #include "base/run_context.h"
 #include "base/vector.h"
-#include "io/map_file.h"
-#include "io/mesh_source.h"
+#include "io/progressive/map_file.h"
+#include "io/source/mesh_source.h"
 #include "mesh/data_array.h"
 
 namespace tetfusion {

@@ -15,7 +15,7 @@
 #include "compare/fields.h"
 #include "compare/measure.h"
 #include "follow/fit_values.h"
-#include "io/stream_windows.h"
+#include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
 #include "mesh/blocks.h"
 

@@ -9,7 +9,7 @@
 #include "compare/locator.h"
 #include "compare/original_mesh.h"
 #include "compare/simplified_mesh.h"
-#include "io/map_file.h"
+#include "io/progressive/map_file.h"
 
 namespace tetfusion {
 

@@ -13,7 +13,8 @@
 #include "compare/measure.h"
 #include "compare/original_mesh.h"
 #include "compare/simplified_mesh.h"
-#include "io/map_file.h"
+#include "io/open_mesh.h"
+#include "io/progressive/map_file.h"
 #include "mesh/blocks.h"
 
 namespace tetfusion {

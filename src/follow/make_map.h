@@ -8,8 +8,8 @@
 
 #include "base/run_context.h"
 #include "follow/cell_homes.h"
-#include "io/mesh_source.h"
-#include "io/output_file.h"
+#include "io/files/output_file.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 
@@ -21,8 +21,8 @@ struct ResultFacts {
   bool wants_homes = true;           // else cells have none
 };
 
-// Writes a map (io/map_file.h) to `file`, which the caller commits. `result` is where the result
-// can be read; `sides` as for compare_meshes().
+// Writes a map (io/progressive/map_file.h) to `file`, which the caller commits. `result` is where
+// the result can be read; `sides` as for compare_meshes().
 //
 // - A point of the original that stayed lies where it stayed; any other in the tetrahedron that
 //   holds it, or, outside of the result, at the nearest point of its boundary.

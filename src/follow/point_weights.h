@@ -8,8 +8,8 @@
 #include <string>
 
 #include "base/vector.h"
-#include "io/map_file.h"
-#include "io/paged_array.h"
+#include "io/files/paged_array.h"
+#include "io/progressive/map_file.h"
 #include "mesh/geometry.h"
 
 namespace tetfusion {

@@ -10,10 +10,10 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "generate/permutation.h"
-#include "io/cell_order.h"
 #include "io/mesh_format.h"
 #include "io/mesh_output.h"
-#include "io/vtu_writer.h"
+#include "io/vtk/cell_order.h"
+#include "io/vtk/vtu_writer.h"
 #include "mesh/time_value.h"
 
 namespace tetfusion {

@@ -1,7 +1,7 @@
 // A sink that keeps the mesh in memory of the public header's kind.
 #pragma once
 
-#include "io/mesh_sink.h"
+#include "io/source/mesh_sink.h"
 #include "tetfusion.h"
 
 namespace tetfusion {

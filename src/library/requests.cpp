@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
-#include "driver/steering.h"
+#include "driver/arrays/steering.h"
 #include "library/options_text.h"
 #include "mesh/array_names.h"
 

@@ -3,10 +3,10 @@
 
 #include <string>
 
-#include "driver/options.h"
-#include "driver/report.h"
-#include "io/mesh_source.h"
-#include "io/mesh_view.h"
+#include "driver/request/options.h"
+#include "driver/request/report.h"
+#include "io/source/mesh_source.h"
+#include "io/source/mesh_view.h"
 #include "mesh/data_array.h"
 #include "tetfusion.h"
 

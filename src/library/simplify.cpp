@@ -5,7 +5,7 @@
 #include "base/resources.h"
 #include "base/version.h"
 #include "driver/simplify.h"
-#include "io/file_system.h"
+#include "io/files/file_system.h"
 #include "library/owned_sink.h"
 #include "library/requests.h"
 #include "library/run_thread.h"

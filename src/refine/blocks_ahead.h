@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "base/resources.h"
-#include "io/progressive_file.h"
+#include "io/progressive/progressive_file.h"
 
 namespace tetfusion {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "io/paged_array.h"
+#include "io/files/paged_array.h"
 #include "mesh/fusion_log.h"
 #include "refine/refinable_mesh.h"
 

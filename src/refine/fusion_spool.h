@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/row_file.h"
+#include "io/files/row_file.h"
 #include "mesh/fusion_log.h"
 
 namespace tetfusion {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "io/progressive_file.h"
+#include "io/progressive/progressive_file.h"
 #include "refine/refinable_mesh.h"
 
 namespace tetfusion {

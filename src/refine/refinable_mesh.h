@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "io/paged_array.h"
-#include "io/progressive_file.h"
+#include "io/files/paged_array.h"
+#include "io/progressive/progressive_file.h"
 #include "mesh/fusion_log.h"
 #include "mesh/geometry.h"
 #include "refine/stars.h"

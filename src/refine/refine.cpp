@@ -10,7 +10,7 @@
 
 #include "base/numbers.h"
 #include "base/resources.h"
-#include "io/file_system.h"
+#include "io/files/file_system.h"
 #include "io/left_out.h"
 #include "io/mesh_format.h"
 #include "mesh/region_of_interest.h"

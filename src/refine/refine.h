@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/run_context.h"
-#include "io/progressive_file.h"
+#include "io/progressive/progressive_file.h"
 #include "io/write_mesh.h"
 
 namespace tetfusion {

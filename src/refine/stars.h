@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/paged_array.h"
+#include "io/files/paged_array.h"
 #include "mesh/geometry.h"
 
 namespace tetfusion {

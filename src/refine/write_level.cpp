@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/mesh_output.h"
-#include "io/vtu_writer.h"
+#include "io/vtk/vtu_writer.h"
 #include "mesh/blocks.h"
 
 namespace tetfusion {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "io/progressive_file.h"
+#include "io/progressive/progressive_file.h"
 #include "io/write_mesh.h"
 #include "refine/refinable_mesh.h"
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "compare/original_mesh.h"
-#include "io/stream_around.h"
-#include "io/stream_windows.h"
+#include "io/source/stream_around.h"
+#include "io/source/stream_windows.h"
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "base/run_context.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "compare/measure.h"
-#include "io/stream_windows.h"
+#include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
 
 namespace tetfusion {

@@ -8,9 +8,9 @@
 
 #include "base/run_context.h"
 #include "compare/original_mesh.h"
-#include "driver/steering.h"
-#include "io/mesh_stream.h"
-#include "io/row_file.h"
+#include "driver/arrays/steering.h"
+#include "io/files/row_file.h"
+#include "io/source/mesh_stream.h"
 
 namespace tetfusion {
 

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "io/stream_windows.h"
+#include "io/source/stream_windows.h"
 #include "mesh/region_of_interest.h"
 
 namespace tetfusion {

@@ -8,7 +8,7 @@
 
 #include "base/run_context.h"
 #include "compare/original_mesh.h"
-#include "io/mesh_stream.h"
+#include "io/source/mesh_stream.h"
 #include "series/other_arrays.h"
 
 namespace tetfusion {

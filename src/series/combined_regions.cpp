@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/mix.h"
-#include "io/checksum.h"
-#include "io/stream_windows.h"
+#include "io/files/checksum.h"
+#include "io/source/stream_windows.h"
 #include "mesh/blocks.h"
 #include "mesh/region_names.h"
 #include "mesh/region_numbers.h"

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "base/run_context.h"
-#include "io/mesh_stream.h"
-#include "io/paged_array.h"
+#include "io/files/paged_array.h"
+#include "io/source/mesh_stream.h"
 
 namespace tetfusion {
 

@@ -7,8 +7,8 @@
 
 #include "base/memory_budget.h"
 #include "base/resources.h"
-#include "driver/memory_plan.h"
-#include "io/stream_windows.h"
+#include "driver/rounds/memory_plan.h"
+#include "io/source/stream_windows.h"
 
 namespace tetfusion {
 

@@ -9,9 +9,9 @@
 #include "base/run_context.h"
 #include "follow/apply_map.h"
 #include "follow/point_weights.h"
-#include "io/map_file.h"
-#include "io/mesh_source.h"
-#include "io/row_file.h"
+#include "io/files/row_file.h"
+#include "io/progressive/map_file.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

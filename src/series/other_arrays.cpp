@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "io/stream_around.h"
+#include "io/source/stream_around.h"
 
 namespace tetfusion {
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh_source.h"
-#include "io/mesh_stream.h"
+#include "io/source/mesh_source.h"
+#include "io/source/mesh_stream.h"
 
 namespace tetfusion {
 

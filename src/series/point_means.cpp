@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "driver/steering.h"
-#include "io/mesh_stream.h"
+#include "driver/arrays/steering.h"
+#include "io/source/mesh_stream.h"
 #include "series/other_arrays.h"
 
 namespace tetfusion {

@@ -4,7 +4,8 @@
 #include <cstring>
 #include <utility>
 
-#include "driver/options.h"
+#include "driver/request/options.h"
+#include "io/open_mesh.h"
 #include "series/other_arrays.h"
 
 namespace tetfusion {

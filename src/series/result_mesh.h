@@ -7,8 +7,8 @@
 
 #include "base/run_context.h"
 #include "follow/apply_cells.h"
-#include "io/map_file.h"
-#include "io/mesh_source.h"
+#include "io/progressive/map_file.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

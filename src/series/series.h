@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/run_context.h"
-#include "driver/options.h"
-#include "driver/report.h"
+#include "driver/request/options.h"
+#include "driver/request/report.h"
 
 namespace tetfusion {
 

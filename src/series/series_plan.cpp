@@ -15,15 +15,16 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
-#include "driver/check_options.h"
-#include "driver/export.h"
+#include "driver/export/export.h"
+#include "driver/request/check_options.h"
 #include "driver/run_setup.h"
-#include "io/encode.h"
+#include "io/files/output_file.h"
 #include "io/mesh_format.h"
-#include "io/mesh_source.h"
-#include "io/output_file.h"
-#include "io/pieces_output.h"
-#include "io/series_list.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
+#include "io/vtk/pieces_output.h"
+#include "io/vtk/series_list.h"
+#include "io/vtk/xml_text.h"
 #include "mesh/array_names.h"
 
 namespace tetfusion {

@@ -10,7 +10,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "base/resources.h"
-#include "io/checksum.h"
+#include "io/files/checksum.h"
 
 namespace tetfusion {
 

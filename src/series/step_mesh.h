@@ -9,7 +9,7 @@
 #include "base/run_context.h"
 #include "base/vector.h"
 #include "compare/original_mesh.h"
-#include "io/mesh_stream.h"
+#include "io/source/mesh_stream.h"
 
 namespace tetfusion {
 

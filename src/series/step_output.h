@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "base/run_context.h"
-#include "driver/steering.h"
-#include "io/map_file.h"
+#include "driver/arrays/steering.h"
 #include "io/mesh_format.h"
+#include "io/progressive/map_file.h"
 #include "io/write_mesh.h"
 #include "series/fitted_steps.h"
 #include "series/result_mesh.h"

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "io/open_mesh.h"
 #include "series/other_arrays.h"
 #include "series/point_means.h"
 

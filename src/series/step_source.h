@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "series/series_plan.h"
 
 namespace tetfusion {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "io/output_file.h"
+#include "io/files/output_file.h"
 
 namespace tetfusion {
 

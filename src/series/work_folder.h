@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "io/file_system.h"
+#include "io/files/file_system.h"
 
 namespace tetfusion {
 

@@ -8,7 +8,7 @@
 
 #include "base/mix.h"
 #include "compare/original_mesh.h"
-#include "io/mesh_stream.h"
+#include "io/source/mesh_stream.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {

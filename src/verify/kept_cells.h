@@ -6,7 +6,7 @@
 #include "base/run_context.h"
 #include "base/vector.h"
 #include "compare/point.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "mesh/region_of_interest.h"
 
 namespace tetfusion {

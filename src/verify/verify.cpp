@@ -13,6 +13,7 @@
 #include "base/numbers.h"
 #include "compare/compare.h"
 #include "compare/interfaces.h"
+#include "io/open_mesh.h"
 #include "mesh/inspect.h"
 #include "mesh/predicates.h"
 #include "verify/kept_cells.h"

@@ -11,7 +11,7 @@
 #include "base/run_context.h"
 #include "base/vector.h"
 #include "compare/needs.h"  // for those who plan a verification
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "mesh/region_of_interest.h"
 
 namespace tetfusion {

@@ -14,7 +14,7 @@
 #include <string_view>
 
 #include "base/numbers.h"
-#include "io/mapped_file.h"
+#include "io/files/mapped_file.h"
 
 namespace tetfusion {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "io/differing_copies.h"
+#include "io/source/differing_copies.h"
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
 #include "vtk/vtk_pieces.h"

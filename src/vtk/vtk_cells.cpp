@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/cell_kinds.h"
-#include "io/merge_pieces.h"
-#include "io/vtu_cells.h"
+#include "io/source/cell_kinds.h"
+#include "io/source/file_cells.h"
+#include "io/source/merge_pieces.h"
 #include "mesh/polygon_cut.h"
 #include "mesh/split_cells.h"
 #include "vtk/vtk_polyhedra.h"

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "mesh/geometry.h"
 #include "vtk/vtk_pieces.h"
 

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "io/mapped_file.h"
+#include "io/files/mapped_file.h"
 #include "vtk/ensight_case.h"
 #endif
 

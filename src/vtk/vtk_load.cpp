@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "io/foreign_format.h"
+#include "io/open_mesh.h"
 #include "vtk/vtk_collect.h"
 #include "vtk/vtk_polyhedra.h"
 #include "vtk/vtk_reader.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

@@ -16,7 +16,7 @@
 #include <set>
 #include <string_view>
 
-#include "io/mapped_file.h"
+#include "io/files/mapped_file.h"
 #endif
 
 #include "base/error.h"

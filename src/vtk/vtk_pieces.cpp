@@ -13,7 +13,7 @@
 #include <map>
 
 #include "base/error.h"
-#include "io/cell_kinds.h"
+#include "io/source/cell_kinds.h"
 #include "vtk/versions/vtk_versions.h"
 
 namespace tetfusion {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "io/reading_memory.h"
+#include "io/source/reading_memory.h"
 #include "mesh/data_array.h"
 #include "mesh/geometry.h"
 #include "vtk/vtk_load.h"
@@ -41,7 +41,8 @@ struct PieceList {
 vtkUnsignedCharArray* ghosts_of(vtkDataSet* data);
 bool is_dropped(vtkUnsignedCharArray* ghosts, vtkIdType cell);
 
-// The point array marked as global ids, or called so: the names that io/vtu_reader.h takes, too.
+// The point array marked as global ids, or called so: the names that io/vtk/vtu_reader.h takes,
+// too.
 vtkDataArray* global_id_array(vtkDataSet* data);
 
 // Counts the points and cells of the data sets and checks the lists of cells that VTK took from the

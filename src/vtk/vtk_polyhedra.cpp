@@ -17,7 +17,7 @@
 #include <map>
 #include <vector>
 
-#include "io/cell_kinds.h"
+#include "io/source/cell_kinds.h"
 #include "vtk/versions/vtk_versions.h"
 #include "vtk/vtk_pieces.h"
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/cell_kinds.h"
-#include "io/encode.h"
+#include "io/source/cell_kinds.h"
+#include "io/vtk/xml_text.h"
 #include "io/vtk_plugin.h"
 #include "vtk/vtk_arrays.h"
 #include "vtk/vtk_cells.h"

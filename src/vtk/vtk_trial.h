@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/error.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 
 namespace tetfusion {
 

@@ -10,8 +10,8 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
-#include "io/listed_files.h"
-#include "io/mapped_file.h"
+#include "io/files/mapped_file.h"
+#include "io/vtk/listed_files.h"
 
 namespace tetfusion {
 namespace {

@@ -10,9 +10,9 @@
 #include <type_traits>
 
 #include "base/numbers.h"
-#include "io/byte_values.h"
-#include "io/listed_files.h"
-#include "io/text_tokens.h"
+#include "io/formats/byte_values.h"
+#include "io/formats/text_tokens.h"
+#include "io/vtk/listed_files.h"
 #include "vtk/number_types.h"
 
 namespace tetfusion {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "io/mapped_file.h"
+#include "io/files/mapped_file.h"
 #include "vtk/hdf5_data.h"
 #include "vtk/hyperslab.h"
 #include "vtk/xdmf_document.h"

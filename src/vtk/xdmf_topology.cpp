@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "base/numbers.h"
-#include "io/text_tokens.h"
+#include "io/formats/text_tokens.h"
 #include "vtk/number_types.h"
 
 namespace tetfusion {

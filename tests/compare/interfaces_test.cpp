@@ -7,6 +7,7 @@
 
 #include "compare/compare.h"
 #include "compare/topology.h"
+#include "io/open_mesh.h"
 #include "support/comparison.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"

@@ -12,6 +12,7 @@
 #include "compare/locator.h"
 #include "compare/simplified_mesh.h"
 #include "compare/triangles.h"
+#include "io/open_mesh.h"
 #include "support/mesh_file.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"

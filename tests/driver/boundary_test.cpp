@@ -6,7 +6,8 @@
 
 #include "base/error.h"
 #include "driver/simplify.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "mesh/inspect.h"
 #include "partition/curve_cut.h"
 #include "support/file_request.h"

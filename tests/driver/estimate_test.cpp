@@ -16,7 +16,7 @@
 #include "driver/run_plan.h"
 #include "driver/simplify.h"
 #include "generate/generate.h"
-#include "io/file_system.h"
+#include "io/files/file_system.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 

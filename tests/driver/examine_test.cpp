@@ -1,4 +1,4 @@
-#include "driver/examine.h"
+#include "driver/examine/examine.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/resources.h"
+#include "io/open_mesh.h"
 #include "support/damaged_meshes.h"
 #include "support/mesh_file.h"
 #include "support/meshes.h"

@@ -10,9 +10,10 @@
 #include <string>
 #include <variant>
 
-#include "driver/export.h"
-#include "driver/export_pieces.h"
-#include "io/mesh_source.h"
+#include "driver/export/export.h"
+#include "driver/export/export_pieces.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "support/import.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"

@@ -1,4 +1,4 @@
-#include "driver/export.h"
+#include "driver/export/export.h"
 
 #include <gtest/gtest.h>
 
@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "io/open_mesh.h"
 #include "mesh/inspect.h"
 #include "support/brute_check.h"
 #include "support/import.h"

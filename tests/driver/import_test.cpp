@@ -1,4 +1,4 @@
-#include "driver/import.h"
+#include "driver/import/import.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,11 @@
-#include "driver/memory_plan.h"
+#include "driver/rounds/memory_plan.h"
 
 #include <gtest/gtest.h>
 
-#include "driver/carried_arrays.h"
-#include "driver/progressive.h"
-#include "io/mesh_source.h"
+#include "driver/arrays/carried_arrays.h"
+#include "driver/export/progressive.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 #include "support/units.h"

@@ -1,5 +1,5 @@
 // The values of new points, fitted to the original's at the end of a run.
-#include "driver/original_values.h"
+#include "driver/rounds/original_values.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,8 @@
 #include "compare/compare.h"
 #include "driver/checkpoint.h"
 #include "driver/simplify.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "support/comparison.h"
 #include "support/file_request.h"
 #include "support/mesh_file.h"

@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "base/resources.h"
-#include "driver/memory_plan.h"
+#include "driver/rounds/memory_plan.h"
 #include "driver/simplify.h"
 #include "support/faulty_file_system.h"
 #include "support/mesh_file.h"

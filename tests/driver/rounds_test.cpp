@@ -1,4 +1,4 @@
-#include "driver/rounds.h"
+#include "driver/rounds/rounds.h"
 
 #include <gtest/gtest.h>
 

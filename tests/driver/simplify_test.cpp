@@ -16,8 +16,9 @@
 
 #include "base/error.h"
 #include "base/resources.h"
-#include "driver/regions.h"
-#include "io/mesh_source.h"
+#include "driver/arrays/regions.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "mesh/inspect.h"
 #include "mesh/predicates.h"
 #include "support/damaged_meshes.h"

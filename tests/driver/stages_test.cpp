@@ -1,4 +1,4 @@
-#include "driver/check_options.h"
+#include "driver/request/check_options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

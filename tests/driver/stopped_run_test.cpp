@@ -17,7 +17,7 @@
 
 #include "base/error.h"
 #include "base/resources.h"
-#include "driver/memory_plan.h"
+#include "driver/rounds/memory_plan.h"
 #include "driver/simplify.h"
 #include "support/mesh_file.h"
 #include "support/out_of_core_run.h"

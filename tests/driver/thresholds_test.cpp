@@ -1,4 +1,4 @@
-#include "driver/thresholds.h"
+#include "driver/rounds/thresholds.h"
 
 #include <gtest/gtest.h>
 

@@ -17,7 +17,8 @@
 
 #include "base/error.h"
 #include "base/resources.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "mesh/predicates.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "io/file_system.h"
-#include "io/scratch.h"
+#include "io/files/file_system.h"
+#include "io/store/scratch.h"
 #include "support/pieces.h"
 #include "support/temp_dir.h"
 

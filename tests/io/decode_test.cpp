@@ -1,5 +1,5 @@
 // What a compressed block may ask for.
-#include "io/decode.h"
+#include "io/vtk/decode.h"
 
 #include <gtest/gtest.h>
 #include <lzma.h>

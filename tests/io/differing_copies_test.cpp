@@ -1,5 +1,5 @@
 // Values that are lost where points are joined: how many, and by how much they differ.
-#include "io/differing_copies.h"
+#include "io/source/differing_copies.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "base/resources.h"
-#include "io/mesh_stream.h"
+#include "io/source/mesh_stream.h"
 #include "support/meshes.h"
 #include "support/vtu_file_test.h"
 #include "support/vtu_text.h"

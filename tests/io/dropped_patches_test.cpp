@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/mesh_stream.h"
+#include "io/source/mesh_stream.h"
 #include "support/vtu_file_test.h"
 
 namespace tetfusion {

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "base/error.h"
-#include "io/mapped_file.h"
-#include "io/output_file.h"
+#include "io/files/mapped_file.h"
+#include "io/files/output_file.h"
 #include "support/faulty_file_system.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"

@@ -10,7 +10,8 @@
 #include <string_view>
 
 #include "base/error.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "support/temp_dir.h"
 #include "support/vtk_file_test.h"
 

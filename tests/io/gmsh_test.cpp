@@ -9,9 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "io/gmsh_steps.h"
+#include "io/gmsh/gmsh_steps.h"
 #include "io/left_out.h"
 #include "io/mesh_format.h"
+#include "io/open_mesh.h"
 #include "io/write_mesh.h"
 #include "support/format_files.h"
 #include "support/mesh_file.h"

@@ -9,6 +9,7 @@
 
 #include "io/left_out.h"
 #include "io/mesh_format.h"
+#include "io/open_mesh.h"
 #include "io/write_mesh.h"
 #include "support/format_files.h"
 #include "support/mesh_file.h"

@@ -1,5 +1,5 @@
 // The log of a scratch folder, damaged and gone on with.
-#include "io/manifest.h"
+#include "io/store/manifest.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

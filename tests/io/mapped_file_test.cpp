@@ -1,4 +1,4 @@
-#include "io/mapped_file.h"
+#include "io/files/mapped_file.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "io/checksum.h"
+#include "io/files/checksum.h"
 #include "support/faulty_file_system.h"
 #include "support/temp_dir.h"
 #include "support/vtu_text.h"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/left_out.h"
+#include "io/open_mesh.h"
 #include "support/format_files.h"
 #include "support/mesh_file.h"
 #include "support/vtu_file_test.h"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "io/mesh_sink.h"
+#include "io/source/mesh_sink.h"
 
 namespace tetfusion {
 namespace {

@@ -1,6 +1,6 @@
 // Reading meshes in windows. That windows give the same mesh as reading it at once is tested for
 // every file of the other tests of readers, too (VtuFileTest).
-#include "io/mesh_stream.h"
+#include "io/source/mesh_stream.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/open_mesh.h"
 #include "support/meshes.h"
 #include "support/stream_check.h"
 #include "support/vtu_file_test.h"

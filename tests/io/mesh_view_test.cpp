@@ -1,5 +1,5 @@
 // Meshes that lie in somebody's memory. What is refused is tested with the library's public header.
-#include "io/mesh_view.h"
+#include "io/source/mesh_view.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "base/error.h"
-#include "io/mesh_stream.h"
+#include "io/source/mesh_stream.h"
 #include "support/stream_check.h"
 
 namespace tetfusion {

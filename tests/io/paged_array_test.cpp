@@ -1,4 +1,4 @@
-#include "io/paged_array.h"
+#include "io/files/paged_array.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
-#include "io/piece_numbers.h"
+#include "io/source/piece_numbers.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "io/merge_pieces.h"
+#include "io/source/merge_pieces.h"
 #include "support/meshes.h"
 
 namespace tetfusion {

@@ -1,4 +1,4 @@
-#include "io/piece_store.h"
+#include "io/store/piece_store.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "io/scratch.h"
+#include "io/store/scratch.h"
 #include "support/pieces.h"
 #include "support/temp_dir.h"
 

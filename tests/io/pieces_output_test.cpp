@@ -1,4 +1,4 @@
-#include "io/pieces_output.h"
+#include "io/vtk/pieces_output.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Several files that are one mesh, beside one file that has the same pieces.
-#include "io/pvtu_reader.h"
+#include "io/vtk/pvtu_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/mesh_stream.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_stream.h"
 #include "support/meshes.h"
 #include "support/stream_check.h"
 #include "support/temp_dir.h"

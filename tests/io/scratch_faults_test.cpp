@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/scratch.h"
+#include "io/store/scratch.h"
 #include "support/faulty_file_system.h"
 #include "support/pieces.h"
 #include "support/temp_dir.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "io/scratch.h"
+#include "io/store/scratch.h"
 #include "support/pieces.h"
 #include "support/temp_dir.h"
 

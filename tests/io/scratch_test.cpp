@@ -1,4 +1,4 @@
-#include "io/scratch.h"
+#include "io/store/scratch.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "io/section_file.h"
+#include "io/store/section_file.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/file_system.h"
-#include "io/scratch.h"
+#include "io/files/file_system.h"
+#include "io/store/scratch.h"
 #include "support/mesh_file.h"
 #include "support/pieces.h"
 #include "support/temp_dir.h"

@@ -12,7 +12,8 @@
 #include <vector>
 
 #include "base/resources.h"
-#include "io/mesh_stream.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_stream.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"
 #include "support/units.h"

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "io/left_out.h"
+#include "io/open_mesh.h"
 #include "io/write_mesh.h"
 #include "support/faulty_file_system.h"
 #include "support/format_files.h"

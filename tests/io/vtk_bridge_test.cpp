@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "io/open_mesh.h"
 #include "mesh/predicates.h"
 #include "support/vtk_file_test.h"
 

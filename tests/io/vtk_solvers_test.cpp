@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "io/open_mesh.h"
 #include "support/vtk_file_test.h"
 
 namespace tetfusion {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "io/open_mesh.h"
 #include "support/xdmf_files.h"
 
 namespace tetfusion {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "support/vtu_file_test.h"
 #include "support/vtu_text.h"
 

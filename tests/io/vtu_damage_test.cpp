@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "support/format_files.h"
 #include "support/stream_check.h"
 #include "support/temp_dir.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "support/meshes.h"
 #include "support/vtu_file_test.h"
 #include "support/vtu_text.h"

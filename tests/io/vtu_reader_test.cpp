@@ -10,7 +10,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "support/vtu_file_test.h"
 
 namespace tetfusion {

@@ -1,4 +1,4 @@
-#include "io/vtu_writer.h"
+#include "io/vtk/vtu_writer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,10 +21,12 @@
 
 #include "base/error.h"
 #include "base/resources.h"
-#include "io/encode.h"
 #include "io/mesh_format.h"
-#include "io/mesh_sink.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_sink.h"
+#include "io/source/mesh_source.h"
+#include "io/vtk/encode.h"
+#include "io/vtk/xml_text.h"
 #include "support/mesh_file.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"

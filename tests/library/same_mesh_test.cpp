@@ -4,7 +4,8 @@
 #include <limits>
 
 #include "driver/simplify.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "mesh/split_cells.h"
 #include "support/library_test.h"
 

@@ -6,7 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "mesh/inspect.h"
 #include "support/brute_check.h"
 

@@ -13,7 +13,8 @@
 
 #include "base/error.h"
 #include "driver/simplify.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "mesh/inspect.h"
 #include "support/damaged_meshes.h"
 #include "support/file_request.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/series_list.h"
+#include "io/vtk/series_list.h"
 #include "support/temp_dir.h"
 #include "support/vtk_file_test.h"
 

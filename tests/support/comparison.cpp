@@ -5,6 +5,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "io/open_mesh.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion::testing {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/scratch.h"
+#include "io/store/scratch.h"
 #include "mesh/work_mesh.h"
 #include "partition/chunk_pieces.h"
 

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/file_system.h"
-#include "io/manifest.h"
-#include "io/scratch.h"
+#include "io/files/file_system.h"
+#include "io/store/manifest.h"
+#include "io/store/scratch.h"
 #include "support/pieces.h"
 #include "support/temp_dir.h"
 

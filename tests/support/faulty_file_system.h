@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "io/file_system.h"
+#include "io/files/file_system.h"
 
 namespace tetfusion::testing {
 

@@ -1,7 +1,7 @@
 // A job from file to file.
 #pragma once
 
-#include "driver/options.h"
+#include "driver/request/options.h"
 #include "support/temp_dir.h"
 
 namespace tetfusion::testing {

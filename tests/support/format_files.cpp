@@ -6,6 +6,7 @@
 #include <span>
 #include <variant>
 
+#include "io/open_mesh.h"
 #include "io/write_mesh.h"
 #include "support/stream_check.h"
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/mesh_source.h"
+#include "io/source/mesh_source.h"
 #include "mesh/geometry.h"
 #include "support/temp_dir.h"
 

@@ -3,9 +3,10 @@
 #include <algorithm>
 
 #include "base/resources.h"
-#include "driver/regions.h"
-#include "driver/rounds.h"
-#include "driver/steering.h"
+#include "driver/arrays/regions.h"
+#include "driver/arrays/steering.h"
+#include "driver/rounds/rounds.h"
+#include "io/open_mesh.h"
 #include "support/cut_meshes.h"
 
 namespace tetfusion::testing {

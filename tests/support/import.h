@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "driver/export.h"
-#include "driver/import.h"
-#include "driver/rounds.h"
-#include "io/mesh_source.h"
-#include "io/scratch.h"
+#include "driver/export/export.h"
+#include "driver/import/import.h"
+#include "driver/rounds/rounds.h"
+#include "io/source/mesh_source.h"
+#include "io/store/scratch.h"
 
 namespace tetfusion::testing {
 

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "io/open_mesh.h"
 #include "support/write_mesh.h"
 
 namespace tetfusion::testing {

@@ -14,9 +14,10 @@
 
 #include "base/error.h"
 #include "base/resources.h"
-#include "driver/memory_plan.h"
+#include "driver/rounds/memory_plan.h"
 #include "driver/simplify.h"
-#include "io/mesh_stream.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_stream.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/piece_store.h"
+#include "io/store/piece_store.h"
 
 namespace tetfusion::testing {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <span>
 
-#include "driver/rounds.h"
+#include "driver/rounds/rounds.h"
 #include "support/cut_meshes.h"
 
 namespace tetfusion::testing {

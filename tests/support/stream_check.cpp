@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "base/error.h"
+#include "io/open_mesh.h"
 
 namespace tetfusion::testing {
 

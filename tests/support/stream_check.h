@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh_stream.h"
+#include "io/source/mesh_stream.h"
 
 namespace tetfusion::testing {
 

@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/mesh_source.h"
+#include "io/open_mesh.h"
+#include "io/source/mesh_source.h"
 #include "support/mesh_file.h"
 #include "support/stream_check.h"
 #include "support/temp_dir.h"

@@ -3,9 +3,9 @@
 #include <span>
 #include <variant>
 
-#include "io/cell_order.h"
-#include "io/output_file.h"
-#include "io/vtu_writer.h"
+#include "io/files/output_file.h"
+#include "io/vtk/cell_order.h"
+#include "io/vtk/vtu_writer.h"
 
 namespace tetfusion::testing {
 

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "io/open_mesh.h"
 #include "support/format_files.h"
 #include "support/vtk_file_test.h"
 

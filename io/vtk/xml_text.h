@@ -1,0 +1,19 @@
+// Texts that come from somewhere, for a document and for a message.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace tetfusion {
+
+// Text as the value of an XML attribute. What XML 1.0 cannot hold (control characters, broken
+// UTF-8) becomes a question mark.
+std::string xml_escape(std::string_view text);
+// Can it hold all of the text?
+bool is_xml_text(std::string_view text);
+
+// Text of a file for a message of one line, whatever its bytes are: question marks for the same,
+// and for all that moves a terminal's cursor.
+std::string for_message(std::string_view text);
+
+}  // namespace tetfusion

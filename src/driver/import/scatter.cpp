@@ -1,0 +1,182 @@
+#include "driver/import/scatter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "driver/import/scatter_passes.h"
+#include "mesh/blocks.h"
+#include "partition/curve_excerpt.h"
+
+namespace tetfusion {
+
+namespace {
+
+// A point of an excerpt takes about ten tetrahedra, and two points beside it: so that it is no
+// larger than a chunk.
+constexpr std::uint64_t kTetsAPoint = 16;
+
+std::uint32_t count_chunks(std::uint64_t cells, std::uint64_t chunk_tets) {
+  const std::uint64_t chunks = block_count(cells, chunk_tets);
+  if (chunks > VertexChunks::kMaxChunks) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--chunk-tets {} would cut this mesh into {} chunks; at most {} are "
+                            "possible: give at least {}",
+                            chunk_tets, chunks, VertexChunks::kMaxChunks,
+                            block_count(cells, VertexChunks::kMaxChunks)));
+  }
+  return static_cast<std::uint32_t>(std::max<std::uint64_t>(chunks, 1));
+}
+
+std::uint64_t bytes_of(const std::vector<Column>& columns) {
+  std::uint64_t bytes = 0;
+  for (const Column& c : columns) bytes += c.stride();
+  return bytes;
+}
+
+bool all_are_used(const VertexChunks& table) {
+  std::size_t v = 0;
+  while (v < table.points() && table.is_used(static_cast<VertexId>(v))) ++v;
+  return v == table.points();
+}
+
+// f(window, first, positions) for each window of points.
+template <class Real, class F>
+void for_each_window(const ScatterJob<Real>& job, F f) {
+  for_each_block(job.stream.points(), job.settings.point_window,
+                 [&](std::size_t w, std::size_t begin, std::size_t end) {
+                   job.context.check();
+                   Vector<Vec3<Real>> positions(end - begin);
+                   job.stream.read_points(begin, end - begin,
+                                          std::as_writable_bytes(std::span(positions)));
+                   f(w, begin, positions);
+                 });
+}
+
+// Where the first cut is made. A point far away, which perhaps nothing uses, would leave the curve
+// one cell for all others: beyond this many times the width of nearly all points it has none.
+template <class Real>
+Box box_to_cut(const ScatteredMesh<Real>& survey) {
+  constexpr double kReach = 64;
+  constexpr std::size_t kOneIn = 100;  // may be far away, on each side
+  Box box = survey.box;
+  const auto clip = [&](auto axis) {
+    std::vector<double> values;
+    for (const Vec3<Real>& p : survey.samples) {
+      if (std::isfinite(p.*axis.first)) values.push_back(p.*axis.first);
+    }
+    if (values.empty()) return;
+    const auto value_at = [&](std::size_t rank) {
+      const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
+      std::nth_element(values.begin(), at, values.end());
+      return *at;
+    };
+    const double low = value_at(values.size() / kOneIn);
+    const double high = value_at(values.size() - 1 - values.size() / kOneIn);
+    if (!(high > low)) return;
+    const double reach = kReach * (high - low);
+    box.lo.*axis.second = std::max(box.lo.*axis.second, low - reach);
+    box.hi.*axis.second = std::min(box.hi.*axis.second, high + reach);
+  };
+  clip(std::pair(&Vec3<Real>::x, &Vec3<double>::x));
+  clip(std::pair(&Vec3<Real>::y, &Vec3<double>::y));
+  clip(std::pair(&Vec3<Real>::z, &Vec3<double>::z));
+  return box;
+}
+
+// The box of all points, and every so-many-th of them.
+template <class Real>
+void survey_points(const ScatterJob<Real>& job, ScatteredMesh<Real>* out) {
+  const std::uint64_t points = job.stream.points();
+  const std::uint64_t step =
+      std::max<std::uint64_t>(1, points / (kSamplesPerChunk * std::uint64_t{job.chunks}));
+  struct Window {
+    Box box;
+    Vector<Vec3<Real>> samples;
+  };
+  std::vector<Window> windows(block_count(points, job.settings.point_window));
+  for_each_window(job, [&](std::size_t w, std::size_t first, const Vector<Vec3<Real>>& positions) {
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const Vec3<Real>& p = positions[i];
+      windows[w].box.add({p.x, p.y, p.z});
+      if ((first + i) % step == 0) windows[w].samples.push_back(p);
+    }
+  });
+  for (const Window& window : windows) {
+    out->box.add(window.box);
+    if (job.chunks == 1) continue;
+    out->samples.insert(out->samples.end(), window.samples.begin(), window.samples.end());
+  }
+}
+
+// The first cut: a point's chunk by its place on the curve.
+template <class Real>
+void find_homes(const ScatteredMesh<Real>& survey, ScatterJob<Real>* job) {
+  const std::uint64_t points = job->stream.points();
+  const ShiftedCurve curve(box_to_cut(survey), 0);
+  Vector<std::uint64_t> keys;
+  for (const Vec3<Real>& p : survey.samples) keys.push_back(curve.key(p));
+  CurveExcerpt excerpt;
+  if (survey.has_excerpt) {
+    excerpt = CurveExcerpt(points, job->settings.chunk_tets / kTetsAPoint, keys);
+    job->excerpt.resize(points);
+  }
+  const CurveCut cut(curve, job->chunks, std::move(keys));
+  for_each_window(*job, [&](std::size_t, std::size_t first, const Vector<Vec3<Real>>& positions) {
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const auto v = static_cast<VertexId>(first + i);
+      const std::uint64_t key = curve.key(positions[i]);
+      job->table.set_home(v, cut.chunk_of_key(key));
+      if (excerpt.has(key)) job->excerpt.set_atomically(v);
+    }
+  });
+}
+
+}  // namespace
+
+template <class Real>
+ScatteredMesh<Real> scatter_mesh(const ImportInput& input, const ScatterSettings& settings,
+                                 const WorkMesh<Real>& layout, const ImportPlace& place) {
+  const std::uint32_t chunks = count_chunks(input.stream.cells(), settings.chunk_tets);
+  ScatterJob<Real> job{
+      input,
+      settings,
+      layout,
+      place.context,
+      place.budget,
+      chunks,
+      VertexChunks(input.stream.points()),
+      {},
+      plan_window(settings.cell_window, sizeof(Tet) + bytes_of(layout.cell_columns),
+                  place.budget->total(), thread_count()),
+      plan_window(settings.point_window,
+                  sizeof(Vec3<Real>) + bytes_of(layout.point_columns) +
+                      sizeof(double) * input.steering->width(),
+                  place.budget->total(), thread_count())};
+  ScatteredMesh<Real> out;
+  out.all_chunks = chunks;
+  out.chunks = settings.sample != nullptr ? 1 : chunks;
+  out.has_excerpt = settings.excerpt && chunks > 1;
+  place.clock->begin("locate");
+  survey_points(job, &out);
+  if (chunks > 1) find_homes(out, &job);
+  place.clock->begin("scatter cells");
+  out.tets = place.scratch->begin("tets");
+  scatter_cells(&job, out.tets.get(), &out);
+  if (!all_are_used(job.table)) {
+    input.steering->relate_to([&](VertexId v) { return job.table.is_used(v); }, place.context);
+  }
+  place.clock->begin("scatter points");
+  out.points = place.scratch->begin("points");
+  scatter_points(job, out.points.get(), &out);
+  return out;
+}
+
+template ScatteredMesh<float> scatter_mesh(const ImportInput&, const ScatterSettings&,
+                                           const WorkMesh<float>&, const ImportPlace&);
+template ScatteredMesh<double> scatter_mesh(const ImportInput&, const ScatterSettings&,
+                                            const WorkMesh<double>&, const ImportPlace&);
+
+}  // namespace tetfusion

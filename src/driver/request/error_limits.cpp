@@ -1,0 +1,77 @@
+#include "driver/request/error_limits.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetfusion {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The cost of a fusion is a mean of squares over what the vertex stands for, whose linear functions
+// it takes far beyond their tetrahedra. Fusions that cost up to 16, 64, 256 or 4096 times the
+// square of a bound of 0.1 % reach 79.7, 81.8, 83.1 and 83.2 % on the Delaunay ball
+// (bench/README.md), 52.3, 53.0, 53.1 and 53.2 % on the blunt fin; with 1 % sixteen times do.
+constexpr double kHopeless = 256;
+// Where a field is linear a fusion costs what its edge does (kernel/edge_costs.cpp), and is allowed
+// for any bound.
+constexpr double kEdge = 1e-6;
+
+// As values stay within the range of their field, or nearly so.
+constexpr double kAnything = 2;
+
+// So much of a squared bound at most is the gradients' variance to cost.
+constexpr double kVarianceOfBound = 1.0 / 16;
+
+// Infinite without fields.
+double squared_limits(std::span<const SteeringField> fields, double max_error) {
+  double squares = 0;
+  for (const SteeringField& f : fields) {
+    const double limit = f.tolerance.value_or(max_error);
+    squares += limit * limit;
+  }
+  return fields.empty() ? kInfinity : squares;
+}
+
+}  // namespace
+
+FusionErrors noted_errors(const BehaviourOptions& options, std::span<const SteeringField> fields) {
+  if (options.method != Method::kFuse || fields.empty()) return FusionErrors::kNone;
+  const double all = error_limits(options, fields).max_error;
+  const bool at_points = std::all_of(fields.begin(), fields.end(), [&](const SteeringField& f) {
+    return f.tolerance.value_or(all) < kInfinity;
+  });
+  return at_points ? FusionErrors::kLargest : FusionErrors::kMean;
+}
+
+bool limits_errors(const BehaviourOptions& options, std::span<const SteeringField> fields) {
+  if (fields.empty()) return false;
+  return options.method != Method::kFuse || options.max_rms || !options.scalar_tolerance.empty() ||
+         error_limits(options, fields).at_points;
+}
+
+ErrorLimits error_limits(const BehaviourOptions& options, std::span<const SteeringField> fields) {
+  ErrorLimits limits;
+  if (options.method != Method::kFuse) return limits;
+  const bool own = std::any_of(fields.begin(), fields.end(),
+                               [](const SteeringField& f) { return f.tolerance.has_value(); });
+  const bool has_goal = options.reduction || options.tets || !options.lods.empty();
+  const bool by_default = !has_goal && !options.max_rms && !own;
+  limits.max_error = options.max_error.value_or(by_default ? kDefaultMaxError : kInfinity);
+  limits.at_points = !fields.empty() && (own || limits.max_error < kInfinity);
+  limits.rise = limits.at_points && has_goal;
+  for (const SteeringField& f : fields) {
+    limits.highest =
+        std::max(limits.highest, std::min(f.tolerance.value_or(limits.max_error), kAnything));
+  }
+  const double mean = options.max_rms ? *options.max_rms * *options.max_rms : kInfinity;
+  // Weights multiply what fusions cost: then no cost says that there is no hope at points.
+  const double at_points =
+      options.weight.empty() ? squared_limits(fields, limits.max_error) : kInfinity;
+  limits.max_cost = std::min(kHopeless * at_points + kEdge, mean);
+  limits.max_variance = kVarianceOfBound * std::min(at_points, mean);
+  return limits;
+}
+
+}  // namespace tetfusion

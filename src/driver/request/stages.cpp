@@ -1,0 +1,41 @@
+#include "driver/request/stages.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetfusion {
+
+namespace {
+
+std::uint64_t tets_left(std::uint64_t tets, double reduction) {
+  // Rounded up: never below the goal.
+  return std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>(std::ceil(static_cast<double>(tets) * (1 - reduction) - 1e-6)));
+}
+
+std::string level_path(const std::string& pattern, std::size_t level) {
+  std::string path = pattern;
+  const std::string number = std::to_string(level);
+  for (std::size_t at = path.find(kLodField); at != std::string::npos; at = path.find(kLodField)) {
+    path.replace(at, kLodField.size(), number);
+  }
+  return path;
+}
+
+}  // namespace
+
+std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tets) {
+  const BehaviourOptions& b = request.behaviour;
+  std::vector<Stage> stages;
+  for (const double lod : b.lods) stages.push_back({tets_left(tets, lod), "", ""});
+  std::optional<std::uint64_t> goal = b.tets;
+  if (b.reduction) goal = tets_left(tets, *b.reduction);
+  if (stages.empty() || (goal && *goal < *stages.back().tets)) stages.push_back({goal, "", ""});
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    stages[i].path = level_path(request.output, i + 1);
+    stages[i].map = level_path(request.map, i + 1);
+  }
+  return stages;
+}
+
+}  // namespace tetfusion
