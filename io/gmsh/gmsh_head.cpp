@@ -7,6 +7,7 @@
 
 #include "base/numbers.h"
 #include "io/formats/text_tokens.h"
+#include "io/formats/xml_text.h"
 
 namespace tetfusion {
 
@@ -284,7 +285,7 @@ class GmshHeadParser {
       const std::size_t close = row.rfind('"');
       if (open == close) in.fail_at(row.data(), "expected a text in quotes");
       head_.names.push_back(parse_group(row.substr(0, open)));
-      head_.names.back().name = std::string(row.substr(open + 1, close - open - 1));
+      head_.names.back().name = legible(row.substr(open + 1, close - open - 1));
       if (close + 1 < row.size()) leave_out("words behind the names of groups");
     }
   }
@@ -367,7 +368,7 @@ class GmshHeadParser {
     const std::uint64_t texts = in.rows(in.count(), 1, 1);
     for (std::uint64_t i = 0; i < texts; ++i) {
       const std::string name = in.text();
-      if (i == 0) data.name = name;
+      if (i == 0) data.name = legible(name);
     }
     const std::uint64_t reals = in.rows(in.count(), 1, 1);
     for (std::uint64_t i = 0; i < reals; ++i) {

@@ -12,6 +12,7 @@
 #include "base/numbers.h"
 #include "io/formats/format_file.h"
 #include "io/formats/text_tokens.h"
+#include "io/formats/xml_text.h"
 #include "io/vtk/counted_cells.h"
 #include "io/vtk/legacy_arrays.h"
 #include "io/vtk/legacy_text.h"
@@ -245,14 +246,14 @@ class LegacyParser {
     const bool counted = attribute.components == 0;
     in_.expect_words(words, counted ? 4 : 3, counted ? "NAME COMPONENTS TYPE" : "NAME TYPE");
     const std::uint64_t components = counted ? in_.count_of(words[2]) : attribute.components;
-    const std::string name = decoded(words[1]);
+    const std::string name = legible(decoded(words[1]));
     add_attribute(name, words[counted ? 3 : 2], components);
     set().active.emplace(attribute.active, name);
   }
 
   void parse_scalars(const std::vector<std::string_view>& words) {
     in_.expect_words(words, 3, "SCALARS NAME TYPE");
-    const std::string name = decoded(words[1]);
+    const std::string name = legible(decoded(words[1]));
     const std::uint64_t components = words.size() > 3 ? in_.count_of(words[3]) : 1;
     if (!in_.binary()) in_.skip_blanks();
     if (in_.comes("LOOKUP_TABLE")) in_.take_line();
@@ -265,7 +266,7 @@ class LegacyParser {
 
   void parse_colours(const std::vector<std::string_view>& words) {
     in_.expect_words(words, 3, "COLOR_SCALARS NAME COMPONENTS");
-    const std::string name = decoded(words[1]);
+    const std::string name = legible(decoded(words[1]));
     add_array(name, in_.binary() ? "unsigned_char" : "float", tuples(), in_.count_of(words[2]));
     set().active.emplace("Scalars", name);
     if (in_.binary()) return;
@@ -299,7 +300,7 @@ class LegacyParser {
   }
 
   void parse_field_array(const std::vector<std::string_view>& head) {
-    const std::string name = decoded(head[0]);
+    const std::string name = legible(decoded(head[0]));
     const std::uint64_t components = in_.count_of(head[1]);
     const std::uint64_t rows = in_.count_of(head[2]);
     if (place_ != Place::kField && rows != tuples()) {
@@ -385,7 +386,7 @@ class LegacyParser {
     constexpr std::string_view kWord = "DATA";
     if (!in_.comes(kWord)) return;
     const std::string_view line = in_.take_line();
-    if (array != nullptr) array->info.units = decoded(trimmed(line.substr(kWord.size())));
+    if (array != nullptr) array->info.units = legible(decoded(trimmed(line.substr(kWord.size()))));
   }
 
   // A line a component, which is empty where the component has no name.
@@ -394,7 +395,7 @@ class LegacyParser {
     std::vector<std::string> names;
     bool any = false;
     while (names.size() < array->info.components && !in_.at_end()) {
-      names.push_back(decoded(trimmed(in_.take_line())));
+      names.push_back(legible(decoded(trimmed(in_.take_line()))));
       any = any || !names.back().empty();
     }
     if (any && names.size() == array->info.components) {

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "io/formats/format_file.h"
+#include "io/formats/xml_text.h"
 #include "io/source/cell_kinds.h"
 #include "io/source/mesh_stream.h"
 #include "io/vtk/listed_files.h"
@@ -39,7 +40,7 @@ std::vector<std::string> piece_paths(const MappedFile& file, const pugi::xml_nod
 // Where the first piece says no units: VTK reads those that are said here, and no piece's.
 void take_units(const pugi::xml_node& data, AttributeSet* set) {
   for (const pugi::xml_node array : data.children("PDataArray")) {
-    const std::size_t i = set->find(array.attribute("Name").value());
+    const std::size_t i = set->find(legible(array.attribute("Name").value()));
     if (i != AttributeSet::npos && set->arrays[i].units.empty()) {
       set->arrays[i].units = units_of(array);
     }

@@ -19,7 +19,7 @@
 #include "io/formats/suffix.h"
 #include "io/vtk/listed_files.h"
 #include "io/vtk/vtu_markup.h"
-#include "io/vtk/xml_text.h"
+#include "io/formats/xml_text.h"
 
 namespace tetfusion {
 

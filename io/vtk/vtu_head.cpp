@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "io/formats/format_file.h"
+#include "io/formats/xml_text.h"
 #include "io/vtk/xml_scan.h"
 
 namespace tetfusion {
@@ -139,7 +140,7 @@ class VtuHeadParser {
     VtuArray array;
     array.present = true;
     const std::string_view name = node.attribute("Name").value();
-    array.info.name = name.empty() ? fallback_name : name;
+    array.info.name = legible(name.empty() ? fallback_name : name);
     const std::string label = kind + " \"" + array.info.name + "\"" + of_piece();
     const std::string_view type = node.attribute("type").value();
     if (!parse_vtk_type(type, &array.info.type)) {
@@ -183,7 +184,7 @@ class VtuHeadParser {
       constexpr std::uint64_t kMaxNamed = 256;
       if (count > kMaxNamed) return;
       info->component_names.resize(count);
-      info->component_names[index] = a.value();
+      info->component_names[index] = legible(a.value());
     }
   }
 
@@ -357,7 +358,8 @@ class VtuHeadParser {
       *seen = true;
       for (const VtuArray& a : *arrays) all->arrays.push_back(a.info);
       for (const pugi::xml_attribute a : node.attributes()) {
-        if (all->find(a.value()) != AttributeSet::npos) all->active[a.name()] = a.value();
+        const std::string name = legible(a.value());
+        if (all->find(name) != AttributeSet::npos) all->active[a.name()] = name;
       }
       return;
     }
@@ -430,7 +432,7 @@ std::string units_of(const pugi::xml_node& array) {
   for (const pugi::xml_node key : array.children("InformationKey")) {
     if (key.attribute("name").value() == kUnitsKey &&
         key.attribute("location").value() == kUnitsKeyClass) {
-      return std::string(trimmed(key.text().get()));
+      return legible(trimmed(key.text().get()));
     }
   }
   return {};

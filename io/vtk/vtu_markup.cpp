@@ -4,7 +4,7 @@
 
 #include <bit>
 
-#include "io/vtk/xml_text.h"
+#include "io/formats/xml_text.h"
 
 namespace tetfusion {
 

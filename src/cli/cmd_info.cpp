@@ -32,7 +32,6 @@
 #include "io/source/mesh_source.h"
 #include "io/source/mesh_stream.h"
 #include "io/vtk/series_list.h"
-#include "io/vtk/xml_text.h"
 #include "mesh/statistics.h"
 
 namespace tetfusion {
@@ -218,8 +217,7 @@ std::string describe_range(const ArrayLine& line) {
 
 // "velocity (m/s)"
 std::string name_of(const ArrayInfo& info) {
-  return for_message(info.units.empty() ? info.name
-                                        : fmt::format("{} ({})", info.name, info.units));
+  return info.units.empty() ? info.name : fmt::format("{} ({})", info.name, info.units);
 }
 
 void add_arrays(const std::vector<ArrayLine>& lines, std::string* text) {

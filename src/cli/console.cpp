@@ -223,7 +223,7 @@ RunContext Console::context() {
 }
 
 void print_error(std::string_view message) {
-  put_on_stderr(fmt::format("tetfusion: error: {}\n", message));
+  put_message(fmt::format("tetfusion: error: {}", message));
 }
 
 void write_text(const std::string& path, const std::string& text) {

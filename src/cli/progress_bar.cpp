@@ -59,6 +59,14 @@ void put_on_stderr(std::string_view text) {
   std::fflush(stderr);
 }
 
+void put_message(std::string_view message) {
+  std::string text(message);
+  std::ranges::replace_if(
+      text, [](char c) { return (static_cast<unsigned char>(c) < 0x20 && c != '\n') || c == 0x7F; },
+      '?');
+  put_on_stderr(text + "\n");
+}
+
 ProgressBar::ProgressBar(Style style, const std::atomic<bool>& stopping)
     : style_(style), stopping_(stopping), estimate_(wall_seconds()) {
   if (style_ != Style::kBar) return;
@@ -100,7 +108,7 @@ void ProgressBar::set_tets(std::uint64_t tets) {
 void ProgressBar::print_line(std::string_view text) {
   const std::lock_guard lock(mutex_);
   erase_locked();
-  put_on_stderr(fmt::format("{}\n", text));
+  put_message(text);
 }
 
 void ProgressBar::redraw_until_stopped() {

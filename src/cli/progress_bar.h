@@ -18,6 +18,9 @@ namespace tetfusion {
 
 // Writes to standard error; what cannot be written is lost, and no reason to end a job.
 void put_on_stderr(std::string_view text);
+// A message and the end of its last line. Control characters, which are words of a file or of a
+// name, become question marks: a terminal would obey them.
+void put_message(std::string_view message);
 
 // All functions may be called from any thread, several at once.
 class ProgressBar {

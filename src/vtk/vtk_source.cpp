@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/formats/xml_text.h"
 #include "io/source/cell_kinds.h"
-#include "io/vtk/xml_text.h"
 #include "io/vtk_plugin.h"
 #include "vtk/vtk_arrays.h"
 #include "vtk/vtk_cells.h"
@@ -113,6 +113,10 @@ class VtkMesh : public PluginMesh {
     // Points in the middle of polyhedra have those of a corner.
     if (file_.tets_round_centres > 0) unmark_global_ids(options_, &description_.point_data);
     description_.field_data = fields_.set;
+    for (AttributeSet* set :
+         {&description_.point_data, &description_.cell_data, &description_.field_data}) {
+      make_legible(set);
+    }
   }
 
   const PointUse& point_use() {

@@ -21,12 +21,12 @@
 
 #include "base/error.h"
 #include "base/resources.h"
+#include "io/formats/xml_text.h"
 #include "io/mesh_format.h"
 #include "io/open_mesh.h"
 #include "io/source/mesh_sink.h"
 #include "io/source/mesh_source.h"
 #include "io/vtk/encode.h"
-#include "io/vtk/xml_text.h"
 #include "support/mesh_file.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"
@@ -486,6 +486,13 @@ TEST(Encode, WholeTuplesALine) {
   EXPECT_EQ(text_of<std::int32_t>({1, 2, 3, 4}, {10, 1}), "1 2\n3 4 ");
   EXPECT_EQ(text_of<std::int32_t>({1, 2, 3, 4}, {8, 5}), "1 2\n3 4 ");
   EXPECT_EQ(text_of<std::int32_t>({1, 2, 3}, {18, 20}), "1 2\n3 ");
+}
+
+TEST(Encode, Legible) {
+  EXPECT_EQ(legible("a<b> \xC3\xA4 \xE2\x82\xAC 50%"), "a<b> \xC3\xA4 \xE2\x82\xAC 50%");
+  EXPECT_EQ(legible("h\xE9, \xB0\x43, \xC3\xA9\xE9"), "h\xC3\xA9, \xC2\xB0\x43, \xC3\xA9\xC3\xA9");
+  EXPECT_EQ(legible("\x1B[31m\n\x7F\xC2\x9B\x9B"), "%1B[31m%0A%7F%9B%9B");
+  EXPECT_TRUE(is_xml_text(legible("\xFF\xFE\x01\xED\xA0\x80\xEF\xBF\xBF")));
 }
 
 TEST(Encode, XmlEscape) {

@@ -1,4 +1,4 @@
-#include "io/vtk/xml_text.h"
+#include "io/formats/xml_text.h"
 
 #include <fmt/format.h>
 
@@ -33,6 +33,13 @@ std::size_t utf8_length(std::string_view text) {
   return length;
 }
 
+// Such a character: of C0 or C1, or the one that deletes?
+bool is_control(std::string_view text, std::size_t length) {
+  const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
+  return (length == 1 && (byte(0) < 0x20 || byte(0) == 0x7F)) ||
+         (length == 2 && byte(0) == 0xC2 && byte(1) < 0xA0);
+}
+
 }  // namespace
 
 std::string xml_escape(std::string_view text) {
@@ -64,14 +71,39 @@ bool is_xml_text(std::string_view text) {
   return std::ranges::count(xml_escape(text), '?') == std::ranges::count(text, '?');
 }
 
+std::string legible(std::string_view name) {
+  std::string out;
+  while (!name.empty()) {
+    const std::size_t length = utf8_length(name);
+    const auto byte = static_cast<std::uint8_t>(name[0]);
+    if (is_control(name, length) || (length == 0 && byte < 0xA0)) {
+      const auto number = length == 2 ? static_cast<std::uint8_t>(name[1]) : byte;
+      out += fmt::format("%{:02X}", number);
+    } else if (length == 0) {
+      out += static_cast<char>(0xC0 | byte >> 6);
+      out += static_cast<char>(0x80 | (byte & 0x3F));
+    } else {
+      out += name.substr(0, length);
+    }
+    name.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return out;
+}
+
+void make_legible(AttributeSet* set) {
+  for (ArrayInfo& info : set->arrays) {
+    info.name = legible(info.name);
+    info.units = legible(info.units);
+    for (std::string& name : info.component_names) name = legible(name);
+  }
+  for (auto& [mark, name] : set->active) name = legible(name);
+}
+
 std::string for_message(std::string_view text) {
   std::string out;
   while (!text.empty()) {
     const std::size_t length = utf8_length(text);
-    const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
-    const bool is_control = (length == 1 && (byte(0) < 0x20 || byte(0) == 0x7F)) ||
-                            (length == 2 && byte(0) == 0xC2 && byte(1) < 0xA0);
-    if (length == 0 || is_control) {
+    if (length == 0 || is_control(text, length)) {
       out += '?';
     } else {
       out += text.substr(0, length);
