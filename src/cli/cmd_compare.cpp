@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -313,7 +314,11 @@ StepPair pair_of_meshes(const CompareArguments& a) {
 // Where one of them is a list: each step with the other's of that number.
 std::vector<StepPair> pairs_of_steps(const CompareArguments& a) {
   const std::vector<StepToRead> originals = steps_to_read(a.original, a.open);
-  const std::vector<StepToRead> simplified = steps_to_read(a.simplified, a.open);
+  // One that is alone is what became of the step that --time-step says.
+  OpenOptions all = a.open;
+  all.time_step.reset();
+  std::vector<StepToRead> simplified = steps_to_read(a.simplified, all);
+  if (simplified.size() > 1) simplified = steps_to_read(a.simplified, a.open);
   if (originals.size() != simplified.size()) {
     throw Error(ErrorCode::kUsage,
                 fmt::format("{} is {}, and {} {}: say which one is meant (--time-step), or give "
@@ -356,6 +361,13 @@ CompareAnswer compare_pair(const CompareArguments& a, const StepPair& pair, cons
     say_what_was_joined(facts, original->description(), context);
   }
   const std::vector<BoundResult> results = judge_bounds(comparison, bounds);
+  if (bounds.interfaces && std::ranges::none_of(results, [](const BoundResult& result) {
+        return result.bound == "interfaces";
+      })) {
+    context.say(
+        "--interfaces: no cell array that is named like materials says several regions, "
+        "so that there was nothing to hold against it");
+  }
   CompareArguments named = a;
   named.original = pair.original.path;
   named.simplified = pair.simplified.path;

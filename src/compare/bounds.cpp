@@ -14,6 +14,7 @@ namespace {
 std::string percent(double share) { return fmt::format("{:.4g} %", 100 * share); }
 
 constexpr std::string_view kOfCells = "cell:";
+constexpr const char* kInterfaces = "interfaces";
 
 // As bounds and messages call it.
 std::string name_of(const ArrayComparison& a) {
@@ -64,17 +65,19 @@ BoundResult judge(const ArrayComparison& a, const Comparison& comparison, bool r
   return r;
 }
 
-BoundResult lost(const std::string& array, bool rms, double limit) {
-  const bool of_cells = array.starts_with(kOfCells);
-  return {rms ? "max_rms" : "max_error",
+BoundResult lost(const std::string& array, const std::string& bound, double limit) {
+  const bool of_cells = bound == kInterfaces || array.starts_with(kOfCells);
+  std::string option = "--" + bound;
+  std::ranges::replace(option, '_', '-');
+  return {bound,
           array,
           limit,
           std::numeric_limits<double>::infinity(),
           true,
           fmt::format("{} is broken: the simplified mesh has no {} array {}, or one with another "
                       "number of components",
-                      rms ? "--max-rms" : "--max-error", of_cells ? "cell" : "point",
-                      of_cells ? array.substr(kOfCells.size()) : array)};
+                      option, of_cells ? "cell" : "point",
+                      array.starts_with(kOfCells) ? array.substr(kOfCells.size()) : array)};
 }
 
 // Of those that bounds are for.
@@ -128,8 +131,8 @@ std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds
     if (bounds.max_error) results.push_back(judge(*a, comparison, false, *bounds.max_error));
   }
   for (const std::string& name : lost_arrays(comparison, bounds)) {
-    if (bounds.max_rms) results.push_back(lost(name, true, *bounds.max_rms));
-    if (bounds.max_error) results.push_back(lost(name, false, *bounds.max_error));
+    if (bounds.max_rms) results.push_back(lost(name, "max_rms", *bounds.max_rms));
+    if (bounds.max_error) results.push_back(lost(name, "max_error", *bounds.max_error));
   }
   const auto judge_surface = [&](const std::string& bound, const std::string& array,
                                  const std::string& what, double limit, double value) {
@@ -148,8 +151,11 @@ std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds
   }
   for (const ArrayComparison& a : comparison.arrays) {
     if (!bounds.interfaces || !a.interfaces) continue;
-    judge_surface("interfaces", a.info.name, "interfaces of " + a.info.name, *bounds.interfaces,
+    judge_surface(kInterfaces, a.info.name, "interfaces of " + a.info.name, *bounds.interfaces,
                   a.interfaces->max());
+  }
+  for (const std::string& name : comparison.lost_regions) {
+    if (bounds.interfaces) results.push_back(lost(name, kInterfaces, *bounds.interfaces));
   }
   return results;
 }

@@ -149,6 +149,7 @@ class Comparer {
     add_cell_arrays(cells, mesh);
     result_.missing_arrays = match_.missing;
     result_.lost_fields = match_.lost_fields;
+    result_.lost_regions = match_.lost_regions;
     result_.retyped_arrays = match_.retyped;
     return result_;
   }

@@ -108,6 +108,9 @@ struct Comparison {
   JoinedCopies joined;  // of the original: the values that were taken are those that are compared
   // Floating-point arrays of points that are missing, or have another number of components.
   std::vector<std::string> lost_fields;
+  // Such cell arrays that are named like materials; after add_interfaces() those of them that say
+  // several regions of the original.
+  std::vector<std::string> lost_regions;
 };
 
 // Reads the original in windows; the simplified mesh, and the boundary of the original, lie in
@@ -144,7 +147,7 @@ void require_arrays(const Bounds& bounds, const MeshDescription& original);
 // What rounding to the type of the array or the coordinates can do is not held against them. A
 // bound is broken, too, where the original's value is finite and the simplified mesh's is not, or
 // where no value of the original is finite, but some of the simplified mesh's; and by an array that
-// the simplified mesh lacks, or has with another number of components.
+// the simplified mesh lacks, or has with another number of components, of interfaces, too.
 std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds& bounds);
 
 }  // namespace tetfusion

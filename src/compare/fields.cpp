@@ -30,15 +30,19 @@ void match(const AttributeSet& original, const AttributeSet& simplified, std::st
     const ArrayInfo& a = original.arrays[i];
     const std::string name = std::string(prefix) + a.name;
     const std::size_t other = simplified.find(a.name);
+    const bool region =
+        common == &result->cells && (looks_like_region(a) || is_region_of_floats(a));
     if (other == AttributeSet::npos) {
       result->missing.push_back(name);
       if (common == &result->points && is_float(a.type)) result->lost_fields.push_back(name);
+      if (region) result->lost_regions.push_back(a.name);
       continue;
     }
     const ArrayInfo& b = simplified.arrays[other];
     if (common == &result->points && is_float(a.type) && a.components != b.components) {
       result->lost_fields.push_back(name);
     }
+    if (region && a.components != b.components) result->lost_regions.push_back(a.name);
     if (a.type != b.type || a.components != b.components) {
       result->retyped.push_back({name, describe(a), describe(b)});
     }
@@ -48,8 +52,6 @@ void match(const AttributeSet& original, const AttributeSet& simplified, std::st
       continue;
     }
     const bool integer = !is_float(a.type) && !is_float(b.type);
-    const bool region =
-        common == &result->cells && (looks_like_region(a) || is_region_of_floats(a));
     common->fields.push_back({a, i, other, integer, region, common->components});
     common->components += a.components;
   }

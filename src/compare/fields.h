@@ -55,7 +55,7 @@ struct ArrayMatch {
   std::vector<std::string> missing;
   std::vector<RetypedArray> retyped;  // other type or number of components
   // Floating-point arrays of points that are missing, or have another number of components.
-  std::vector<std::string> lost_fields;
+  std::vector<std::string> lost_fields, lost_regions;
 };
 
 ArrayMatch match_arrays(const MeshDescription& original, const MeshDescription& simplified);

@@ -41,6 +41,9 @@ void add_interfaces(MeshSource* original, MeshSource* simplified, const RunConte
         compare_interfaces(original, simplified, {a.info.name}, context).distance;
     a.interfaces = {found.identical, shares(found.first_to_second), shares(found.second_to_first)};
   }
+  std::erase_if(comparison->lost_regions, [&](const std::string& name) {
+    return interfaces_of(original, {name}, context).triangles.empty();
+  });
 }
 
 }  // namespace tetfusion

@@ -236,6 +236,16 @@ class Compare(FolderTest):
         self.write(rebuilt(mesh), other.name)
         self.assertIsNone(of_array(compared(), "material")["interfaces"]["max"])
         compared("--interfaces", "50%", code=INVALID)
+        # Where one lacks the array: that of several regions alone.
+        mesh.remove("zone")
+        mesh.remove("material")
+        self.write(rebuilt(mesh), other.name)
+        broken = compared("--interfaces", "50%", code=INVALID)["bounds"]
+        self.assertEqual([(b["array"], b["broken"]) for b in broken], [("material", True)])
+        self.assertIn("--interfaces is broken: the simplified mesh has no cell array material", broken[0]["sentence"])
+        result = finish("compare", other, other, "--interfaces", "0")
+        self.assertEqual(result.returncode, 0)
+        self.assertIn(b"nothing to hold against it", result.stderr)
 
     def test_arrays_that_are_gone(self):
         mesh = TinyVtu()
