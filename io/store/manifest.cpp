@@ -17,6 +17,7 @@ constexpr std::uint32_t kFingerprint = 1;
 constexpr std::uint32_t kCommit = 2;
 constexpr std::uint32_t kDurable = 3;
 constexpr std::uint32_t kKept = 4;
+constexpr std::uint32_t kForgotten = 5;
 
 // More than any run writes: a fingerprint, and some records of a hundred bytes a round.
 constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20;
@@ -119,8 +120,12 @@ bool Manifest::take(std::uint32_t kind, std::span<const std::byte> payload) {
     }
     return true;
   }
-  if (kind != kDurable) return false;
   const std::string name = text_of(payload);
+  if (kind == kForgotten) {
+    std::erase_if(kept_, [&](const KeptGeneration& k) { return k.name == name; });
+    return true;
+  }
+  if (kind != kDurable) return false;
   for (auto commit = commits_.rbegin(); commit != commits_.rend(); ++commit) {
     if (commit->name != name) continue;
     commit->durable = true;
@@ -145,6 +150,10 @@ void Manifest::start(const std::string& fingerprint) {
 
 void Manifest::keep(const KeptGeneration& generation) {
   append(kKept, payload_of(generation.files, generation.digest, generation.name));
+}
+
+void Manifest::forget(std::string_view name) {
+  append(kForgotten, std::as_bytes(std::span(name)));
 }
 
 void Manifest::commit(const Commit& commit) {

@@ -42,10 +42,13 @@ class Manifest {
   const std::vector<Commit>& commits() const {
     return commits_;
   }  // as they were found, oldest first
+  // What the next commit that was found would have been given.
+  const std::vector<KeptGeneration>& kept() const { return kept_; }
 
   // Begins anew, for the run of this fingerprint. The functions below throw Error(kIo) too.
   void start(const std::string& fingerprint);
   void keep(const KeptGeneration& generation);
+  void forget(std::string_view name);  // it belongs to nothing that is committed later
   void commit(const Commit& commit);  // with all that was kept before
   void mark_durable(std::string_view name);
   int sync();  // 0 or errno

@@ -233,6 +233,10 @@ std::optional<Checkpoint> DiskScratch::resume() {
       // Not whole: an older one may be.
     }
   }
+  // What was kept for commits behind it is no part of those that come.
+  for (const KeptGeneration& kept : manifest_->kept()) {
+    if (checkpoint && !needed.contains(kept.name)) manifest_->forget(kept.name);
+  }
   for (const std::string& name : names) {
     const auto parsed = parse_scratch_name(name);
     if (!parsed || parsed->kind == ScratchFileName::Kind::kManifest) continue;

@@ -167,6 +167,35 @@ TEST_F(DamagedScratch, WhatIsNotDurableIsReadBeforeItIsBelieved) {
   EXPECT_EQ(outcome(), "one");
 }
 
+// What was kept for those that are lost is not asked of those that come instead.
+TEST_F(DamagedScratch, WhatWasKeptForWhatIsLostIsForgotten) {
+  {
+    const auto scratch = open();
+    keep(scratch.get(), "log-1");
+    const auto one = run(scratch.get(), "one");  // held, its files stay
+    keep(scratch.get(), "log-2");
+    const auto two = run(scratch.get(), "two");
+    keep(scratch.get(), "log-3");
+    const auto three = run(scratch.get(), "three");
+    ASSERT_TRUE(soon([&] { return is_durable("three"); }));
+    for (const char* name : {"two", "three"}) fs::remove(folder_ + "/" + name + ".3.pieces");
+    fs::copy(folder_, dir_.file("kept"));
+  }
+  fs::remove_all(folder_);
+  fs::rename(dir_.file("kept"), folder_);
+  {
+    const auto scratch = open(true);
+    expect_whole(scratch->resume(), "one");
+    keep(scratch.get(), "log-2");
+    run(scratch.get(), "again").reset();
+    ASSERT_TRUE(soon([&] { return is_durable("again"); }));
+  }
+  const auto scratch = open(true);
+  const auto checkpoint = scratch->resume();
+  expect_whole(checkpoint, "again");
+  expect_kept(*checkpoint, {"log-1", "log-2"});
+}
+
 // Under a store that is being read.
 TEST_F(DamagedScratch, WhatIsDamagedWhileInUseIsAnError) {
   const auto scratch = open();
