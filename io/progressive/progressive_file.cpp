@@ -230,6 +230,12 @@ void ProgressiveFile::read_table(std::uint64_t offset, std::uint64_t sections, s
   if (!fits) fail("the file is shorter than what it says to hold");
 }
 
+std::uint64_t ProgressiveFile::largest_block() const {
+  std::uint64_t largest = 0;
+  for (const Section& block : parts_[5]) largest = std::max(largest, block.raw_bytes);
+  return largest;
+}
+
 std::span<const std::byte> ProgressiveFile::bytes_of(const Section& section) const {
   const std::span<const std::byte> bytes = file_.bytes().subspan(section.offset, section.bytes);
   if (checksum(bytes) != section.checksum) {

@@ -173,6 +173,7 @@ class ProgressiveFile {
   PointRows spare(std::size_t part) const { return read_points(parts_[4][part]); }
   FusionBlock block(std::size_t part) const;
   std::uint64_t fusions_of(std::size_t block) const { return parts_[5][block].rows; }
+  std::uint64_t largest_block() const;  // in bytes, inflated; 0: there is none
   Vector<TetId> rewound(std::size_t part) const;
   // Of each block the largest error, and the round that it is of; the last round comes first.
   struct BlockFacts {

@@ -208,7 +208,7 @@ void ProgressiveWriter::put(const FusionRecord& record, std::uint32_t round, std
   counts_.cells += record.tets.size();
   counts_.tets += record.tets.size();
   ++counts_.fusions;
-  if (block_.size() == kRecordsPerBlock) end_block();
+  if (block_.size() == kRecordsPerBlock || block_.row_bytes() >= kSectionBytes) end_block();
 }
 
 void ProgressiveWriter::end_block() {

@@ -57,6 +57,7 @@ class FusionLog {
  public:
   std::size_t size() const { return starts_.size(); }
   std::uint64_t tets() const { return tets_.size(); }
+  std::uint64_t row_bytes() const { return rows_.size() + tet_rows_.size(); }
   FusionRecord operator[](std::size_t i) const;
   void append(const FusionRecord& record);
   // As bytes of this machine, and back.

@@ -38,6 +38,9 @@ constexpr std::uint64_t kMargin = std::uint64_t{64} << 20;
 // Of field data: the file's, the output's, and while the file is opened what it was read from.
 constexpr std::uint64_t kFieldCopies = 3;
 constexpr std::uint64_t kFieldRoom = std::uint64_t{1} << 20;  // in kLeastMemory
+// Of the largest block: inflated, made to records, and the next one ahead of it.
+constexpr std::uint64_t kBlockCopies = 5;
+constexpr std::uint64_t kBlockRoom = std::uint64_t{32} << 20;  // in kLeastMemory
 
 class Job {
  public:
@@ -158,18 +161,21 @@ void Job::plan_memory() {
   const std::uint64_t total = memory_to_use(request_.memory);
   const ProgressiveCounts& counts = file_.counts();
   const ProgressiveDescription& d = file_.description();
-  std::uint64_t least = kLeastMemory, beside = LevelNumbers::bytes_for(counts);
   std::uint64_t fields = 0;
   for (const DataArray& array : d.field_data) fields += kFieldCopies * array.bytes.size();
-  fields -= std::min(fields, kFieldRoom);
-  least += fields;
+  const auto beyond = [](std::uint64_t bytes, std::uint64_t room) {
+    return bytes - std::min(bytes, room);
+  };
+  const std::uint64_t program = kLeastMemory + beyond(fields, kFieldRoom) +
+                                beyond(kBlockCopies * file_.largest_block(), kBlockRoom);
+  std::uint64_t least = program, beside = LevelNumbers::bytes_for(counts);
   if (!request_.region.empty()) {
     least += counts.fusions * 5 + counts.points;
     beside = std::max(beside, FusionNeeds::bytes_for(counts)) + counts.fusions * 5 + counts.points;
   }
   const std::uint64_t mesh =
       RefinableMesh::bytes_for(counts, d.point_row_bytes(), d.cell_row_bytes());
-  const std::uint64_t in_core = kLeastMemory + fields + mesh + beside;
+  const std::uint64_t in_core = program + mesh + beside;
   if (in_core <= total) return;
   if (total < least) {
     throw Error(ErrorCode::kMemory,

@@ -17,7 +17,8 @@ class ResidentLimit {
 
  private:
   std::uint64_t bytes_;
-  std::uint64_t faults_ = 0;  // when it looked last
+  std::uint64_t faults_ = 0, resident_ = 0;          // when it looked last
+  std::uint64_t of_fault_ = std::uint64_t{2} << 20;  // bytes that one brings, as far as is known
 };
 
 }  // namespace tetfusion

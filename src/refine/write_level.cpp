@@ -13,11 +13,18 @@ namespace tetfusion {
 
 namespace {
 
-// Points or cells that are gathered at once, after which somebody looks at the memory; those that
-// one thread takes; and looks after which the numbers go.
+// Points or cells that are gathered at once, after which somebody looks at the memory, and of wide
+// rows fewer; blocks of these that threads take; and looks after which the numbers go.
 constexpr std::size_t kWindow = std::size_t{1} << 15;
-constexpr std::size_t kBlock = std::size_t{1} << 12;
+constexpr std::size_t kWindowBytes = std::size_t{4} << 20;
+constexpr std::size_t kBlocks = 8;
 constexpr std::size_t kNumbersKept = 8;
+
+std::size_t window_for(std::size_t row_bytes) {
+  return std::clamp<std::size_t>(kWindowBytes / std::max<std::size_t>(row_bytes, 1), kBlocks,
+                                 kWindow);
+}
+std::size_t in_blocks(std::size_t window) { return window / kBlocks; }
 
 class LevelWriter {
  public:
@@ -76,16 +83,19 @@ class LevelWriter {
 
   // Bytes from `at` on of each point's row. Returns how many.
   std::size_t put_points(std::size_t at, std::size_t bytes, VtuWriter* writer) {
+    const std::size_t window = window_for(file_.description().point_row_bytes());
     put(
-        numbers_.size(), kBlock, [&](std::size_t v) { return numbers_[v] >= 0 ? bytes : 0; },
+        numbers_.size(), window, in_blocks(window),
+        [&](std::size_t v) { return numbers_[v] >= 0 ? bytes : 0; },
         [&](std::size_t v, std::byte* out) { std::memcpy(out, mesh_.point_row(v) + at, bytes); },
         writer);
     return bytes;
   }
 
   std::size_t put_cells(std::size_t at, std::size_t bytes, VtuWriter* writer) {
+    const std::size_t window = window_for(file_.description().cell_row_bytes());
     put_of_cells(
-        kBlock, bytes,
+        window, in_blocks(window), bytes,
         [&](std::size_t c, std::byte* out) { std::memcpy(out, mesh_.cell_row(c) + at, bytes); },
         writer);
     return bytes;
@@ -93,7 +103,7 @@ class LevelWriter {
 
   void put_corners(VtuWriter* writer) {
     put(
-        file_.counts().cells, kBlock,
+        file_.counts().cells, kWindow, in_blocks(kWindow),
         [&](std::size_t c) {
           return mesh_.type_of(c) != 0 ? mesh_.corners_of(c).size() * sizeof(std::int64_t) : 0;
         },
@@ -109,31 +119,33 @@ class LevelWriter {
   void put_ends_and_types(VtuWriter* writer) {
     std::int64_t end = 0;
     put_of_cells(
-        kWindow, sizeof end,  // one block after the other
+        kWindow, kWindow, sizeof end,  // one block after the other
         [&](std::size_t c, std::byte* out) {
           end += static_cast<std::int64_t>(mesh_.corners_of(c).size());
           std::memcpy(out, &end, sizeof end);
         },
         writer);
     put_of_cells(
-        kBlock, 1,
+        kWindow, in_blocks(kWindow), 1,
         [&](std::size_t c, std::byte* out) { *out = static_cast<std::byte>(mesh_.type_of(c)); },
         writer);
   }
 
   template <class Fill>
-  void put_of_cells(std::size_t block, std::size_t bytes, Fill fill, VtuWriter* writer) {
+  void put_of_cells(std::size_t window, std::size_t block, std::size_t bytes, Fill fill,
+                    VtuWriter* writer) {
     put(
-        file_.counts().cells, block,
+        file_.counts().cells, window, block,
         [&](std::size_t c) { return mesh_.type_of(c) != 0 ? bytes : 0; }, fill, writer);
   }
 
   // An array of the file: fill(item, out) writes bytes_of(item) bytes, 0 of those that are not
   // there. From several threads, but for what is in one block.
   template <class BytesOf, class Fill>
-  void put(std::size_t items, std::size_t block, BytesOf bytes_of, Fill fill, VtuWriter* writer) {
-    for (std::size_t first = 0; first < items; first += kWindow) {
-      const std::size_t count = std::min(kWindow, items - first);
+  void put(std::size_t items, std::size_t window, std::size_t block, BytesOf bytes_of, Fill fill,
+           VtuWriter* writer) {
+    for (std::size_t first = 0; first < items; first += window) {
+      const std::size_t count = std::min(window, items - first);
       ends_.assign(block_count(count, block), 0);
       for_each_block(count, block, [&](std::size_t b, std::size_t begin, std::size_t end) {
         std::size_t bytes = 0;

@@ -4,7 +4,9 @@ import pathlib
 
 import numpy as np
 
-from harness import BAD, IO, MEMORY, USAGE, FolderTest, finish, main, report_of, run, sanitized
+from follow_test import jittered, with_arrays
+from harness import (BAD, IO, MEMORY, USAGE, FolderTest, finish, least_memory, main, report_of, run, sanitized,
+                     size_of)
 from independent_check import Vtu
 from sample_meshes import mesh_of_all_sorts
 from tiny_vtu import TinyVtu
@@ -151,6 +153,16 @@ class Refine(FolderTest):
         self.assertIn("the mesh is kept on disk, as it would take about ", said)
         run("refine", back, "-o", self.folder / "none.vtu", "--memory", "100M", code=MEMORY)
         self.assertEqual(self.files(), [path.name, "level.vtu", "on_disk.vtu", "out.vtu", "run.tfp"])
+
+    def test_wide_rows_are_counted(self):
+        mesh = jittered(14)
+        wide = np.tile(np.array(mesh.points)[:, :1], 1200)
+        path = self.write(with_arrays(mesh, wide=("Float64", wide), f=("Float64", wide[:, 0] ** 2)))
+        _, back = self.simplify(path, "--reduction", "80%", "--array", "f")
+        asked = least_memory("refine", back, "-o", self.folder / "level.vtu")
+        report = report_of("refine", back, "-o", self.folder / "level.vtu", "--memory", asked)
+        if not sanitized():
+            self.assertLess(report["peak_rss_bytes"], size_of(asked))
 
     def test_a_budget_that_is_too_small_is_refused(self):
         path = self.generate(tets="400k")
