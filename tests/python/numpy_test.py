@@ -19,6 +19,7 @@ import unittest
 import weakref
 from decimal import Decimal
 from fractions import Fraction
+from unittest import mock
 
 import numpy as np
 
@@ -380,6 +381,20 @@ class Runs(unittest.TestCase):
         with self.assertRaises(KeyboardInterrupt):
             while True:
                 simplify(box(24), 0.9)
+
+    def test_ctrl_c_while_the_thread_starts(self):
+        """Before it has begun, and when it has: then nothing that the library reads may go."""
+        start = threading.Thread.start
+        for begins in (False, True):
+            def interrupted(thread):
+                if begins:
+                    start(thread)
+                raise KeyboardInterrupt
+            began = threading.active_count()
+            with mock.patch.object(threading.Thread, "start", interrupted), self.assertRaises(KeyboardInterrupt):
+                simplify(box(20), 0.9)
+            self.assertEqual(simplify(box(4), 0.2).cells.shape[1], 4)
+            self.assertEqual(threading.active_count(), began)
 
     def test_a_library_that_is_not_there(self):
         script = f"import sys; sys.path[:0] = [{str(PACKAGES)!r}]; import tetfusion"

@@ -136,18 +136,20 @@ def simplify(mesh, options, tell, notice):
                         _CANCELLED(lambda data: ended.is_set() or _runs.ending),
                         _NOTICE(lambda data, text: events.put((notice, readable(text)))))
     made = []
+    turn = queue.SimpleQueue()  # whoever takes it is first: the thread, or what interrupts its start
+    turn.put(None)
 
     def work():
         try:
-            if _runs.begin():
+            if _take(turn) and _runs.begin():
                 try:
                     made.append(_library.tetfusion_simplify(ctypes.byref(mesh), options.encode(), ctypes.byref(observer)))
                 finally:
                     _runs.done()
         finally:
             events.put(None)
-    threading.Thread(target=work, name="tetfusion", daemon=True).start()
     try:
+        threading.Thread(target=work, name="tetfusion", daemon=True).start()
         while (event := events.get()) is not None:
             function, value = event
             answer = None if ended.is_set() else function(value)
@@ -155,7 +157,7 @@ def simplify(mesh, options, tell, notice):
                 ended.set()
     except BaseException:
         ended.set()
-        _wait(events)
+        _wait(events, turn)
         for address in made:
             _library.tetfusion_free(address)
         raise
@@ -168,11 +170,19 @@ def simplify(mesh, options, tell, notice):
     return Result(made[0])
 
 
-def _wait(events):
-    """Till the library has done with what it was given; another Ctrl-C does not change that."""
+def _take(turn):
+    try:
+        turn.get_nowait()
+        return True
+    except queue.Empty:
+        return False
+
+
+def _wait(events, turn):
+    """Till the library has done with what it was given, if it has begun; another Ctrl-C does not change that."""
     while True:
         try:
-            while events.get() is not None:
+            while not _take(turn) and events.get() is not None:
                 pass
             return
         except BaseException:
