@@ -224,7 +224,8 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
   command
       .add_option("--progressive", a->request.progressive,
                   "Write to this file how 'tetfusion refine' goes back from OUT to IN, as far as "
-                  "wanted")
+                  "wanted. Values of new points are then those that fusing has left: they are not "
+                  "fitted to IN's in the end")
       ->check(not_empty)
       ->group(kOutputGroup);
 }

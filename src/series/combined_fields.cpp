@@ -11,6 +11,7 @@
 #include "compare/measure.h"
 #include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
+#include "series/series_plan.h"
 
 namespace tetfusion {
 
@@ -72,8 +73,9 @@ CombinedFields::Source CombinedFields::find(const SteeringChoice& array, std::ui
     throw Error(
         ErrorCode::kBadInput,
         fmt::format("{}: the array \"{}\", which steers, has integers in this step, between "
-                    "which nothing can be measured: give --series each, or another array",
-                    mesh.path, array.name));
+                    "which nothing can be measured: name another array{}",
+                    mesh.path, array.name,
+                    holds_step(array.name) ? "" : ", or give --series each"));
   }
   if (source.info.components != components) {
     throw Error(
@@ -85,17 +87,21 @@ CombinedFields::Source CombinedFields::find(const SteeringChoice& array, std::ui
 }
 
 // The diagonal of the box of the components, at points that are used.
-double CombinedFields::measure(const Source& source, const MeshStream& stream,
-                               const RunContext& context) const {
+std::optional<double> CombinedFields::measure(const Source& source, const MeshStream& stream,
+                                              const RunContext& context) const {
   const std::size_t width = source.info.components;
   FieldValues all{std::vector<Range>(width), 0};
+  bool has_some = false;
   for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
     const Vector<double> rows = read_rows(stream, source.index, source.info, first, count);
     for (std::uint64_t i = 0; i < count; ++i) {
       const double* row = rows.data() + i * width;
-      if (used_->has(first + i) && all_finite(row, width)) all.add(row);
+      if (!used_->has(first + i) || !all_finite(row, width)) continue;
+      all.add(row);
+      has_some = true;
     }
   });
+  if (!has_some) return std::nullopt;
   return all.diagonal();
 }
 
@@ -104,9 +110,11 @@ void CombinedFields::add(std::size_t step, const MeshDescription& mesh, const Me
   for (std::size_t a = 0; a < arrays_.size(); ++a) {
     const std::size_t field = a * sums_ + sum_of(step);
     const Source source = find(arrays_[a], infos_[field].components, mesh);
-    const double range = measure(source, stream, context);
+    const std::optional<double> range = measure(source, stream, context);
+    // A step without any value has none to lose.
+    if (!range) continue;
     // A field without a range may still have points without a value, which are to have none.
-    const double factor = range > 0 ? sign_of(step, way_) / range : 0;
+    const double factor = *range > 0 ? sign_of(step, way_) / *range : 0;
     Vector<double> sums;
     for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
       const Vector<double> rows = read_rows(stream, source.index, source.info, first, count);
@@ -120,6 +128,7 @@ void CombinedFields::add(std::size_t step, const MeshDescription& mesh, const Me
 
 void CombinedFields::finish(const RunContext& context) {
   Vector<double> rows;
+  std::vector<bool> has_some(infos_.size());
   for (std::size_t f = 0; f < infos_.size(); ++f) {
     const std::size_t width = infos_[f].components;
     FieldValues all{std::vector<Range>(width), 0};
@@ -128,14 +137,16 @@ void CombinedFields::finish(const RunContext& context) {
       file_->read(offset(f, first), std::as_writable_bytes(std::span(rows)));
       for (std::uint64_t i = 0; i < count; ++i) {
         const double* row = rows.data() + i * width;
-        if (used_->has(first + i) && all_finite(row, width)) all.add(row);
+        if (!used_->has(first + i) || !all_finite(row, width)) continue;
+        all.add(row);
+        has_some[f] = true;
       }
     });
     ranges_[f] = all.diagonal();
   }
   for (std::size_t f = 0; f < infos_.size(); ++f) {
     const auto it = std::find_if(ranges_.begin(), ranges_.end(), [](double r) { return r > 0; });
-    if (ranges_[f] > 0 || it == ranges_.end()) continue;
+    if (ranges_[f] > 0 || !has_some[f] || it == ranges_.end()) continue;
     take_gaps(f, static_cast<std::size_t>(it - ranges_.begin()), context);
   }
 }

@@ -58,7 +58,9 @@ class CombinedFields {
   };
   Source find(const SteeringChoice& array, std::uint32_t components,
               const MeshDescription& mesh) const;
-  double measure(const Source& source, const MeshStream& stream, const RunContext& context) const;
+  // Nothing where no point has a value.
+  std::optional<double> measure(const Source& source, const MeshStream& stream,
+                                const RunContext& context) const;
   void take_gaps(std::size_t from, std::size_t to, const RunContext& context);
   std::uint64_t offset(std::size_t field, std::uint64_t row) const {
     return starts_[field] + row * infos_[field].components * sizeof(double);

@@ -19,13 +19,14 @@
 #include "driver/request/check_options.h"
 #include "driver/run_setup.h"
 #include "io/files/output_file.h"
+#include "io/formats/xml_text.h"
 #include "io/mesh_format.h"
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
 #include "io/vtk/pieces_output.h"
 #include "io/vtk/series_list.h"
-#include "io/vtk/xml_text.h"
 #include "mesh/array_names.h"
+#include "mesh/region_of_interest.h"
 
 namespace tetfusion {
 
@@ -162,6 +163,13 @@ std::string with_label(std::string pattern, const std::string& label) {
   return pattern;
 }
 
+// Are the steps arrays of one mesh?
+bool is_in_one_mesh(const SeriesRequest& request) {
+  const std::vector<std::string>& arrays = request.job.behaviour.arrays;
+  return request.inputs.size() == 1 && !is_list_name(request.inputs[0]) &&
+         std::any_of(arrays.begin(), arrays.end(), holds_step);
+}
+
 // What neither kind of series can be asked for, and what a shared one cannot.
 void check_request(const SeriesRequest& request) {
   const SimplifyRequest& job = request.job;
@@ -180,11 +188,17 @@ void check_request(const SeriesRequest& request) {
   no(!b.lods.empty(), "--lods");
   no(job.pieces > 0, "--pieces");
   no(!job.progressive.empty(), "--progressive");
-  if (!request.shared) return no(!job.map.empty(), "--map");
-  const auto only_each = [](bool given, const char* option) {
+  if (!request.shared && !job.map.empty()) {
+    refuse("--map is not for --series each, where each step has a mesh of its own: leave it out");
+  }
+  if (!request.shared) return;
+  const auto only_each = [&](bool given, const char* option) {
     if (!given) return;
     refuse(
-        fmt::format("{} is not for a shared series: leave it out, or give --series each", option));
+        is_in_one_mesh(request)
+            ? fmt::format("{} is not for steps that are arrays of one mesh: leave it out", option)
+            : fmt::format("{} is not for a shared series: leave it out, or give --series each",
+                          option));
   };
   only_each(job.performance.resume, "--resume");
   only_each(job.verify, "--verify");
@@ -202,8 +216,6 @@ void refuse_pipes(const std::vector<std::string>& paths) {
                     path));
   }
 }
-
-bool holds_step(const std::string& name) { return name.find(kStepField) != std::string::npos; }
 
 void sort_by_number(std::vector<Step>* steps) {
   if (!std::all_of(steps->begin(), steps->end(),
@@ -293,6 +305,22 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
   return steps;
 }
 
+// A region is one for all steps, in each of which the array has the name that holds {step}.
+void refuse_step_as_interest(const std::vector<Step>& steps,
+                             const std::vector<std::string>& interest) {
+  for (const std::string& text : interest) {
+    if (!RegionOfInterest::is_by_values(text)) continue;
+    const std::size_t end = text.find_first_of("<>");
+    for (const Step& step : steps) {
+      const auto pattern = pattern_of(step, text.substr(0, end));
+      if (!pattern || end == std::string::npos) continue;
+      refuse(
+          fmt::format("--roi '{}': {} is the array of one step: --roi '{}{}' is for each of them",
+                      text, text.substr(0, end), *pattern, text.substr(end)));
+    }
+  }
+}
+
 // Where the file itself has several: these, or the one that is wanted.
 std::vector<Step> find_steps_of(const std::string& path, const OpenOptions& open) {
   const std::vector<double> times = time_steps_of(path, open);
@@ -363,6 +391,15 @@ void check_outputs(const SeriesPlan& plan, const SeriesRequest& request, const O
 
 }  // namespace
 
+bool holds_step(const std::string& name) { return name.find(kStepField) != std::string::npos; }
+
+std::optional<std::string> pattern_of(const Step& step, const std::string& name) {
+  for (const auto& [pattern, own] : step.arrays) {
+    if (own == name) return pattern;
+  }
+  return std::nullopt;
+}
+
 bool is_series(const std::vector<std::string>& inputs, const std::string& output,
                const std::vector<std::string>& arrays) {
   return inputs.size() > 1 || is_pvd_name(output) ||
@@ -401,8 +438,7 @@ SeriesPlan plan_series(const SeriesRequest& request, const RunContext& context) 
     check_output_path(plan.list);
   }
   const std::vector<std::string>& arrays = request.job.behaviour.arrays;
-  const bool in_one_mesh = request.inputs.size() == 1 && !is_list_name(request.inputs[0]) &&
-                           std::any_of(arrays.begin(), arrays.end(), holds_step);
+  const bool in_one_mesh = is_in_one_mesh(request);
   if (in_one_mesh && (!request.shared || !plan.list.empty() || holds_step(pattern))) {
     refuse(
         fmt::format("{}: where steps are the arrays of one mesh, the result is one mesh with all "
@@ -425,6 +461,7 @@ SeriesPlan plan_series(const SeriesRequest& request, const RunContext& context) 
   plan.steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays, open)
                            : find_steps(request.inputs, open);
   for (Step& step : plan.steps) step.output = with_label(pattern, step.label);
+  if (in_one_mesh) refuse_step_as_interest(plan.steps, request.job.behaviour.interest);
   open.time_step.reset();  // pieces have none
   check_outputs(plan, request, open);
   return plan;

@@ -13,6 +13,7 @@
 namespace tetfusion {
 
 inline constexpr const char* kStepField = "{step}";
+bool holds_step(const std::string& name);
 
 struct Step {
   std::string input;
@@ -23,6 +24,9 @@ struct Step {
   // Of steps that are arrays of one mesh: those of this step, by the names that hold {step}.
   std::map<std::string, std::string> arrays;
 };
+
+// What stands for that array where steps are arrays of one mesh, if it is one of this step.
+std::optional<std::string> pattern_of(const Step& step, const std::string& name);
 
 struct SeriesPlan {
   std::vector<Step> steps;  // at least one

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -51,6 +52,7 @@ class SharedSeries {
 
  private:
   void require_end() const;
+  void say_what_does_not_steer() const;
   std::uint64_t memory_to_write() const;
   void simplify_and_compare();
   void simplify_within_bounds();
@@ -89,6 +91,7 @@ SeriesReport SharedSeries::run() {
   steps_.emplace(job_.behaviour, files_, folder_.path(), search_.sums(), context_);
   at_once_ = steps_->at_once();
   require_end();
+  say_what_does_not_steer();
   simplify_and_compare();
   clock_.begin("write steps");
   std::optional<OutputFile> map;
@@ -115,18 +118,35 @@ void SharedSeries::require_end() const {
   throw no_end_in_sight(files_[0].input, steps_->arrays(), steps_->first());
 }
 
+// In the run itself sums have other names, of which nothing is said.
+void SharedSeries::say_what_does_not_steer() const {
+  const CombinedFields& sums = steps_->sums();
+  std::vector<bool> steers(steps_->arrays().size());
+  for (std::size_t f = 0; f < sums.fields().size(); ++f) {
+    if (sums.range(f) > 0) steers[sums.array_of(f)] = true;
+  }
+  for (std::size_t a = 0; a < steers.size(); ++a) {
+    if (!steers[a]) say_does_not_steer(steps_->arrays()[a].name, context_);
+  }
+}
+
 // Of what the goal leaves. Without a goal nobody knows how much that is.
 std::uint64_t SharedSeries::memory_to_write() const {
   if (!has_goal()) return 0;
   const BehaviourOptions& b = job_.behaviour;
   const MeshDescription& mesh = steps_->first();
   const auto cells = static_cast<double>(std::max<std::uint64_t>(mesh.cells, 1));
-  const double left = b.tets ? static_cast<double>(*b.tets) / cells : 1 - *b.reduction;
-  const auto of_result = [&](std::uint64_t count) {
-    return static_cast<std::uint64_t>(std::min(left, 1.0) * static_cast<double>(count));
-  };
+  const auto points = static_cast<double>(mesh.points);
+  const double left =
+      std::min(b.tets ? static_cast<double>(*b.tets) / cells : 1 - *b.reduction, 1.0);
+  // On the boundary points may stay: as many as a cube has there, or where there are fewer than 24
+  // tetrahedra round each as many as have half of these.
+  const double on_boundary =
+      std::min(std::max(2 * points - cells / 3, 6 * std::cbrt(points * points)), points);
+  const double points_left = points - (1 - left) * (points - on_boundary);
   const auto [once, of_step] =
-      step_memory(of_result(mesh.points), of_result(mesh.cells), steps_->widths());
+      step_memory(static_cast<std::uint64_t>(points_left), static_cast<std::uint64_t>(left * cells),
+                  steps_->widths());
   return once + of_step;
 }
 
@@ -215,8 +235,10 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
     least_bound = std::min(least_bound, bound);
     std::string text = sums.fields()[f].name;
     if (bound < kInfinity) {
-      // No error is larger than the range.
-      if (share && *share * bound < 1) text += fmt::format(":{}", *share * bound);
+      // No error is larger than the range. Where there is no goal a run without any bound takes
+      // one by itself.
+      const double wanted = std::min(share.value_or(1) * bound, 1.0);
+      if (share && (wanted < 1 || !has_goal())) text += fmt::format(":{}", wanted);
     } else if (array.tolerance) {
       text += fmt::format(":{}", *array.tolerance);
     }

@@ -1,6 +1,5 @@
 #include "series/step_source.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -10,11 +9,11 @@
 
 namespace tetfusion {
 
-std::optional<std::string> pattern_of(const Step& step, const std::string& name) {
-  for (const auto& [pattern, own] : step.arrays) {
-    if (own == name) return pattern;
+StepFiles::StepFiles(const BehaviourOptions& behaviour, const SeriesPlan& plan, OpenOptions open)
+    : behaviour_(behaviour), plan_(plan), open_(std::move(open)), was_read_(plan.steps.size()) {
+  for (const Step& step : plan.steps) {
+    for (const auto& [pattern, own] : step.arrays) of_steps_.insert(own);
   }
-  return std::nullopt;
 }
 
 std::unique_ptr<MeshSource> StepFiles::open_whole(std::size_t step) const {
@@ -39,10 +38,7 @@ std::unique_ptr<MeshSource> StepFiles::open(std::size_t step) const {
       arrays.points.push_back(own_array(mesh, Association::kPoint, i));
       arrays.points.back().info.name = *pattern;
     }
-    const bool is_step =
-        std::any_of(plan_.steps.begin(), plan_.steps.end(),
-                    [&](const Step& other) { return pattern_of(other, name).has_value(); });
-    if (!is_step || name == behaviour_.weight) {
+    if (!of_steps_.contains(name) || name == behaviour_.weight) {
       arrays.points.push_back(own_array(mesh, Association::kPoint, i));
     }
   }

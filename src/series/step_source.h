@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -14,15 +15,11 @@
 
 namespace tetfusion {
 
-// What stands for that array where steps are arrays of one mesh, if it is one of this step.
-std::optional<std::string> pattern_of(const Step& step, const std::string& name);
-
 // Safe to use from several threads. What it is made of outlives it.
 class StepFiles {
  public:
   // `open`: how to open each of them, but for its time step and whether it was read.
-  StepFiles(const BehaviourOptions& behaviour, const SeriesPlan& plan, OpenOptions open)
-      : behaviour_(behaviour), plan_(plan), open_(std::move(open)), was_read_(plan.steps.size()) {}
+  StepFiles(const BehaviourOptions& behaviour, const SeriesPlan& plan, OpenOptions open);
 
   std::size_t count() const { return plan_.steps.size(); }
   const Step& operator[](std::size_t step) const { return plan_.steps[step]; }
@@ -38,6 +35,7 @@ class StepFiles {
   const BehaviourOptions& behaviour_;
   const SeriesPlan& plan_;
   const OpenOptions open_;
+  std::unordered_set<std::string> of_steps_;  // the arrays of all steps, where they are one mesh
   mutable std::vector<std::atomic<bool>> was_read_;  // one for each step: OpenOptions::was_read
 };
 

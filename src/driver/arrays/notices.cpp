@@ -321,7 +321,9 @@ void say_which_may_be_node_sets(const MeshDescription& mesh, const MeshStream& s
         std::any_of(steering.begin(), steering.end(), [&](const SteeringChoice& choice) {
           return choice.association == Association::kPoint && choice.index == i;
         });
-    if (steers || !is_integer_label(array) || is_ghost_mark(array.name)) continue;
+    if (steers || array.steers_only || !is_integer_label(array) || is_ghost_mark(array.name)) {
+      continue;
+    }
     if (has_few_values(stream, i, array)) sets.push_back(array.name);
   }
   if (sets.empty()) return;

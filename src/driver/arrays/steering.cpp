@@ -350,7 +350,7 @@ Steering::Steering(const std::vector<SteeringChoice>& choices, const MeshDescrip
                         choice.name));
       }
       arrays_.push_back(std::move(array));
-    } else {
+    } else if (!info.steers_only) {
       say_does_not_steer(choice.name, context);
     }
   }
