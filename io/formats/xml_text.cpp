@@ -76,7 +76,8 @@ std::string legible(std::string_view name) {
   while (!name.empty()) {
     const std::size_t length = utf8_length(name);
     const auto byte = static_cast<std::uint8_t>(name[0]);
-    if (is_control(name, length) || (length == 0 && byte < 0xA0)) {
+    const bool is_blank = byte == '\t' || byte == '\n' || byte == '\r';
+    if (!is_blank && (is_control(name, length) || (length == 0 && byte < 0xA0))) {
       const auto number = length == 2 ? static_cast<std::uint8_t>(name[1]) : byte;
       out += fmt::format("%{:02X}", number);
     } else if (length == 0) {

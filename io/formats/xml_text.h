@@ -15,7 +15,8 @@ std::string xml_escape(std::string_view text);
 bool is_xml_text(std::string_view text);
 
 // A name that a file gives, as every format and every message can hold it: what is not UTF-8 is
-// taken for Latin-1, which old programs write, and a control character becomes its number, as %1B.
+// taken for Latin-1, which old programs write, and a control character that XML has no place for
+// becomes its number, as %1B.
 std::string legible(std::string_view name);
 // The same of the names, units and marks of all arrays.
 void make_legible(AttributeSet* set);

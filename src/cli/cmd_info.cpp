@@ -26,6 +26,7 @@
 #include "driver/arrays/steering.h"
 #include "driver/examine/examine.h"
 #include "io/formats/mesh_passes.h"
+#include "io/formats/xml_text.h"
 #include "io/gmsh/gmsh_writer.h"
 #include "io/mesh_format.h"
 #include "io/open_mesh.h"
@@ -217,7 +218,8 @@ std::string describe_range(const ArrayLine& line) {
 
 // "velocity (m/s)"
 std::string name_of(const ArrayInfo& info) {
-  return info.units.empty() ? info.name : fmt::format("{} ({})", info.name, info.units);
+  return for_message(info.units.empty() ? info.name
+                                        : fmt::format("{} ({})", info.name, info.units));
 }
 
 void add_arrays(const std::vector<ArrayLine>& lines, std::string* text) {

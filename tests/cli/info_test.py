@@ -94,7 +94,7 @@ class Info(FolderTest):
     def test_wide_arrays_and_odd_names_keep_to_their_columns(self):
         mesh = TinyVtu(1)
         mesh.arrays.insert(1, ["PointData", "of&#10;two", "Float32", 12, [1] * 12 * len(mesh.points)])
-        self.assertIn("  point of%0Atwo     Float32 x 12 length 3.4641", run("info", self.write(mesh)).decode())
+        self.assertIn("  point of?two       Float32 x 12 length 3.4641", run("info", self.write(mesh)).decode())
 
     def test_what_there_is_one_of(self):
         path = self.write(ASCII_CELL.format(points=4, xyz="0 0 0 1 0 0 0 1 0 0 0 1", ids="0 1 2 3", type=10).encode())

@@ -491,7 +491,7 @@ TEST(Encode, WholeTuplesALine) {
 TEST(Encode, Legible) {
   EXPECT_EQ(legible("a<b> \xC3\xA4 \xE2\x82\xAC 50%"), "a<b> \xC3\xA4 \xE2\x82\xAC 50%");
   EXPECT_EQ(legible("h\xE9, \xB0\x43, \xC3\xA9\xE9"), "h\xC3\xA9, \xC2\xB0\x43, \xC3\xA9\xC3\xA9");
-  EXPECT_EQ(legible("\x1B[31m\n\x7F\xC2\x9B\x9B"), "%1B[31m%0A%7F%9B%9B");
+  EXPECT_EQ(legible("\x1B[31m\n\t\x7F\xC2\x9B\x9B"), "%1B[31m\n\t%7F%9B%9B");
   EXPECT_TRUE(is_xml_text(legible("\xFF\xFE\x01\xED\xA0\x80\xEF\xBF\xBF")));
 }
 
