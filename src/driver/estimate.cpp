@@ -183,7 +183,9 @@ void Trial<Real>::fit_values(const OriginalValues<Real>& original) {
   if (original.chunks() == 0 || original.columns().empty()) return;  // no round, or nothing to fit
   WorkMesh<Real> fitted = *mesh().whole;
   FitTools<Real> tools;
-  FittedValues<Real>(original, mesh(), 1, scratch_.get()).fit(0, &tools, &fitted);
+  FittedValues<Real>(original, mesh(), move_limits(behaviour_, original.columns(), fields_), 1,
+                     scratch_.get())
+      .fit(0, &tools, &fitted);
 }
 
 // A thread has a chunk at a time: with few chunks some threads have none in the end.

@@ -74,6 +74,19 @@ ColumnsToFit columns_to_fit(const SimplifyRequest& request, const CarriedArrays&
   return columns;
 }
 
+MoveLimits move_limits(const BehaviourOptions& behaviour, const ColumnsToFit& columns,
+                       std::span<const SteeringField> fields) {
+  const BehaviourOptions& b = behaviour;
+  const double off = std::numeric_limits<double>::infinity();
+  const bool are_fitted = std::ranges::all_of(fields, [&](const SteeringField& field) {
+    return std::ranges::find(columns.points, field.column) != columns.points.end();
+  });
+  const bool are_bounded = !b.scalar_tolerance.empty() || !b.stretch_factor.empty() ||
+                           b.aspect_ratio != off || b.max_volume != off;
+  if (!are_fitted || are_bounded || !b.weight.empty()) return {};
+  return {{fields.begin(), fields.end()}, b.min_quality, columns.labels};
+}
+
 SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
                              const std::vector<SteeringChoice>& choices,
                              const std::vector<std::size_t>& regions) {

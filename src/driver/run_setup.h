@@ -39,6 +39,10 @@ ColumnsToFit columns_to_fit(const SimplifyRequest& request, const CarriedArrays&
                             const std::vector<SteeringChoice>& choices,
                             const std::vector<std::size_t>& regions);
 
+// What vertices are moved for in the end: where nothing says how each cell, or error, is to be.
+MoveLimits move_limits(const BehaviourOptions& behaviour, const ColumnsToFit& columns,
+                       std::span<const SteeringField> fields);
+
 SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,
                              const std::vector<SteeringChoice>& choices,
                              const std::vector<std::size_t>& regions);

@@ -36,8 +36,10 @@ template <class Real>
 std::unique_ptr<FittedValues<Real>> fit_values(const RunState<Real>& state, Run* run) {
   if (state.values == nullptr || state.values->chunks() == 0) return nullptr;
   const PhaseWithin phase("fit", run);
-  return std::make_unique<FittedValues<Real>>(*state.values, state.input.mesh, thread_count(),
-                                              run->place.scratch());
+  return std::make_unique<FittedValues<Real>>(
+      *state.values, state.input.mesh,
+      move_limits(run->request.behaviour, state.values->columns(), state.fields), thread_count(),
+      run->place.scratch());
 }
 
 template <class Real>

@@ -5,36 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "kernel/cell_shape.h"
 #include "kernel/point3.h"
 
 namespace tetfusion {
 
 namespace {
-
-// 432 times the squared determinant over this is the cubed mean ratio: the cube of the sum of the
-// squared edges. One corner is the origin.
-struct ShapeOf {
-  double det;
-  double edges;
-};
-
-template <class Real>
-inline ShapeOf shape_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c,
-                        const Vec3<Real>& d, double unit) {
-  const double ax = a.x, ay = a.y, az = a.z;
-  const double ux = (b.x - ax) * unit, uy = (b.y - ay) * unit, uz = (b.z - az) * unit;
-  const double vx = (c.x - ax) * unit, vy = (c.y - ay) * unit, vz = (c.z - az) * unit;
-  const double wx = (d.x - ax) * unit, wy = (d.y - ay) * unit, wz = (d.z - az) * unit;
-  const double det = wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx);
-  const double x = ux + vx + wx, y = uy + vy + wy, z = uz + vz + wz;
-  const double squares =
-      (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (wx * wx + wy * wy + wz * wz);
-  return {det, 4 * squares - (x * x + y * y + z * z)};
-}
-
-double cubed_mean_ratio(const ShapeOf& s) {
-  return 432 * s.det * s.det / (s.edges * s.edges * s.edges);
-}
 
 // Obstacles are cleared by a little more than is needed.
 constexpr double kPush = 1.05;
@@ -123,8 +99,8 @@ double FuseCavity<Real>::worst_of(Ball* ball) {
   const auto& p = mesh_->positions;
   for (const std::uint32_t entry : ball->shapes.entries()) {
     const Tet& t = mesh_->tets[entry >> 2];
-    const ShapeOf shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], unit_);
-    ball->worst = std::min(ball->worst, cubed_mean_ratio(shape));
+    const CellShape shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], unit_);
+    ball->worst = std::min(ball->worst, shape.cubed_mean_ratio());
   }
   return ball->worst;
 }
@@ -187,7 +163,7 @@ std::optional<Reject> FuseCavity<Real>::judge_shape(std::uint32_t entry) const {
   const auto& order = kCornerFirst[entry & 3u];
   const auto& p = mesh_->positions;
   const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
-  const ShapeOf shape = shape_of(position_, b, c, d, unit_);
+  const CellShape shape = shape_of(position_, b, c, d, unit_);
   const double square = 432 * shape.det * shape.det;
   const double edges = cube(shape.edges);
   if (shape.det > 0 && square >= limit_.sure * edges) return std::nullopt;
@@ -252,7 +228,7 @@ auto FuseCavity<Real>::obstacle() const -> Obstacle {
   const auto& order = kCornerFirst[failed_ & 3u];
   const auto& p = mesh_->positions;
   const Vec3<Real>&b = p[tet[order[1]]], &c = p[tet[order[2]]], &d = p[tet[order[3]]];
-  const ShapeOf shape = shape_of(position_, b, c, d, unit_);
+  const CellShape shape = shape_of(position_, b, c, d, unit_);
   const double wanted = kPush * std::sqrt(limit_.sure * cube(shape.edges) / 432);
   const auto from_b = [&](const Vec3<Real>& x) {
     return Point3{(double{x.x} - b.x) * unit_, (double{x.y} - b.y) * unit_,

@@ -10,19 +10,18 @@ namespace tetfusion {
 
 namespace {
 
-// Longer walks from one point to the next, and from the grid's start, are lost: more is hardly ever
-// needed.
+// Longer walks from one point to the next are lost: more is hardly ever needed.
 constexpr int kWalkToNext = 16;
-constexpr int kWalkFromStart = 64;
 // A weight that is less negative is rounding.
 constexpr double kInside = -1e-9;
 // Weights that are not negative sum up to no more where a point is near a tetrahedron.
 constexpr double kNearby = 1.2;
 constexpr TetId kUnknown = kNoTet - 1;  // no mesh has so many
 
-// Of the corners: volumes with the point in a corner's place, as shares of the tetrahedron's.
+}  // namespace
+
 template <class Real>
-std::array<double, 4> weights_of(const Vec3<double>& p, const std::array<Vec3<Real>, 4>& corners) {
+std::array<double, 4> weights_in(const Vec3<double>& p, const std::array<Vec3<Real>, 4>& corners) {
   std::array<Point3, 4> r;
   for (std::size_t k = 0; k < 4; ++k) {
     r[k] = {double{corners[k].x} - p.x, double{corners[k].y} - p.y, double{corners[k].z} - p.z};
@@ -33,8 +32,6 @@ std::array<double, 4> weights_of(const Vec3<double>& p, const std::array<Vec3<Re
   for (double& w : weights) w /= all;
   return weights;
 }
-
-}  // namespace
 
 template <class Real>
 std::uint64_t TetWalk<Real>::memory(std::uint64_t tets) {
@@ -73,8 +70,7 @@ bool TetWalk<Real>::find_from(const Vec3<double>& start, const Vec3<double>& poi
 template <class Real>
 bool TetWalk<Real>::place_nearby(const Vec3<double>& point) {
   if (end_ == kNoTet) return false;
-  const std::array<double, 4> w =
-      weights_of(point, corners(mesh_->positions, mesh_->tets[end_]));
+  const std::array<double, 4> w = weights_in(point, corners(mesh_->positions, mesh_->tets[end_]));
   double sum = 0;
   for (const double x : w) sum += std::max(x, 0.0);
   if (!(sum <= kNearby)) return false;
@@ -90,7 +86,7 @@ bool TetWalk<Real>::walk(TetId start, int longest, const Vec3<double>& point) {
   TetId before = kNoTet;
   end_ = kNoTet;
   for (int i = 0; i < longest; ++i) {
-    const std::array<double, 4> w = weights_of(point, corners(mesh_->positions, mesh_->tets[t]));
+    const std::array<double, 4> w = weights_in(point, corners(mesh_->positions, mesh_->tets[t]));
     if (std::min({w[0], w[1], w[2], w[3]}) >= kInside) {
       last_ = {{w[1], w[2], w[3]}, t};
       return true;
@@ -135,6 +131,8 @@ TetId TetWalk<Real>::find_beyond(TetId tet, std::size_t corner) const {
   return kNoTet;
 }
 
+template std::array<double, 4> weights_in(const Vec3<double>&, const std::array<Vec3<float>, 4>&);
+template std::array<double, 4> weights_in(const Vec3<double>&, const std::array<Vec3<double>, 4>&);
 template class TetWalk<float>;
 template class TetWalk<double>;
 

@@ -11,6 +11,12 @@
 
 namespace tetfusion {
 
+// Of a tetrahedron's corners: volumes with the point in a corner's place, as shares of the
+// tetrahedron's.
+template <class Real>
+std::array<double, 4> weights_in(const Vec3<double>& point,
+                                 const std::array<Vec3<Real>, 4>& corners);
+
 // Begin with a mesh, and find points; keeps its memory; one a thread.
 template <class Real>
 class TetWalk {
@@ -22,8 +28,8 @@ class TetWalk {
     bool outside = false;  // of all tetrahedra
   };
 
-  // The mesh has tetrahedra, and neither they nor the positions change as long as points are
-  // looked for; it outlives that.
+  // The mesh has tetrahedra, and they do not change as long as points are looked for, nor do the
+  // positions, but for find_again(); it outlives that.
   void begin(const WorkMesh<Real>& mesh);
 
   // Looks where the point before was, and then near the point; best is the order in which points
@@ -33,13 +39,22 @@ class TetWalk {
   // is placed where the walk ended, with weights below zero.
   bool find_from(const Vec3<double>& start, const Vec3<double>& point);
 
+  // From that tetrahedron, where corners of the mesh have moved since a point was found there.
+  bool find_again(TetId tet, const Vec3<double>& point) { return walk(tet, kWalkFromStart, point); }
+
   // Of the point that was found last.
   const Place& place() const { return last_; }
+
+  // Of the mesh.
+  const VertexTets& balls() const { return balls_; }
 
   // Bytes that takes for so many tetrahedra.
   static std::uint64_t memory(std::uint64_t tets);
 
  private:
+  // Longer walks from the grid's start are lost: more is hardly ever needed.
+  static constexpr int kWalkFromStart = 64;
+
   bool walk(TetId start, int longest, const Vec3<double>& point);
   bool place_nearby(const Vec3<double>& point);
   TetId beyond(TetId tet, std::size_t corner);
@@ -53,6 +68,10 @@ class TetWalk {
   TetId end_ = kNoTet;  // of the last walk, where it ended at a boundary
 };
 
+extern template std::array<double, 4> weights_in(const Vec3<double>&,
+                                                 const std::array<Vec3<float>, 4>&);
+extern template std::array<double, 4> weights_in(const Vec3<double>&,
+                                                 const std::array<Vec3<double>, 4>&);
 extern template class TetWalk<float>;
 extern template class TetWalk<double>;
 

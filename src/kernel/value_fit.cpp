@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <type_traits>
+#include <utility>
 
 namespace tetfusion {
 
@@ -12,6 +15,7 @@ namespace {
 // could be measured. Then so many towards a largest error of this share of what it is after them:
 // a smaller one would be paid for in squares (bench/README.md).
 constexpr int kSteps = 3;
+constexpr int kStepsBefore = 1;
 constexpr int kCorrections = 8;
 constexpr double kWanted = 0.7;
 // Corrections aim a little further, so that they come to an end.
@@ -41,7 +45,7 @@ std::uint64_t ValueFit<Real>::memory(std::uint64_t points, std::uint64_t tets) {
   // There are four times fewer vertices than tetrahedra, but in odd meshes.
   constexpr std::uint64_t kVertexBytes = sizeof(VertexId) + 1 + sizeof(double) + sizeof(Move);
   return points * (sizeof(Place) + sizeof(std::uint32_t) + sizeof(double)) +
-         tets * kVertexBytes / 4;
+         tets * kVertexBytes / 4 + tets + VertexMoves<Real>::memory(tets);
 }
 
 template <class Real>
@@ -91,17 +95,141 @@ template <class Real>
 void ValueFit<Real>::fit(const ReadRows& read) {
   if (places_.empty()) return;
   for (std::size_t c = 0; c < columns_.size(); ++c) {
-    Column& column = mesh_->point_columns[columns_[c]];
-    const auto read_column = [&](const UseRows& use) { read(c, use); };
-    column.type == ValueType::kFloat32 ? fit_column<float>(&column, read_column)
-                                       : fit_column<double>(&column, read_column);
+    for_each_component(c, read, [this] { fit_values(); });
+  }
+}
+
+// Steps are small, and each takes another part of what is to be had: a third is hardly worth it.
+template <class Real>
+void ValueFit<Real>::move(const MoveLimits& limits, const ReadRows& read,
+                          const std::function<void(const TakePoints& take)>& again) {
+  constexpr int kMoves = 2;
+  if (places_.empty() || limits.fields.empty()) return;
+  choose_movable(limits);
+  for (int i = 0; i < kMoves && !movable_.empty(); ++i) {
+    places_of_vertices_.begin(mesh_, &walk_->balls(), movable_);
+    for (const SteeringField& field : limits.fields) {
+      const auto c = std::ranges::find(columns_, field.column) - columns_.begin();
+      const double scale = std::ldexp(1 / field.range, field.exponent);
+      for_each_component(static_cast<std::size_t>(c), read, [&] {
+        approach(kStepsBefore);
+        note_errors(scale * scale);
+      });
+    }
+    changed_.assign(mesh_->tets.size(), 0);
+    const std::size_t count = places_of_vertices_.move(
+        limits.floor, changed_.data(),
+        [this](VertexId v, const PlaceInTet& place) { take_values_along(v, place); });
+    if (count == 0) return;
+    std::size_t piece = 0;
+    again([&](const PointsToFit<Real>& points) { find_again(piece++, points); });
+  }
+}
+
+// Those inside of the mesh, and of one region.
+template <class Real>
+void ValueFit<Real>::choose_movable(const MoveLimits& limits) {
+  const auto is_inside = [&](VertexId v) {
+    const auto ball = walk_->balls().of(v);
+    return std::ranges::all_of(limits.labels, [&](std::uint32_t c) {
+      const Column& column = mesh_->cell_columns[c];
+      const auto row = [&](std::uint32_t entry) {
+        return column.rows.data() + (entry >> 2) * column.stride();
+      };
+      return std::ranges::all_of(ball, [&](std::uint32_t entry) {
+        return std::memcmp(row(entry), row(ball[0]), column.stride()) == 0;
+      });
+    });
+  };
+  movable_.clear();
+  for (const VertexId v : vertices_) {
+    if ((mesh_->marks[v] & kOnBoundary) == 0 && is_inside(v)) movable_.push_back(v);
   }
 }
 
 template <class Real>
-template <class T>
-void ValueFit<Real>::fit_column(Column* column,
-                                const std::function<void(const UseRows& use)>& read) {
+void ValueFit<Real>::note_errors(double scale) {
+  places_of_vertices_.begin_component();
+  TetId tet = kNoTet;
+  Point3 gradient{};
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (places_[i].outside) continue;
+    const double error = error_at(i);
+    if (!std::isfinite(error)) continue;
+    if (std::exchange(tet, places_[i].tet) != places_[i].tet) gradient = gradient_in(tet);
+    places_of_vertices_.add({tet, all_weights(places_[i].weights)}, error, gradient);
+  }
+  places_of_vertices_.end_component(scale);
+}
+
+// Of the component in hand.
+template <class Real>
+Point3 ValueFit<Real>::gradient_in(TetId tet) const {
+  const Tet& t = mesh_->tets[tet];
+  const auto edge = [&](std::size_t k) {
+    const Vec3<Real>&p = mesh_->positions[t[k]], &first = mesh_->positions[t[0]];
+    return Point3{double{p.x} - first.x, double{p.y} - first.y, double{p.z} - first.z};
+  };
+  const Point3 u = edge(1), v = edge(2), w = edge(3);
+  const Point3 vw = cross(v, w), wu = cross(w, u), uv = cross(u, v);
+  const double det = dot(u, vw), first = values_[t[0]];
+  const double a = (values_[t[1]] - first) / det, b = (values_[t[2]] - first) / det,
+               c = (values_[t[3]] - first) / det;
+  return {a * vw[0] + b * wu[0] + c * uv[0], a * vw[1] + b * wu[1] + c * uv[1],
+          a * vw[2] + b * wu[2] + c * uv[2]};
+}
+
+// All columns that are fitted later: what the mesh has at the place where the vertex will be.
+template <class Real>
+void ValueFit<Real>::take_values_along(VertexId v, const PlaceInTet& place) {
+  const Tet& tet = mesh_->tets[place.tet];
+  const auto take = [&](auto* values, std::size_t width) {
+    for (std::size_t k = 0; k < width; ++k) {
+      const double first = values[tet[0] * width + k];
+      double value = first;
+      for (std::size_t corner = 1; corner < 4; ++corner) {
+        value += place.weights[corner] * (values[tet[corner] * width + k] - first);
+      }
+      using T = std::remove_pointer_t<decltype(values)>;
+      if (std::isfinite(value)) values[v * width + k] = static_cast<T>(value);
+    }
+  };
+  for (const std::uint32_t c : columns_) {
+    Column& column = mesh_->point_columns[c];
+    std::byte* const rows = column.rows.data();
+    column.type == ValueType::kFloat32 ? take(reinterpret_cast<float*>(rows), column.components)
+                                       : take(reinterpret_cast<double*>(rows), column.components);
+  }
+}
+
+// A point that is not found stays in its tetrahedron, next to where it lies.
+template <class Real>
+void ValueFit<Real>::find_again(std::size_t piece, const PointsToFit<Real>& points) {
+  for (std::size_t i = piece == 0 ? 0 : ends_[piece - 1]; i < ends_[piece]; ++i) {
+    Place& place = places_[i];
+    if (changed_[place.tet] == 0) continue;
+    const Vec3<double> point = in_double(points.positions[row_of_place_[i]]);
+    if (!place.outside && walk_->find_again(place.tet, point)) {
+      place = walk_->place();
+      continue;
+    }
+    const auto weights = weights_in(point, corners(mesh_->positions, mesh_->tets[place.tet]));
+    std::copy(weights.begin() + 1, weights.end(), place.weights.begin());
+  }
+}
+
+template <class Real>
+void ValueFit<Real>::for_each_component(std::size_t c, const ReadRows& read,
+                                        const std::function<void()>& use) {
+  Column& column = mesh_->point_columns[columns_[c]];
+  column.type == ValueType::kFloat32 ? for_each_component_of<float>(&column, c, read, use)
+                                     : for_each_component_of<double>(&column, c, read, use);
+}
+
+template <class Real>
+template <class T, class Use>
+void ValueFit<Real>::for_each_component_of(Column* column, std::size_t c, const ReadRows& read,
+                                           const Use& use) {
   const std::size_t width = column->components;
   T* const values = reinterpret_cast<T*>(column->rows.data());
   goals_.resize(places_.size());
@@ -109,26 +237,32 @@ void ValueFit<Real>::fit_column(Column* column,
   moves_.resize(values_.size());
   for (std::size_t k = 0; k < width; ++k) {
     std::size_t piece = 0, next = 0;
-    read([&](const std::byte* rows) {
+    read(c, [&](const std::byte* rows) {
       const T* const originals = reinterpret_cast<const T*>(rows);
       for (; next < ends_[piece]; ++next) goals_[next] = originals[row_of_place_[next] * width + k];
       ++piece;
     });
     for (std::size_t v = 0; v < values_.size(); ++v) values_[v] = values[v * width + k];
-    fit_values();
+    use();
     for (const VertexId v : vertices_) values[v * width + k] = static_cast<T>(values_[v]);
   }
 }
 
 template <class Real>
 void ValueFit<Real>::fit_values() {
+  approach(kSteps);
+  const double bound = kWanted * sweep(std::numeric_limits<double>::infinity());  // adds nothing up
+  for (int i = 0; i < kCorrections && sweep(bound) > bound; ++i) move_values(0);
+}
+
+// Towards the least squares.
+template <class Real>
+void ValueFit<Real>::approach(int steps) {
   find_ranges();
-  for (int i = 0; i < kSteps; ++i) {
+  for (int i = 0; i < steps; ++i) {
     sweep(kNoCeiling);
     move_values(kFullWeight);
   }
-  const double bound = kWanted * sweep(std::numeric_limits<double>::infinity());  // adds nothing up
-  for (int i = 0; i < kCorrections && sweep(bound) > bound; ++i) move_values(0);
 }
 
 // Values that take part in an interpolation are within.

@@ -11,6 +11,7 @@
 #include "base/vector.h"
 #include "kernel/criteria.h"
 #include "kernel/tet_walk.h"
+#include "kernel/vertex_moves.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
@@ -22,6 +23,15 @@ struct PointsToFit {
   // Where to begin to look for them: inside of the mesh, on the side of a crack where they belong.
   // Empty: at the points themselves, all of which are inside.
   std::span<const Vec3<Real>> starts;
+};
+
+// Which vertices may be moved, and for what.
+struct MoveLimits {
+  // Of these fields errors count, as shares of their ranges. Each has a column that is fitted.
+  // Empty: nothing moves.
+  std::vector<SteeringField> fields;
+  double floor = 0;                   // of shapes: a mean ratio
+  std::vector<std::uint32_t> labels;  // columns of cells: what lies between others stays
 };
 
 // Fusing chooses a value by the gradients that were where the vertices came from, or interpolates,
@@ -46,6 +56,13 @@ class ValueFit {
   using UseRows = std::function<void(const std::byte* rows)>;
   using ReadRows = std::function<void(std::size_t column, const UseRows& use)>;
 
+  // Moves vertices inside of the mesh that were fused to new places, so that the errors are
+  // smaller, and their values with them; finds the points again. Calls again(take), for which
+  // take(points) is to be called as add() was.
+  using TakePoints = std::function<void(const PointsToFit<Real>& points)>;
+  void move(const MoveLimits& limits, const ReadRows& read,
+            const std::function<void(const TakePoints& take)>& again);
+
   // Fits the values of the vertices that were fused to new places, and that no other chunk has, one
   // component after another: first for small squares of the errors at the points, then for a small
   // largest one. None leaves the range of its own value and those of the points in the tetrahedra
@@ -65,9 +82,16 @@ class ValueFit {
   };
 
   bool depends_on_new(const Place& place) const;
-  template <class T>
-  void fit_column(Column* column, const std::function<void(const UseRows& use)>& read);
+  void for_each_component(std::size_t c, const ReadRows& read, const std::function<void()>& use);
+  template <class T, class Use>
+  void for_each_component_of(Column* column, std::size_t c, const ReadRows& read, const Use& use);
+  void choose_movable(const MoveLimits& limits);
+  void note_errors(double scale);
+  void take_values_along(VertexId v, const PlaceInTet& place);
+  void find_again(std::size_t piece, const PointsToFit<Real>& points);
+  Point3 gradient_in(TetId tet) const;
   void fit_values();
+  void approach(int steps);
   void find_ranges();
   double error_at(std::size_t i) const;
   double sweep(double bound);
@@ -85,6 +109,10 @@ class ValueFit {
   Vector<double> goals_;   // at each place
   Vector<double> values_;  // of each vertex
   Vector<Move> moves_;     // of each vertex
+  // Of vertices that move:
+  VertexMoves<Real> places_of_vertices_;
+  Vector<VertexId> movable_;
+  Vector<std::uint8_t> changed_;  // of each tetrahedron: has a corner moved?
 };
 
 extern template class ValueFit<float>;

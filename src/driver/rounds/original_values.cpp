@@ -197,8 +197,8 @@ std::vector<std::uint32_t> OriginalValues<Real>::columns_to_average() const {
 // Sorted by the chunk of the mesh that each point, and each centre, is in.
 template <class Real>
 FittedValues<Real>::FittedValues(const OriginalValues<Real>& original, const MacroLod<Real>& mesh,
-                                 int threads, Scratch* scratch)
-    : original_(original), mesh_(mesh) {
+                                 MoveLimits moves, int threads, Scratch* scratch)
+    : original_(original), mesh_(mesh), moves_(std::move(moves)) {
   const auto take = [&](const OriginalRows* rows, const char* name, auto position) {
     std::optional<SortedRows> sorted;
     if (rows == nullptr) return sorted;
@@ -244,16 +244,23 @@ void FittedValues<Real>::fit_points(std::uint32_t chunk, FitTools<Real>* tools,
   const bool have_starts = original_.have_starts();
   const std::size_t first_value = have_starts ? 2 : 1;
   const std::uint64_t step = step_of(points_->count(chunk), kMostPoints, mesh->tets.size());
-  tools->points.begin(mesh, original_.columns().points, &tools->walk);
-  for_each_step(*points_, chunk, step, [&](const OriginalPiece& piece, std::uint64_t first) {
+  const auto points_of = [&](const OriginalPiece& piece) {
     PointsToFit<Real> points{piece.column<Vec3<Real>>(0), {}};
     if (have_starts) points.starts = piece.column<Vec3<Real>>(1);
-    tools->points.add(points, first, step);
-  });
-  tools->points.fit([&](std::size_t column, const auto& use) {
+    return points;
+  };
+  const auto read = [&](std::size_t column, const auto& use) {
     points_->for_each_piece(
         chunk, [&](const OriginalPiece& piece) { use(piece.columns[first_value + column]); });
+  };
+  tools->points.begin(mesh, original_.columns().points, &tools->walk);
+  for_each_step(*points_, chunk, step, [&](const OriginalPiece& piece, std::uint64_t first) {
+    tools->points.add(points_of(piece), first, step);
   });
+  tools->points.move(moves_, read, [&](const auto& take) {
+    points_->for_each_piece(chunk, [&](const OriginalPiece& piece) { take(points_of(piece)); });
+  });
+  tools->points.fit(read);
 }
 
 template <class Real>

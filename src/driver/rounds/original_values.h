@@ -81,11 +81,11 @@ template <class Real>
 class FittedValues {
  public:
   // The original, of which something was put aside, and the mesh outlive this.
-  FittedValues(const OriginalValues<Real>& original, const MacroLod<Real>& mesh, int threads,
-               Scratch* scratch);
+  FittedValues(const OriginalValues<Real>& original, const MacroLod<Real>& mesh, MoveLimits moves,
+               int threads, Scratch* scratch);
 
-  // Fits the values of the chunk. Safe to call from several threads, each with its own tools. The
-  // same for any number of threads.
+  // Fits the values of the chunk, and before them the places of vertices inside of it. Safe to call
+  // from several threads, each with its own tools. The same for any number of threads.
   void fit(std::uint32_t chunk, FitTools<Real>* tools, WorkMesh<Real>* mesh);
   // Bytes of memory that takes.
   std::uint64_t memory(std::uint32_t chunk) const;
@@ -98,6 +98,7 @@ class FittedValues {
 
   const OriginalValues<Real>& original_;
   const MacroLod<Real>& mesh_;
+  const MoveLimits moves_;
   std::optional<SortedRows> points_, cells_;
   std::mutex seconds_mutex_;
   double seconds_ = 0;
