@@ -209,8 +209,9 @@ class Progress(FilterTest):
         self.assertEqual((run.GetErrorCode(), errors.messages), (USER_ERROR + 130, []))
         output = run.GetOutputDataObject(0)
         cells = [output.GetBlock(i).GetNumberOfCells() for i in range(output.GetNumberOfBlocks())]  # none since VTK 9.3
-        self.assertEqual(cells[1:], [0] * len(cells[1:]))
-        self.assertTrue(not cells or cells[0] > 0)
+        self.assertEqual(cells[2:], [0] * len(cells[2:]))
+        # The second one may have been done when it was asked.
+        self.assertTrue(not cells or (cells[0] > 0 and cells[1] in (0, cells[0])))
         run.RemoveObserver(observer)
         run.SetAbortExecute(0)  # which VTK did itself before 9.3
         run.Modified()
