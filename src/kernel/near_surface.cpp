@@ -106,7 +106,8 @@ bool NearSurface<Real>::is_in_cavity(const Tet& tet) const {
   });
 }
 
-// All faces of the affected tetrahedra whose corners lie on the boundary.
+// All faces whose corners lie on the boundary, of the affected tetrahedra and of those that come
+// next to it.
 template <class Real>
 void NearSurface<Real>::know_faces() {
   if (faces_known_) return;
@@ -131,6 +132,34 @@ void NearSurface<Real>::know_faces() {
           {{ids[c[0]], ids[c[1]], ids[c[2]]}, {at[c[0]], at[c[1]], at[c[2]]}, entry >> 2, i, k});
       if (k != 0) outline_.push_back({at[c[1]], at[c[2]]});
     }
+  }
+  if (joining_.fixed && apex_is_on) know_faces_behind();
+}
+
+// Where a tetrahedron goes that has a face on the boundary with v, the one behind it comes to the
+// surface: one of the partner's that stays as it is.
+template <class Real>
+void NearSurface<Real>::know_faces_behind() {
+  const auto ball = balls_->of(apex_, mesh_->incidence[apex_], mesh_->tets);
+  for (const TetId gone : joining_.deleted) {
+    std::array<VertexId, 3> ids{apex_, kNoVertex, kNoVertex};
+    std::size_t n = 1;
+    for (const VertexId u : mesh_->tets[gone]) {
+      if (u != joining_.v && u != apex_) ids[n++] = u;
+    }
+    if (!is_on(ids[1]) || !is_on(ids[2])) continue;
+    const auto behind = std::find_if(ball.begin(), ball.end(), [&](std::uint32_t entry) {
+      const Tet& tet = mesh_->tets[entry >> 2];
+      const auto has = [&](VertexId u) {
+        return std::find(tet.begin(), tet.end(), u) != tet.end();
+      };
+      return has(ids[1]) && has(ids[2]) && !has(joining_.v);
+    });
+    if (behind == ball.end()) continue;
+    const std::array<Point3, 3> at{about_v(joining_.position), about_v(mesh_->positions[ids[1]]),
+                                   about_v(mesh_->positions[ids[2]])};
+    faces_.push_back({ids, at, *behind >> 2, kUnaffected, 1});
+    outline_.push_back({at[1], at[2]});
   }
 }
 

@@ -34,7 +34,7 @@ class NearSurface {
     std::array<Point3, 3> at;
     TetId tet;
     std::uint32_t entry;   // of the affected ones; kUnaffected: it stays as it is
-    std::uint8_t omitted;  // the corner that is not in it, the new vertex first
+    std::uint8_t omitted;  // the corner that is not in it, the new vertex first; 0: not that one's
   };
   static constexpr std::uint32_t kUnaffected = 0xFFFFFFFFu;
   struct Hit {
@@ -76,6 +76,7 @@ class NearSurface {
   Point3 about_v(const Vec3<Real>& p) const;
   bool is_in_cavity(const Tet& tet) const;
   void know_faces();
+  void know_faces_behind();
   void look_at(const Point3& x, const std::vector<Face>& faces, std::vector<Hit>* hits) const;
   void find_ring();
   void collect_ring(VertexId u);
@@ -93,7 +94,7 @@ class NearSurface {
   VertexId apex_ = kNoVertex;
   bool moves_ = false;
   bool faces_known_ = false, ring_known_ = false;
-  std::vector<Face> faces_;  // of the affected tetrahedra
+  std::vector<Face> faces_;
   std::vector<Segment> outline_;
 
   // What touches the patch.
