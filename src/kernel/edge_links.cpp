@@ -59,11 +59,31 @@ bool EdgeLinks::are_apart(const WorkMesh<Real>& mesh, LiveBalls* balls, VertexId
       if (u != a && u != b && !has(vertices_, u) && is_near_a(u)) return false;
     }
   }
+  if (share_triangle(tets, ball_a, a, ball_b, b)) return false;
   find_other_edges(tets, ball_a, a, &other_edges_of_a_);
   if (other_edges_of_a_.empty()) return true;
   find_other_edges(tets, ball_b, b, &other_edges_of_b_);
   return std::none_of(other_edges_of_a_.begin(), other_edges_of_a_.end(),
                       [&](std::uint64_t edge) { return has(other_edges_of_b_, edge); });
+}
+
+// One of vertices of the link of the edge: two tetrahedra would be the same then.
+bool EdgeLinks::share_triangle(std::span<const Tet> tets, std::span<const std::uint32_t> ball_a,
+                               VertexId a, std::span<const std::uint32_t> ball_b,
+                               VertexId b) const {
+  if (vertices_.size() < 3) return false;
+  const auto is_of_link = [&](const Tet& tet, VertexId of) {
+    return std::ranges::all_of(tet, [&](VertexId u) { return u == of || has(vertices_, u); });
+  };
+  return std::ranges::any_of(ball_a, [&](std::uint32_t entry) {
+    const Tet& tet = tets[entry >> 2];
+    if (!is_of_link(tet, a)) return false;
+    return std::ranges::any_of(ball_b, [&](std::uint32_t other) {
+      const Tet& there = tets[other >> 2];
+      return is_of_link(there, b) &&
+             std::ranges::all_of(tet, [&](VertexId u) { return u == a || has(there, u); });
+    });
+  });
 }
 
 // Those of the vertex's link that join vertices of the link of the edge, but are none of its edges.

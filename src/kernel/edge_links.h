@@ -14,12 +14,14 @@ namespace tetfusion {
 class EdgeLinks {
  public:
   // Do the links of the two ends share the link of the edge, its vertices and edges, and nothing
-  // else? Only then faces and edges of the mesh stay apart when the two become one. All
+  // else? Only then cells, faces and edges of the mesh stay apart when the two become one. All
   // tetrahedra of both count that are in this mesh.
   template <class Real>
   bool are_apart(const WorkMesh<Real>& mesh, LiveBalls* balls, VertexId a, VertexId b);
 
  private:
+  bool share_triangle(std::span<const Tet> tets, std::span<const std::uint32_t> ball_a, VertexId a,
+                      std::span<const std::uint32_t> ball_b, VertexId b) const;
   void find_other_edges(std::span<const Tet> tets, std::span<const std::uint32_t> ball, VertexId of,
                         std::vector<std::uint64_t>* edges) const;
 
