@@ -93,8 +93,7 @@ inline double mean_of_four(double a, double b, double c, double d) {
 template <class Real>
 inline bool flips(const Vec3<Real>& x, const Vec3<Real>& b, const Vec3<Real>& c,
                   const Vec3<Real>& d) {
-  const Determinant det = determinant(x, b, c, d);
-  return !(det.value > det.error);
+  return determinant(x, b, c, d).sign() <= 0;
 }
 
 // The same for a tetrahedron one of whose corners comes to x, in the order of its corners: how sure

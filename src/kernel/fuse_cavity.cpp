@@ -15,8 +15,10 @@ namespace {
 // Obstacles are cleared by a little more than is needed.
 constexpr double kPush = 1.05;
 
-// A mean ratio from which on the sign of a volume is beyond doubt.
+// A mean ratio from which on the sign of a volume is beyond doubt, in meshes of such extents: where
+// volumes leave the range of double precision it is never.
 constexpr double kSureQuality = 1e-3;
+constexpr double kLeastExtent = 1e-76, kMostExtent = 1e96;
 
 // What double precision may make of a cubed mean ratio, with room.
 constexpr double kRoundingOfShapes = 1e-12;
@@ -26,8 +28,11 @@ double cube(double x) { return x * x * x; }
 }  // namespace
 
 template <class Real>
-auto FuseCavity<Real>::limit_of(double least) -> Limit {
-  const double sure = std::max(least, cube(kSureQuality));
+auto FuseCavity<Real>::limit_of(double least) const -> Limit {
+  const double extent = 1 / unit_;
+  const double sure = extent > kLeastExtent && extent < kMostExtent
+                          ? std::max(least, cube(kSureQuality))
+                          : std::numeric_limits<double>::infinity();
   // With room for the rounding of these numbers.
   return {
       least,

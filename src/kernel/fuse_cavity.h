@@ -72,7 +72,7 @@ class FuseCavity {
     double sure = 0;     // no less, and the sign of a volume is beyond doubt
     ShapeFloors shapes;  // the same, with some room
   };
-  static Limit limit_of(double least);
+  Limit limit_of(double least) const;
   struct Ball {
     BallShapes<Real> shapes;
     double worst = -1;  // cubed mean ratio that it has now, or more than the floor; -1: not known

@@ -36,10 +36,14 @@ bool contains(const std::array<double, 6>& box, const Vec3<double>& p) {
          p.z <= box[5];
 }
 
-double squared_length(const double* values, std::size_t count) {
+// Also where squares leave the range of double precision.
+double length_of(std::span<const double> values) {
   double sum = 0;
-  for (std::size_t k = 0; k < count; ++k) sum += values[k] * values[k];
-  return sum;
+  for (const double x : values) sum += x * x;
+  if (std::isnormal(sum)) return std::sqrt(sum);
+  double length = 0;
+  for (const double x : values) length = std::hypot(length, x);
+  return length;
 }
 
 }  // namespace
@@ -107,7 +111,11 @@ void RegionOfInterest::mark(std::span<const Vec3<Real>> positions, const ReadRow
       mark_where([&](const Vec3<double>& p) {
         const double x = p.x - sphere->centre.x, y = p.y - sphere->centre.y;
         const double z = p.z - sphere->centre.z;
-        return x * x + y * y + z * z <= sphere->radius * sphere->radius;
+        const double square = x * x + y * y + z * z, radius = sphere->radius;
+        if (std::isnormal(square) && std::isnormal(radius * radius)) {
+          return square <= radius * radius;
+        }
+        return length_of(std::array{x, y, z}) <= radius;
       });
     }
   }
@@ -125,7 +133,7 @@ void RegionOfInterest::mark_by_values(std::size_t points, const ReadRows& read,
     const Vector<double> values = to_doubles(threshold->array.type, rows);
     for (std::size_t i = 0; i < points; ++i) {
       const double value =
-          width == 1 ? values[i] : std::sqrt(squared_length(&values[i * width], width));
+          width == 1 ? values[i] : length_of(std::span(values).subspan(i * width, width));
       if (threshold->above ? value > threshold->value : value < threshold->value) inside[i] = 1;
     }
   }

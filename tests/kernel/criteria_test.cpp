@@ -28,6 +28,14 @@ TEST(Criteria, FlipsBeyondThePlaneAndOnIt) {
 }
 
 // Certain as seen from the corner that moves is not certain as seen from one that is far away.
+// As `check` sees it: a volume that is too large for a number has no sign.
+TEST(Criteria, FlipsWhereAVolumeLeavesTheRange) {
+  for (const double scale : {1.0, 1e100, 1e103}) {
+    const bool flip = flips(P{0, 0, 0}, P{scale, 0, 0}, P{0, scale, 0}, P{0, 0, scale});
+    EXPECT_EQ(flip, scale > 1e102);
+  }
+}
+
 TEST(Criteria, FlipsAreThoseOfTheCellAsItIsWritten) {
   const Vector<P> points{{1e4, 0, 1e-6}, {0, 1, 0}, {1, 0, 0}, {5, 5, 5}};
   const P x{0, 0, 0};
