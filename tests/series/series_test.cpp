@@ -157,6 +157,7 @@ TEST_F(Series, WhatIsNoNumberDoesNotSpread) {
 TEST_F(Series, WhatOnlySteersIsNotInTheResult) {
   SimplifyRequest job = request.job;
   job.input = request.inputs[0];
+  job.behaviour.fit_values = false;  // it would be where it is carried
   const auto run = [&](bool steers_only) {
     job.output = folder.file(steers_only ? "without.vtu" : "with.vtu");
     job.behaviour.arrays = {"sum"};
