@@ -158,7 +158,8 @@ void NearSurface<Real>::know_faces_behind() {
     if (behind == ball.end()) continue;
     const std::array<Point3, 3> at{about_v(joining_.position), about_v(mesh_->positions[ids[1]]),
                                    about_v(mesh_->positions[ids[2]])};
-    faces_.push_back({ids, at, *behind >> 2, kUnaffected, 1});
+    constexpr std::uint8_t kNotTheNewVertex = 1;
+    faces_.push_back({ids, at, *behind >> 2, kUnaffected, kNotTheNewVertex});
     outline_.push_back({at[1], at[2]});
   }
 }

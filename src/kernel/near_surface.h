@@ -33,8 +33,10 @@ class NearSurface {
     std::array<VertexId, 3> ids;  // the new vertex has the partner's id, if that stays, else v's
     std::array<Point3, 3> at;
     TetId tet;
-    std::uint32_t entry;   // of the affected ones; kUnaffected: it stays as it is
-    std::uint8_t omitted;  // the corner that is not in it, the new vertex first; 0: not that one's
+    std::uint32_t entry;  // of the affected ones; kUnaffected: it stays as it is
+    // The corner that is not in it: of affected ones the new vertex is the first, so that with 0
+    // it lies opposite to that.
+    std::uint8_t omitted;
   };
   static constexpr std::uint32_t kUnaffected = 0xFFFFFFFFu;
   struct Hit {

@@ -107,7 +107,7 @@ void ValueFit<Real>::move(const MoveLimits& limits, const ReadRows& read,
   if (places_.empty() || limits.fields.empty()) return;
   choose_movable(limits);
   for (int i = 0; i < kMoves && !movable_.empty(); ++i) {
-    places_of_vertices_.begin(mesh_, &walk_->balls(), movable_);
+    vertex_moves_.begin(mesh_, &walk_->balls(), movable_);
     for (const SteeringField& field : limits.fields) {
       const auto c = std::ranges::find(columns_, field.column) - columns_.begin();
       const double scale = std::ldexp(1 / field.range, field.exponent);
@@ -117,7 +117,7 @@ void ValueFit<Real>::move(const MoveLimits& limits, const ReadRows& read,
       });
     }
     changed_.assign(mesh_->tets.size(), 0);
-    const std::size_t count = places_of_vertices_.move(
+    const std::size_t count = vertex_moves_.move(
         limits.floor, changed_.data(),
         [this](VertexId v, const PlaceInTet& place) { take_values_along(v, place); });
     if (count == 0) return;
@@ -149,7 +149,7 @@ void ValueFit<Real>::choose_movable(const MoveLimits& limits) {
 
 template <class Real>
 void ValueFit<Real>::note_errors(double scale) {
-  places_of_vertices_.begin_component();
+  vertex_moves_.begin_component();
   TetId tet = kNoTet;
   Point3 gradient{};
   for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -157,9 +157,9 @@ void ValueFit<Real>::note_errors(double scale) {
     const double error = error_at(i);
     if (!std::isfinite(error)) continue;
     if (std::exchange(tet, places_[i].tet) != places_[i].tet) gradient = gradient_in(tet);
-    places_of_vertices_.add({tet, all_weights(places_[i].weights)}, error, gradient);
+    vertex_moves_.add({tet, all_weights(places_[i].weights)}, error, gradient);
   }
-  places_of_vertices_.end_component(scale);
+  vertex_moves_.end_component(scale);
 }
 
 // Of the component in hand.

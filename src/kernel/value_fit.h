@@ -110,7 +110,7 @@ class ValueFit {
   Vector<double> values_;  // of each vertex
   Vector<Move> moves_;     // of each vertex
   // Of vertices that move:
-  VertexMoves<Real> places_of_vertices_;
+  VertexMoves<Real> vertex_moves_;
   Vector<VertexId> movable_;
   Vector<std::uint8_t> changed_;  // of each tetrahedron: has a corner moved?
 };

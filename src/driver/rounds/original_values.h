@@ -1,6 +1,6 @@
 // The original's points and cells with their values, put aside at the start of a run; and at its
-// end the values of new points fitted to them (kernel/value_fit.h), and those of tetrahedra
-// averaged (kernel/cell_means.h).
+// end the places and values of new points fitted to them (kernel/vertex_moves.h, value_fit.h), and
+// the values of tetrahedra averaged (kernel/cell_means.h).
 #pragma once
 
 #include <atomic>
