@@ -2,7 +2,7 @@
 //
 //   vertices  positions, point_ids, marks, steering, quadrics, deviations (if there are any), point
 //             columns
-//   tets      corners (by place among the piece's vertices), settled (1 byte), cell columns
+//   tets      corners (by place among the piece's vertices), remembered (1 byte), cell columns
 //   removed   points: tet (by place among the piece's), positions, steering
 //
 // Of the marks kOnInterface says that the vertex lies on the interface of the round to come, and
@@ -77,7 +77,7 @@ struct PieceColumns {
       point_rows.push_back(cursor.take_bytes(header.vertices * c.stride()));
     }
     corners = cursor.template take<Tet>(header.tets);
-    settled = cursor.template take<std::uint8_t>(header.tets);
+    remembered = cursor.template take<std::uint8_t>(header.tets);
     for (const Column& c : layout.cell_columns) {
       cell_rows.push_back(cursor.take_bytes(header.tets * c.stride()));
     }
@@ -94,7 +94,7 @@ struct PieceColumns {
   Rows<float> quadrics, deviations;
   std::vector<Byte*> point_rows;
   Rows<Tet> corners;
-  Rows<std::uint8_t> settled;
+  Rows<std::uint8_t> remembered;
   std::vector<Byte*> cell_rows;
   Rows<TetId> removed_from;
   Rows<Vec3<Real>> removed_positions;
@@ -133,14 +133,14 @@ void for_each_removed(const RemovedPoints<Real>& removed, std::span<const std::u
   }
 }
 
-// Would a pass refuse the tetrahedron as a flip without looking, as nothing round it has moved
-// since?
+// Of a tetrahedron, for the next round: of fuse its grade; of tetfuse, whether a pass would refuse
+// it as a flip without looking, as nothing round it has moved since.
 template <class Real>
-bool is_settled(const WorkMesh<Real>& mesh, TetId t) {
-  const std::uint16_t flipped = mesh.flipped[t];
-  const Tet& tet = mesh.tets[t];
-  return flipped != 0 && mesh.changed[tet[0]] < flipped && mesh.changed[tet[1]] < flipped &&
-         mesh.changed[tet[2]] < flipped && mesh.changed[tet[3]] < flipped;
+std::uint8_t remembered_of(const WorkMesh<Real>& mesh, TetId t) {
+  const std::uint16_t remembered = mesh.remembered[t];
+  if (mesh.quadric_width > 0) return static_cast<std::uint8_t>(remembered);
+  const auto is_as_it_was = [&](VertexId v) { return mesh.changed[v] < remembered; };
+  return std::ranges::all_of(mesh.tets[t], is_as_it_was) ? 1 : 0;
 }
 
 }  // namespace
@@ -309,7 +309,7 @@ void ChunkScatter<Real>::put_tets(const WorkMesh<Real>& mesh, std::span<const st
   for (std::size_t i = 0; i < tets.size(); ++i) {
     const Tet& tet = mesh.tets[tets[i]];
     to.corners[i] = {local_[tet[0]], local_[tet[1]], local_[tet[2]], local_[tet[3]]};
-    to.settled[i] = is_settled(mesh, tets[i]) ? 1 : 0;
+    to.remembered[i] = remembered_of(mesh, tets[i]);
   }
   for (std::size_t c = 0; c < mesh.cell_columns.size(); ++c) {
     copy_rows(mesh.cell_columns[c], tets, to.cell_rows[c]);
@@ -427,7 +427,7 @@ void ChunkGather<Real>::take_tets(const PieceColumns<Real, const std::byte>& col
       tet[k] = new_ids_[columns.corners[i][k]];
       ++mesh->incidence[tet[k]];
     }
-    mesh->flipped[first + i] = columns.settled[i];
+    mesh->remembered[first + i] = columns.remembered[i];
   }
   for (std::size_t c = 0; c < mesh->cell_columns.size(); ++c) {
     Column& column = mesh->cell_columns[c];

@@ -91,7 +91,7 @@ void order_along_curve(const ShiftedCurve& curve, const WorkMesh<Real>& mesh, Wo
   out->tets.resize(tets.size());
   std::transform(tets.begin(), tets.end(), out->tets.begin(),
                  [&](TetId t) { return renamed(mesh.tets[t], old2new); });
-  permute(tets, mesh.flipped, 1, &out->flipped);
+  permute(tets, mesh.remembered, 1, &out->remembered);
   permute(tets, mesh.cell_columns, &out->cell_columns);
   out->deviations.clear();
   out->removed.clear();

@@ -248,8 +248,8 @@ struct Options {
   Operation method = Operation::kFuse;
   BoundaryMode boundary = BoundaryMode::kExact;  // kTetFuse: kExact
   double boundary_distance = 0;  // a share of the diagonal of the bounding box, in (0, 1)
-  // With kFuse: no new tetrahedron has a lower mean ratio, unless there was a worse one in its
-  // place; in [0, 1). Default: 0.22.
+  // With kFuse: no new tetrahedron has a lower mean ratio, or, where the input has one below it,
+  // one that is lower than that by more than a twentieth; in [0, 1). Default: 0.22.
   std::optional<double> min_quality;
   // With kFuse and a boundary that stays: integrals of floating-point arrays stay,
   // but for `regions`, whose values cells keep.

@@ -341,11 +341,11 @@ void add_limit_options(CLI::App& command, SimplifyArguments* a) {
           "whose values cells keep. With a boundary that is exact or planar")
       ->group(kCriteriaGroup);
   command
-      .add_option(
-          "--min-quality", a->min_quality,
-          "With --method fuse: no new tetrahedron has a lower mean ratio (1 is regular, 0 "
-          "flat), unless there was a worse one in its place; 0 switches that off. Default: 0.22, "
-          "which keeps new dihedral angles between 4.1 and 171.7 degrees")
+      .add_option("--min-quality", a->min_quality,
+                  "With --method fuse: no new tetrahedron has a lower mean ratio (1 is regular, 0 "
+                  "flat), unless the input has one there, and then none lower by more than a "
+                  "twentieth; 0 switches that off. Default: 0.22, which keeps other new dihedral "
+                  "angles between 4.1 and 171.7 degrees")
       ->check(not_empty)
       ->group(kCriteriaGroup);
 }

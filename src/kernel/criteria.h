@@ -28,7 +28,7 @@ enum class Reject : std::uint8_t {
   kInterface,  // a vertex on the interface of two chunks, which another round will cut elsewhere
   kQuota,      // the pass has removed what the goal allows up to here
   kError,      // it would cost more than the round allows
-  kQuality,    // an affected tetrahedron would be worse than the floor, and than all were
+  kQuality,    // an affected tetrahedron would be worse than the floor, or its cavity's grade
   kSurface,    // the surface, or one between regions, would move too far, or be torn or pinched
   kDeviation,  // a steering field would deviate too far at a point of the original
   kIntegral,   // the integral of a field would change, or a value would leave its cavity's range

@@ -20,9 +20,6 @@ constexpr double kPush = 1.05;
 constexpr double kSureQuality = 1e-3;
 constexpr double kLeastExtent = 1e-76, kMostExtent = 1e96;
 
-// What double precision may make of a cubed mean ratio, with room.
-constexpr double kRoundingOfShapes = 1e-12;
-
 double cube(double x) { return x * x * x; }
 
 }  // namespace
@@ -41,23 +38,29 @@ auto FuseCavity<Real>::limit_of(double least) const -> Limit {
 }
 
 template <class Real>
-void FuseCavity<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls, double min_quality,
+void FuseCavity<Real>::begin(WorkMesh<Real>* mesh, LiveBalls* balls, double min_quality,
                              double unit) {
   mesh_ = mesh;
   balls_ = balls;
   unit_ = unit;
-  floor_ = limit_of(cube(min_quality));
+  grades_ = ShapeGrades(min_quality);
+  floor_ = limit_of(grades_.floor());
   of_vertex_.shapes.forget();
   of_partner_.shapes.forget();
   grid_.reset(mesh->positions);
   has_none_bad_.assign(mesh->vertex_count(), false);
 }
 
+// Grades spread no further than they were made use of.
 template <class Real>
 void FuseCavity<Real>::note_fused(VertexId kept) {
-  if (was_lowered_) {
+  if (grade_ > 0) {
     for (const std::uint32_t entry : affected_) {
-      for (const VertexId v : mesh_->tets[entry >> 2]) has_none_bad_[v] = false;
+      const Tet& tet = mesh_->tets[entry >> 2];
+      const std::uint8_t grade = grades_.grade_of(cubed_mean_ratio(tet));
+      std::uint16_t& own = mesh_->remembered[entry >> 2];
+      own = std::max(own, std::uint16_t{std::min(grade, grade_)});
+      for (const VertexId v : tet) has_none_bad_[v] = false;
     }
   } else if (!fixed_) {
     has_none_bad_[kept] = true;
@@ -74,7 +77,7 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
   fixed_ = fixed;
   position_ = position;
   Ball& own = ball_of(v, &of_vertex_);
-  was_lowered_ = false;
+  grade_ = 0;
   if (!fixed && of_partner_.shapes.vertex() != partner) balls_->ask_for_tets(partner, mesh_->tets);
   if (const auto reason = judge_ball(&own, partner)) return reason;
   if (!fixed) {
@@ -88,37 +91,45 @@ template <class Real>
 auto FuseCavity<Real>::ball_of(VertexId v, Ball* ball) -> Ball& {
   if (ball->shapes.vertex() != v) {
     ball->shapes.begin(*mesh_, grid_, v, balls_->of(v, mesh_->incidence[v], mesh_->tets));
-    ball->worst = has_none_bad_[v] ? 1 : -1;
+    ball->grade.reset();
+    if (has_none_bad_[v]) ball->grade = 0;
   }
   return *ball;
 }
 
-// None comes to be below the floor unless note_fused() hears of it.
+// None comes to be below the floor unless note_fused() hears of it. What is, and has no grade yet,
+// is as it was in the input.
 template <class Real>
-double FuseCavity<Real>::worst_of(Ball* ball) {
-  if (ball->worst >= 0) return ball->worst;
+std::uint8_t FuseCavity<Real>::grade_of(Ball* ball) {
+  if (ball->grade) return *ball->grade;
   const bool may_be_bad = ball->shapes.may_have_bad(floor_.shapes);
   has_none_bad_[ball->shapes.vertex()] = !may_be_bad;
-  ball->worst = 1;
-  if (!may_be_bad) return ball->worst;
-  const auto& p = mesh_->positions;
-  for (const std::uint32_t entry : ball->shapes.entries()) {
-    const Tet& t = mesh_->tets[entry >> 2];
-    const CellShape shape = shape_of(p[t[0]], p[t[1]], p[t[2]], p[t[3]], unit_);
-    ball->worst = std::min(ball->worst, shape.cubed_mean_ratio());
+  std::uint16_t worst = 0;
+  if (may_be_bad) {
+    for (const std::uint32_t entry : ball->shapes.entries()) {
+      std::uint16_t& grade = mesh_->remembered[entry >> 2];
+      if (grade == 0) grade = grades_.grade_of(cubed_mean_ratio(mesh_->tets[entry >> 2]));
+      worst = std::max(worst, grade);
+    }
   }
-  return ball->worst;
+  ball->grade = static_cast<std::uint8_t>(worst);
+  return *ball->grade;
 }
 
-// For a ball that has something below the floor: to the worst that the cavity has. False if that
-// is not so, or has been done.
+template <class Real>
+double FuseCavity<Real>::cubed_mean_ratio(const Tet& tet) const {
+  const auto& p = mesh_->positions;
+  return shape_of(p[tet[0]], p[tet[1]], p[tet[2]], p[tet[3]], unit_).cubed_mean_ratio();
+}
+
+// For a ball that has something below the floor: to the worst grade in the cavity. False if that is
+// not so, or has been done.
 template <class Real>
 bool FuseCavity<Real>::lower_limit(Ball* ball) {
-  if (limit_.least < floor_.least || worst_of(ball) >= floor_.least) return false;
-  double worst = worst_of(&of_vertex_);
-  if (!fixed_) worst = std::min(worst, worst_of(&ball_of(partner_, &of_partner_)));
-  limit_ = limit_of(worst * (1 - kRoundingOfShapes));
-  was_lowered_ = true;
+  if (limit_.least < floor_.least || grade_of(ball) == 0) return false;
+  grade_ = grade_of(&of_vertex_);
+  if (!fixed_) grade_ = std::max(grade_, grade_of(&ball_of(partner_, &of_partner_)));
+  limit_ = limit_of(grades_.least(grade_));
   return true;
 }
 
@@ -126,7 +137,7 @@ bool FuseCavity<Real>::lower_limit(Ball* ball) {
 template <class Real>
 std::optional<Reject> FuseCavity<Real>::judge_ball(Ball* ball, VertexId other) {
   limit_ = floor_;
-  if (ball->worst >= 0) lower_limit(ball);
+  if (ball->grade) lower_limit(ball);
   BallShapes<Real>& shapes = ball->shapes;
   const auto place = shapes.place(position_);
   for (std::size_t first = 0; first < shapes.entries().size(); first += kLanes) {

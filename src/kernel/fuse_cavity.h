@@ -13,6 +13,7 @@
 #include "kernel/fusions.h"
 #include "kernel/live_balls.h"
 #include "kernel/quadric.h"
+#include "kernel/shape_grades.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
@@ -21,15 +22,16 @@ namespace tetfusion {
 template <class Real>
 class FuseCavity {
  public:
-  // The mesh and its balls outlive this; between two fusions only note_fused() changes them. See
+  // The mesh and its balls outlive this; between two fusions only note_fused() changes them. What
+  // the mesh remembers of tetrahedra are their grades, noted when they are first looked at. See
   // FuseLimits for the rest.
-  void begin(const WorkMesh<Real>* mesh, LiveBalls* balls, double min_quality, double unit);
+  void begin(WorkMesh<Real>* mesh, LiveBalls* balls, double min_quality, double unit);
 
   // Collects the cavity of v and its neighbour, which come together at the position; a partner that
   // is fixed is there already, and the tetrahedra round it stay as they are. Gives the reason if
   // they may not: an affected tetrahedron would turn over, or be worse than the floor; it may be so
   // where the vertex that it comes from has one below the floor, but no worse than the cavity's
-  // worst. The lists are of use after no reason alone.
+  // worst grade (shape_grades.h). The lists are of use after no reason alone.
   std::optional<Reject> collect(VertexId v, VertexId partner, bool fixed,
                                 const Vec3<Real>& position);
 
@@ -75,10 +77,11 @@ class FuseCavity {
   Limit limit_of(double least) const;
   struct Ball {
     BallShapes<Real> shapes;
-    double worst = -1;  // cubed mean ratio that it has now, or more than the floor; -1: not known
+    std::optional<std::uint8_t> grade;  // the worst in it, as far as is known
   };
   Ball& ball_of(VertexId v, Ball* ball);
-  double worst_of(Ball* ball);
+  std::uint8_t grade_of(Ball* ball);
+  double cubed_mean_ratio(const Tet& tet) const;
   bool lower_limit(Ball* ball);
   std::optional<Reject> judge_ball(Ball* ball, VertexId other);
   std::optional<Reject> judge_group(const BallShapes<Real>& ball, std::size_t first,
@@ -90,12 +93,13 @@ class FuseCavity {
   void list();
   VertexId nearer() const;
 
-  const WorkMesh<Real>* mesh_ = nullptr;
+  WorkMesh<Real>* mesh_ = nullptr;
   LiveBalls* balls_ = nullptr;
   double unit_ = 1;
-  Limit floor_;  // where nothing is worse
-  Limit limit_;  // of the ball that is looked at
-  bool was_lowered_ = false;
+  ShapeGrades grades_;
+  Limit floor_;             // where nothing is worse
+  Limit limit_;             // of the ball that is looked at
+  std::uint8_t grade_ = 0;  // the worst that the last cavity was allowed
   GridPositions<Real> grid_;
   VertexId partner_ = kNoVertex;
   Vec3<Real> position_{};

@@ -33,7 +33,8 @@ struct FuseLimits {
   // fields off by more than the root of an eighth of it at a vertex that goes, unless in the mean
   // the squares have been an eighth of that or more, in this round.
   double threshold = std::numeric_limits<double>::infinity();
-  // No affected tetrahedron has a lower mean ratio, unless one of the cavity had; in [0, 1).
+  // No affected tetrahedron has a lower mean ratio, or than the worst grade of its cavity allows
+  // (shape_grades.h); in [0, 1).
   double min_quality = 0;
   // No steering field deviates by more at a point of the original mesh, as a share of its range,
   // unless it has a tolerance of its own.

@@ -178,7 +178,7 @@ typename GreedyPass<Real>::FirstLook GreedyPass<Real>::look_at(TetId t, Reject* 
 // Would t be rejected as a flip again? It would while no ball of its vertices has changed since.
 template <class Real>
 bool GreedyPass<Real>::known_to_flip(TetId t) const {
-  const std::uint16_t flipped = mesh_->flipped[t];
+  const std::uint16_t flipped = mesh_->remembered[t];
   if (flipped == 0) return false;
   const Tet& tet = mesh_->tets[t];
   const auto unchanged = [&](VertexId v) {
@@ -208,7 +208,7 @@ bool GreedyPass<Real>::plan(TetId t, Reject* reason) {
   if (!prepared_) prepare();
   position_ = barycenter(corners(mesh_->positions, prey));
   if (!collect_cavity(prey)) {
-    mesh_->flipped[t] = limits_->number;
+    mesh_->remembered[t] = limits_->number;
     *reason = Reject::kFlip;
     return false;
   }

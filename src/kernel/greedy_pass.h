@@ -38,7 +38,7 @@ class GreedyPass {
  public:
   // Takes the tetrahedra in order and fuses those that the limits allow, then compacts the mesh:
   // ids are stale afterwards, their order is kept. Carried columns follow. A pure function of the
-  // mesh and the limits; what the mesh remembers of earlier passes (`changed`, `flipped`) saves
+  // mesh and the limits; what the mesh remembers of earlier passes (`changed`, `remembered`) saves
   // time and does not change the mesh that comes out. `log` may be null; each fusion is appended to
   // it.
   //

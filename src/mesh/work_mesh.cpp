@@ -53,7 +53,7 @@ void WorkMesh<Real>::resize_vertices(std::size_t vertices) {
 template <class Real>
 void WorkMesh<Real>::resize_tets(std::size_t count) {
   tets.resize(count);
-  flipped.resize(count);
+  remembered.resize(count);
   if (removed.wanted()) removed.first.resize(count, kNoPoint);
   for (Column& column : cell_columns) column.resize(count);
 }
@@ -73,7 +73,7 @@ void drop_deleted(WorkMesh<Real>* mesh) {
   for (std::size_t t = 0; t < mesh->tets.size(); ++t) {
     if (is_deleted(mesh->tets[t])) continue;
     mesh->tets[kept] = mesh->tets[t];
-    mesh->flipped[kept] = mesh->flipped[t];
+    mesh->remembered[kept] = mesh->remembered[t];
     if (mesh->removed.wanted()) mesh->removed.first[kept] = mesh->removed.first[t];
     for (Column& column : mesh->cell_columns) column.move_row(t, kept);
     ++kept;

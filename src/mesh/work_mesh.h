@@ -64,8 +64,9 @@ struct WorkMesh {
   std::vector<Column> point_columns;
 
   Vector<Tet> tets;  // all of positive volume, but for those at locked vertices
-  // The last pass that refused the tetrahedron as a flip; 0: none yet.
-  Vector<std::uint16_t> flipped;
+  // What the method remembers of each: of tetfuse the last pass that refused it as a flip, of fuse,
+  // which wants quadrics, its grade (kernel/shape_grades.h). 0: nothing yet.
+  Vector<std::uint16_t> remembered;
   RemovedPoints<Real> removed;
   std::vector<Column> cell_columns;
 

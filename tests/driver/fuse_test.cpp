@@ -13,6 +13,7 @@
 #include "io/source/mesh_source.h"
 #include "kernel/vertex_quadrics.h"
 #include "mesh/inspect.h"
+#include "mesh/quality.h"
 #include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/rounds_engine.h"
@@ -28,6 +29,7 @@ using testing::bytes_of;
 using ::testing::ElementsAre;
 using testing::five_split_cube;
 using ::testing::HasSubstr;
+using testing::kuhn_box;
 using testing::make_array;
 using testing::MeshFile;
 using testing::point_array;
@@ -76,6 +78,26 @@ TEST_F(Fuse, TheGoalIsMetFromAbove) {
   }
   request.behaviour.reduction = 0.99;
   EXPECT_EQ(run(file).stop_reason, StopReason::kSaturated);
+}
+
+// What may become of flat cells is known from round to round, wherever chunks are cut.
+TEST_F(Fuse, EvenLayersAreNeitherFrozenNorWrecked) {
+  MeshFile file;
+  file.geometry = kuhn_box(16, 16, 16);
+  for (P& p : std::get<Vector<P>>(file.geometry.points)) p.z *= 0.02;
+  file.point_arrays.push_back(
+      point_array<float>(file, "wave", [&](const P& p) { return std::sin(p.x / 5) + p.y / 3; }));
+  const auto worst = [](const Geometry& geometry) {
+    return measure_quality(geometry).mean_ratio.min;
+  };
+  request.behaviour.reduction = 0.9;
+  for (const std::uint64_t chunk_tets : {200'000, 3000}) {
+    request.behaviour.chunk_tets = chunk_tets;
+    const SimplifyReport report = run(file);
+    EXPECT_LT(report.output.tets, file.geometry.tets.size() / 2);
+    EXPECT_GT(report.lods.size(), 4u);
+    EXPECT_GE(worst(open_mesh(request.output)->read_geometry()), 0.95 * worst(file.geometry));
+  }
 }
 
 // No round is begun that could do nothing.

@@ -252,10 +252,10 @@ TEST(Rounds, RememberedFlipsChangeNothing) {
       forgetting.forget_flips();
       for (std::uint32_t c = 0; !knowing.lod.whole && c < knowing.lod.chunks; ++c) {
         const WorkMesh<double> chunk = knowing.chunk(c);
-        remembered += std::ranges::count(chunk.flipped, 1);
+        remembered += std::ranges::count(chunk.remembered, 1);
       }
       if (knowing.lod.whole) {
-        const auto& flipped = knowing.lod.whole->flipped;
+        const auto& flipped = knowing.lod.whole->remembered;
         remembered += std::ranges::count_if(flipped, [](std::uint16_t f) { return f > 0; });
       }
     }
@@ -299,7 +299,7 @@ std::size_t wrong_flips(const RoundsEngine& engine, std::size_t* remembered) {
   for (std::uint32_t c = 0; c < engine.lod.chunks; ++c) {
     const WorkMesh<double> chunk = engine.chunk(c);
     for (std::size_t t = 0; t < chunk.tets.size(); ++t) {
-      const auto is_older = [&](VertexId v) { return chunk.changed[v] < chunk.flipped[t]; };
+      const auto is_older = [&](VertexId v) { return chunk.changed[v] < chunk.remembered[t]; };
       if (!std::ranges::all_of(chunk.tets[t], is_older)) continue;
       ++*remembered;
       wrong += flips(mesh, balls, *by_number.at(testing::tet_numbers(chunk)[t])) ? 0 : 1;

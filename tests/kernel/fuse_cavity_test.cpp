@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernel/shape_grades.h"
 #include "support/fuse_meshes.h"
 
 namespace tetfusion {
@@ -117,9 +118,9 @@ double cubed_mean_ratio(const std::array<Vec3<double>, 4>& p) {
 }
 
 // On a mesh so flat that many cells are below the floor: what comes is no worse than the floor, or
-// than the worst that is there, and only a ball that has something below the floor gets more of it.
-// Nothing else is refused. Where fusions are done, what is known of balls follows.
-TEST(FuseCavity, NothingGetsWorseThanTheWorst) {
+// than the worst grade that is there, and only a ball that has something below the floor gets more
+// of it. Nothing else is refused. Where fusions are done, what is known of balls follows.
+TEST(FuseCavity, NothingGetsWorseThanTheWorstGrade) {
   constexpr double kFloor = 0.3;
   Geometry flat = testing::five_split_cube(7, 0.3, 5);
   for (auto& p : std::get<Vector<Vec3<double>>>(flat.points)) p.z *= p.x < 3.5 ? 0.35 : 0.8;
@@ -133,14 +134,20 @@ TEST(FuseCavity, NothingGetsWorseThanTheWorst) {
     return cubed_mean_ratio({mesh.positions[tet[0]], mesh.positions[tet[1]], mesh.positions[tet[2]],
                              mesh.positions[tet[3]]});
   };
+  const ShapeGrades grades(kFloor);
+  std::vector<std::uint8_t> grade_of;  // of tetrahedra
+  for (const Tet& tet : mesh.tets) grade_of.push_back(grades.grade_of(shape_of(tet)));
   struct Ball {
     double now = 1, then = 1;  // the worst
+    std::uint8_t grade = 0;
   };
   const auto look = [&](VertexId v, VertexId partner, const Vec3<double>& position) {
     Ball ball;
     for (const Tet& tet : mesh.tets) {
       if (is_deleted(tet) || std::ranges::count(tet, v) == 0) continue;
       ball.now = std::min(ball.now, shape_of(tet));
+      ball.grade =
+          std::max(ball.grade, grade_of[static_cast<std::size_t>(&tet - mesh.tets.data())]);
       if (std::ranges::count(tet, partner) != 0) continue;
       std::array<Vec3<double>, 4> corners;
       for (std::size_t i = 0; i < 4; ++i) {
@@ -162,10 +169,10 @@ TEST(FuseCavity, NothingGetsWorseThanTheWorst) {
     const Vec3<double> at{a.x + share * (b.x - a.x), a.y + share * (b.y - a.y),
                           a.z + share * (b.z - a.z)};
     const Ball one = look(v, partner, at), other = look(partner, v, at);
-    const double worst = std::min(one.now, other.now);
+    const std::uint8_t grade = std::max(one.grade, other.grade);
     bool expected = true, is_close = false;
     for (const Ball& ball : {one, other}) {
-      const double limit = ball.now < floor ? std::min(floor, worst) : floor;
+      const double limit = ball.now < floor ? grades.least(grade) : floor;
       expected = expected && ball.then >= limit;
       is_close = is_close || std::abs(ball.then - limit) < 1e-6 * limit;
     }
@@ -191,6 +198,12 @@ TEST(FuseCavity, NothingGetsWorseThanTheWorst) {
     mesh.incidence[kept] = static_cast<std::uint32_t>(affected.size());
     mesh.positions[kept] = at;
     cavity.note_fused(kept);
+    for (const std::uint32_t entry : affected) {
+      const std::uint8_t own = grades.grade_of(shape_of(mesh.tets[entry >> 2]));
+      ASSERT_LE(grades.least(grade), shape_of(mesh.tets[entry >> 2]) * (1 + 1e-6));
+      std::uint8_t& noted = grade_of[entry >> 2];
+      noted = std::max(noted, std::min(own, grade));
+    }
   }
   EXPECT_GT(allowed, 50);
   EXPECT_GT(refused, 50);

@@ -244,7 +244,7 @@ TEST(GreedyPass, RememberedFlipsChangeNothing) {
     if (i == 3) limits.quota = 40;
     const PassStatistics s = pass.run(limits, {}, &a);
     b.changed.assign(b.changed.size(), 0);
-    b.flipped.assign(b.flipped.size(), 0);
+    b.remembered.assign(b.remembered.size(), 0);
     const PassStatistics t = GreedyPass<double>().run(limits, {}, &b);
     EXPECT_EQ(s.fused, t.fused);
     EXPECT_EQ(s.labelled, t.labelled);

@@ -229,13 +229,14 @@ TEST(ChunkPieces, SettledTetrahedraAreThoseThatNobodyTouched) {
         touched_between.insert(chunk.point_ids[v]);
       }
     }
-    for (std::size_t t = 0; t < chunk.tets.size(); ++t) chunk.flipped[t] = pick(3, t, 7);
+    for (std::size_t t = 0; t < chunk.tets.size(); ++t) chunk.remembered[t] = pick(3, t, 7);
   }
   for (const auto& chunk : chunks) {
     const auto numbers = testing::tet_numbers(chunk);
     for (std::size_t t = 0; t < chunk.tets.size(); ++t) {
       const bool same = std::ranges::all_of(chunk.tets[t], [&](VertexId v) {
-        return chunk.changed[v] < chunk.flipped[t] && !touched_between.contains(chunk.point_ids[v]);
+        return chunk.changed[v] < chunk.remembered[t] &&
+               !touched_between.contains(chunk.point_ids[v]);
       });
       if (same) settled.insert(numbers[t]);
     }
@@ -247,15 +248,41 @@ TEST(ChunkPieces, SettledTetrahedraAreThoseThatNobodyTouched) {
   for (const auto& chunk : next) {
     const auto numbers = testing::tet_numbers(chunk);
     for (std::size_t t = 0; t < chunk.tets.size(); ++t) {
-      EXPECT_LT(chunk.flipped[t], kFirstPassNumber);
+      EXPECT_LT(chunk.remembered[t], kFirstPassNumber);
       const bool same = std::ranges::all_of(
-          chunk.tets[t], [&](VertexId v) { return chunk.changed[v] < chunk.flipped[t]; });
+          chunk.tets[t], [&](VertexId v) { return chunk.changed[v] < chunk.remembered[t]; });
       if (same) remembered.insert(numbers[t]);
     }
   }
   EXPECT_EQ(remembered, settled);
   EXPECT_GT(settled.size(), 20u);
   EXPECT_LT(settled.size(), mesh.tets.size() / 2);
+}
+
+// Of fuse, which wants quadrics, what is remembered are grades.
+TEST(ChunkPieces, GradesStayWithTheirTetrahedra) {
+  auto mesh = testing::to_work_mesh(testing::five_split_cube(8, 0.2));
+  testing::number_tets(&mesh);
+  mesh.quadric_width = 1;
+  mesh.quadrics.assign(mesh.vertex_count(), 0);
+  const auto grade_of = [](TetId number) { return static_cast<std::uint16_t>(number % 256); };
+  const auto scratch = memory_scratch();
+  auto chunks = gather_all(testing::cut_up(mesh, 6, 0, scratch.get()), layout_of(mesh));
+  for (auto& chunk : chunks) {
+    const auto numbers = testing::tet_numbers(chunk);
+    for (std::size_t t = 0; t < chunk.tets.size(); ++t) chunk.remembered[t] = grade_of(numbers[t]);
+  }
+  std::size_t count = 0;
+  for (const auto& chunk :
+       gather_all(testing::cut_anew(chunks, testing::cut_evenly(mesh, 5, 3), scratch.get(), "next"),
+                  layout_of(mesh))) {
+    const auto numbers = testing::tet_numbers(chunk);
+    count += numbers.size();
+    for (std::size_t t = 0; t < chunk.tets.size(); ++t) {
+      ASSERT_EQ(chunk.remembered[t], grade_of(numbers[t]));
+    }
+  }
+  EXPECT_EQ(count, mesh.tets.size());
 }
 
 TEST(ChunkPieces, RefuseAnotherLayoutAndAnotherTable) {

@@ -69,7 +69,7 @@ TEST(OrderAlongCurve, ForgetsThePointsRemovedFromAnotherMesh) {
   WorkMesh<float> mesh = cloud(grid(2));
   mesh.resize_tets(1);
   mesh.tets[0] = {0, 1, 2, 4};
-  mesh.flipped.assign(1, 0);
+  mesh.remembered.assign(1, 0);
   WorkMesh<float> out;
   out.removed.reset(1);
   out.removed.push(0, out.removed.add(1, 0));
@@ -113,7 +113,7 @@ TEST(OrderAlongCurve, PutsTetrahedraByTheirSmallestVertexStably) {
       tet[k] = static_cast<VertexId>(27 * testing::uniform(3, 4 * t + k));
     }
   }
-  mesh.flipped.assign(200, 0);
+  mesh.remembered.assign(200, 0);
   testing::number_tets(&mesh);
   const WorkMesh<float> out = ordered(mesh);
   Vector<VertexId> new_ids(27);
@@ -140,7 +140,7 @@ TEST(OrderAlongCurve, KeepsTheMeshAndAllThatItKnows) {
   }
   mesh.point_columns = {make_column(3, triples)};
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    mesh.flipped[t] = static_cast<std::uint16_t>(t % 5);
+    mesh.remembered[t] = static_cast<std::uint16_t>(t % 5);
   }
   for (const std::uint32_t round : {0u, 1u, 17u}) {
     const WorkMesh<double> out = ordered(mesh, round);
@@ -149,7 +149,7 @@ TEST(OrderAlongCurve, KeepsTheMeshAndAllThatItKnows) {
     const auto numbers = testing::tet_numbers(out);
     VertexId last = 0;
     for (std::size_t t = 0; t < out.tets.size(); ++t) {
-      EXPECT_EQ(out.flipped[t], mesh.flipped[numbers[t]]);
+      EXPECT_EQ(out.remembered[t], mesh.remembered[numbers[t]]);
       const VertexId first = *std::min_element(out.tets[t].begin(), out.tets[t].end());
       EXPECT_GE(first, last);
       last = first;

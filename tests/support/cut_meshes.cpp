@@ -231,7 +231,7 @@ WorkMesh<Real> join(const std::vector<WorkMesh<Real>>& chunks) {
       copy_removed(chunk, t, to, &mesh);
     }
   }
-  mesh.flipped.assign(tets, 0);
+  mesh.remembered.assign(tets, 0);
   count_incidence(&mesh);
   return mesh;
 }

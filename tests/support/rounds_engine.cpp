@@ -62,7 +62,7 @@ WorkMesh<double> RoundsEngine::chunk(std::uint32_t c) const {
 
 void RoundsEngine::forget_flips() {
   if (lod.whole) {
-    std::ranges::fill(lod.whole->flipped, std::uint16_t{0});
+    std::ranges::fill(lod.whole->remembered, std::uint16_t{0});
     return;
   }
   auto pieces = scratch_->begin("forgotten-" + std::to_string(settings.number));
@@ -70,7 +70,7 @@ void RoundsEngine::forget_flips() {
   Vector<InterfaceReport> reports;
   for (std::uint32_t c = 0; c < lod.chunks; ++c) {
     WorkMesh<double> mesh = chunk(c);
-    std::ranges::fill(mesh.flipped, std::uint16_t{0});
+    std::ranges::fill(mesh.remembered, std::uint16_t{0});
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
       if ((mesh.marks[v] & kOnInterface) == 0) continue;
       reports.push_back({mesh.point_ids[v], c, c, 0, false});

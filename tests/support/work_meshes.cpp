@@ -23,7 +23,7 @@ WorkMesh<Real> convert(Geometry geometry) {
   mesh.tets = geometry.tets;
   mesh.point_ids = count_up<VertexId>(mesh.vertex_count());
   mesh.changed.assign(mesh.vertex_count(), 0);
-  mesh.flipped.assign(mesh.tets.size(), 0);
+  mesh.remembered.assign(mesh.tets.size(), 0);
   count_incidence(&mesh);
   mark_near_boundary(&mesh);
   return mesh;

@@ -71,7 +71,7 @@ template <class Real>
 void ChunkLoader<Real>::read_tets(const std::vector<std::span<const std::byte>>& pieces) {
   const std::size_t all = items_in(pieces);
   raw_.resize_tets(all);
-  raw_.flipped.assign(all, 0);
+  raw_.remembered.assign(all, 0);
   std::size_t at = 0;
   for (const std::span<const std::byte> piece : pieces) {
     RowReader reader(piece);

@@ -51,8 +51,8 @@ struct BehaviourOptions {
   // beyond.
   double max_volume = std::numeric_limits<double>::infinity();
 
-  // With kFuse: no new tetrahedron has a lower mean ratio, unless there was a worse one in the
-  // cavity; in [0, 1).
+  // With kFuse: no new tetrahedron has a lower mean ratio, or, where the input has one below it,
+  // one that is lower than that by more than a twentieth; in [0, 1).
   double min_quality = 0.22;
   // With kFuse: what a fusion may do to the steering fields, in the mean of squares, as a share of
   // their range; > 0. Absent: anything.

@@ -201,7 +201,7 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
       std::numeric_limits<std::uint16_t>::max() - std::uint32_t{kFirstPassNumber};
   limits.number = static_cast<std::uint16_t>(settings.number % kNumbers + kFirstPassNumber);
   if (limits.number == kFirstPassNumber) {  // what the mesh remembers is by number
-    std::fill(whole.flipped.begin(), whole.flipped.end(), std::uint16_t{0});
+    std::fill(whole.remembered.begin(), whole.remembered.end(), std::uint16_t{0});
   }
   if (limits.boundary_rule == BoundaryRule::kTets) mark_near_boundary(&whole);
   RoundStatistics statistics;
