@@ -17,6 +17,7 @@ from measure import MIB, Run, print_table, write_csv
 BALL = [sys.executable, pathlib.Path(__file__).with_name("ball.py"), "--tets"]
 MADE = {"ball1m": [*BALL, "1M"], "ball1m_ordered": [*BALL, "1M", "--ordered"],
         "ball10m": [*BALL, "10.2M"], "ball10m_ordered": [*BALL, "10.2M", "--ordered"],
+        "layers1m": [sys.executable, pathlib.Path(__file__).with_name("layers.py"), "--tets", "1M"],
         "five1m": ["TETFUSION", "generate", "five", "--tets", "1M", "--jitter", "0.3", "--quiet", "-o"]}
 # VTK's least volume is not relative: as large beside the tetrahedra of the ten times finer ball as beside those of the other.
 VTK_OPTIONS = {"ball10m": "--scale 2.16", "ball10m_ordered": "--scale 2.16"}

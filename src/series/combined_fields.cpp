@@ -40,12 +40,18 @@ Vector<double> read_rows(const MeshStream& stream, std::size_t index, const Arra
 CombinedFields::CombinedFields(const std::string& folder, const std::vector<SteeringChoice>& arrays,
                                const MeshDescription& first, const PointSet* used,
                                std::size_t steps, const Settings& settings)
-    : arrays_(arrays), used_(used), sums_(std::min(steps, settings.sums)), way_(settings.way) {
+    : arrays_(arrays),
+      used_(used),
+      alone_(settings.alone),
+      sums_(std::min(steps, settings.sums)),
+      fields_(sums_ + alone_.size()),
+      way_(settings.way) {
   std::uint64_t bytes = 0;
   for (const SteeringChoice& array : arrays_) {
     const std::uint32_t components = first.point_data.arrays[array.index].components;
-    for (std::size_t k = 0; k < sums_; ++k) {
-      infos_.push_back({fmt::format("{} (sum {} of {})", array.name, k + 1, sums_),
+    for (std::size_t k = 0; k < fields_; ++k) {
+      infos_.push_back({k < sums_ ? fmt::format("{} (sum {} of {})", array.name, k + 1, sums_)
+                                  : fmt::format("{} (step {})", array.name, alone_[k - sums_]),
                         ValueType::kFloat64,
                         components,
                         {},
@@ -107,23 +113,31 @@ std::optional<double> CombinedFields::measure(const Source& source, const MeshSt
 
 void CombinedFields::add(std::size_t step, const MeshDescription& mesh, const MeshStream& stream,
                          const RunContext& context) {
+  const auto alone = std::ranges::find(alone_, step);
   for (std::size_t a = 0; a < arrays_.size(); ++a) {
-    const std::size_t field = a * sums_ + sum_of(step);
+    const std::size_t field = a * fields_ + sum_of(step);
     const Source source = find(arrays_[a], infos_[field].components, mesh);
     const std::optional<double> range = measure(source, stream, context);
     // A step without any value has none to lose.
     if (!range) continue;
     // A field without a range may still have points without a value, which are to have none.
     const double factor = *range > 0 ? sign_of(step, way_) / *range : 0;
-    Vector<double> sums;
     for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
       const Vector<double> rows = read_rows(stream, source.index, source.info, first, count);
-      sums.resize(rows.size());
-      file_->read(offset(field, first), std::as_writable_bytes(std::span(sums)));
-      for (std::size_t i = 0; i < rows.size(); ++i) sums[i] += factor * rows[i];
-      file_->write(offset(field, first), std::as_bytes(std::span(sums)));
+      add_rows(field, first, rows, factor);
+      if (alone == alone_.end()) return;
+      const auto place = static_cast<std::size_t>(alone - alone_.begin());
+      add_rows(a * fields_ + sums_ + place, first, rows, factor);
     });
   }
+}
+
+void CombinedFields::add_rows(std::size_t field, std::uint64_t first, const Vector<double>& rows,
+                              double factor) {
+  Vector<double> sums(rows.size());
+  file_->read(offset(field, first), std::as_writable_bytes(std::span(sums)));
+  for (std::size_t i = 0; i < rows.size(); ++i) sums[i] += factor * rows[i];
+  file_->write(offset(field, first), std::as_bytes(std::span(sums)));
 }
 
 void CombinedFields::finish(const RunContext& context) {

@@ -16,8 +16,9 @@ namespace tetfusion {
 
 // Of each array that steers there are a few fields, or as many as steps if these are fewer: sums of
 // the steps' values, each as a share of its range in that step, with signs; a step is in one sum,
-// and those that follow each other in different ones. They lie on the disk, and memory does not
-// grow with the mesh but for windows, nor with the number of steps.
+// and those that follow each other in different ones. A few steps may be fields by themselves, too.
+// They lie on the disk, and memory does not grow with the mesh but for windows, nor with the number
+// of steps.
 class CombinedFields {
  public:
   // How many sums, and in which of many ways: in another one steps have other signs, and meet
@@ -25,6 +26,7 @@ class CombinedFields {
   struct Settings {
     std::size_t sums = 1;
     std::uint64_t way = 0;
+    std::vector<std::size_t> alone = {};  // steps that are fields by themselves, each once
   };
 
   // The arrays are point arrays of `first`; for so many steps of a mesh with so many points, of
@@ -46,7 +48,7 @@ class CombinedFields {
 
   // Float64; a field that is the same everywhere is among them.
   const std::vector<ArrayInfo>& fields() const { return infos_; }
-  std::size_t array_of(std::size_t field) const { return field / sums_; }
+  std::size_t array_of(std::size_t field) const { return field / fields_; }
   double range(std::size_t field) const { return ranges_[field]; }  // in steps' ranges
   // Its rows from `first` on, as many as there is room for.
   void read(std::size_t field, std::uint64_t first, std::span<std::byte> out) const;
@@ -61,6 +63,7 @@ class CombinedFields {
   // Nothing where no point has a value.
   std::optional<double> measure(const Source& source, const MeshStream& stream,
                                 const RunContext& context) const;
+  void add_rows(std::size_t field, std::uint64_t first, const Vector<double>& rows, double factor);
   void take_gaps(std::size_t from, std::size_t to, const RunContext& context);
   std::uint64_t offset(std::size_t field, std::uint64_t row) const {
     return starts_[field] + row * infos_[field].components * sizeof(double);
@@ -68,7 +71,8 @@ class CombinedFields {
 
   const std::vector<SteeringChoice> arrays_;
   const PointSet* used_;
-  const std::size_t sums_;  // of each array
+  const std::vector<std::size_t> alone_;
+  const std::size_t sums_, fields_;  // of each array
   const std::uint64_t way_;
   std::vector<ArrayInfo> infos_;
   std::vector<std::uint64_t> starts_;

@@ -62,7 +62,7 @@ class SharedSeries {
   bool tries_without_bounds() const;
   bool has_goal() const { return job_.behaviour.reduction || job_.behaviour.tets; }
   double bound_of(const SteeringChoice& array) const;
-  BoundSearch::Worst fit_steps();
+  std::vector<BoundSearch::Worst> fit_steps();
   BoundSearch::Worst note_errors(std::size_t step, const std::vector<ArrayFit>& fits,
                                  const std::vector<MovedArray>& moved);
   void write();
@@ -171,7 +171,7 @@ void SharedSeries::simplify_within_bounds() {
   if (simplify_without_bounds()) return;
   for (;;) {
     simplify_once(search_.share());
-    const BoundSearch::Worst worst = fit_steps();
+    const std::vector<BoundSearch::Worst> worst = fit_steps();
     const SimplifyReport& run = report_.runs[0];
     const bool reached = run.has_goal && run.stop_reason == StopReason::kGoal;
     const BoundSearch::Next next = search_.after(report_.tries, worst, reached, context_);
@@ -186,7 +186,8 @@ bool SharedSeries::simplify_without_bounds() {
   if (!tries_without_bounds()) return false;
   try {
     simplify_once(std::nullopt);
-    if (fit_steps().used <= 1) return true;
+    const auto is_kept = [](const BoundSearch::Worst& step) { return step.used <= 1; };
+    if (std::ranges::all_of(fit_steps(), is_kept)) return true;
   } catch (const OutOfReach&) {  // nothing was written
   }
   context_.say("the goal alone would break the bound on the error: once more, with bounds");
@@ -265,8 +266,9 @@ double SharedSeries::bound_of(const SteeringChoice& array) const {
   return array.tolerance.value_or(limits.max_error);
 }
 
-// Fits the values of the arrays that steer to each step, and puts them aside.
-BoundSearch::Worst SharedSeries::fit_steps() {
+// Fits the values of the arrays that steer to each step, and puts them aside. What of each step is
+// worst.
+std::vector<BoundSearch::Worst> SharedSeries::fit_steps() {
   const MapCounts& result = map_->counts();
   const StepMemory needs = step_memory(result.points, result.cells, steps_->widths());
   if (!have_room_for_two(needs, job_.performance.memory)) at_once_ = 1;
@@ -283,9 +285,7 @@ BoundSearch::Worst SharedSeries::fit_steps() {
     worst[i] = note_errors(i, fits, fitted_->add(i, files_.open(i).get(), quiet));
     context.report("fitting", 0, 1, ++done, files_.count());
   });
-  return *std::max_element(
-      worst.begin(), worst.end(),
-      [](const BoundSearch::Worst& a, const BoundSearch::Worst& b) { return a.used < b.used; });
+  return worst;
 }
 
 BoundSearch::Worst SharedSeries::note_errors(std::size_t step, const std::vector<ArrayFit>& fits,

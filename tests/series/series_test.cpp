@@ -271,6 +271,30 @@ TEST_F(Series, ATightBoundHasASayInTheGoal) {
   for (const StepReport& step : report.steps) EXPECT_LE(step.arrays[0].max, 0.004);
 }
 
+// Where what comes back after eight steps gets another sign, the sum of both is nothing.
+TEST_F(Series, StepsBeyondTheirBoundAreHeldByThemselves) {
+  std::vector<std::string> said;
+  RunContext context;
+  context.notice = [&](std::string_view text) { said.emplace_back(text); };
+  request.inputs.clear();
+  for (int i = 0; i < 16; ++i) {
+    MeshFile file;
+    file.geometry = testing::five_split_cube(10, 0.2, 4);
+    file.point_arrays.push_back(testing::point_array<double>(file, "wave", [&](const P& p) {
+      return std::tanh(2 * (p.x - 1.2 * (i % 8))) + 0.1 * std::sin(p.y);
+    }));
+    request.inputs.push_back(folder.file("front_" + std::to_string(100 + i) + ".vtu"));
+    file.write(request.inputs.back());
+  }
+  request.job.behaviour.reduction.reset();
+  request.job.behaviour.max_error = 0.03;
+  const SeriesReport report = simplify_series(request, context);
+  EXPECT_THAT(said, ::testing::Contains(HasSubstr("a bound for the worst steps themselves")));
+  ASSERT_EQ(report.steps.size(), 16u);
+  for (const StepReport& step : report.steps) EXPECT_LE(step.arrays[0].max, 0.03);
+  EXPECT_LT(report.runs[0].output.tets, report.runs[0].input.tets * 9 / 10);
+}
+
 TEST_F(Series, AFittedLinearFieldStaysLinear) {
   const MapFile map = simplify_with_map();
   const PointWeights weights(map, "");
