@@ -25,11 +25,6 @@ double mean_of_ascending(std::array<double, 4> x) {
   return ((x[0] + x[1]) + (x[2] + x[3])) / 4;
 }
 
-std::uint64_t hash_of(const Vec3<double>& p) {
-  std::uint64_t hash = 0;
-  for (const double x : {p.x, p.y, p.z}) hash = mix(hash ^ std::bit_cast<std::uint64_t>(x));
-  return hash;
-}
 std::uint32_t tag_of(std::uint64_t hash) { return static_cast<std::uint32_t>(hash >> 32); }
 
 }  // namespace
@@ -43,6 +38,20 @@ Vec3<double> centre_of(const Vector<Vec3<Real>>& positions, const Tet& tet) {
 }
 
 template <class Real>
+std::uint64_t corners_hash(const Vector<Vec3<Real>>& positions, const Tet& tet) {
+  std::uint64_t sum = 0;
+  for (const VertexId v : tet) {
+    const Vec3<Real>& p = positions[v];
+    std::uint64_t hash = 0;
+    for (const double x : {double{p.x}, double{p.y}, double{p.z}}) {
+      hash = mix(hash ^ std::bit_cast<std::uint64_t>(x));
+    }
+    sum += hash;
+  }
+  return sum;
+}
+
+template <class Real>
 double volume_of(const Vector<Vec3<Real>>& positions, const Tet& tet) {
   const Determinant volume = determinant(positions, tet);
   return volume.sign() > 0 ? volume.value : 0;
@@ -50,6 +59,8 @@ double volume_of(const Vector<Vec3<Real>>& positions, const Tet& tet) {
 
 template Vec3<double> centre_of(const Vector<Vec3<float>>&, const Tet&);
 template Vec3<double> centre_of(const Vector<Vec3<double>>&, const Tet&);
+template std::uint64_t corners_hash(const Vector<Vec3<float>>&, const Tet&);
+template std::uint64_t corners_hash(const Vector<Vec3<double>>&, const Tet&);
 template double volume_of(const Vector<Vec3<float>>&, const Tet&);
 template double volume_of(const Vector<Vec3<double>>&, const Tet&);
 
@@ -73,45 +84,43 @@ void CellMeans<Real>::begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t>
   }
   tet_of_.clear();
   added_.clear();
-  list_places();
+  list_tets();
 }
 
-// Of two in one place, both stay: they lie over each other.
+// Of two in one place, both stay.
 template <class Real>
-void CellMeans<Real>::list_places() {
+void CellMeans<Real>::list_tets() {
   slots_.assign(std::bit_ceil(2 * enough_.size() + 1), {});
   for (TetId t = 0; t < enough_.size(); ++t) {
     const double volume = volume_of(mesh_->positions, mesh_->tets[t]);
     enough_[t] = volume > 0 ? kEnough * volume : kNever;
     if (!(volume > 0)) continue;
-    const Vec3<double> centre = centre_of(mesh_->positions, mesh_->tets[t]);
-    Slot& slot = slot_of(centre);
+    const std::uint64_t hash = corners_hash(mesh_->positions, mesh_->tets[t]);
+    Slot& slot = slot_of(hash);
     if (slot.tet == kNoTet) {
-      slot = {t, tag_of(hash_of(centre))};
+      slot = {t, tag_of(hash)};
     } else {
       enough_[slot.tet] = enough_[t] = kNever;
     }
   }
 }
 
-// That of the tetrahedron with this centre, or where it would be.
+// That of the tetrahedron with these corners, or where it would be.
 template <class Real>
-auto CellMeans<Real>::slot_of(const Vec3<double>& centre) -> Slot& {
-  const std::uint64_t hash = hash_of(centre);
+auto CellMeans<Real>::slot_of(std::uint64_t hash) -> Slot& {
   for (std::uint64_t i = hash;; ++i) {
     Slot& slot = slots_[i & (slots_.size() - 1)];
     if (slot.tet == kNoTet) return slot;
     if (slot.tag != tag_of(hash)) continue;
-    const Vec3<double> own = centre_of(mesh_->positions, mesh_->tets[slot.tet]);
-    if (own.x == centre.x && own.y == centre.y && own.z == centre.z) return slot;
+    if (corners_hash(mesh_->positions, mesh_->tets[slot.tet]) == hash) return slot;
   }
 }
 
 // Is the cell one of the tetrahedra? Wherever a walk would find it: meshes may overlap themselves.
 template <class Real>
-bool CellMeans<Real>::is_left(const Vec3<double>& centre, double volume) {
-  const TetId tet = slot_of(centre).tet;
-  if (tet == kNoTet || volume_of(mesh_->positions, mesh_->tets[tet]) != volume) return false;
+bool CellMeans<Real>::is_left(std::uint64_t hash) {
+  const TetId tet = slot_of(hash).tet;
+  if (tet == kNoTet) return false;
   enough_[tet] = kNever;
   return true;
 }
@@ -126,8 +135,7 @@ void CellMeans<Real>::add(const CellsToAverage& cells, std::uint64_t first, std:
         region_keys(label.type, {cells.labels[k], cells.centres.size() * label.stride()}));
   }
   for (std::uint64_t i = first; i < cells.centres.size(); i += step) {
-    const Vec3<double>& centre = cells.centres[i];
-    const bool counts = !is_left(centre, cells.volumes[i]) && walk_->find(centre) &&
+    const bool counts = !is_left(cells.hashes[i]) && walk_->find(cells.centres[i]) &&
                         is_in_region_of(walk_->place().tet, keys, i);
     tet_of_.push_back(counts ? walk_->place().tet : kNoTet);
   }

@@ -17,6 +17,10 @@ namespace tetfusion {
 template <class Real>
 Vec3<double> centre_of(const Vector<Vec3<Real>>& positions, const Tet& tet);
 
+// By which tetrahedra with other corners are told apart, whatever their order.
+template <class Real>
+std::uint64_t corners_hash(const Vector<Vec3<Real>>& positions, const Tet& tet);
+
 // Six times that of the tetrahedron, as it is rounded; not positive where that may be.
 template <class Real>
 double volume_of(const Vector<Vec3<Real>>& positions, const Tet& tet);
@@ -25,6 +29,7 @@ double volume_of(const Vector<Vec3<Real>>& positions, const Tet& tet);
 struct CellsToAverage {
   std::span<const Vec3<double>> centres;  // centre_of()
   std::span<const double> volumes;        // volume_of()
+  std::span<const std::uint64_t> hashes;  // corners_hash()
   std::vector<const std::byte*> labels;   // rows of each label
 };
 
@@ -66,7 +71,7 @@ class CellMeans {
     double mean = 0, weight = 0;
     double lost = 0, other = 0;
   };
-  // A tetrahedron in the table of places, with a part of its hash.
+  // A tetrahedron in the table of those there are, with a part of its hash.
   struct Slot {
     TetId tet = kNoTet;
     std::uint32_t tag = 0;
@@ -76,9 +81,9 @@ class CellMeans {
     std::uint64_t first, step, end;
   };
 
-  void list_places();
-  Slot& slot_of(const Vec3<double>& centre);
-  bool is_left(const Vec3<double>& centre, double volume);
+  void list_tets();
+  Slot& slot_of(std::uint64_t hash);
+  bool is_left(std::uint64_t hash);
   using Keys = std::vector<Vector<std::uint64_t>>;  // of each label, of each tetrahedron or cell
   bool is_in_region_of(TetId tet, const Keys& keys, std::uint64_t cell) const;
   template <class T>
@@ -90,7 +95,7 @@ class CellMeans {
   std::vector<std::uint32_t> columns_, labels_;
   Keys keys_;
   Vector<double> enough_;  // volume of cells, for each tetrahedron; infinite: it keeps what it has
-  Vector<Slot> slots_;     // of the others, by their centres; a power of two
+  Vector<Slot> slots_;     // of the others, by their hashes; a power of two
   Vector<TetId> tet_of_;   // of each cell that was looked at; kNoTet: it does not count
   std::vector<Added> added_;
   Vector<Mean> means_;  // of the component in hand

@@ -34,6 +34,23 @@ class StartGrid {
   // One with volume, in the point's cell or, where that has none, in one beside it or further away;
   // kNoTet: there is none.
   TetId near(const Vec3<double>& point) const { return start_of_[cell_of(point)]; }
+  // Calls use(tet) with the same of the cells round the point's, as long as that gives false; gives
+  // whether it did not.
+  template <class Use>
+  bool any_around(const Vec3<double>& point, Use use) const {
+    const std::size_t cell = cell_of(point);
+    const std::array<std::size_t, 3> at{cell % size_, cell / size_ % size_, cell / size_ / size_};
+    const auto first = [&](std::size_t a) { return at[a] - (at[a] > 0 ? 1 : 0); };
+    const auto end = [&](std::size_t a) { return std::min(at[a] + 2, size_); };
+    for (std::size_t z = first(2); z < end(2); ++z) {
+      for (std::size_t y = first(1); y < end(1); ++y) {
+        for (std::size_t x = first(0); x < end(0); ++x) {
+          if (use(start_of_[(z * size_ + y) * size_ + x])) return true;
+        }
+      }
+    }
+    return false;
+  }
 
   static constexpr std::uint64_t memory(std::uint64_t tets) {
     return tets / kTetsPerCell * sizeof(TetId) + sizeof(TetId);

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "kernel/criteria.h"
 #include "kernel/point3.h"
+#include "mesh/predicates.h"
 
 namespace tetfusion {
 
@@ -17,6 +19,13 @@ constexpr double kInside = -1e-9;
 // Weights that are not negative sum up to no more where a point is near a tetrahedron.
 constexpr double kNearby = 1.2;
 constexpr TetId kUnknown = kNoTet - 1;  // no mesh has so many
+
+template <class Real>
+Vec3<double> mean_of(const std::array<Vec3<Real>, 4>& p) {
+  return {0.25 * p[0].x + 0.25 * p[1].x + 0.25 * p[2].x + 0.25 * p[3].x,
+          0.25 * p[0].y + 0.25 * p[1].y + 0.25 * p[2].y + 0.25 * p[3].y,
+          0.25 * p[0].z + 0.25 * p[1].z + 0.25 * p[2].z + 0.25 * p[3].z};
+}
 
 }  // namespace
 
@@ -55,7 +64,32 @@ template <class Real>
 bool TetWalk<Real>::find(const Vec3<double>& point) {
   if (walk(last_.tet, kWalkToNext, point)) return true;
   const TetId start = starts_.near(point);
-  return start != kNoTet && walk(start, kWalkFromStart, point);
+  if (start == kNoTet) return false;
+  if (walk(start, kWalkFromStart, point)) return true;
+  return starts_.any_around(
+      point, [&](TetId other) { return other != start && walk(other, kWalkFromStart, point); });
+}
+
+// Walks to places in order find now the one, now the other of two parts that lie over each other.
+template <class Real>
+bool TetWalk<Real>::overlaps_itself() {
+  constexpr std::size_t kEnough = 8192;
+  constexpr double kDeep = 0.02;  // what is less deep inside touches only, as in contact
+  std::vector<TetId> at_boundary;
+  for (VertexId v = 0; v < mesh_->vertex_count(); ++v) {
+    const auto ball = balls_.of(v);
+    if ((mesh_->marks[v] & kOnBoundary) == 0 || ball.empty()) continue;
+    const TetId tet = ball[0] >> 2;
+    if (determinant(mesh_->positions, mesh_->tets[tet]).sign() > 0) at_boundary.push_back(tet);
+  }
+  const std::size_t step = at_boundary.size() / kEnough + 1;
+  for (std::size_t i = 0; i < at_boundary.size(); i += step) {
+    const auto centre = mean_of(corners(mesh_->positions, mesh_->tets[at_boundary[i]]));
+    if (!find(centre) || last_.tet == at_boundary[i]) continue;
+    const auto& [b, c, d] = last_.weights;
+    if (std::min({1 - b - c - d, b, c, d}) > kDeep) return true;
+  }
+  return false;
 }
 
 // A walk crosses no crack.

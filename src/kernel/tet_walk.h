@@ -32,8 +32,9 @@ class TetWalk {
   // positions, but for find_again(); it outlives that.
   void begin(const WorkMesh<Real>& mesh);
 
-  // Looks where the point before was, and then near the point; best is the order in which points
-  // lie near each other. False: it is outside, or hard to reach.
+  // Looks where the point before was, then near the point, then around it, as there may be a crack
+  // on the way; best is the order in which points lie near each other. False: it is outside, or
+  // hard to reach.
   bool find(const Vec3<double>& point);
   // By a walk from `start`, a point inside, so that no crack is crossed. What is not far outside
   // is placed where the walk ended, with weights below zero.
@@ -41,6 +42,10 @@ class TetWalk {
 
   // From that tetrahedron, where corners of the mesh have moved since a point was found there.
   bool find_again(TetId tet, const Vec3<double>& point) { return walk(tet, kWalkFromStart, point); }
+
+  // Does a tetrahedron at the boundary have its centre well inside another one, of thousands that
+  // are looked at? Of what lies over each other nobody can say where a point belongs.
+  bool overlaps_itself();
 
   // Of the point that was found last.
   const Place& place() const { return last_; }

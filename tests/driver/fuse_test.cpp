@@ -100,6 +100,38 @@ TEST_F(Fuse, EvenLayersAreNeitherFrozenNorWrecked) {
   }
 }
 
+// Two parts that lie over each other, each with values of its own.
+TEST_F(Fuse, ValuesStayInTheirParts) {
+  MeshFile file;
+  file.geometry = five_split_cube(8, 0.1, 3);
+  auto& positions = std::get<Vector<P>>(file.geometry.points);
+  const std::size_t points = positions.size(), tets = file.geometry.tets.size();
+  for (std::size_t v = 0; v < points; ++v) {
+    positions.push_back({positions[v].x + 7, positions[v].y, positions[v].z});
+  }
+  for (std::size_t t = 0; t < tets; ++t) {
+    Tet tet = file.geometry.tets[t];
+    for (VertexId& v : tet) v += static_cast<VertexId>(points);
+    file.geometry.tets.push_back(tet);
+  }
+  file.point_arrays.push_back(point_array<double>(
+      file, "wave", [](const P& p) { return std::sin(p.x / 3) + p.y * p.z / 20; }));
+  file.point_arrays.push_back(make_array<double>(
+      "part", file.points(), 1, [&](std::size_t v, auto) { return v < points ? 20.5 : 120.5; }));
+  file.cell_arrays.push_back(make_array<double>(
+      "part", file.cells(), 1, [&](std::size_t t, auto) { return t < tets ? 20.5 : 120.5; }));
+  request.behaviour.reduction = 0.5;
+  for (const Boundary boundary : {Boundary::kExact, Boundary::kPlanar}) {
+    request.behaviour.boundary = boundary;
+    run(file);
+    const auto source = open_mesh(request.output);
+    for (const auto& values : {testing::point_values<double>(source.get(), "part"),
+                               testing::cell_values<double>(source.get(), "part")}) {
+      for (const double value : values) EXPECT_TRUE(value == 20.5 || value == 120.5) << value;
+    }
+  }
+}
+
 // No round is begun that could do nothing.
 TEST_F(Fuse, EndsWithTheRoundThatMeetsTheGoal) {
   const MeshFile file = box_with_wave(12);

@@ -18,12 +18,15 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 struct Cells {
   Vector<Vec3<double>> centres;
   Vector<double> volumes;
+  Vector<std::uint64_t> hashes;
   Vector<double> values;
   Vector<std::int32_t> labels;
 
-  void add(const Vec3<double>& centre, double volume, double value, std::int32_t label = 0) {
+  void add(const Vec3<double>& centre, double volume, double value, std::int32_t label = 0,
+           std::uint64_t hash = 1) {
     centres.push_back(centre);
     volumes.push_back(volume);
+    hashes.push_back(hash);
     values.push_back(value);
     labels.push_back(label);
   }
@@ -59,9 +62,11 @@ Vector<double> average(const Cells& cells, WorkMesh<double> mesh, std::uint64_t 
   const std::uint32_t column = 0, label = 1;
   const bool has_labels = mesh.cell_columns.size() > 1;
   tool.begin(&mesh, {&column, 1}, {&label, has_labels ? 1u : 0u}, &walk);
-  tool.add(
-      {cells.centres, cells.volumes, {reinterpret_cast<const std::byte*>(cells.labels.data())}},
-      first, step);
+  tool.add({cells.centres,
+            cells.volumes,
+            cells.hashes,
+            {reinterpret_cast<const std::byte*>(cells.labels.data())}},
+           first, step);
   tool.average([&](std::size_t c, const auto& use) {
     EXPECT_EQ(c, 0u);
     use(cells.volumes.data(), reinterpret_cast<const std::byte*>(cells.values.data()));
@@ -101,11 +106,12 @@ TEST(CellMeans, OneThatIsThereItselfKeepsItsValue) {
   cells.add(place_in(mesh, 3, 0, 0.2), 1, 10);
   const Tet& tet = mesh.tets[3];
   // In another order of the corners.
-  const Vec3<double> centre = centre_of(mesh.positions, {tet[1], tet[3], tet[0], tet[2]});
-  cells.add(centre, volume_of(mesh.positions, tet), 20);
+  const Tet other_order{tet[1], tet[3], tet[0], tet[2]};
+  cells.add(centre_of(mesh.positions, other_order), volume_of(mesh.positions, other_order), 20, 0,
+            corners_hash(mesh.positions, other_order));
   EXPECT_EQ(average(cells, mesh)[3], 3);
-  // A smaller one with the same centre is another one.
-  cells.volumes.back() /= 2;
+  // One with the same centre and the same volume, but other corners, is another one.
+  ++cells.hashes.back();
   EXPECT_NE(average(cells, mesh)[3], 3);
 }
 
@@ -188,7 +194,8 @@ TEST(CellMeans, LabelsMayBeOfFloatingPointNumbers) {
   CellMeans<double> tool;
   const std::uint32_t column = 0, label = 1;
   tool.begin(&mesh, {&column, 1}, {&label, 1}, &walk);
-  tool.add({centres, volumes, {reinterpret_cast<const std::byte*>(of_cells.data())}}, 0, 1);
+  const Vector<std::uint64_t> hashes{1, 2};
+  tool.add({centres, volumes, hashes, {reinterpret_cast<const std::byte*>(of_cells.data())}}, 0, 1);
   tool.average([&](std::size_t, const auto& use) {
     use(volumes.data(), reinterpret_cast<const std::byte*>(values.data()));
   });
@@ -232,8 +239,9 @@ TEST(CellMeans, OfEachComponentOfEachColumn) {
   tool.begin(&mesh, columns, {}, &walk);
   const std::span<const Vec3<double>> all = centres;
   const std::span<const double> weights = volumes;
-  tool.add({all.first(1), weights.first(1), {}}, 0, 1);
-  tool.add({all.subspan(1), weights.subspan(1), {}}, 0, 1);
+  const Vector<std::uint64_t> hash{1};
+  tool.add({all.first(1), weights.first(1), hash, {}}, 0, 1);
+  tool.add({all.subspan(1), weights.subspan(1), hash, {}}, 0, 1);
   tool.average([&](std::size_t column, const auto& use) {
     const auto* const rows = column == 0 ? reinterpret_cast<const std::byte*>(pairs.data())
                                          : reinterpret_cast<const std::byte*>(singles.data());

@@ -90,7 +90,7 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double means = mean > 0 ? (4 * sizeof(double) + mean) * points : 0;
   const double point_aside =
       steering.positions_aside * 3 * real + static_cast<double>(steering.point_aside);
-  const double cell_aside = 4 * sizeof(double) + static_cast<double>(steering.cell_aside);
+  const double cell_aside = 5 * sizeof(double) + static_cast<double>(steering.cell_aside);
   const bool fits_points = steering.point_aside > 0, fits_cells = steering.cell_aside > 0;
   const double aside =
       (fits_points ? point_aside * points : 0) + (fits_cells ? cell_aside * cells : 0);

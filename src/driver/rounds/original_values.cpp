@@ -19,7 +19,7 @@ constexpr std::uint64_t kMostPoints = 4;
 constexpr std::uint64_t kMostCells = 16;
 
 // The first columns of cells.
-enum CellColumn : std::size_t { kCentres, kVolumes, kFirstValue };
+enum CellColumn : std::size_t { kCentres, kVolumes, kHashes, kFirstValue };
 
 // Every so-many-th row is enough.
 std::uint64_t step_of(std::uint64_t rows, std::uint64_t most, std::uint64_t tets) {
@@ -90,7 +90,7 @@ OriginalValues<Real>::OriginalValues(Scratch* scratch, const WorkMesh<Real>& lay
     points_.emplace(scratch, "original-points", std::move(strides));
   }
   if (!columns_.cells.empty()) {
-    std::vector<std::size_t> strides{sizeof(Vec3<double>), sizeof(double)};
+    std::vector<std::size_t> strides{sizeof(Vec3<double>), sizeof(double), sizeof(std::uint64_t)};
     for (const auto* some : {&columns_.cells, &columns_.labels}) {
       for (const std::uint32_t c : *some) strides.push_back(layout.cell_columns[c].stride());
     }
@@ -152,6 +152,8 @@ void OriginalValues<Real>::add_cells(std::uint32_t chunk, const WorkMesh<Real>& 
     to->put<Vec3<double>>(tets,
                           [&](std::uint32_t t) { return centre_of(mesh.positions, mesh.tets[t]); });
     to->put<double>(tets, [&](std::uint32_t t) { return volumes[t]; });
+    to->put<std::uint64_t>(
+        tets, [&](std::uint32_t t) { return corners_hash(mesh.positions, mesh.tets[t]); });
     for (const auto* some : {&columns_.cells, &columns_.labels}) {
       for (const std::uint32_t c : *some) {
         const Column& column = mesh.cell_columns[c];
@@ -232,8 +234,10 @@ void FittedValues<Real>::fit(std::uint32_t chunk, FitTools<Real>* tools, WorkMes
   if (mesh->tets.empty()) return;
   const double start = wall_seconds();
   tools->walk.begin(*mesh);
-  if (points_) fit_points(chunk, tools, mesh);
-  if (cells_) average_cells(chunk, tools, mesh);
+  if (!tools->walk.overlaps_itself()) {
+    if (points_) fit_points(chunk, tools, mesh);
+    if (cells_) average_cells(chunk, tools, mesh);
+  }
   const std::lock_guard lock(seconds_mutex_);
   seconds_ += wall_seconds() - start;
 }
@@ -275,6 +279,7 @@ void FittedValues<Real>::average_cells(std::uint32_t chunk, FitTools<Real>* tool
         piece.columns.begin() + static_cast<std::ptrdiff_t>(kFirstValue + all.cells.size());
     tools->cells.add({piece.column<Vec3<double>>(kCentres),
                       piece.column<double>(kVolumes),
+                      piece.column<std::uint64_t>(kHashes),
                       {labels, piece.columns.end()}},
                      first, step);
   });

@@ -53,7 +53,7 @@ class OriginalValues {
   // Those of cells but for columns of whole numbers alone, which may be labels.
   std::vector<std::uint32_t> columns_to_average() const;
   // Of points: positions, where surfaces move where to look for them, and the columns; of cells:
-  // centres, volumes in some unit, columns and labels. Null where there are no columns.
+  // centres, volumes in some unit, hashes of corners, columns and labels. Null where there are no columns.
   const OriginalRows* points() const { return points_ ? &*points_ : nullptr; }
   const OriginalRows* cells() const { return cells_ ? &*cells_ : nullptr; }
 
