@@ -56,8 +56,11 @@ class GmshHeadParser {
     if (begin == text->npos) return false;
     text->remove_prefix(begin);
     if ((*text)[0] != '$') {
-      file_.fail_in_line(text->data(), "expected a section, as $Nodes, found " +
-                                           quoted(text->substr(0, text->find('\n'))));
+      const bool is_fluent = (*text)[0] == '(';
+      file_.fail_in_line(
+          text->data(),
+          "expected a section, as $Nodes, found " + quoted(text->substr(0, text->find('\n'))) +
+              (is_fluent ? ". This is a Fluent mesh, it seems: ParaView converts it to .vtu" : ""));
     }
     std::size_t line = std::min(text->find('\n'), text->size());
     std::string_view name = text->substr(1, line - 1);

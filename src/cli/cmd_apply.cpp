@@ -12,6 +12,7 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/findings.h"
+#include "cli/listed_steps.h"
 #include "driver/arrays/steering.h"
 #include "driver/convert.h"
 #include "follow/apply_map.h"
@@ -151,6 +152,7 @@ void run_apply(ApplyArguments* a) {
   context.report("reading", 0);
   const MapFile map = MapFile::open(a->map);
   a->open.cancelled = context.cancelled;
+  take_chosen_step(&a->input, &a->open.time_step);
   auto source = open_mesh(a->input, a->open);
   console.tell_time_step(a->open.time_step, source->description());
   refuse_piece_as_mesh(a->output, source->description());

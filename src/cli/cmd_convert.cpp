@@ -10,6 +10,7 @@
 #include "base/resources.h"
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/listed_steps.h"
 #include "driver/arrays/notices.h"
 #include "driver/arrays/regions.h"
 #include "driver/convert.h"
@@ -48,6 +49,7 @@ void run_convert(ConvertArguments* a) {
   check_mesh_output(a->output, a->write.encoding);
   context.report("reading", 0);
   a->open.cancelled = context.cancelled;
+  take_chosen_step(&a->input, &a->open.time_step);
   const auto source = open_mesh(a->input, a->open);
   refuse_piece_as_mesh(a->output, source->description());
   choose_labels(source->description(), a);

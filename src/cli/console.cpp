@@ -112,7 +112,8 @@ void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
       .add_option_function<std::string>(
           "--time-step", [step](const std::string& text) { *step = parse_time_step(text); },
           "Of a file with several time steps of its own (Exodus, EnSight, OpenFOAM, CGNS, "
-          "XDMF) the one to read, counted from 0, or last. Default: the first" +
+          "XDMF), or of a list of them (.pvd), the one to read, counted from 0, or last. "
+          "Default: the first" +
               more)
       ->group(kInputGroup);
 }

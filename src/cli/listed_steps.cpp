@@ -23,6 +23,14 @@ std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOption
   return steps;
 }
 
+void take_chosen_step(std::string* input, std::optional<std::uint64_t>* time_step) {
+  if (!*time_step || !is_list_name(*input)) return;
+  OpenOptions open;
+  open.time_step = *time_step;
+  *input = steps_to_read(*input, open)[0].path;
+  time_step->reset();
+}
+
 Json step_json(const StepToRead& step) {
   Json json{{"path", step.path}};
   if (step.time) json["time"] = *step.time;

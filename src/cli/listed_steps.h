@@ -31,6 +31,10 @@ struct StepToRead {
 // choose_time_step() throw.
 std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOptions& open);
 
+// Where that is a list and a step is chosen: the step's file takes the list's place, of which none
+// is to be chosen then. Throws what steps_to_read() throws.
+void take_chosen_step(std::string* input, std::optional<std::uint64_t>* time_step);
+
 // For a report: "path", and "time" if there is one.
 Json step_json(const StepToRead& step);
 

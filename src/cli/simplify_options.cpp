@@ -12,6 +12,9 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
+#include "cli/listed_steps.h"
+#include "io/vtk/series_list.h"
+#include "series/series_plan.h"
 
 namespace tetfusion {
 
@@ -449,6 +452,9 @@ void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
 
 void parse_simplify_arguments(const CLI::App& command, SimplifyArguments* a) {
   refuse_foreign_options(command, a->request.behaviour.method);
+  if (a->inputs.size() == 1 && !is_pvd_name(a->request.output) && !holds_step(a->request.output)) {
+    take_chosen_step(&a->inputs[0], &a->request.behaviour.time_step);
+  }
   a->request.input = a->inputs[0];
   parse_arguments(a);
 }

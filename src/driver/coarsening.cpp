@@ -181,6 +181,7 @@ void Coarsening<Real>::say_what_was_found() const {
   if (surfaces_move(options_)) {
     say_which_may_be_node_sets(in.description(), *in.stream, in.steering, run_.context);
   }
+  say_which_are_directions(in.description(), *in.stream, run_.context);
   if (!in.interest.empty() && state_.input.interesting_points == 0) {
     run_.context.say("no point of the mesh is in the region of interest (--roi): it keeps nothing");
   }

@@ -78,6 +78,7 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
     say_what_steers({arrays_[0].name}, mesh, regions_in(mesh, options_.regions), context_);
   }
   if (surfaces_move(options_)) say_which_may_be_node_sets(mesh, *stream, arrays_, context_);
+  say_which_are_directions(mesh, *stream, context_);
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);
   used_.emplace(stream->points());
   print_ = print_of(mesh, *stream, context_, &*used_);

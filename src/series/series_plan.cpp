@@ -338,7 +338,8 @@ std::vector<Step> find_steps(const std::vector<std::string>& inputs, const OpenO
   const bool is_list = inputs.size() == 1 && is_list_name(inputs[0]);
   if (is_list) {
     for (const ListedStep& step : read_series_list(inputs[0]))
-      steps.push_back({step.path, "", step.time, "", open.time_step, {}});
+      steps.push_back({step.path, "", step.time, "", {}, {}});
+    if (open.time_step) steps = {steps[choose_time_step(inputs[0], steps.size(), open.time_step)]};
   } else {
     if (inputs.size() == 1) steps = find_steps_of(inputs[0], open);
     if (!steps.empty()) return steps;

@@ -57,6 +57,30 @@ class Gaps(SeriesTest):
         self.check(self.gappy(left, *[all_of] * 7, right), "--max-error", "3%")
 
 
+class OneOfAList(SeriesTest):
+    def test_a_step_of_a_list_stands_for_itself(self):
+        steps = self.steps(3)
+        self.simplify(steps, "--reduction", "30%", out="list.pvd")
+        listed, single = sorted(self.folder.glob("list_*.vtu"))[2], self.folder / "single.vtu"
+        run("simplify", listed, "-o", single, "--reduction", "30%", "--map", self.folder / "a.map")
+        for options, code in ((["--time-step", "2"], 0), (["--time-step", "last"], 0), (["--time-step", "3"], USAGE)):
+            out = self.folder / "one.vtu"
+            result = finish("simplify", self.folder / "list.pvd", "-o", out, "--reduction", "30%", *options)
+            self.assertEqual(result.returncode, code, result.stderr)
+            if code == 0:
+                self.assertEqual(out.read_bytes(), single.read_bytes())
+        for command in (["convert"], ["apply", self.folder / "a.map"]):
+            to = [self.folder / "x.vtu"] if command == ["convert"] else ["-o", self.folder / "x.vtu"]
+            run(*command, listed, *to)
+            expected = (self.folder / "x.vtu").read_bytes()
+            run(*command, self.folder / "list.pvd", *to, "--time-step", "2")
+            self.assertEqual((self.folder / "x.vtu").read_bytes(), expected)
+            result = finish(*command, self.folder / "list.pvd", *to)
+            self.assertIn("or its number (--time-step)", result.stderr.decode())
+        run("simplify", self.folder / "list.pvd", "-o", self.folder / "again.pvd", "--reduction", "30%", "--time-step", "1")
+        self.assertEqual((self.folder / "again.pvd").read_text().count("<DataSet"), 1)
+
+
 class Words(SeriesTest):
     def said(self, steps, *options, code=0, out="out_{step}.vtu"):
         result = finish("simplify", *steps, "-o", self.folder / out, *options)

@@ -254,6 +254,15 @@ class Report(FolderTest):
             path = self.write(mesh)
             self.assertIn(b"interfaces of cell array %s are kept %s" % (name.encode(), hint), finish("simplify", path, "-o", out).stderr)
 
+    def test_directions_are_told_of(self):
+        mesh, out = TinyVtu(), self.folder / "out.vtu"
+        count = len(mesh.points)
+        along = [[1.0, 0, 0], [0, 0.6, -0.8], [0, 0, 0]]
+        for name, rows in (("fibre", along), ("force", [[1.0, 0, 0], [0, 0.6, -0.9]]), ("same", along[:1])):
+            mesh.arrays.insert(1, ["PointData", name, "Float32", 3, [x for i in range(count) for x in rows[i % len(rows)]]])
+        said = finish("simplify", self.write(mesh), "-o", out, "--reduction", "10%").stderr
+        self.assertIn(b"\nfibre: vectors of length 1 alone", said)
+
     def test_sets_of_nodes_whose_borders_may_go_are_told_of(self):
         mesh, out = TinyVtu(), self.folder / "out.vtu"
         count = len(mesh.points)

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cmath>
 #include <functional>
 #include <set>
 #include <string_view>
@@ -127,6 +129,32 @@ bool has_few_values(const MeshStream& stream, std::size_t point_array, const Arr
         });
       });
   return values.size() > 1 && values.size() <= kMost && values.size() < stream.points();
+}
+
+// Vectors of length 1, or 0 where there is none, as far as the first window goes.
+bool are_directions(const MeshStream& stream, Association association, std::size_t index,
+                    const ArrayInfo& info) {
+  if (info.components != 3 || !is_float(info.type)) return false;
+  constexpr double kRounding = 1e-3;
+  bool all = true;
+  std::set<std::array<double, 3>> some;
+  for_each_window_of(stream, association, index, info, RunContext(),
+                     [&](std::uint64_t, std::span<const std::byte> rows) {
+                       visit_type(info.type, [&](auto zero) {
+                         const auto* values = reinterpret_cast<const decltype(zero)*>(rows.data());
+                         for (std::size_t i = 0; i + 3 <= rows.size() / sizeof zero && all;
+                              i += 3) {
+                           const std::array<double, 3> v{static_cast<double>(values[i]),
+                                                         static_cast<double>(values[i + 1]),
+                                                         static_cast<double>(values[i + 2])};
+                           const double length = std::hypot(v[0], v[1], v[2]);
+                           all = length == 0 || std::abs(length - 1) < kRounding;
+                           if (length != 0 && some.size() < 2) some.insert(v);
+                         }
+                       });
+                       return false;
+                     });
+  return all && some.size() > 1;
 }
 
 // Entities of Gmsh are what its groups are made of: where there are groups these are what is meant.
@@ -333,6 +361,26 @@ void say_which_may_be_node_sets(const MeshDescription& mesh, const MeshStream& s
       "surface --boundary exact keeps {})",
       is_one ? "" : "s", list_names(sets, kMostNames), is_one ? "a set of nodes" : "sets of nodes",
       is_one ? "its border is" : "their borders are", is_one ? "it" : "them"));
+}
+
+void say_which_are_directions(const MeshDescription& mesh, const MeshStream& stream,
+                              const RunContext& context) {
+  std::vector<std::string> names;
+  const auto look = [&](const AttributeSet& set, Association association) {
+    for (std::size_t i = 0; i < set.arrays.size(); ++i) {
+      const ArrayInfo& array = set.arrays[i];
+      if (!array.steers_only && are_directions(stream, association, i, array)) {
+        names.push_back((association == Association::kCell ? "cell:" : "") + array.name);
+      }
+    }
+  };
+  look(mesh.point_data, Association::kPoint);
+  look(mesh.cell_data, Association::kCell);
+  if (names.empty()) return;
+  context.say(
+      fmt::format("{}: vectors of length 1 alone, it seems. New values are means, which are "
+                  "shorter: scale them again; axes, whose sign means nothing, have no mean",
+                  list_names(names, kMostNames)));
 }
 
 }  // namespace tetfusion

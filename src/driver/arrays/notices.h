@@ -57,4 +57,8 @@ void say_which_may_be_node_sets(const MeshDescription& mesh, const MeshStream& s
                                 const std::vector<SteeringChoice>& steering,
                                 const RunContext& context);
 
+// The arrays of directions, whose lengths are lost where values are means.
+void say_which_are_directions(const MeshDescription& mesh, const MeshStream& stream,
+                              const RunContext& context);
+
 }  // namespace tetfusion
