@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "kernel/cell_means.h"
+#include "kernel/fit/cell_means.h"
 #include "mesh/blocks.h"
 #include "mesh/predicates.h"
 

@@ -15,7 +15,7 @@
 #include "io/source/mesh_sink.h"
 #include "io/source/mesh_source.h"
 #include "io/source/mesh_stream.h"
-#include "kernel/fuse_limits.h"
+#include "kernel/fuse/fuse_limits.h"
 #include "mesh/region_of_interest.h"
 
 namespace tetfusion {

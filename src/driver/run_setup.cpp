@@ -10,7 +10,7 @@
 #include "driver/promise.h"
 #include "driver/request/error_limits.h"
 #include "io/source/stream_windows.h"
-#include "kernel/vertex_quadrics.h"
+#include "kernel/quadrics/vertex_quadrics.h"
 #include "mesh/array_names.h"
 
 namespace tetfusion {

@@ -47,13 +47,13 @@ struct WorkMesh {
   Vector<std::uint8_t> marks;  // VertexMark bits, one a vertex
   Vector<double> steering;     // steering_width values a vertex
   std::uint32_t steering_width = 0;
-  // quadric_width numbers a vertex (kernel/quadric.h); 0: nobody wants them. A chunk has a part of
-  // the quadric of a vertex on the interface, and all parts add up.
+  // quadric_width numbers a vertex (kernel/quadrics/quadric.h); 0: nobody wants them. A chunk has a
+  // part of the quadric of a vertex on the interface, and all parts add up.
   Vector<float> quadrics;
   std::uint32_t quadric_width = 0;
-  // How far sheets (kernel/sheets.h) may have moved since the beginning, in the unit of quadrics: a
-  // triangle of one by no more than the largest of its corners'. Where they may not move at all
-  // there are none.
+  // How far sheets (kernel/sheets/sheets.h) may have moved since the beginning, in the unit of
+  // quadrics: a triangle of one by no more than the largest of its corners'. Where they may not
+  // move at all there are none.
   bool has_deviations = false;
   Vector<float> deviations;
   // Each vertex's id in the beginning: the same in every chunk that has the vertex. A fused one
@@ -65,7 +65,7 @@ struct WorkMesh {
 
   Vector<Tet> tets;  // all of positive volume, but for those at locked vertices
   // What the method remembers of each: of tetfuse the last pass that refused it as a flip, of fuse,
-  // which wants quadrics, its grade (kernel/shape_grades.h). 0: nothing yet.
+  // which wants quadrics, its grade (kernel/shapes/shape_grades.h). 0: nothing yet.
   Vector<std::uint16_t> remembered;
   RemovedPoints<Real> removed;
   std::vector<Column> cell_columns;

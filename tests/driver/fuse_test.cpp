@@ -11,7 +11,7 @@
 #include "driver/simplify.h"
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
-#include "kernel/vertex_quadrics.h"
+#include "kernel/quadrics/vertex_quadrics.h"
 #include "mesh/inspect.h"
 #include "mesh/quality.h"
 #include "support/file_request.h"

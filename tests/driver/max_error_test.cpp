@@ -12,7 +12,7 @@
 #include "driver/simplify.h"
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
-#include "kernel/vertex_quadrics.h"
+#include "kernel/quadrics/vertex_quadrics.h"
 #include "support/comparison.h"
 #include "support/file_request.h"
 #include "support/mesh_file.h"

@@ -406,7 +406,7 @@ TEST(OriginalValues, CanBeginAgain) {
   values.end();
   EXPECT_EQ(values.chunks(), 1u);
   EXPECT_EQ(values.points()->store().bytes(), 8 + mesh.vertex_count() * (3 * 8 + 8));
-  EXPECT_EQ(values.cells()->store().bytes(), 8 + mesh.tets.size() * (4 * 8 + 8 + 8));
+  EXPECT_EQ(values.cells()->store().bytes(), 8 + mesh.tets.size() * (5 * 8 + 8 + 8));
   EXPECT_EQ(values.columns_to_average(), std::vector<std::uint32_t>{0});
   // From 2^53 on all numbers are whole.
   mesh.cell_columns[1] = testing::make_column(1, Vector<double>(mesh.tets.size(), 0x1p60));

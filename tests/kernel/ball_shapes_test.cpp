@@ -1,4 +1,4 @@
-#include "kernel/ball_shapes.h"
+#include "kernel/shapes/ball_shapes.h"
 
 #include <gtest/gtest.h>
 

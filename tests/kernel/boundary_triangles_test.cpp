@@ -1,4 +1,4 @@
-#include "kernel/boundary_triangles.h"
+#include "kernel/sheets/boundary_triangles.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "kernel/cell_means.h"
+#include "kernel/fit/cell_means.h"
 
 #include <gtest/gtest.h>
 

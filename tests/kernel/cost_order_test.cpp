@@ -1,4 +1,4 @@
-#include "kernel/cost_order.h"
+#include "kernel/quadrics/cost_order.h"
 
 #include <gtest/gtest.h>
 

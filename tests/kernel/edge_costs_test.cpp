@@ -1,4 +1,4 @@
-#include "kernel/edge_costs.h"
+#include "kernel/quadrics/edge_costs.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-#include "kernel/cost_queue.h"
+#include "kernel/quadrics/cost_queue.h"
 #include "support/fuse_meshes.h"
 
 namespace tetfusion {

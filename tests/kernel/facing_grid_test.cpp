@@ -1,4 +1,4 @@
-#include "kernel/facing_grid.h"
+#include "kernel/sheets/facing_grid.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "kernel/field_integrals.h"
+#include "kernel/fields/field_integrals.h"
 
 #include <gtest/gtest.h>
 

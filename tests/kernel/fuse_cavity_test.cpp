@@ -1,4 +1,4 @@
-#include "kernel/fuse_cavity.h"
+#include "kernel/fuse/fuse_cavity.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "kernel/shape_grades.h"
+#include "kernel/shapes/shape_grades.h"
 #include "support/fuse_meshes.h"
 
 namespace tetfusion {

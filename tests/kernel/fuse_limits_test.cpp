@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "kernel/fuse_round.h"
-#include "kernel/vertex_quadrics.h"
+#include "kernel/fuse/fuse_round.h"
+#include "kernel/quadrics/vertex_quadrics.h"
 #include "mesh/quality.h"
 #include "support/fuse_meshes.h"
 

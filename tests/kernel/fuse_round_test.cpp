@@ -1,4 +1,4 @@
-#include "kernel/fuse_round.h"
+#include "kernel/fuse/fuse_round.h"
 
 #include <gtest/gtest.h>
 

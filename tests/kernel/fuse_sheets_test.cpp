@@ -6,8 +6,8 @@
 #include <map>
 #include <vector>
 
-#include "kernel/fuse_round.h"
-#include "kernel/vertex_quadrics.h"
+#include "kernel/fuse/fuse_round.h"
+#include "kernel/quadrics/vertex_quadrics.h"
 #include "support/fuse_meshes.h"
 #include "support/surfaces.h"
 

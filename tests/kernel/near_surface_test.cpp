@@ -1,15 +1,15 @@
 // Points of the original that come to lie outside: what is nearest to them, and the bounds there.
-#include "kernel/near_surface.h"
+#include "kernel/sheets/near_surface.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "kernel/fuse_cavity.h"
-#include "kernel/fuse_round.h"
-#include "kernel/sheets.h"
-#include "kernel/vertex_quadrics.h"
+#include "kernel/fuse/fuse_cavity.h"
+#include "kernel/fuse/fuse_round.h"
+#include "kernel/quadrics/vertex_quadrics.h"
+#include "kernel/sheets/sheets.h"
 #include "support/fuse_meshes.h"
 #include "support/outside_deviation.h"
 #include "support/surfaces.h"

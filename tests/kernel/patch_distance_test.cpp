@@ -1,4 +1,4 @@
-#include "kernel/patch_distance.h"
+#include "kernel/sheets/patch_distance.h"
 
 #include <gtest/gtest.h>
 

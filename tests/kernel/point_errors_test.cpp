@@ -1,4 +1,4 @@
-#include "kernel/point_errors.h"
+#include "kernel/fields/point_errors.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <map>
 #include <vector>
 
-#include "kernel/fuse_round.h"
-#include "kernel/vertex_quadrics.h"
+#include "kernel/fuse/fuse_round.h"
+#include "kernel/quadrics/vertex_quadrics.h"
 #include "support/fuse_meshes.h"
 #include "support/point_deviation.h"
 

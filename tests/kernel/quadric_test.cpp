@@ -1,4 +1,4 @@
-#include "kernel/quadric.h"
+#include "kernel/quadrics/quadric.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "kernel/shape_grades.h"
+#include "kernel/shapes/shape_grades.h"
 
 #include <gtest/gtest.h>
 

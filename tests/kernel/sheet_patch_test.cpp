@@ -1,4 +1,4 @@
-#include "kernel/sheet_patch.h"
+#include "kernel/sheets/sheet_patch.h"
 
 #include <gtest/gtest.h>
 

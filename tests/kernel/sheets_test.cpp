@@ -1,4 +1,4 @@
-#include "kernel/sheets.h"
+#include "kernel/sheets/sheets.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "kernel/quadric.h"
+#include "kernel/quadrics/quadric.h"
 #include "support/work_meshes.h"
 
 namespace tetfusion {

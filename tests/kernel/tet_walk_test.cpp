@@ -1,4 +1,4 @@
-#include "kernel/tet_walk.h"
+#include "kernel/fit/tet_walk.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "kernel/cell_means.h"
+#include "kernel/fit/cell_means.h"
 #include "support/meshes.h"
 #include "support/work_meshes.h"
 

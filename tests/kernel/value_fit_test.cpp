@@ -1,4 +1,4 @@
-#include "kernel/value_fit.h"
+#include "kernel/fit/value_fit.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "kernel/vertex_moves.h"
+#include "kernel/fit/vertex_moves.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
-#include "kernel/value_fit.h"
+#include "kernel/fit/value_fit.h"
 #include "mesh/quality.h"
 #include "support/meshes.h"
 #include "support/point_deviation.h"

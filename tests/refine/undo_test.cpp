@@ -4,7 +4,7 @@
 #include <cstring>
 #include <numeric>
 
-#include "kernel/fuse_round.h"
+#include "kernel/fuse/fuse_round.h"
 #include "kernel/greedy_pass.h"
 #include "refine/refinable_mesh.h"
 #include "support/fuse_meshes.h"

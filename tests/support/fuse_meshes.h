@@ -11,8 +11,8 @@
 #include <span>
 #include <utility>
 
-#include "kernel/fuse_round.h"
-#include "kernel/vertex_quadrics.h"
+#include "kernel/fuse/fuse_round.h"
+#include "kernel/quadrics/vertex_quadrics.h"
 #include "support/brute_check.h"
 #include "support/meshes.h"
 #include "support/work_meshes.h"

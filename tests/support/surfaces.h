@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "kernel/patch_distance.h"
+#include "kernel/sheets/patch_distance.h"
 #include "mesh/geometry.h"
 #include "mesh/work_mesh.h"
 

@@ -14,8 +14,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // square of a bound of 0.1 % reach 79.7, 81.8, 83.1 and 83.2 % on the Delaunay ball
 // (bench/README.md), 52.3, 53.0, 53.1 and 53.2 % on the blunt fin; with 1 % sixteen times do.
 constexpr double kHopeless = 256;
-// Where a field is linear a fusion costs what its edge does (kernel/edge_costs.cpp), and is allowed
-// for any bound.
+// Where a field is linear a fusion costs what its edge does (kernel/quadrics/edge_costs.cpp), and
+// is allowed for any bound.
 constexpr double kEdge = 1e-6;
 
 // As values stay within the range of their field, or nearly so.

@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "io/mesh_format.h"
-#include "kernel/fuse_limits.h"
+#include "kernel/fuse/fuse_limits.h"
 #include "kernel/greedy_pass.h"
 
 namespace tetfusion {

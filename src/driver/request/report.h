@@ -8,7 +8,7 @@
 
 #include "driver/request/input_facts.h"
 #include "driver/request/options.h"
-#include "kernel/fuse_limits.h"
+#include "kernel/fuse/fuse_limits.h"
 #include "verify/verify.h"
 
 namespace tetfusion {

@@ -10,7 +10,7 @@
 
 #include "io/store/piece_store.h"
 #include "kernel/costs.h"
-#include "kernel/facing_grid.h"
+#include "kernel/sheets/facing_grid.h"
 #include "mesh/chunk_inspection.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"
@@ -44,7 +44,7 @@ struct ChunkSize {
   std::uint64_t tets = 0;
 };
 
-// A chunk's vertices by what their cheapest fusion costs (kernel/fuse_round.h).
+// A chunk's vertices by what their cheapest fusion costs (kernel/fuse/fuse_round.h).
 using ChunkCosts = std::array<std::uint32_t, kCostBins>;
 
 template <class Real>

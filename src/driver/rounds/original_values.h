@@ -1,6 +1,6 @@
 // The original's points and cells with their values, put aside at the start of a run; and at its
-// end the places and values of new points fitted to them (kernel/vertex_moves.h, value_fit.h), and
-// the values of tetrahedra averaged (kernel/cell_means.h).
+// end the places and values of new points fitted to them (kernel/fit/vertex_moves.h, value_fit.h),
+// and the values of tetrahedra averaged (kernel/fit/cell_means.h).
 #pragma once
 
 #include <atomic>
@@ -11,8 +11,8 @@
 
 #include "driver/rounds/macro_lod.h"
 #include "driver/rounds/original_rows.h"
-#include "kernel/cell_means.h"
-#include "kernel/value_fit.h"
+#include "kernel/fit/cell_means.h"
+#include "kernel/fit/value_fit.h"
 
 namespace tetfusion {
 
@@ -53,7 +53,8 @@ class OriginalValues {
   // Those of cells but for columns of whole numbers alone, which may be labels.
   std::vector<std::uint32_t> columns_to_average() const;
   // Of points: positions, where surfaces move where to look for them, and the columns; of cells:
-  // centres, volumes in some unit, hashes of corners, columns and labels. Null where there are no columns.
+  // centres, volumes in some unit, hashes of corners, columns and labels. Null where there are no
+  // columns.
   const OriginalRows* points() const { return points_ ? &*points_ : nullptr; }
   const OriginalRows* cells() const { return cells_ ? &*cells_ : nullptr; }
 

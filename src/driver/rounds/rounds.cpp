@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "base/tasks.h"
-#include "kernel/vertex_quadrics.h"
+#include "kernel/quadrics/vertex_quadrics.h"
 #include "partition/id_ranges.h"
 
 namespace tetfusion {

@@ -17,7 +17,7 @@
 #include "driver/rounds/macro_lod.h"
 #include "driver/rounds/original_values.h"
 #include "io/store/scratch.h"
-#include "kernel/fuse_round.h"
+#include "kernel/fuse/fuse_round.h"
 #include "kernel/greedy_pass.h"
 #include "partition/chunk_pieces.h"
 

@@ -1,0 +1,134 @@
+// A bound on the error at every point of the original mesh: a fusion is allowed if the new cavity's
+// fields, at the points that lie in it, are as near to the original's as they must be.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "kernel/criteria.h"
+#include "kernel/joining.h"
+#include "kernel/live_balls.h"
+#include "kernel/sheets/near_surface.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+struct PointLimits {
+  // A field's error may be its tolerance at most, or this where it has none; both are shares of its
+  // range, and infinity is no bound.
+  double max_error = std::numeric_limits<double>::infinity();
+  double error_now = std::numeric_limits<double>::infinity();  // nor may it be more than this
+  double unit = 1;                                             // of lengths, as in begin_quadrics()
+  double max_deviation = -1;  // so far may sheets move, in the unit; negative: they stay
+};
+
+// Keeps its memory from mesh to mesh. Not thread-safe.
+template <class Real>
+class PointErrors {
+ public:
+  // The mesh's removed points are wanted from here on, if there is a bound. Mesh, balls and fields
+  // outlive this.
+  void begin(std::span<const SteeringField> fields, const PointLimits& limits, WorkMesh<Real>* mesh,
+             LiveBalls* balls);
+
+  // Is there any bound? Has every field one?
+  bool bounds() const { return bounds_; }
+  bool bounds_all() const { return bounds_all_; }
+
+  // Says whether all bounds hold in the cavity when the two are one, of positive volume all around,
+  // with these values; they may be moved, as little as it takes, from `low` to `high` (which are
+  // the values of a partner that is fixed). Those that it leaves are as they will be written.
+  bool allows(const Joining<Real>& joining, std::span<const double> low,
+              std::span<const double> high, std::span<double> values);
+
+  // Of what allows() has allowed last, with the values that it has left: the largest error at a
+  // point of the cavity, as a share of a field's range, whoever evaluates it.
+  double largest_error(std::span<const double> values) const;
+
+  // To be called before the mesh changes, with what allows() has allowed last: both vertices'
+  // points, if they are still those of the original, are removed ones from here on, and all are in
+  // the tetrahedra that will hold them.
+  void apply();
+
+ private:
+  // A field with a bound, in its own unit.
+  struct Bound {
+    std::uint32_t first, count;
+    double range;
+    double limit;
+    int exponent;
+    bool is_float;  // written in single precision
+  };
+  struct Point {
+    Vec3<Real> position;
+    const double* values;
+    std::uint32_t id;  // kNoPoint: still a vertex
+  };
+  // An affected tetrahedron as it will be: rows times the offset from the new vertex are the
+  // weights of its other corners.
+  struct FanTet {
+    std::array<std::array<double, 3>, 3> rows;
+    double rounding;  // of a weight, at most
+    double longest;
+    std::array<VertexId, 3> corners;
+    TetId tet;
+  };
+  // A point in a tetrahedron of the fan, or on the surface; next to a face there may be two or more
+  // of one point.
+  struct Place {
+    std::uint32_t point, fan_tet;
+    std::array<double, 4> weights;  // the new vertex first
+    double depth;                   // the deepest place is the one that remembers the point
+    double off;                     // the weights may be wrong by so much
+  };
+  using Weights = std::array<double, 4>;
+
+  void collect(const Joining<Real>& joining);
+  void add_vertex(VertexId v);
+  void add_list(TetId t);
+  void make_fan(const Joining<Real>& joining);
+  Weights weights_at(const FanTet& tet, const Vec3<Real>& p) const;
+  void add_place(std::uint32_t point, std::uint32_t fan_tet, const Weights& weights, double least);
+  void add_place_on(const typename NearSurface<Real>::Hit& hit, std::uint32_t point);
+  bool find_places(std::uint32_t point);
+  bool find_outside(std::uint32_t point, std::uint32_t nearest, double least);
+  double file_rounding(const Vec3<Real>& p) const;
+  bool spares_neighbours();
+  bool narrow(const Place& place);
+  template <std::size_t kAtOnce>
+  bool narrow_some(const Place& place, std::size_t first);
+  bool choose(std::span<double> values);
+  void draw(const Bound& bound, std::span<double> values);
+  double error_at(const Place& place, const Bound& bound, std::span<const double> values,
+                  double* differences) const;
+  double limit_at(const Place& place, const Bound& bound) const;
+  bool holds(std::span<const double> values) const;
+
+  WorkMesh<Real>* mesh_ = nullptr;
+  std::size_t width_ = 0;
+  double unit_ = 1;
+  bool bounds_ = false, bounds_all_ = false;
+  std::vector<Bound> fields_;
+
+  Joining<Real> joining_;
+  NearSurface<Real> surface_;
+  std::vector<typename NearSurface<Real>::Hit> hits_;
+  Vector<Point> points_;  // those that spoke against the last attempts come first
+  Vector<FanTet> fan_;    // then faces of others that points outside are nearest to
+  std::uint32_t affected_ = 0;
+  Vector<Place> places_;
+  Vec3<double> centre_{};
+  std::uint32_t last_tet_ = 0;
+  std::vector<double> low_, high_, differences_;
+  // Of each value that steers: what its error may be, and what that loses where weights are off by
+  // 1. Without bound, and not to be narrowed, are vectors' components.
+  std::vector<double> limits_, losses_;
+};
+
+extern template class PointErrors<float>;
+extern template class PointErrors<double>;
+
+}  // namespace tetfusion

@@ -1,0 +1,83 @@
+// Which tetrahedron has a point: found by walks, from one tetrahedron to the next.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/vector.h"
+#include "kernel/fit/start_grid.h"
+#include "mesh/vertex_tets.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// Of a tetrahedron's corners: volumes with the point in a corner's place, as shares of the
+// tetrahedron's.
+template <class Real>
+std::array<double, 4> weights_in(const Vec3<double>& point,
+                                 const std::array<Vec3<Real>, 4>& corners);
+
+// Begin with a mesh, and find points; keeps its memory; one a thread.
+template <class Real>
+class TetWalk {
+ public:
+  // Where a point lies: the first corner's weight is what the others leave of 1.
+  struct Place {
+    std::array<double, 3> weights;
+    TetId tet;
+    bool outside = false;  // of all tetrahedra
+  };
+
+  // The mesh has tetrahedra, and they do not change as long as points are looked for, nor do the
+  // positions, but for find_again(); it outlives that.
+  void begin(const WorkMesh<Real>& mesh);
+
+  // Looks where the point before was, then near the point, then around it, as there may be a crack
+  // on the way; best is the order in which points lie near each other. False: it is outside, or
+  // hard to reach.
+  bool find(const Vec3<double>& point);
+  // By a walk from `start`, a point inside, so that no crack is crossed. What is not far outside
+  // is placed where the walk ended, with weights below zero.
+  bool find_from(const Vec3<double>& start, const Vec3<double>& point);
+
+  // From that tetrahedron, where corners of the mesh have moved since a point was found there.
+  bool find_again(TetId tet, const Vec3<double>& point) { return walk(tet, kWalkFromStart, point); }
+
+  // Does a tetrahedron at the boundary have its centre well inside another one, of thousands that
+  // are looked at? Of what lies over each other nobody can say where a point belongs.
+  bool overlaps_itself();
+
+  // Of the point that was found last.
+  const Place& place() const { return last_; }
+
+  // Of the mesh.
+  const VertexTets& balls() const { return balls_; }
+
+  // Bytes that takes for so many tetrahedra.
+  static std::uint64_t memory(std::uint64_t tets);
+
+ private:
+  // Longer walks from the grid's start are lost: more is hardly ever needed.
+  static constexpr int kWalkFromStart = 64;
+
+  bool walk(TetId start, int longest, const Vec3<double>& point);
+  bool place_nearby(const Vec3<double>& point);
+  TetId beyond(TetId tet, std::size_t corner);
+  TetId find_beyond(TetId tet, std::size_t corner) const;
+
+  const WorkMesh<Real>* mesh_ = nullptr;
+  VertexTets balls_;
+  Vector<TetId> beyond_;  // each corner, where somebody has asked already; else kUnknown
+  StartGrid<Real> starts_;
+  Place last_{};
+  TetId end_ = kNoTet;  // of the last walk, where it ended at a boundary
+};
+
+extern template std::array<double, 4> weights_in(const Vec3<double>&,
+                                                 const std::array<Vec3<float>, 4>&);
+extern template std::array<double, 4> weights_in(const Vec3<double>&,
+                                                 const std::array<Vec3<double>, 4>&);
+extern template class TetWalk<float>;
+extern template class TetWalk<double>;
+
+}  // namespace tetfusion

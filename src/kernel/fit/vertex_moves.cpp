@@ -1,0 +1,180 @@
+#include "kernel/fit/vertex_moves.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernel/criteria.h"
+#include "kernel/fit/tet_walk.h"
+#include "kernel/shapes/cell_shape.h"
+
+namespace tetfusion {
+
+namespace {
+
+// Directions in which little is known hold the vertex back by this share of what all together say.
+constexpr double kHoldBack = 0.002;
+// As its neighbours move, too, it goes this part of the way, and no further than this share of the
+// mean length of its edges; and not at all where this share of the squared errors would not go.
+constexpr double kPart = 0.7;
+constexpr double kFarthest = 0.1;
+constexpr double kWorthwhile = 0.02;
+// Where a shape is in the way, half of that, and again.
+constexpr int kHalvings = 3;
+
+// The solution of a symmetric system: xx, xy, xz, yy, yz, zz.
+Point3 solve(const std::array<double, 6>& m, const Point3& b) {
+  const auto& [xx, xy, xz, yy, yz, zz] = m;
+  const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
+  const double cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
+  const double det = xx * cxx + xy * cxy + xz * cxz;
+  return {(cxx * b[0] + cxy * b[1] + cxz * b[2]) / det,
+          (cxy * b[0] + cyy * b[1] + cyz * b[2]) / det,
+          (cxz * b[0] + cyz * b[1] + czz * b[2]) / det};
+}
+
+template <class Real>
+Point3 point_of(const Vec3<Real>& p) {
+  return {p.x, p.y, p.z};
+}
+
+}  // namespace
+
+template <class Real>
+std::uint64_t VertexMoves<Real>::memory(std::uint64_t tets) {
+  // There are four times fewer vertices than tetrahedra, but in odd meshes.
+  return tets / 4 * (sizeof(std::uint32_t) + sizeof(Component) + sizeof(Wish));
+}
+
+template <class Real>
+void VertexMoves<Real>::begin(WorkMesh<Real>* mesh, const VertexTets* balls,
+                              std::span<const VertexId> vertices) {
+  mesh_ = mesh;
+  balls_ = balls;
+  vertices_ = vertices;
+  index_.assign(mesh->vertex_count(), kNoVertex);
+  for (std::uint32_t i = 0; i < vertices.size(); ++i) index_[vertices[i]] = i;
+  wishes_.assign(vertices.size(), {});
+}
+
+template <class Real>
+void VertexMoves<Real>::begin_component() {
+  components_.assign(vertices_.size(), {});
+}
+
+// The error changes by -weight for each unit of the value, and by weight times the gradient for a
+// step: the field of the tetrahedron comes along.
+template <class Real>
+void VertexMoves<Real>::add(const PlaceInTet& point, double error, const Point3& gradient) {
+  const auto& [x, y, z] = gradient;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::uint32_t i = index_[mesh_->tets[point.tet][k]];
+    if (i == kNoVertex) continue;
+    Component& c = components_[i];
+    const double weight = point.weights[k], square = weight * weight;
+    c.value += square;
+    c.value_error += weight * error;
+    c.squares += error * error;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      c.mixed[axis] -= square * gradient[axis];
+      c.place_error[axis] -= weight * error * gradient[axis];
+    }
+    const std::array<double, 6> products{x * x, x * y, x * z, y * y, y * z, z * z};
+    for (std::size_t j = 0; j < 6; ++j) c.place[j] += square * products[j];
+  }
+}
+
+// The value's own best follows from the step: what is left is the system without it.
+template <class Real>
+void VertexMoves<Real>::end_component(double scale) {
+  for (std::size_t i = 0; i < wishes_.size(); ++i) {
+    const Component& c = components_[i];
+    if (!(c.value > 0)) continue;
+    Wish& wish = wishes_[i];
+    const auto& [x, y, z] = c.mixed;
+    const std::array<double, 6> products{x * x, x * y, x * z, y * y, y * z, z * z};
+    for (std::size_t j = 0; j < 6; ++j) {
+      wish.place[j] += scale * (c.place[j] - products[j] / c.value);
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      wish.error[axis] += scale * (c.place_error[axis] - c.mixed[axis] * (c.value_error / c.value));
+    }
+    wish.stiffness += scale * (c.place[0] + c.place[3] + c.place[5]);
+    wish.squares += scale * c.squares;
+  }
+}
+
+// None where it would not pay.
+template <class Real>
+Point3 VertexMoves<Real>::step(VertexId v, const Wish& wish) const {
+  std::array<double, 6> system = wish.place;
+  for (const std::size_t diagonal : {0, 3, 5}) system[diagonal] += kHoldBack * wish.stiffness;
+  Point3 step = solve(system, wish.error);
+  if (!(dot(step, wish.error) >= kWorthwhile * wish.squares)) return {};
+  double lengths = 0;
+  std::size_t edges = 0;
+  const Point3 here = point_of(mesh_->positions[v]);
+  for (const std::uint32_t entry : balls_->of(v)) {
+    for (const VertexId other : mesh_->tets[entry >> 2]) {
+      const Point3 edge = minus(point_of(mesh_->positions[other]), here);
+      lengths += std::sqrt(dot(edge, edge));
+    }
+    edges += 3;
+  }
+  const double length = std::sqrt(dot(step, step));
+  const double most = kFarthest * lengths / static_cast<double>(edges);
+  const double part = kPart * (length > most ? most / length : 1);
+  for (double& x : step) x *= part;
+  return step;
+}
+
+template <class Real>
+bool VertexMoves<Real>::find_place(VertexId v, const Point3& step, double floor,
+                                   Vec3<Real>* place) const {
+  if (step == Point3{}) return false;
+  const Vec3<Real>& here = mesh_->positions[v];
+  double part = 1;
+  for (int i = 0; i <= kHalvings; ++i, part /= 2) {
+    *place = {static_cast<Real>(here.x + part * step[0]),
+              static_cast<Real>(here.y + part * step[1]),
+              static_cast<Real>(here.z + part * step[2])};
+    if (keeps_shapes(v, *place, floor)) return true;
+  }
+  return false;
+}
+
+template <class Real>
+bool VertexMoves<Real>::keeps_shapes(VertexId v, const Vec3<Real>& place, double floor) const {
+  const double cubed = floor * floor * floor;
+  for (const std::uint32_t entry : balls_->of(v)) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    const std::uint32_t corner = entry & 3;
+    if (flips_as_written(place, corner, tet, mesh_->positions)) return false;
+    std::array<Vec3<Real>, 4> p = corners(mesh_->positions, tet);
+    const double before = shape_of(p[0], p[1], p[2], p[3], 1).cubed_mean_ratio();
+    p[corner] = place;
+    const double after = shape_of(p[0], p[1], p[2], p[3], 1).cubed_mean_ratio();
+    if (!(after >= std::min(cubed, before))) return false;
+  }
+  return true;
+}
+
+// Where it is furthest inside.
+template <class Real>
+PlaceInTet VertexMoves<Real>::in_ball(VertexId v, const Vec3<Real>& place) const {
+  const Vec3<double> point{place.x, place.y, place.z};
+  PlaceInTet best;
+  double depth = -std::numeric_limits<double>::infinity();
+  for (const std::uint32_t entry : balls_->of(v)) {
+    const auto weights = weights_in(point, corners(mesh_->positions, mesh_->tets[entry >> 2]));
+    const double least = std::min({weights[0], weights[1], weights[2], weights[3]});
+    if (!(least > depth)) continue;
+    depth = least;
+    best = {entry >> 2, weights};
+  }
+  return best;
+}
+
+template class VertexMoves<float>;
+template class VertexMoves<double>;
+
+}  // namespace tetfusion

@@ -1,0 +1,218 @@
+#include "kernel/fuse/fuse_planner.h"
+
+#include <algorithm>
+#include <array>
+
+namespace tetfusion {
+
+namespace {
+
+// Where the best position is not allowed, others may cost so much more.
+constexpr float kSlack = 1.3F;
+// cheapest_step(): from 0.003 to 0.3 all does about the same.
+constexpr float kPushPull = 0.01F;
+// On the edge.
+constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
+
+Offset along_edge(const MergedQuadric& merged, float t) {
+  return {t * merged.edge[0], t * merged.edge[1], t * merged.edge[2]};
+}
+
+bool is_by_shape(Reject reason) { return reason == Reject::kFlip || reason == Reject::kQuality; }
+
+}  // namespace
+
+template <class Real>
+void FusePlanner<Real>::begin(const FuseLimits& limits, std::span<const SteeringField> fields,
+                              WorkMesh<Real>* mesh, FuseVertices<Real>* vertices,
+                              EdgeCosts<Real>* edge_costs) {
+  limits_ = &limits;
+  mesh_ = mesh;
+  vertices_ = vertices;
+  edge_costs_ = edge_costs;
+  cavity_.begin(mesh, &vertices->balls(), limits.min_quality, limits.unit);
+  values_.begin(limits, fields, mesh, &vertices->balls(), edge_costs);
+  thorough_ = limits.thorough;
+  slides_ = 0;
+  slid_ = 0;
+  not_slid_ = 0;
+  if (!limits.sheets_move()) return;
+  sheet_fusion_.begin(
+      mesh, &vertices->sheets(),
+      {limits.unit,
+       limits.max_deviation,
+       {limits.deviation_before, limits.facing, &triangles_, values_.have_bounds()}});
+  if (limits.facing == nullptr) return;
+  triangles_.begin(*limits.facing);
+  for (VertexId v = 0; v < mesh->vertex_count(); ++v) {
+    vertices->sheets().note_facing(v, &triangles_);
+  }
+}
+
+template <class Real>
+auto FusePlanner<Real>::plan(VertexId v, VertexId partner, std::uint64_t most_deleted) -> Verdict {
+  const bool fixed = (*vertices_)[partner].kind != (*vertices_)[v].kind;
+  joining_ = {v, partner, fixed, {}, {}, {}};
+  kept_ = fixed ? partner : std::min(v, partner);
+  if (const Verdict refused = vertices_->is_on_sheet(v) ? find_place_on_sheet() : find_place()) {
+    return refused;
+  }
+  if (cavity_.deleted().size() > most_deleted) return FuseRefusal{Reject::kQuota};
+  if (!fixed && !values_.may_refuse()) values_.choose(joining_, cavity_);
+  return std::nullopt;
+}
+
+// The best one, else pushed off what speaks against it, else on the edge.
+template <class Real>
+auto FusePlanner<Real>::find_place() -> Verdict {
+  const auto& [v, partner, fixed, position, affected, deleted] = joining_;
+  Verdict refused = ask(fixed ? mesh_->positions[partner]
+                              : edge_costs_->place(v, edge_costs_->merge(v, partner).best));
+  if (!refused) return std::nullopt;
+  const TetId obstacle = is_by_shape(refused->reason) ? cavity_.refused_by() : kNoTet;
+  if (!fixed) {
+    const float most = most_elsewhere();
+    if (const auto pushed = push(refused->reason, most)) refused = ask(*pushed);
+    if (!refused) return std::nullopt;
+    // What is on the edge may be allowed another time, even if nothing has changed at the best.
+    if (refused->dear == 0 && sliding_pays()) return slide(*refused, most);
+  }
+  refused->until_changed = obstacle;
+  return refused;
+}
+
+// The best one, else on the edge. (To be pushed off a tetrahedron would lead off the sheet.)
+template <class Real>
+auto FusePlanner<Real>::find_place_on_sheet() -> Verdict {
+  const auto& [v, partner, fixed, position, affected, deleted] = joining_;
+  const Along along = vertices_->along(v);
+  if (!sheet_fusion_.choose(v, partner, fixed, along)) return FuseRefusal{Reject::kSurface};
+  if (fixed) return ask(mesh_->positions[partner]);
+  const MergedQuadric& merged = edge_costs_->merge_on_sheet(v, partner, along);
+  Verdict refused = ask(sheet_fusion_.flattened(edge_costs_->place(v, merged.best)));
+  const float most = most_elsewhere();
+  for (const float t : kElsewhere) {
+    if (!refused) return std::nullopt;
+    if (!(value_at(merged.reduced, along_edge(merged, t)) <= most)) continue;
+    refused = ask(sheet_fusion_.on_edge(t));
+  }
+  return refused;
+}
+
+// Of a pair of whom both move: what they cost is the value of their merged quadric over this.
+template <class Real>
+float FusePlanner<Real>::weight() const {
+  return vertices_->is_on_sheet(joining_.v) ? 1 : edge_costs_->merged().sum[kQuadricW];
+}
+
+// That value, where it is the largest that is still allowed at another position than the best.
+template <class Real>
+float FusePlanner<Real>::most_elsewhere() const {
+  const MergedQuadric& merged = edge_costs_->merged();
+  return std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight()),
+                  vertices_->threshold_for(joining_.v, joining_.partner) * weight());
+}
+
+// Off the tetrahedron that speaks against the position, by the way that costs least.
+template <class Real>
+std::optional<Vec3<Real>> FusePlanner<Real>::push(Reject reason, float most) const {
+  if (!is_by_shape(reason)) return std::nullopt;
+  const auto [direction, distance] = cavity_.obstacle();
+  const Vec3<Real>& from = mesh_->positions[joining_.v];
+  const Reduced& reduced = edge_costs_->merged().reduced;
+  Offset u = edge_costs_->offset(from, joining_.position);
+  const Offset step = cheapest_step(reduced, direction, distance, kPushPull);
+  for (std::size_t i = 0; i < 3; ++i) u[i] += step[i];
+  if (!(value_at(reduced, u) <= most)) return std::nullopt;
+  return edge_costs_->place(joining_.v, u);
+}
+
+// Where little comes of it, as on a Delaunay mesh, only now and then, until the turns are over.
+template <class Real>
+bool FusePlanner<Real>::sliding_pays() {
+  constexpr std::uint64_t kFirst = 1024, kWorth = 100, kNowAndThen = 8;
+  return thorough_ || slides_ < kFirst + kWorth * slid_ || ++not_slid_ % kNowAndThen == 0;
+}
+
+// Along the edge, away from what speaks against a position; at its ends one of the two stays where
+// it is, as suits layers and lattices. Else the refusal, which costs as much as the last of them.
+template <class Real>
+auto FusePlanner<Real>::slide(FuseRefusal refusal, float most) -> Verdict {
+  const MergedQuadric& merged = edge_costs_->merged();
+  for (const float t : kElsewhere) {
+    const Offset u = along_edge(merged, t);
+    if (!(value_at(merged.reduced, u) <= most)) continue;
+    ++slides_;
+    const Verdict refused = ask(edge_costs_->place(joining_.v, u));
+    if (!refused) {
+      ++slid_;
+      return std::nullopt;
+    }
+    refusal.dear = refused->dear;
+  }
+  return refusal;
+}
+
+// May the two be one at this position?
+template <class Real>
+auto FusePlanner<Real>::ask(const Vec3<Real>& position) -> Verdict {
+  joining_.position = position;
+  const auto reason = cavity_.collect(joining_.v, joining_.partner, joining_.fixed, position);
+  if (reason) return FuseRefusal{*reason};
+  joining_.affected = cavity_.affected();
+  joining_.deleted = cavity_.deleted();
+  return judge();
+}
+
+// The same, of a cavity that keeps its shapes.
+template <class Real>
+auto FusePlanner<Real>::judge() -> Verdict {
+  const auto& [v, partner, fixed, position, affected, deleted] = joining_;
+  const bool on_sheet = vertices_->is_on_sheet(v);
+  if (on_sheet && !sheet_fusion_.allows(position)) return FuseRefusal{Reject::kSurface};
+  if (const auto dear = values_.find_loss(joining_, cavity_, vertices_->cost_factor(v, partner))) {
+    return FuseRefusal{Reject::kError, *dear};
+  }
+  if (values_.may_refuse()) {
+    if (const auto reason = values_.judge(joining_, cavity_)) return FuseRefusal{*reason};
+  }
+  // Round what is locked the mesh may be broken, and at the boundary it may overlap itself.
+  const bool may_be_broken =
+      fixed && !on_sheet && (mesh_->marks[partner] & (kLocked | kOnBoundary)) != 0;
+  if (may_be_broken && !links_.are_apart(*mesh_, &vertices_->balls(), v, partner)) {
+    return FuseRefusal{Reject::kLocked};
+  }
+  return std::nullopt;
+}
+
+template <class Real>
+Interpolation FusePlanner<Real>::interpolation() const {
+  Interpolation interpolation = values_.interpolation();
+  interpolation.to = kept_;
+  return interpolation;
+}
+
+template <class Real>
+double FusePlanner<Real>::error(float cost) const {
+  const auto& [v, partner, fixed, position, affected, deleted] = joining_;
+  if (!fixed) {
+    const MergedQuadric& merged = edge_costs_->merged();
+    const Offset u = edge_costs_->offset(mesh_->positions[v], position);
+    const float here = value_at(merged.reduced, u) / weight() * vertices_->cost_factor(v, partner);
+    cost = std::max(cost, here);
+  }
+  return values_.error(cost);
+}
+
+template <class Real>
+void FusePlanner<Real>::apply() {
+  values_.apply(kept_);
+  if (!vertices_->is_on_sheet(joining_.v)) return;
+  mesh_->deviations[kept_] = sheet_fusion_.deviation();
+  sheet_fusion_.note_fused(kept_);
+}
+
+template class FusePlanner<float>;
+template class FusePlanner<double>;
+
+}  // namespace tetfusion

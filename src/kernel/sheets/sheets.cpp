@@ -1,0 +1,248 @@
+#include "kernel/sheets/sheets.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "kernel/point3.h"
+#include "kernel/quadrics/quadric.h"
+#include "mesh/faces.h"
+#include "mesh/region_numbers.h"
+
+namespace tetfusion {
+
+namespace {
+
+// Of the three faces at each corner, the other two corners: from outside the corner, from, to go
+// round the right way.
+constexpr auto kEdgesOpposite = [] {
+  std::array<std::array<std::pair<std::uint8_t, std::uint8_t>, 3>, 4> edges{};
+  for (std::size_t at = 0; at < 4; ++at) {
+    std::size_t count = 0;
+    for (const auto& face : kFaceCorners) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (face[i] == at) edges[at][count++] = {face[(i + 1) % 3], face[(i + 2) % 3]};
+      }
+    }
+  }
+  return edges;
+}();
+
+// Numbers regions in the order in which they come up.
+template <class Real>
+void number_regions(const WorkMesh<Real>& mesh, std::span<const std::uint32_t> columns,
+                    Vector<std::uint32_t>* regions) {
+  regions->assign(mesh.tets.size(), 0);
+  for (const std::uint32_t c : columns) {
+    const Column& column = mesh.cell_columns[c];
+    const Vector<std::uint64_t> keys = region_keys(column.type, column.rows);
+    RegionNumbers numbers;
+    for (std::size_t t = 0; t < keys.size(); ++t) {
+      (*regions)[t] = numbers.number((*regions)[t], keys[t]);
+    }
+  }
+}
+
+}  // namespace
+
+bool SheetFan::turn_to(VertexId u) {
+  const auto at = std::find(ring.begin(), ring.end(), u);
+  if (at == ring.end()) return false;
+  std::rotate(sharp.begin(), sharp.begin() + (at - ring.begin()), sharp.end());
+  std::rotate(ring.begin(), at, ring.end());
+  return true;
+}
+
+template <class Real>
+void Sheets<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
+                         std::span<const std::uint32_t> region_columns) {
+  mesh_ = mesh;
+  balls_ = balls;
+  region_.clear();
+  mixed_.assign(mesh->vertex_count(), 0);
+  if (region_columns.empty()) return;
+  number_regions(*mesh, region_columns, &region_);
+  Vector<std::uint32_t> first;
+  first.assign(mesh->vertex_count(), kNoVertex);
+  for (std::size_t t = 0; t < mesh->tets.size(); ++t) {
+    for (const VertexId v : mesh->tets[t]) {
+      if (first[v] == kNoVertex) first[v] = region_[t];
+      if (first[v] != region_[t]) mixed_[v] = 1;
+    }
+  }
+}
+
+// Most faces have a corner that is on no sheet. Most others are there twice, with the same region
+// on both sides: these find one another in a table of places by their keys. What is left is sorted.
+template <class Real>
+const std::vector<SheetEdge>& Sheets<Real>::edges_opposite(VertexId v) {
+  faces_.clear();
+  for (const std::uint32_t entry : balls_->of(v, mesh_->incidence[v], mesh_->tets)) {
+    const Tet& tet = mesh_->tets[entry >> 2];
+    std::array<bool, 4> may_be{};
+    for (std::size_t i = 0; i < 4; ++i) may_be[i] = may_be_on_sheet(tet[i]);
+    for (const auto& [from, to] : kEdgesOpposite[entry & 3u]) {
+      if (!may_be[from] || !may_be[to]) continue;
+      const SheetEdge edge{tet[from], tet[to], true};
+      faces_.push_back({edge_key(edge.from, edge.to), edge, region_of(entry >> 2), true});
+    }
+  }
+  const std::size_t places = std::bit_ceil(2 * faces_.size() + 1);
+  table_.assign(places, kNoFace);
+  for (std::uint32_t i = 0; i < faces_.size(); ++i) {
+    Face& face = faces_[i];
+    std::size_t place = (face.key * 0x9E3779B97F4A7C15u >> 32) & (places - 1);
+    while (table_[place] != kNoFace && faces_[table_[place]].key != face.key) {
+      place = (place + 1) & (places - 1);
+    }
+    const std::uint32_t other = std::exchange(table_[place], i);
+    if (other == kNoFace || !faces_[other].open || faces_[other].region != face.region) continue;
+    face.open = faces_[other].open = false;
+  }
+  std::erase_if(faces_, [](const Face& face) { return !face.open; });
+  std::sort(faces_.begin(), faces_.end(), [](const Face& a, const Face& b) {
+    return a.key != b.key ? a.key < b.key : a.region < b.region;
+  });
+  edges_.clear();
+  for (std::size_t i = 0; i < faces_.size();) {
+    const bool twice = i + 1 < faces_.size() && faces_[i + 1].key == faces_[i].key;
+    if (!twice || faces_[i].region != faces_[i + 1].region) {
+      edges_.push_back(faces_[i].edge);
+      edges_.back().is_outer = !twice;
+    }
+    i += twice ? 2 : 1;
+  }
+  return edges_;
+}
+
+template <class Real>
+template <class Note>
+void Sheets<Real>::for_each_outer(VertexId v, Note note) {
+  for (const SheetEdge& e : edges_opposite(v)) {
+    if (e.is_outer && e.from > v && e.to > v) note(v, e.from, e.to);
+  }
+}
+
+template <class Real>
+void Sheets<Real>::note_facing(VertexId v, bool marks_are_known, FacingGrid* grid) {
+  const std::uint8_t wanted = marks_are_known ? kOnBoundary : kOnBoundary | kOnInterface;
+  const auto is_marked = [&](VertexId u) { return (mesh_->marks[u] & wanted) != 0; };
+  if (!is_marked(v)) return;
+  for_each_outer(v, [&](VertexId a, VertexId b, VertexId c) {
+    if (is_marked(b) && is_marked(c)) grid->note(at(a), at(b), at(c));
+  });
+}
+
+template <class Real>
+void Sheets<Real>::note_facing(VertexId v, BoundaryTriangles* triangles) {
+  if ((mesh_->marks[v] & kOnBoundary) == 0) return;
+  for_each_outer(v, [&](VertexId a, VertexId b, VertexId c) {
+    const auto all = mesh_->marks[a] & mesh_->marks[b] & mesh_->marks[c];
+    if ((all & kOnBoundary) == 0 || (all & kOnInterface) != 0) return;
+    triangles->note({a, b, c}, {at(a), at(b), at(c)});
+  });
+}
+
+template <class Real>
+bool Sheets<Real>::find_fan(VertexId v, SheetFan* fan) {
+  edges_opposite(v);
+  fan->ring.clear();
+  if (edges_.size() < 3) return false;
+  VertexId at = edges_[0].from;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const auto leaves = [&](const SheetEdge& e) { return e.from == at; };
+    const auto next = std::find_if(edges_.begin(), edges_.end(), leaves);
+    if (next == edges_.end() || std::find_if(next + 1, edges_.end(), leaves) != edges_.end()) {
+      return false;
+    }
+    if (i > 0 && at == fan->ring[0]) return false;  // a smaller round
+    fan->ring.push_back(at);
+    at = next->to;
+  }
+  if (at != fan->ring[0]) return false;
+  mark_edges(v, fan);
+  return true;
+}
+
+template <class Real>
+void Sheets<Real>::mark_edges(VertexId v, SheetFan* fan) const {
+  const auto to = [&](VertexId u) {
+    const Vec3<Real>&p = mesh_->positions[v], &q = mesh_->positions[u];
+    return Point3{double{q.x} - p.x, double{q.y} - p.y, double{q.z} - p.z};
+  };
+  const std::size_t n = fan->size();
+  fan->sharp.assign(n, 0);
+  fan->sharp_edges = 0;
+  Point3 spoke = to(fan->ring[n - 1]);
+  Point3 next = to(fan->ring[0]);
+  Point3 before = cross(spoke, next);
+  for (std::size_t i = 0; i < n; ++i) {
+    spoke = next;
+    next = to(fan->at(i + 1));
+    const Point3 normal = cross(spoke, next);
+    const double most = std::sqrt(dot(normal, normal)) * std::sqrt(dot(before, before));
+    fan->sharp[i] = dot(normal, before) > kFeatureAngleCosine * most ? 0 : 1;
+    fan->sharp_edges += fan->sharp[i];
+    before = normal;
+  }
+}
+
+template <class Real>
+SheetPlace Sheets<Real>::place(VertexId v) {
+  if ((mesh_->marks[v] & kOnBoundary) == 0 && !is_between_regions(v)) return SheetPlace::kNone;
+  if (!find_fan(v, &fan_) || fan_.sharp_edges == 1 || fan_.sharp_edges > 2) {
+    return SheetPlace::kCorner;
+  }
+  return fan_.sharp_edges == 2 ? SheetPlace::kLine : SheetPlace::kSmooth;
+}
+
+template <class Real>
+void Sheets<Real>::add_planes(VertexId v, double unit, float* quadric) {
+  const auto to = [&](VertexId u) {
+    const Vec3<Real>&p = mesh_->positions[v], &q = mesh_->positions[u];
+    return Point3{(double{q.x} - p.x) * unit, (double{q.y} - p.y) * unit,
+                  (double{q.z} - p.z) * unit};
+  };
+  for (const SheetEdge& e : edges_opposite(v)) {
+    const Point3 normal = cross(to(e.from), to(e.to));  // as long as twice the area
+    const double length = std::sqrt(dot(normal, normal));
+    if (!(length > 0)) continue;
+    std::size_t at = kQuadricA;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = i; k < 3; ++k) {
+        quadric[at++] += static_cast<float>(normal[i] * normal[k] / length);
+      }
+    }
+    quadric[kQuadricW] += static_cast<float>(length);
+  }
+}
+
+template <class Real>
+bool Sheets<Real>::may_contract(VertexId a, const SheetFan& fan, VertexId b) {
+  return links_.are_apart(*mesh_, balls_, a, b) && may_contract_on_sheet(fan, b);
+}
+
+// On the sheet the link of the edge is two vertices.
+template <class Real>
+bool Sheets<Real>::may_contract_on_sheet(const SheetFan& fan, VertexId b) {
+  const auto& edges = edges_opposite(b);
+  // Triangles that a and b have over the same edge would fall together.
+  for (std::size_t i = 0; i < fan.size(); ++i) {
+    const VertexId from = fan.ring[i], to = fan.at(i + 1);
+    const auto is_over_it = [&](const SheetEdge& e) {
+      return (e.from == from && e.to == to) || (e.from == to && e.to == from);
+    };
+    if (std::any_of(edges.begin(), edges.end(), is_over_it)) return false;
+  }
+  return std::count_if(fan.ring.begin(), fan.ring.end(), [&](VertexId u) {
+           return std::any_of(edges.begin(), edges.end(),
+                              [&](const SheetEdge& e) { return e.from == u || e.to == u; });
+         }) == 2;
+}
+
+template class Sheets<float>;
+template class Sheets<double>;
+
+}  // namespace tetfusion

@@ -1,0 +1,119 @@
+// Sheets: the boundary surface, and the surfaces between regions. What a vertex's ball says of
+// them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernel/edge_links.h"
+#include "kernel/live_balls.h"
+#include "kernel/sheets/boundary_triangles.h"
+#include "kernel/sheets/facing_grid.h"
+#include "mesh/work_mesh.h"
+
+namespace tetfusion {
+
+// Two triangles that meet at an edge make it a sharp one if their normals are further apart.
+inline constexpr double kFeatureAngleCosine = 0.766;  // 40 degrees
+
+// An edge from a vertex, on a sheet whose normal is on the right-hand side: from, to are the next
+// two corners of a triangle.
+struct SheetEdge {
+  VertexId from, to;
+  bool is_outer;  // on the boundary, or where this mesh ends
+};
+
+// The triangles of a sheet round a vertex: one closed fan. Triangle i has the vertex, ring[i] and
+// ring[i + 1].
+struct SheetFan {
+  std::vector<VertexId> ring;
+  std::vector<std::uint8_t> sharp;  // of the edge to ring[i]
+  std::size_t sharp_edges = 0;
+
+  std::size_t size() const { return ring.size(); }
+  VertexId at(std::size_t i) const { return ring[i % ring.size()]; }
+  // Turns the ring so that u comes first; false if it is not there.
+  bool turn_to(VertexId u);
+};
+
+enum class SheetPlace : std::uint8_t {
+  kNone,    // on no sheet
+  kSmooth,  // inside a sheet
+  kLine,    // on a line where a sheet is sharp
+  kCorner,  // where a line ends, lines or sheets meet, or something is odd
+};
+
+// Keeps its memory from mesh to mesh. Not thread-safe.
+template <class Real>
+class Sheets {
+ public:
+  // Regions are made by these cell columns. The mesh and its balls outlive this; whoever changes
+  // them leaves the tetrahedra's numbers.
+  void begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
+             std::span<const std::uint32_t> region_columns);
+
+  // Does the vertex lie between regions, as far as this mesh knows?
+  bool is_between_regions(VertexId v) const { return mixed_[v] != 0; }
+
+  // The rest is right for vertices with all their tetrahedra here.
+  //
+  // Edges of the sheets' triangles opposite to v, in the order of its ball. A surface between two
+  // regions looks out of the one that came first.
+  const std::vector<SheetEdge>& edges_opposite(VertexId v);
+  // Notes boundary triangles of the vertex, each once for all vertices. Those between vertices that
+  // other chunks have, too, may lie between two chunks: they count if all three are marked as
+  // lying on the boundary, or if those marks are yet to come ...
+  void note_facing(VertexId v, bool marks_are_known, FacingGrid* grid);
+  // ... or do not count.
+  void note_facing(VertexId v, BoundaryTriangles* triangles);
+  // False if the vertex's triangles are not one closed fan.
+  bool find_fan(VertexId v, SheetFan* fan);
+  SheetPlace place(VertexId v);
+  // Adds the squared distances from the planes of its triangles, by their areas, to a quadric
+  // without fields.
+  void add_planes(VertexId v, double unit, float* quadric);
+
+  // May the ends of an edge become one as far as topology goes? The edge has two triangles of a
+  // sheet, and `fan` is a's. In the volume, and on the sheet, the links of the two share the link
+  // of the edge and nothing else.
+  bool may_contract(VertexId a, const SheetFan& fan, VertexId b);
+
+ private:
+  struct Face {
+    std::uint64_t key;  // its two other corners, the smaller one first
+    SheetEdge edge;
+    std::uint32_t region;
+    bool open;  // it has not been seen from the other side, in the same region
+  };
+  static constexpr std::uint32_t kNoFace = 0xFFFFFFFFu;
+  // Calls note(a, b, c) with the boundary triangles of which v is the first vertex.
+  template <class Note>
+  void for_each_outer(VertexId v, Note note);
+  Point3 at(VertexId v) const {
+    const Vec3<Real>& p = mesh_->positions[v];
+    return {double{p.x}, double{p.y}, double{p.z}};
+  }
+  void mark_edges(VertexId v, SheetFan* fan) const;
+  // As far as marks tell.
+  bool may_be_on_sheet(VertexId v) const {
+    return (mesh_->marks[v] & (kOnBoundary | kOnInterface)) != 0 || is_between_regions(v);
+  }
+  bool may_contract_on_sheet(const SheetFan& fan, VertexId b);
+  std::uint32_t region_of(std::size_t t) const { return region_.empty() ? 0 : region_[t]; }
+
+  const WorkMesh<Real>* mesh_ = nullptr;
+  LiveBalls* balls_ = nullptr;
+  Vector<std::uint32_t> region_;  // of a tetrahedron; none: there is one region
+  Vector<std::uint8_t> mixed_;
+  std::vector<Face> faces_;
+  std::vector<std::uint32_t> table_;
+  std::vector<SheetEdge> edges_;
+  SheetFan fan_;
+  EdgeLinks links_;
+};
+
+extern template class Sheets<float>;
+extern template class Sheets<double>;
+
+}  // namespace tetfusion
