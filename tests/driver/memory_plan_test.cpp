@@ -89,9 +89,9 @@ TEST_F(MemoryPlan, PointsThatArePutAsideTakeMemory) {
   const SteeringBytes with_starts{.vertex = 8, .point_aside = 8, .positions_aside = 2};
   EXPECT_EQ(estimate_needs(mesh, with_starts, 700, 2, {}).in_core - needs(8, 700).in_core,
             mesh.points * 3 * 8);
-  const SteeringBytes with_cells{.vertex = 8, .point_aside = 8, .cell_aside = 12};
+  const SteeringBytes with_cells{.vertex = 8, .point_aside = 8, .cell_aside = 4};
   EXPECT_EQ(estimate_needs(mesh, with_cells, 700, 2, {}).in_core - needs(8, 700).in_core,
-            mesh.cells * (5 * 8 + 12));
+            mesh.cells * (5 * 8 + 4));
   // They are there twice when they are sorted.
   const SteeringBytes with_wide_cells{.vertex = 8, .point_aside = 8, .cell_aside = 1200};
   EXPECT_GT(estimate_needs(mesh, with_wide_cells, 700, 2, {}).scratch,
