@@ -20,6 +20,7 @@
 #include "io/gmsh/gmsh_reader.h"
 #include "io/medit/medit_head.h"
 #include "io/medit/medit_reader.h"
+#include "io/source/chosen_patches.h"
 #include "io/tetgen/tetgen_reader.h"
 #include "io/vtk/legacy_head.h"
 #include "io/vtk/pvtu_reader.h"
@@ -60,9 +61,11 @@ std::vector<double> time_steps_of(const std::string& path, const OpenOptions& op
   return time_steps_with_vtk(path, options);
 }
 
+namespace {
+
 // The content decides. Where it says nothing, a file that is only called .vtu or .mesh goes to the
 // native reader: it says best what is wrong with it.
-std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
+std::unique_ptr<MeshSource> open_whole(const std::string& path, const OpenOptions& options) {
   if (is_openfoam_name(path) && guess_format_of(path).format == ForeignFormat::kOpenFoam) {
     return open_with_vtk(path, options);
   }
@@ -115,6 +118,14 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions
   }
   if (foreign == ForeignFormat::kUnknown) refuse_unread_formats(path, file.bytes(), true);
   return open_with_vtk(path, options, what);
+}
+
+}  // namespace
+
+std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
+  auto mesh = open_whole(path, options);
+  if (options.dropped_patches.empty()) return mesh;
+  return without_patches(std::move(mesh), options.dropped_patches);
 }
 
 }  // namespace tetfusion

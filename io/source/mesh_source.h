@@ -72,6 +72,8 @@ struct OpenOptions {
   // Cells of lower dimension are left out, also ones that could not be read, and points that only
   // these use are used by no cell.
   bool drop_patches = false;
+  // Of these cells, some: by patches, as without_patches() takes them (chosen_patches.h).
+  std::vector<std::string> dropped_patches = {};
 };
 
 class MeshStream;

@@ -81,7 +81,7 @@ void add_console_options(CLI::App& command, ConsoleOptions* options, const char*
 }
 
 void add_cell_flags(CLI::App& command, bool* tetrahedralize, bool* linearize, bool* merge_points,
-                    bool* drop_patches) {
+                    bool* drop_patches, std::vector<std::string>* dropped_patches) {
   command
       .add_flag(
           "--tetrahedralize", *tetrahedralize,
@@ -103,6 +103,13 @@ void add_cell_flags(CLI::App& command, bool* tetrahedralize, bool* linearize, bo
       .add_flag("--drop-patches", *drop_patches,
                 "Leave out what there is beside tetrahedra: triangles of boundary patches, which "
                 "hold the boundary where they lie, lines and points")
+      ->group(kInputGroup);
+  command
+      .add_option("--drop-patch", *dropped_patches,
+                  "Leave out one patch alone, so that the boundary may move there: the name of a "
+                  "block, or ARRAY=VALUE of a cell array; may be given again")
+      ->allow_extra_args(false)
+      ->check(not_empty)
       ->group(kInputGroup);
 }
 

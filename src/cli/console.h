@@ -35,14 +35,14 @@ inline constexpr const char* kMessagesGroup = "Messages";
 // Adds --progress, --quiet and --verbose.
 void add_console_options(CLI::App& command, ConsoleOptions* options,
                          const char* verbose = "Say more: time and memory");
-// Adds --tetrahedralize, --linearize, --merge-points and --drop-patches.
+// Adds --tetrahedralize, --linearize, --merge-points, --drop-patches and --drop-patch.
 void add_cell_flags(CLI::App& command, bool* tetrahedralize, bool* linearize, bool* merge_points,
-                    bool* drop_patches);
+                    bool* drop_patches, std::vector<std::string>* dropped_patches);
 // The same; `options`: OpenOptions, or what has the members of the same names.
 template <class Options>
 void add_cell_options(CLI::App& command, Options* options) {
   add_cell_flags(command, &options->tetrahedralize, &options->linearize, &options->merge_points,
-                 &options->drop_patches);
+                 &options->drop_patches, &options->dropped_patches);
 }
 // Adds --time-step; `more`: what else there is to say of it.
 void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,

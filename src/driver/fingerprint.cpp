@@ -87,7 +87,8 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   text += fmt::format("chunk tets: {}\n", b.chunk_tets);
   text += fmt::format("original ids: {}\n", b.original_ids);
   text += fmt::format("tetrahedralize: {}\nlinearize: {}\n", b.tetrahedralize, b.linearize);
-  text += fmt::format("merge points: {}\ndrop patches: {}\n", b.merge_points, b.drop_patches);
+  text += fmt::format("merge points: {}\ndrop patches: {} {}\n", b.merge_points, b.drop_patches,
+                      join(b.dropped_patches));
   text +=
       fmt::format("output: {}\nencoding: {}\n", request.output, static_cast<int>(request.encoding));
   text += fmt::format("pieces: {}\n", request.pieces);

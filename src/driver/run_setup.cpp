@@ -30,6 +30,7 @@ OpenOptions open_options(const SimplifyRequest& request, const std::string& spoo
   OpenOptions open{b.tetrahedralize, b.linearize, spool_folder, b.time_step};
   open.merge_points = b.merge_points;
   open.drop_patches = b.drop_patches;
+  open.dropped_patches = b.dropped_patches;
   open.memory = request.performance.memory;
   open.cancelled = context.cancelled;
   return open;

@@ -284,6 +284,32 @@ class DroppedPatches(FolderTest):
         piped = run("convert", "-", "-", "--drop-patches", input=original.read_bytes())
         self.assertEqual(piped, (self.folder / "out.vtu").read_bytes())
 
+    def test_one_of_them(self):
+        mesh, out = self.sample(), self.folder / "out.vtu"
+        kinds = np.array(mesh.array("types")[4])
+        patch = np.where(kinds == 5, 1 + np.arange(len(kinds)) % 2, 7)
+        mesh.arrays.insert(1, ["CellData", "patch", "Int32", 1, patch.tolist()])
+        path, all_of = self.write(mesh), np.count_nonzero(kinds != 10)
+        for suffix in (".vtu", ".vtk"):
+            path = self.folder / ("in" + suffix)
+            run("convert", self.write(mesh), path)
+            for patches, gone in ((["patch=1"], (kinds == 5) & (patch == 1)), (["patch=2", "patch=1"], kinds == 5),
+                                  (["patch=7"], np.isin(kinds, (1, 3))), (["patch=9"], kinds < 0)):
+                options = [word for name in patches for word in ("--drop-patch", name)]
+                run("convert", path, out, *options)
+                kept = Vtu(out)
+                self.assertEqual((len(kept.others), len(kept.tets)), (all_of - np.count_nonzero(gone), len(mesh.tets)))
+                self.assertEqual(sorted(kept.arrays["cell"]["id"][1][:, 0]), sorted(np.flatnonzero(~gone)))
+                for memory in ([], ["--memory", "70M", "--threads", "1"]):
+                    self.assertEqual(report_of("info", path, *options, *memory)["lower_cells"], len(kept.others))
+                simplify = ["simplify", path, "-o", out, "--boundary", "planar", "--reduction", "80%", "--regions", "none", *options]
+                run(*simplify)
+                self.assertEqual(len(Vtu(out).others), len(kept.others))
+        for name in ("wall", "patch=x", "path=1", "Points=1", "patch"):
+            said = finish("info", path, "--drop-patch", name)
+            self.assertEqual(said.returncode, USAGE)
+            self.assertIn(f"--drop-patch {name}: the mesh has no named blocks; of a cell array".encode(), said.stderr)
+
     def test_pieces(self):
         path = self.folder / "pieces.pvtu"
         run("simplify", self.write(self.sample()), "-o", path, "--pieces", "3", "--reduction", "0%", "--chunk-tets", "60")

@@ -158,7 +158,7 @@ class Formats(FolderTest):
         self.assertEqual(len(Vtu(out).others), len(outer))
         said = finish(*options)
         self.assertIn(b"triangles are cells of the file: they stay, and the boundary with them (where their patches do not matter: "
-                      b"--drop-patches)", said.stderr)
+                      b"--drop-patches, or --drop-patch NAME for one)", said.stderr)
         first = None
         for more in ([], ["--memory", "170M", "--threads", "2"]):
             dropped = report_of(*options, "--drop-patches", "--verify", *more)

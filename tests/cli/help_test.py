@@ -7,7 +7,7 @@ from harness import COMMANDS, HERE, finish, main, run
 
 
 EVERYWHERE = ["--help", "--threads", "--progress", "--quiet", "--verbose"]
-READING = ["--tetrahedralize", "--linearize", "--merge-points", "--drop-patches", "--time-step"]
+READING = ["--tetrahedralize", "--linearize", "--merge-points", "--drop-patches", "--drop-patch", "--time-step"]
 OPTIONS = {
     "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio", "--max-volume",
                            "--roi", "--weight", "--method", "--max-error", "--max-rms", "--min-quality", "--conserve", "--boundary-rule",

@@ -249,6 +249,9 @@ class OpenFoam(SolverTest):
         found = report_of("info", path, "--drop-patches")
         self.assertEqual((found["tets"], found["lower_cells"], found["boundary_triangles"]), (len(self.tets), 0, self.outer))
         self.assertEqual(len(self.converted(path, "--drop-patches")[0].others), 0)
+        self.assertEqual(len(self.converted(path, "--drop-patch", "skin")[0].others), 0)
+        said = finish("info", path, "--drop-patch", "skim")
+        self.assertIn(b"--drop-patch skim: there is no block of that name, but internalMesh, skin; of", said.stderr)
 
     def test_a_changed_file_is_noticed(self):
         self.write(jittered(24), "grid.vtu")

@@ -292,9 +292,9 @@ void say_what_is_odd(const InputFacts& facts, const MeshDescription& mesh, bool 
       "stays as it is there");
   say(facts.carried_triangles,
       "triangle is a cell of the file: it stays, and the boundary with it (where its patch does "
-      "not matter: --drop-patches)",
+      "not matter: --drop-patches, or --drop-patch NAME)",
       "triangles are cells of the file: they stay, and the boundary with them (where their patches "
-      "do not matter: --drop-patches)");
+      "do not matter: --drop-patches, or --drop-patch NAME for one)");
 }
 
 void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream,

@@ -34,6 +34,7 @@ void check_progressive(const SimplifyRequest& request) {
   refuse_with(b.linearize, "--linearize", "convert the mesh first");
   refuse_with(b.merge_points, "--merge-points", "convert the mesh first");
   refuse_with(b.drop_patches, "--drop-patches", "convert the mesh first");
+  refuse_with(!b.dropped_patches.empty(), "--drop-patch", "convert the mesh first");
 }
 
 void check_map(const SimplifyRequest& request) {

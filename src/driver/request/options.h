@@ -110,6 +110,7 @@ struct BehaviourOptions {
   bool linearize = false;
   bool merge_points = false;
   bool drop_patches = false;
+  std::vector<std::string> dropped_patches;
   std::optional<std::uint64_t> time_step;
 };
 
