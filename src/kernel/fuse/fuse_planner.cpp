@@ -93,6 +93,7 @@ auto FusePlanner<Real>::find_place_on_sheet() -> Verdict {
   const float most = most_elsewhere();
   for (const float t : kElsewhere) {
     if (!refused) return std::nullopt;
+    if (sheet_fusion_.may_never()) break;
     if (!(value_at(merged.reduced, along_edge(merged, t)) <= most)) continue;
     refused = ask(sheet_fusion_.on_edge(t));
   }

@@ -53,7 +53,10 @@ class FusePlanner {
   // The two become one: to be called right before the mesh changes ...
   void apply();
   // ... and afterwards.
-  void note_fused() { cavity_.note_fused(kept_); }
+  void note_fused() {
+    cavity_.note_fused(kept_);
+    sheet_fusion_.forget_fan();
+  }
 
   // From now on all places are tried, however seldom anything comes of some.
   void be_thorough() { thorough_ = true; }

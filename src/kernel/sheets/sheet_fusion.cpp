@@ -21,6 +21,7 @@ void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets,
   limits_ = limits;
   surroundings_.begin(mesh, limits.surroundings);
   moved_.assign(mesh->vertex_count(), 0.0F);
+  forget_fan();
 }
 
 template <class Real>
@@ -30,12 +31,17 @@ bool SheetFusion<Real>::choose(VertexId v, VertexId partner, bool fixed, Along a
   fixed_ = fixed;
   along_ = along;
   frame_ = {mesh_->positions[v], limits_.unit};
-  if (!sheets_->find_fan(v, &fan_v_) || !fan_v_.turn_to(partner)) return false;
+  if (fan_of_ != v) {
+    forget_fan();
+    if (!sheets_->find_fan(v, &fan_v_)) return false;
+    fan_of_ = v;
+  }
+  if (!fan_v_.turn_to(partner)) return false;
   if (!fixed && (!sheets_->find_fan(partner, &fan_partner_) || !fan_partner_.turn_to(v))) {
     return false;
   }
   if (along == Along::kLine && !find_sides()) return false;
-  if (!sheets_->may_contract(v, fan_v_, partner)) return false;
+  may_contract_.reset();
   find_places(fan_v_, &pair_.ring);
   pair_.partner_ring.clear();
   if (!fixed) find_places(fan_partner_, &pair_.partner_ring);
@@ -119,7 +125,16 @@ Vec3<Real> SheetFusion<Real>::flattened(const Vec3<Real>& position) const {
 }
 
 template <class Real>
+bool SheetFusion<Real>::may_contract() {
+  if (!may_contract_) {
+    may_contract_ = sheets_->may_contract(v_, fan_v_, partner_, fixed_ ? nullptr : &fan_partner_);
+  }
+  return *may_contract_;
+}
+
+template <class Real>
 bool SheetFusion<Real>::allows(const Vec3<Real>& position) {
+  if (!may_contract()) return false;
   position_ = frame_.local(position);
   double distance = 0;
   if (!(along_ == Along::kSheet ? measure_disc(&distance) : measure_line(&distance))) return false;

@@ -1,6 +1,7 @@
 // Two vertices of a sheet become one: may they, and how far does the sheet move?
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "kernel/quadrics/edge_costs.h"
@@ -28,7 +29,7 @@ class SheetFusion {
 
   // The pair in hand: v, inside its sheet or on a line of it, and its neighbour along an edge of
   // the sheet, or of the line. A partner that is fixed stays where it is, whatever it is; any other
-  // is of v's kind. False where they may never become one.
+  // is of v's kind. False where they may never become one, as far as is looked at here.
   bool choose(VertexId v, VertexId partner, bool fixed, Along along);
 
   // The position, in the plane of the pair's triangles, if they lie in one but for rounding, or on
@@ -38,11 +39,15 @@ class SheetFusion {
   // On the edge, at a share of it, from v.
   Vec3<Real> on_edge(double t) const;
   // May the pair meet at this position (the partner's, if that is fixed; on the edge, if v lies on
-  // a line)?
+  // a line)? For positions at which the tetrahedra would be good: this takes longer to find out.
   bool allows(const Vec3<Real>& position);
+  // After that: they may meet nowhere, for what they have in common.
+  bool may_never() const { return may_contract_ == false; }
   // If so: the deviation of the vertex that they become, which is to be noted when they have.
   float deviation() const { return deviation_; }
   void note_fused(VertexId kept);
+  // To be called when anything has fused.
+  void forget_fan() { fan_of_ = kNoVertex; }
 
  private:
   Point3 at(VertexId u) const { return frame_.local(mesh_->positions[u]); }
@@ -50,6 +55,7 @@ class SheetFusion {
   bool find_sides();
   bool measure_disc(double* distance);
   bool measure_line(double* distance);
+  bool may_contract();
   bool may_move(const PatchDistance& distance) const;
   float largest(const Vector<float>& values) const;
 
@@ -61,9 +67,11 @@ class SheetFusion {
   VertexId v_ = kNoVertex, partner_ = kNoVertex;
   bool fixed_ = false;
   Along along_{};
-  SheetFan fan_v_, fan_partner_;  // each begins with the other one
-  LocalFrame<Real> frame_;        // about v
-  SheetPair pair_;                // where they lie
+  SheetFan fan_v_, fan_partner_;      // each begins with the other one
+  VertexId fan_of_ = kNoVertex;       // whose fan_v_ is
+  std::optional<bool> may_contract_;  // nobody has asked yet
+  LocalFrame<Real> frame_;            // about v
+  SheetPair pair_;                    // where they lie
   float deviation_before_ = 0;
   float deviation_ = 0;
 

@@ -220,25 +220,37 @@ void Sheets<Real>::add_planes(VertexId v, double unit, float* quadric) {
 }
 
 template <class Real>
-bool Sheets<Real>::may_contract(VertexId a, const SheetFan& fan, VertexId b) {
-  return links_.are_apart(*mesh_, balls_, a, b) && may_contract_on_sheet(fan, b);
+bool Sheets<Real>::may_contract(VertexId a, const SheetFan& fan, VertexId b,
+                                const SheetFan* other) {
+  if (!links_.are_apart(*mesh_, balls_, a, b)) return false;
+  if (other == nullptr) {
+    const auto& edges = edges_opposite(b);
+    return may_contract_on_sheet(fan, [&](const auto& is_it) {
+      return std::ranges::any_of(edges, [&](const SheetEdge& e) { return is_it(e.from, e.to); });
+    });
+  }
+  return may_contract_on_sheet(fan, [&](const auto& is_it) {
+    for (std::size_t i = 0; i < other->size(); ++i) {
+      if (is_it(other->ring[i], other->at(i + 1))) return true;
+    }
+    return false;
+  });
 }
 
 // On the sheet the link of the edge is two vertices.
 template <class Real>
-bool Sheets<Real>::may_contract_on_sheet(const SheetFan& fan, VertexId b) {
-  const auto& edges = edges_opposite(b);
+template <class AnyEdge>
+bool Sheets<Real>::may_contract_on_sheet(const SheetFan& fan, const AnyEdge& any_edge_of_other) {
   // Triangles that a and b have over the same edge would fall together.
   for (std::size_t i = 0; i < fan.size(); ++i) {
     const VertexId from = fan.ring[i], to = fan.at(i + 1);
-    const auto is_over_it = [&](const SheetEdge& e) {
-      return (e.from == from && e.to == to) || (e.from == to && e.to == from);
+    const auto is_over_it = [&](VertexId p, VertexId q) {
+      return (p == from && q == to) || (p == to && q == from);
     };
-    if (std::any_of(edges.begin(), edges.end(), is_over_it)) return false;
+    if (any_edge_of_other(is_over_it)) return false;
   }
-  return std::count_if(fan.ring.begin(), fan.ring.end(), [&](VertexId u) {
-           return std::any_of(edges.begin(), edges.end(),
-                              [&](const SheetEdge& e) { return e.from == u || e.to == u; });
+  return std::ranges::count_if(fan.ring, [&](VertexId u) {
+           return any_edge_of_other([&](VertexId p, VertexId q) { return p == u || q == u; });
          }) == 2;
 }
 

@@ -75,9 +75,9 @@ class Sheets {
   void add_planes(VertexId v, double unit, float* quadric);
 
   // May the ends of an edge become one as far as topology goes? The edge has two triangles of a
-  // sheet, and `fan` is a's. In the volume, and on the sheet, the links of the two share the link
-  // of the edge and nothing else.
-  bool may_contract(VertexId a, const SheetFan& fan, VertexId b);
+  // sheet, and `fan` is a's; `other` is b's, if it has one. In the volume, and on the sheet, the
+  // links of the two share the link of the edge and nothing else.
+  bool may_contract(VertexId a, const SheetFan& fan, VertexId b, const SheetFan* other = nullptr);
 
  private:
   struct Face {
@@ -99,7 +99,8 @@ class Sheets {
   bool may_be_on_sheet(VertexId v) const {
     return (mesh_->marks[v] & (kOnBoundary | kOnInterface)) != 0 || is_between_regions(v);
   }
-  bool may_contract_on_sheet(const SheetFan& fan, VertexId b);
+  template <class AnyEdge>
+  static bool may_contract_on_sheet(const SheetFan& fan, const AnyEdge& any_edge_of_other);
   std::uint32_t region_of(std::size_t t) const { return region_.empty() ? 0 : region_[t]; }
 
   const WorkMesh<Real>* mesh_ = nullptr;
