@@ -53,10 +53,7 @@ class FusePlanner {
   // The two become one: to be called right before the mesh changes ...
   void apply();
   // ... and afterwards.
-  void note_fused() {
-    cavity_.note_fused(kept_);
-    sheet_fusion_.forget_fan();
-  }
+  void note_fused() { cavity_.note_fused(kept_); }
 
   // From now on all places are tried, however seldom anything comes of some.
   void be_thorough() { thorough_ = true; }

@@ -382,17 +382,22 @@ void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
   const auto& [v, partner, fixed, position, affected, deleted] = planner_.joining();
   const std::uint32_t now = vertices_.now();
   WorkMesh<Real>& mesh = *mesh_;
+  const bool sheets_move = limits_->sheets_move();
+  const auto note_moved = [&](VertexId u) {
+    vertices_[u].moved = now;
+    if (sheets_move) vertices_.sheets().forget_fan(u);
+  };
   for (const TetId t : deleted) {
     for (const VertexId u : mesh.tets[t]) {
       --mesh.incidence[u];
-      vertices_[u].moved = now;
+      note_moved(u);
     }
     mark_deleted(&mesh.tets[t]);
   }
   for (const std::uint32_t entry : affected) {
     Tet& tet = mesh.tets[entry >> 2];
     tet[entry & 3u] = kept;
-    for (const VertexId u : tet) vertices_[u].moved = now;
+    for (const VertexId u : tet) note_moved(u);
   }
   LiveBalls& balls = vertices_.balls();
   mesh.incidence[gone] = 0;

@@ -21,7 +21,6 @@ void SheetFusion<Real>::begin(const WorkMesh<Real>* mesh, Sheets<Real>* sheets,
   limits_ = limits;
   surroundings_.begin(mesh, limits.surroundings);
   moved_.assign(mesh->vertex_count(), 0.0F);
-  forget_fan();
 }
 
 template <class Real>
@@ -31,12 +30,7 @@ bool SheetFusion<Real>::choose(VertexId v, VertexId partner, bool fixed, Along a
   fixed_ = fixed;
   along_ = along;
   frame_ = {mesh_->positions[v], limits_.unit};
-  if (fan_of_ != v) {
-    forget_fan();
-    if (!sheets_->find_fan(v, &fan_v_)) return false;
-    fan_of_ = v;
-  }
-  if (!fan_v_.turn_to(partner)) return false;
+  if (!sheets_->find_fan(v, &fan_v_) || !fan_v_.turn_to(partner)) return false;
   if (!fixed && (!sheets_->find_fan(partner, &fan_partner_) || !fan_partner_.turn_to(v))) {
     return false;
   }

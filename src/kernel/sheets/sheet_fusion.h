@@ -46,8 +46,6 @@ class SheetFusion {
   // If so: the deviation of the vertex that they become, which is to be noted when they have.
   float deviation() const { return deviation_; }
   void note_fused(VertexId kept);
-  // To be called when anything has fused.
-  void forget_fan() { fan_of_ = kNoVertex; }
 
  private:
   Point3 at(VertexId u) const { return frame_.local(mesh_->positions[u]); }
@@ -68,7 +66,6 @@ class SheetFusion {
   bool fixed_ = false;
   Along along_{};
   SheetFan fan_v_, fan_partner_;      // each begins with the other one
-  VertexId fan_of_ = kNoVertex;       // whose fan_v_ is
   std::optional<bool> may_contract_;  // nobody has asked yet
   LocalFrame<Real> frame_;            // about v
   SheetPair pair_;                    // where they lie

@@ -60,6 +60,8 @@ void Sheets<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
                          std::span<const std::uint32_t> region_columns) {
   mesh_ = mesh;
   balls_ = balls;
+  kept_fans_.resize(kKeptFans);
+  for (KeptFan& kept : kept_fans_) kept.vertex = kNoVertex;
   region_.clear();
   mixed_.assign(mesh->vertex_count(), 0);
   if (region_columns.empty()) return;
@@ -147,6 +149,36 @@ void Sheets<Real>::note_facing(VertexId v, BoundaryTriangles* triangles) {
 
 template <class Real>
 bool Sheets<Real>::find_fan(VertexId v, SheetFan* fan) {
+  KeptFan& kept = kept_fan(v);
+  if (kept.vertex == v) return kept.give(fan);
+  const bool is_one = look_for_fan(v, fan);
+  kept.take(v, *fan, is_one);
+  return is_one;
+}
+
+template <class Real>
+void Sheets<Real>::KeptFan::take(VertexId v, const SheetFan& fan, bool is_one) {
+  if (is_one && fan.size() > kLargestKept) return;
+  vertex = v;
+  size = is_one ? static_cast<std::uint32_t>(fan.size()) : 0;
+  sharp = 0;
+  for (std::uint32_t i = 0; i < size; ++i) {
+    ring[i] = fan.ring[i];
+    sharp |= std::uint32_t{fan.sharp[i]} << i;
+  }
+}
+
+template <class Real>
+bool Sheets<Real>::KeptFan::give(SheetFan* fan) const {
+  fan->ring.assign(ring.begin(), ring.begin() + size);
+  fan->sharp.resize(size);
+  for (std::uint32_t i = 0; i < size; ++i) fan->sharp[i] = sharp >> i & 1u;
+  fan->sharp_edges = static_cast<std::size_t>(std::popcount(sharp));
+  return size > 0;
+}
+
+template <class Real>
+bool Sheets<Real>::look_for_fan(VertexId v, SheetFan* fan) {
   edges_opposite(v);
   fan->ring.clear();
   if (edges_.size() < 3) return false;

@@ -2,6 +2,8 @@
 // them.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -67,8 +69,12 @@ class Sheets {
   void note_facing(VertexId v, bool marks_are_known, FacingGrid* grid);
   // ... or do not count.
   void note_facing(VertexId v, BoundaryTriangles* triangles);
-  // False if the vertex's triangles are not one closed fan.
+  // False if the vertex's triangles are not one closed fan. Some are kept for the next time ...
   bool find_fan(VertexId v, SheetFan* fan);
+  // ... until the tetrahedra round the vertex change.
+  void forget_fan(VertexId v) {
+    if (KeptFan& kept = kept_fan(v); kept.vertex == v) kept.vertex = kNoVertex;
+  }
   SheetPlace place(VertexId v);
   // Adds the squared distances from the planes of its triangles, by their areas, to a quadric
   // without fields.
@@ -87,6 +93,20 @@ class Sheets {
     bool open;  // it has not been seen from the other side, in the same region
   };
   static constexpr std::uint32_t kNoFace = 0xFFFFFFFFu;
+  // Larger ones are not kept.
+  static constexpr std::size_t kLargestKept = 13;
+  struct KeptFan {
+    VertexId vertex = kNoVertex;
+    std::uint32_t size = 0;   // 0: it is none
+    std::uint32_t sharp = 0;  // bits
+    std::array<VertexId, kLargestKept> ring{};
+
+    void take(VertexId v, const SheetFan& fan, bool is_one);
+    bool give(SheetFan* fan) const;
+  };
+  static constexpr std::size_t kKeptFans = std::size_t{1} << 15;  // 2 MiB
+  KeptFan& kept_fan(VertexId v) { return kept_fans_[v % kKeptFans]; }
+  bool look_for_fan(VertexId v, SheetFan* fan);
   // Calls note(a, b, c) with the boundary triangles of which v is the first vertex.
   template <class Note>
   void for_each_outer(VertexId v, Note note);
@@ -110,6 +130,7 @@ class Sheets {
   std::vector<Face> faces_;
   std::vector<std::uint32_t> table_;
   std::vector<SheetEdge> edges_;
+  std::vector<KeptFan> kept_fans_;
   SheetFan fan_;
   EdgeLinks links_;
 };
