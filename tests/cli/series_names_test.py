@@ -84,9 +84,9 @@ class Names(SeriesTest):
         the_map = self.folder / "step.map"
         run("simplify", steps[0], "-o", self.folder / "one.vtu", "--reduction", "30%", "--map", the_map)
         for arguments in ["convert", listed, self.folder / "one.vtu"], ["apply", the_map, listed, "-o", self.folder / "one.vtu"]:
-            for more in [], ["--time-step", "1"], ["--time-step", "last"]:
-                said = self.refused_command(*arguments, *more, code=BAD)
-                self.assertIn("this is a list of the steps of a series: give one of the files that it names", said)
+            said = self.refused_command(*arguments, code=BAD)
+            self.assertIn("this is a list of the steps of a series: give one of the files that it names, or its number", said)
+            self.assertIn("there is no time step 3", self.refused_command(*arguments, "--time-step", "3"))
 
     def refused_command(self, *arguments, code=USAGE):
         result = finish(*arguments)
