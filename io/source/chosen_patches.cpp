@@ -28,13 +28,7 @@ using Values = std::map<std::size_t, std::set<double>>;
 std::vector<std::string> block_names(MeshSource* mesh) {
   std::vector<std::string> names;
   for (const DataArray& array : mesh->read_field_data()) {
-    if (array.info.name != kBlockNames || array.info.type != ValueType::kString) continue;
-    std::string_view text(reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size());
-    while (!text.empty()) {
-      const std::size_t end = std::min(text.find('\0'), text.size());
-      names.emplace_back(text.substr(0, end));
-      text.remove_prefix(std::min(end + 1, text.size()));
-    }
+    if (array.info.name == kBlockNames) names = texts_of(array);
   }
   return names;
 }

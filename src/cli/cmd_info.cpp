@@ -86,14 +86,6 @@ std::vector<std::pair<std::int64_t, std::int64_t>> gmsh_groups(const DataArray& 
   return groups;
 }
 
-std::vector<std::string> texts_in(const DataArray& array) {
-  if (array.info.type != ValueType::kString) return {};
-  const std::string_view all(reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size());
-  std::vector<std::string> texts = split(all, '\0');
-  if (!texts.empty()) texts.pop_back();  // each ends with a zero
-  return texts;
-}
-
 std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& context) {
   const MeshDescription& mesh = source->description();
   const auto stream = source->stream();
@@ -116,7 +108,7 @@ std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& cont
       } else {
         const DataArray array = source->read_array(association, i);
         line.statistics = measure_array(array);
-        line.texts = texts_in(array);
+        line.texts = texts_of(array);
         if (association == Association::kField) line.groups = gmsh_groups(array);
       }
       lines.push_back(std::move(line));

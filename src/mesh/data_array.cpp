@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/numbers.h"
+
 namespace tetfusion {
 
 namespace {
@@ -75,6 +77,14 @@ std::size_t AttributeSet::find(std::string_view name) const {
     if (arrays[i].name == name) return i;
   }
   return npos;
+}
+
+std::vector<std::string> texts_of(const DataArray& array) {
+  if (array.info.type != ValueType::kString) return {};
+  const std::string_view all(reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size());
+  std::vector<std::string> texts = split(all, '\0');
+  if (!texts.empty()) texts.pop_back();  // each ends with a zero
+  return texts;
 }
 
 }  // namespace tetfusion

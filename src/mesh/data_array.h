@@ -172,4 +172,7 @@ struct DataArray {
   }
 };
 
+// Its strings; of another array than one of strings, none.
+std::vector<std::string> texts_of(const DataArray& array);
+
 }  // namespace tetfusion

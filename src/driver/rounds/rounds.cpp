@@ -200,7 +200,8 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
   constexpr std::uint32_t kNumbers =
       std::numeric_limits<std::uint16_t>::max() - std::uint32_t{kFirstPassNumber};
   limits.number = static_cast<std::uint16_t>(settings.number % kNumbers + kFirstPassNumber);
-  if (limits.number == kFirstPassNumber) {  // what the mesh remembers is by number
+  const bool is_by_number = settings.method == Method::kTetFuse;  // what the mesh remembers
+  if (is_by_number && limits.number == kFirstPassNumber) {
     std::fill(whole.remembered.begin(), whole.remembered.end(), std::uint16_t{0});
   }
   if (limits.boundary_rule == BoundaryRule::kTets) mark_near_boundary(&whole);

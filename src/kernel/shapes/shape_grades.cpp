@@ -1,6 +1,7 @@
 #include "kernel/shapes/shape_grades.h"
 
 #include <algorithm>
+#include <functional>
 
 namespace tetfusion {
 
@@ -20,8 +21,8 @@ ShapeGrades::ShapeGrades(double floor) {
 std::uint8_t ShapeGrades::grade_of(double cubed_mean_ratio) const {
   if (cubed_mean_ratio >= floor()) return 0;
   const double wanted = kLeeway * cubed_mean_ratio;
-  const auto grade = std::find_if(least_.begin() + 1, least_.end() - 1,
-                                  [&](double least) { return least <= wanted; });
+  const auto grade =
+      std::lower_bound(least_.begin() + 1, least_.end() - 1, wanted, std::greater<>());
   return static_cast<std::uint8_t>(grade - least_.begin());
 }
 
