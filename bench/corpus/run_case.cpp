@@ -11,7 +11,7 @@
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
 #include "judge.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 
 namespace corpus {
 

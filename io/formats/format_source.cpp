@@ -8,12 +8,12 @@
 #include <utility>
 #include <variant>
 
+#include "base/blocks.h"
 #include "base/error.h"
 #include "io/formats/format_stream.h"
 #include "io/source/cell_kinds.h"
 #include "io/source/file_cells.h"
 #include "io/source/merge_pieces.h"
-#include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {

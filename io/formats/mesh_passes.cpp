@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "base/error.h"
-#include "mesh/region_names.h"
+#include "mesh/regions/region_names.h"
 
 namespace tetfusion {
 

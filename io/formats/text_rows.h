@@ -9,8 +9,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/blocks.h"
 #include "io/files/output_file.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

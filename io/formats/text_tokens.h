@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/vector.h"
 #include "io/files/mapped_file.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

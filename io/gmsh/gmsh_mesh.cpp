@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "base/blocks.h"
 #include "base/numbers.h"
 #include "io/source/cell_kinds.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "mesh/blocks.h"
+#include "base/blocks.h"
 
 namespace tetfusion {
 

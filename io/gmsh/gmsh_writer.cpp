@@ -14,12 +14,12 @@
 #include <variant>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/error.h"
 #include "io/formats/text_rows.h"
 #include "io/gmsh/gmsh_head.h"
 #include "io/gmsh/gmsh_steps.h"
-#include "mesh/blocks.h"
-#include "mesh/region_names.h"
+#include "mesh/regions/region_names.h"
 #include "mesh/split_cells.h"
 #include "mesh/time_value.h"
 

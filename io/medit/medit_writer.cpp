@@ -11,9 +11,9 @@
 #include <variant>
 #include <vector>
 
+#include "base/blocks.h"
 #include "io/formats/text_rows.h"
 #include "io/medit/medit_head.h"
-#include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {

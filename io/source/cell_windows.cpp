@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/blocks.h"
 #include "io/source/cell_kinds.h"
-#include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {

@@ -7,8 +7,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/blocks.h"
 #include "mesh/array_names.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

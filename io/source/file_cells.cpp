@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/error.h"
 #include "io/source/cell_kinds.h"
-#include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "mesh/blocks.h"
+#include "base/blocks.h"
 
 namespace tetfusion {
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <variant>
 
+#include "base/blocks.h"
 #include "io/source/reading_memory.h"
-#include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <bit>
 
+#include "base/blocks.h"
 #include "io/source/merge_pieces.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

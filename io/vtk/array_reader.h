@@ -8,12 +8,12 @@
 #include <span>
 #include <string>
 
+#include "base/blocks.h"
 #include "base/vector.h"
 #include "io/files/mapped_file.h"
 #include "io/vtk/byte_stream.h"
 #include "io/vtk/computed_array.h"
 #include "io/vtk/decode.h"
-#include "mesh/blocks.h"
 #include "mesh/data_array.h"
 
 namespace tetfusion {

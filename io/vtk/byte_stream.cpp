@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "base/blocks.h"
 #include "io/vtk/decode.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

@@ -7,12 +7,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/blocks.h"
 #include "io/source/differing_copies.h"
 #include "io/source/merge_pieces.h"
 #include "io/source/piece_numbers.h"
 #include "io/vtk/vtu_points.h"
 #include "io/vtk/vtu_stream.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

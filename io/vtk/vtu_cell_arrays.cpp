@@ -3,10 +3,10 @@
 #include <cstring>
 #include <type_traits>
 
+#include "base/blocks.h"
 #include "base/error.h"
 #include "io/source/cell_kinds.h"
 #include "io/source/file_cells.h"
-#include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <utility>
 
+#include "base/blocks.h"
 #include "io/source/cell_kinds.h"
 #include "io/vtk/vtu_cell_arrays.h"
-#include "mesh/blocks.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {

@@ -17,7 +17,7 @@ namespace tetfusion {
 void run_tasks(std::size_t tasks, int threads,
                const std::function<void(std::size_t task, std::size_t worker)>& work);
 
-// The same for tasks that have loops of their own (mesh/blocks.h): those of a task get its share of
+// The same for tasks that have loops of their own (base/blocks.h): those of a task get its share of
 // thread_count(), so that all together use no more.
 void run_tasks_with_loops(std::size_t tasks, int at_once,
                           const std::function<void(std::size_t task)>& work);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "driver/request/report_json.h"
-#include "mesh/inspection_summary.h"
+#include "mesh/inspection/inspection_summary.h"
 #include "mesh/quality.h"
 
 namespace tetfusion {

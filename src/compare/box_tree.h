@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <limits>
 
+#include "base/blocks.h"
 #include "base/vector.h"
 #include "compare/point.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

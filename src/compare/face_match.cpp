@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/mix.h"
-#include "mesh/blocks.h"
 #include "mesh/faces.h"
 
 namespace tetfusion {

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <type_traits>
 
-#include "mesh/blocks.h"
-#include "mesh/region_names.h"
+#include "base/blocks.h"
+#include "mesh/regions/region_names.h"
 
 namespace tetfusion {
 

@@ -8,14 +8,14 @@
 #include <span>
 #include <vector>
 
+#include "base/blocks.h"
+#include "base/sums.h"
 #include "compare/fields.h"
 #include "compare/hilbert_curve.h"
 #include "compare/locator.h"
 #include "compare/original_mesh.h"
 #include "compare/simplified_mesh.h"
-#include "mesh/blocks.h"
 #include "mesh/statistics.h"
-#include "mesh/sums.h"
 
 namespace tetfusion {
 

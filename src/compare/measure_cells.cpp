@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/blocks.h"
 #include "compare/measure.h"
-#include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {

@@ -1,8 +1,8 @@
 // Errors at the points of the original.
 #include <limits>
 
+#include "base/blocks.h"
 #include "compare/measure.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/error.h"
 #include "compare/region_labels.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/blocks.h"
+#include "base/blocks.h"
 
 namespace tetfusion {
 

@@ -9,7 +9,7 @@
 #include "base/vector.h"
 #include "io/source/mesh_source.h"
 #include "io/source/mesh_stream.h"
-#include "mesh/region_numbers.h"
+#include "mesh/regions/region_numbers.h"
 
 namespace tetfusion {
 

@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/error.h"
+#include "base/sums.h"
 #include "compare/face_match.h"
 #include "compare/hilbert_curve.h"
-#include "mesh/blocks.h"
 #include "mesh/faces.h"
 #include "mesh/predicates.h"
-#include "mesh/sums.h"
 
 namespace tetfusion {
 

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "mesh/blocks.h"
+#include "base/blocks.h"
+#include "base/union_find.h"
 #include "mesh/incidence.h"
-#include "mesh/union_find.h"
 
 namespace tetfusion {
 

@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "base/blocks.h"
+#include "base/sums.h"
 #include "compare/hilbert_curve.h"
 #include "compare/point_table.h"
-#include "mesh/blocks.h"
-#include "mesh/sums.h"
 
 namespace tetfusion {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/blocks.h"
 #include "base/resources.h"
 #include "driver/import/import.h"
 #include "driver/remainder.h"
@@ -13,8 +14,7 @@
 #include "driver/rounds/rounds.h"
 #include "driver/run.h"
 #include "driver/run_setup.h"
-#include "mesh/blocks.h"
-#include "mesh/boundary_sample.h"
+#include "mesh/inspection/boundary_sample.h"
 #include "partition/vertex_chunks.h"
 
 namespace tetfusion {

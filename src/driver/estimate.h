@@ -39,11 +39,12 @@ struct RunEstimate {
 // the middle of the mesh, and runs the rounds of the method over it, to the goal and then until
 // nothing fuses. What lies between it and other chunks stays, as in a first round; in a run it
 // would be another's turn in the next. So what counts is how many of the sample's free vertices go,
-// and how many vertices the mesh has inside, by a sample of its own (mesh/boundary_sample.h). Where
-// the boundary may move so little can be left that the cut has most of it; there counts what the
-// sample has become away from the cut (remainder.h). Time is what reading took, from `start`
-// (wall_seconds()) on, and what the sample took for as many tetrahedra as there are; not the
-// waiting for disks. The ranges of *steering become those of the points that tetrahedra use.
+// and how many vertices the mesh has inside, by a sample of its own
+// (mesh/inspection/boundary_sample.h). Where the boundary may move so little can be left that the
+// cut has most of it; there counts what the sample has become away from the cut (remainder.h). Time
+// is what reading took, from `start` (wall_seconds()) on, and what the sample took for as many
+// tetrahedra as there are; not the waiting for disks. The ranges of *steering become those of the
+// points that tetrahedra use.
 RunEstimate estimate_run(const Run& run, Steering* steering, std::uint64_t sample_tets,
                          double start);
 

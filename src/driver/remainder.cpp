@@ -4,8 +4,8 @@
 #include <array>
 #include <limits>
 
+#include "base/blocks.h"
 #include "kernel/fit/cell_means.h"
-#include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {

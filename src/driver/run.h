@@ -16,7 +16,7 @@
 #include "io/source/mesh_source.h"
 #include "io/source/mesh_stream.h"
 #include "kernel/fuse/fuse_limits.h"
-#include "mesh/region_of_interest.h"
+#include "mesh/regions/region_of_interest.h"
 
 namespace tetfusion {
 

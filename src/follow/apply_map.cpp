@@ -9,6 +9,7 @@
 #include <span>
 #include <utility>
 
+#include "base/blocks.h"
 #include "base/error.h"
 #include "base/numbers.h"
 #include "base/running_mean.h"
@@ -17,7 +18,6 @@
 #include "follow/fit_values.h"
 #include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/blocks.h"
 #include "compare/hilbert_curve.h"
 #include "compare/measure.h"
-#include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {

@@ -5,9 +5,9 @@
 #include <limits>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/resources.h"
 #include "compare/measure.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

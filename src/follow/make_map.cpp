@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/blocks.h"
 #include "compare/corner_weights.h"
 #include "compare/face_match.h"
 #include "compare/locator.h"
@@ -15,7 +16,6 @@
 #include "compare/simplified_mesh.h"
 #include "io/open_mesh.h"
 #include "io/progressive/map_file.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "mesh/blocks.h"
+#include "base/blocks.h"
 
 namespace tetfusion {
 

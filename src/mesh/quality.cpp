@@ -3,9 +3,9 @@
 #include <utility>
 #include <variant>
 
+#include "base/blocks.h"
 #include "base/resources.h"
 #include "base/tasks.h"
-#include "mesh/blocks.h"
 #include "mesh/vectors.h"
 
 namespace tetfusion {

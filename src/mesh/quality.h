@@ -9,9 +9,9 @@
 #include <numbers>
 #include <span>
 
+#include "base/sums.h"
 #include "base/vector.h"
 #include "mesh/geometry.h"
-#include "mesh/sums.h"
 
 namespace tetfusion {
 

@@ -1,4 +1,4 @@
-// The tetrahedra round each vertex, as one CSR: the only adjacency the project keeps.
+// The tetrahedra round each vertex, as one CSR: the only adjacency that passes keep.
 #pragma once
 
 #include <cstddef>

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "mesh/region_of_interest.h"
+#include "mesh/regions/region_of_interest.h"
 
 namespace tetfusion {
 

@@ -12,8 +12,8 @@
 
 namespace tetfusion {
 
-// 1 for each point of the mesh that does (mesh/region_of_interest.h). Calls keep() now and then.
-// Throws Error(kUsage).
+// 1 for each point of the mesh that does (mesh/regions/region_of_interest.h). Calls keep() now and
+// then. Throws Error(kUsage).
 Vector<std::uint8_t> points_inside(const RefinableMesh& mesh, const ProgressiveFile& file,
                                    const std::vector<std::string>& region,
                                    const std::function<void()>& keep);

@@ -13,7 +13,7 @@
 #include "io/files/file_system.h"
 #include "io/left_out.h"
 #include "io/mesh_format.h"
-#include "mesh/region_of_interest.h"
+#include "mesh/regions/region_of_interest.h"
 #include "refine/blocks_ahead.h"
 #include "refine/fusion_needs.h"
 #include "refine/fusion_spool.h"

@@ -20,7 +20,7 @@ struct RefineRequest {
   // range, at any point of the original or in the mean (FusionErrors). None: the original.
   std::optional<std::uint64_t> tets;
   std::optional<double> reduction, max_error, max_rms;
-  // Refine only where these are (mesh/region_of_interest.h), and as far as the goal allows;
+  // Refine only where these are (mesh/regions/region_of_interest.h), and as far as the goal allows;
   // elsewhere the mesh stays that of the file, but for what has to follow.
   std::vector<std::string> region;
   WriteOptions write;

@@ -5,9 +5,9 @@
 #include <numeric>
 #include <vector>
 
+#include "base/blocks.h"
 #include "io/mesh_output.h"
 #include "io/vtk/vtu_writer.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

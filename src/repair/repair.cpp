@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/blocks.h"
 #include "compare/original_mesh.h"
 #include "io/source/stream_around.h"
 #include "io/source/stream_windows.h"
-#include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {

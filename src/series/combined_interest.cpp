@@ -5,7 +5,7 @@
 #include <span>
 
 #include "io/source/stream_windows.h"
-#include "mesh/region_of_interest.h"
+#include "mesh/regions/region_of_interest.h"
 
 namespace tetfusion {
 

@@ -16,8 +16,9 @@ namespace tetfusion {
 // A point is inside if it is in some step. In memory is a bit for each point.
 class CombinedInterest {
  public:
-  // Of the texts (mesh/region_of_interest.h) those that go by values; the others are left to
-  // whoever has the places. `first` is a step's mesh. Throws Error(kUsage) where a text is wrong.
+  // Of the texts (mesh/regions/region_of_interest.h) those that go by values; the others are left
+  // to whoever has the places. `first` is a step's mesh. Throws Error(kUsage) where a text is
+  // wrong.
   CombinedInterest(const std::vector<std::string>& texts, const MeshDescription& first);
 
   bool empty() const { return by_values_.empty(); }

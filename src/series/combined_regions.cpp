@@ -5,12 +5,12 @@
 #include <span>
 #include <utility>
 
+#include "base/blocks.h"
 #include "base/mix.h"
 #include "io/files/checksum.h"
 #include "io/source/stream_windows.h"
-#include "mesh/blocks.h"
-#include "mesh/region_names.h"
-#include "mesh/region_numbers.h"
+#include "mesh/regions/region_names.h"
+#include "mesh/regions/region_numbers.h"
 
 namespace tetfusion {
 

@@ -26,7 +26,7 @@
 #include "io/vtk/pieces_output.h"
 #include "io/vtk/series_list.h"
 #include "mesh/array_names.h"
-#include "mesh/region_of_interest.h"
+#include "mesh/regions/region_of_interest.h"
 
 namespace tetfusion {
 

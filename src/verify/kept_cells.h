@@ -7,7 +7,7 @@
 #include "base/vector.h"
 #include "compare/point.h"
 #include "io/source/mesh_source.h"
-#include "mesh/region_of_interest.h"
+#include "mesh/regions/region_of_interest.h"
 
 namespace tetfusion {
 

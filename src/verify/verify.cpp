@@ -14,7 +14,7 @@
 #include "compare/compare.h"
 #include "compare/interfaces.h"
 #include "io/open_mesh.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "mesh/predicates.h"
 #include "verify/kept_cells.h"
 

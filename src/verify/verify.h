@@ -12,7 +12,7 @@
 #include "base/vector.h"
 #include "compare/needs.h"  // for those who plan a verification
 #include "io/source/mesh_source.h"
-#include "mesh/region_of_interest.h"
+#include "mesh/regions/region_of_interest.h"
 
 namespace tetfusion {
 

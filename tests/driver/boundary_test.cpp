@@ -8,7 +8,7 @@
 #include "driver/simplify.h"
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "partition/curve_cut.h"
 #include "support/file_request.h"
 #include "support/mesh_file.h"

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "io/open_mesh.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "support/brute_check.h"
 #include "support/import.h"
 #include "support/mesh_file.h"

@@ -12,7 +12,7 @@
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
 #include "kernel/quadrics/vertex_quadrics.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "mesh/quality.h"
 #include "support/file_request.h"
 #include "support/mesh_file.h"

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "base/resources.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "mesh/split_cells.h"
 #include "support/cut_meshes.h"
 #include "support/damaged_meshes.h"

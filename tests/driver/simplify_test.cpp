@@ -19,7 +19,7 @@
 #include "driver/arrays/regions.h"
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "mesh/predicates.h"
 #include "support/damaged_meshes.h"
 #include "support/file_request.h"

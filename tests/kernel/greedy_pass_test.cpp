@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "support/meshes.h"
 #include "support/reference_pass.h"
 #include "support/work_meshes.h"

@@ -1,10 +1,10 @@
-#include "mesh/boundary_sample.h"
+#include "mesh/inspection/boundary_sample.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "support/meshes.h"
 
 namespace tetfusion {

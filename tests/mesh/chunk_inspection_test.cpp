@@ -1,4 +1,4 @@
-#include "mesh/chunk_inspection.h"
+#include "mesh/inspection/chunk_inspection.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "mesh/inspect.h"
-#include "mesh/interface_inspection.h"
+#include "mesh/inspection/inspect.h"
+#include "mesh/inspection/interface_inspection.h"
 #include "support/damaged_meshes.h"
 #include "support/meshes.h"
 

@@ -1,4 +1,4 @@
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -8,7 +8,7 @@
 
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "support/brute_check.h"
 
 namespace tetfusion {

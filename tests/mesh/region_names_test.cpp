@@ -1,4 +1,4 @@
-#include "mesh/region_names.h"
+#include "mesh/regions/region_names.h"
 
 #include <gtest/gtest.h>
 

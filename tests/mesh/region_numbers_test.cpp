@@ -1,4 +1,4 @@
-#include "mesh/region_numbers.h"
+#include "mesh/regions/region_numbers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "support/work_meshes.h"
 
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 
 namespace tetfusion::testing {
 

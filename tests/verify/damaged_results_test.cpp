@@ -15,7 +15,7 @@
 #include "base/error.h"
 #include "compare/point.h"
 #include "driver/simplify.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 #include "support/file_request.h"
 #include "support/mesh_file.h"
 #include "support/temp_dir.h"

@@ -17,7 +17,7 @@
 #include "io/gmsh/gmsh_head.h"
 #include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
-#include "mesh/region_names.h"
+#include "mesh/regions/region_names.h"
 
 namespace tetfusion {
 

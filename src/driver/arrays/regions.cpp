@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "mesh/region_names.h"
+#include "mesh/regions/region_names.h"
 
 namespace tetfusion {
 

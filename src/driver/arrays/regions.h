@@ -11,8 +11,8 @@
 namespace tetfusion {
 
 // The cell arrays whose interfaces are kept: the named ones, of numbers of one component, or by
-// default those of integers that look like regions (mesh/region_names.h). Throws Error(kUsage) for
-// a name that is none of these, which `option` gave.
+// default those of integers that look like regions (mesh/regions/region_names.h). Throws
+// Error(kUsage) for a name that is none of these, which `option` gave.
 std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
                                         const std::optional<std::vector<std::string>>& names,
                                         std::string_view option = "--regions");

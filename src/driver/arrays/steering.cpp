@@ -7,12 +7,12 @@
 #include <cmath>
 #include <limits>
 
+#include "base/blocks.h"
 #include "base/error.h"
 #include "base/numbers.h"
 #include "driver/arrays/notices.h"
 #include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
-#include "mesh/blocks.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {

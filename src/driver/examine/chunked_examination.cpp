@@ -6,19 +6,19 @@
 #include <utility>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/resources.h"
 #include "base/tasks.h"
+#include "base/union_find.h"
 #include "driver/arrays/steering.h"
 #include "driver/import/chunk_loader.h"
 #include "driver/import/scatter.h"
 #include "driver/import/stream_coincident.h"
 #include "driver/rounds/rounds.h"
-#include "mesh/blocks.h"
-#include "mesh/chunk_inspection.h"
 #include "mesh/faces.h"
-#include "mesh/inspect.h"
-#include "mesh/interface_inspection.h"
-#include "mesh/union_find.h"
+#include "mesh/inspection/chunk_inspection.h"
+#include "mesh/inspection/inspect.h"
+#include "mesh/inspection/interface_inspection.h"
 
 namespace tetfusion {
 

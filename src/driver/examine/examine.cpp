@@ -14,7 +14,7 @@
 #include "io/files/file_system.h"
 #include "io/source/mesh_stream.h"
 #include "io/store/scratch.h"
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 
 namespace tetfusion {
 

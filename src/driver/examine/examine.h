@@ -6,7 +6,7 @@
 
 #include "base/run_context.h"
 #include "io/source/mesh_source.h"
-#include "mesh/inspection_summary.h"
+#include "mesh/inspection/inspection_summary.h"
 #include "mesh/quality.h"
 
 namespace tetfusion {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/tasks.h"
-#include "mesh/interface_inspection.h"
+#include "mesh/inspection/interface_inspection.h"
 
 namespace tetfusion {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <span>
 
+#include "base/blocks.h"
 #include "driver/import/scatter_passes.h"
-#include "mesh/blocks.h"
 #include "partition/curve_excerpt.h"
 
 namespace tetfusion {

@@ -19,8 +19,8 @@
 #include "driver/arrays/steering.h"
 #include "io/source/mesh_stream.h"
 #include "io/store/scratch.h"
-#include "mesh/boundary_sample.h"
-#include "mesh/region_of_interest.h"
+#include "mesh/inspection/boundary_sample.h"
+#include "mesh/regions/region_of_interest.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"
 

@@ -3,10 +3,10 @@
 #include <numeric>
 #include <span>
 
+#include "base/blocks.h"
 #include "base/pool.h"
 #include "driver/import/scatter_passes.h"
 #include "driver/rounds/windows.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <span>
 
+#include "base/blocks.h"
 #include "base/pool.h"
 #include "driver/import/scatter_passes.h"
 #include "driver/import/stream_coincident.h"
 #include "driver/rounds/windows.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/run_context.h"
 #include "io/source/mesh_stream.h"
-#include "mesh/blocks.h"
-#include "mesh/coincident.h"
+#include "mesh/inspection/coincident.h"
 
 namespace tetfusion {
 

@@ -82,7 +82,7 @@ struct BehaviourOptions {
   // like materials. Empty: none.
   std::optional<std::vector<std::string>> regions;
 
-  // Where the mesh stays as it is (mesh/region_of_interest.h).
+  // Where the mesh stays as it is (mesh/regions/region_of_interest.h).
   std::vector<std::string> interest;
 
   // In the end values are fitted to the original's, where nothing else is promised

@@ -11,7 +11,7 @@
 #include "io/store/piece_store.h"
 #include "kernel/costs.h"
 #include "kernel/sheets/facing_grid.h"
-#include "mesh/chunk_inspection.h"
+#include "mesh/inspection/chunk_inspection.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"
 #include "partition/interface_table.h"

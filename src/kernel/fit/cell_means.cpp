@@ -9,7 +9,7 @@
 #include "base/mix.h"
 #include "base/running_mean.h"
 #include "mesh/predicates.h"
-#include "mesh/region_numbers.h"
+#include "mesh/regions/region_numbers.h"
 
 namespace tetfusion {
 

@@ -9,7 +9,7 @@
 #include "kernel/point3.h"
 #include "kernel/quadrics/quadric.h"
 #include "mesh/faces.h"
-#include "mesh/region_numbers.h"
+#include "mesh/regions/region_numbers.h"
 
 namespace tetfusion {
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "mesh/inspect.h"
-#include "mesh/mesh_counts.h"
+#include "mesh/inspection/inspect.h"
+#include "mesh/inspection/mesh_counts.h"
 
 namespace tetfusion {
 

@@ -1,15 +1,15 @@
-#include "mesh/chunk_inspection.h"
+#include "mesh/inspection/chunk_inspection.h"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "mesh/cell_states.h"
+#include "base/sums.h"
+#include "base/union_find.h"
 #include "mesh/faces.h"
-#include "mesh/inspect.h"
-#include "mesh/sums.h"
-#include "mesh/surface.h"
-#include "mesh/union_find.h"
+#include "mesh/inspection/cell_states.h"
+#include "mesh/inspection/inspect.h"
+#include "mesh/inspection/surface.h"
 
 namespace tetfusion {
 

@@ -6,10 +6,10 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/first_ids.h"
 #include "base/vector.h"
-#include "mesh/first_ids.h"
 #include "mesh/geometry.h"
-#include "mesh/mesh_counts.h"
+#include "mesh/inspection/mesh_counts.h"
 
 namespace tetfusion {
 

@@ -11,9 +11,9 @@
 #include <span>
 
 #include "base/vector.h"
-#include "mesh/clusters.h"
 #include "mesh/geometry.h"
-#include "mesh/mesh_counts.h"
+#include "mesh/inspection/clusters.h"
+#include "mesh/inspection/mesh_counts.h"
 
 namespace tetfusion {
 

@@ -1,4 +1,4 @@
-#include "mesh/region_of_interest.h"
+#include "mesh/regions/region_of_interest.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
-#include "mesh/clusters.h"
+#include "mesh/inspection/clusters.h"
 
-#include "mesh/union_find.h"
+#include "base/union_find.h"
 
 namespace tetfusion {
 

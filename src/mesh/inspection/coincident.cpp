@@ -1,4 +1,4 @@
-#include "mesh/coincident.h"
+#include "mesh/inspection/coincident.h"
 
 #include <algorithm>
 #include <bit>
@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/blocks.h"
+#include "base/blocks.h"
 
 namespace tetfusion {
 

@@ -1,8 +1,8 @@
-#include "mesh/vertex_ranges.h"
+#include "mesh/inspection/vertex_ranges.h"
 
 #include <array>
 
-#include "mesh/blocks.h"
+#include "base/blocks.h"
 
 namespace tetfusion {
 

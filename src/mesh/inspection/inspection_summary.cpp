@@ -1,4 +1,4 @@
-#include "mesh/inspection_summary.h"
+#include "mesh/inspection/inspection_summary.h"
 
 namespace tetfusion {
 

@@ -1,4 +1,4 @@
-#include "mesh/inspect.h"
+#include "mesh/inspection/inspect.h"
 
 #include <algorithm>
 #include <array>
@@ -10,17 +10,17 @@
 #include <utility>
 #include <vector>
 
+#include "base/blocks.h"
 #include "base/error.h"
 #include "base/pool.h"
-#include "mesh/blocks.h"
-#include "mesh/cell_states.h"
-#include "mesh/clusters.h"
-#include "mesh/coincident.h"
+#include "base/sums.h"
+#include "base/union_find.h"
 #include "mesh/faces.h"
-#include "mesh/sums.h"
-#include "mesh/surface.h"
-#include "mesh/union_find.h"
-#include "mesh/vertex_ranges.h"
+#include "mesh/inspection/cell_states.h"
+#include "mesh/inspection/clusters.h"
+#include "mesh/inspection/coincident.h"
+#include "mesh/inspection/surface.h"
+#include "mesh/inspection/vertex_ranges.h"
 
 namespace tetfusion {
 

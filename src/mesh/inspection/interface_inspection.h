@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <span>
 
+#include "base/sums.h"
 #include "base/vector.h"
-#include "mesh/chunk_inspection.h"
-#include "mesh/mesh_counts.h"
-#include "mesh/sums.h"
+#include "mesh/inspection/chunk_inspection.h"
+#include "mesh/inspection/mesh_counts.h"
 
 namespace tetfusion {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <span>
 
+#include "base/first_ids.h"
 #include "base/vector.h"
-#include "mesh/first_ids.h"
 #include "mesh/geometry.h"
 
 namespace tetfusion {

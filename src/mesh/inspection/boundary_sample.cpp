@@ -1,11 +1,11 @@
-#include "mesh/boundary_sample.h"
+#include "mesh/inspection/boundary_sample.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 
+#include "base/blocks.h"
 #include "base/mix.h"
-#include "mesh/blocks.h"
 
 namespace tetfusion {
 

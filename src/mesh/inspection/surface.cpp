@@ -1,11 +1,11 @@
-#include "mesh/surface.h"
+#include "mesh/inspection/surface.h"
 
 #include <algorithm>
 #include <vector>
 
-#include "mesh/blocks.h"
+#include "base/blocks.h"
+#include "base/union_find.h"
 #include "mesh/incidence.h"
-#include "mesh/union_find.h"
 
 namespace tetfusion {
 

@@ -1,4 +1,4 @@
-#include "mesh/blocks.h"
+#include "base/blocks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "mesh/interface_inspection.h"
+#include "mesh/inspection/interface_inspection.h"
 
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
 
-#include "mesh/inspect.h"
-#include "mesh/surface.h"
+#include "mesh/inspection/inspect.h"
+#include "mesh/inspection/surface.h"
 
 namespace tetfusion {
 
