@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "kernel/fuse/fuse_round.h"
@@ -223,7 +225,7 @@ TEST(PointErrors, ValuesAreMovedAsLittleAsItTakes) {
   cavity.begin(&s.mesh, &balls, 0, limits.unit);
   PointErrors<double> errors;
   const double bound = 0.01;
-  errors.begin(s.fields(), {bound, limits.unit}, &s.mesh, &balls);
+  errors.begin(s.fields(), {.max_error = bound, .unit = limits.unit}, &s.mesh, &balls);
   std::size_t tried = 0;
   for (const Tet& tet : s.mesh.tets) {
     const VertexId v = tet[0], partner = tet[1];
@@ -247,6 +249,95 @@ TEST(PointErrors, ValuesAreMovedAsLittleAsItTakes) {
     EXPECT_FALSE(errors.allows(joining, low, high, values));
   }
   EXPECT_GT(tried, 0u);
+}
+
+// With room for it a vertex gets the value of the least squares, by weights that are found
+// otherwise; with less, one that is as near to it as the bound allows.
+TEST(PointErrors, RefitSquares) {
+  Steered s = steered(five_split_cube(7, 0.2, 3), smooth);
+  run(bounded(0.01, 1e-4), &s);
+  testing::count_incidence(&s.mesh);
+  LiveBalls balls;
+  balls.reset(s.mesh.vertex_count(), s.mesh.tets);
+  std::size_t least = 0, bounded_ones = 0;
+  for (const double bound : {10.0, 0.01}) {
+    PointErrors<double> errors;
+    errors.begin(s.fields(), {.max_error = bound, .unit = kUnit}, &s.mesh, &balls);
+    for (VertexId v = 0; v < s.mesh.vertex_count(); ++v) {
+      if ((s.mesh.marks[v] & (kMoved | kOnBoundary)) != kMoved) continue;
+      struct Say {
+        double weight, error;
+      };
+      std::vector<Say> points;
+      const auto ball = balls.of(v, s.mesh.incidence[v], s.mesh.tets);
+      double low = s.mesh.steering[v], high = low;
+      for (const std::uint32_t entry : ball) {
+        const Tet& tet = s.mesh.tets[entry >> 2];
+        for (auto i = s.mesh.removed.first[entry >> 2]; i != kNoPoint; i = s.mesh.removed.next[i]) {
+          const auto w = testing::weights_in(s.mesh, tet, s.mesh.removed.positions[i]);
+          double error = -s.mesh.removed.values[i];
+          for (std::size_t c = 0; c < 4; ++c) error += w[c] * s.mesh.steering[tet[c]];
+          points.push_back({w[entry & 3u], error});
+          low = std::min(low, s.mesh.removed.values[i]);
+          high = std::max(high, s.mesh.removed.values[i]);
+        }
+      }
+      double sum = 0, squares = 0;
+      for (const Say& p : points) {
+        sum += p.weight * p.error;
+        squares += p.weight * p.weight;
+      }
+      if (squares < 1.0 / 32) continue;
+      const double before = s.mesh.steering[v];
+      const double best = std::clamp(before - sum / squares, low, high);
+      std::array<double, 1> value{};
+      const bool changes = errors.refit(v, ball, value);
+      if (bound > 1) {
+        EXPECT_NEAR(value[0], best, 1e-12);
+        ++least;
+        continue;
+      }
+      if (!changes) continue;
+      EXPECT_LE(std::abs(value[0] - best), std::abs(before - best) * (1 + 1e-12));
+      for (const Say& p : points) {
+        EXPECT_LE(std::abs(p.error + p.weight * (value[0] - before)), bound * s.field.range);
+      }
+      if (std::abs(value[0] - best) > 1e-9) ++bounded_ones;
+    }
+  }
+  EXPECT_GT(least, 20u);
+  EXPECT_GT(bounded_ones, 0u);
+}
+
+// What a round leaves under a bound goes on further than it would with the values of the fusions
+// alone, and is nearer to the original.
+TEST(PointErrors, RoundsRefitWhereABoundRefuses) {
+  const auto squares_of = [](const WorkMesh<double>& mesh) {
+    double squares = 0;
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+      for (auto i = mesh.removed.first[t]; i != kNoPoint; i = mesh.removed.next[i]) {
+        const auto w = testing::weights_in(mesh, mesh.tets[t], mesh.removed.positions[i]);
+        double error = -mesh.removed.values[i];
+        for (std::size_t c = 0; c < 4; ++c) error += w[c] * mesh.steering[mesh.tets[t][c]];
+        squares += error * error;
+      }
+    }
+    return squares;
+  };
+  Steered fresh = steered(five_split_cube(9, 0.2, 3), smooth);
+  // With a log, which wants the tetrahedra's numbers, values stay as fusions leave them.
+  Column numbers{ValueType::kUInt32, 1, {}};
+  numbers.resize(fresh.mesh.tets.size());
+  for (TetId t = 0; t < fresh.mesh.tets.size(); ++t) {
+    std::memcpy(numbers.rows.data() + t * sizeof t, &t, sizeof t);
+  }
+  fresh.mesh.cell_columns.push_back(std::move(numbers));
+  Steered kept = fresh, refitted = fresh;
+  FusionLog log;
+  FuseRound<double>().run(bounded(0.005, 1e-2), kept.fields(), &kept.mesh, &log);
+  run(bounded(0.005, 1e-2), &refitted);
+  EXPECT_EQ(refitted.mesh.tets, kept.mesh.tets);
+  EXPECT_LT(squares_of(refitted.mesh), 0.97 * squares_of(kept.mesh));
 }
 
 }  // namespace

@@ -18,6 +18,9 @@ constexpr double kRounding = 64 * 0x1p-53;
 constexpr double kCorners = 4;
 // Vectors: how often all points may draw at the new vertex's values.
 constexpr int kDraws = 8;
+// Where the squares of its weights at points sum up to less, these do not tell what a value should
+// be.
+constexpr double kLeastSay = 1.0 / 64;
 
 // A point that is outside by no more than this share of a tetrahedron is so by rounding.
 constexpr double kOutside = 1e-8;
@@ -374,6 +377,54 @@ bool PointErrors<Real>::holds(std::span<const double> values) const {
     }
   }
   return true;
+}
+
+template <class Real>
+bool PointErrors<Real>::refit(VertexId v, std::span<const std::uint32_t> ball,
+                              std::span<double> values) {
+  joining_ = {v, v, false, mesh_->positions[v], ball, {}};
+  collect(joining_);
+  surface_.set(joining_);
+  make_fan(joining_);
+  places_.clear();
+  bool is_known = !points_.empty();
+  for (std::uint32_t i = 0; is_known && i < points_.size(); ++i) is_known = find_places(i);
+  const double* const own = mesh_->steering.data() + v * width_;
+  std::copy_n(own, width_, values.begin());
+  low_.assign(own, own + width_);
+  high_.assign(own, own + width_);
+  for (const Bound& bound : fields_) {
+    if (is_known) approach(bound, values);
+  }
+  const bool allowed =
+      is_known &&
+      std::ranges::all_of(places_, [this](const Place& place) { return narrow(place); }) &&
+      choose(values);
+  joining_ = {};
+  surface_.forget();
+  return allowed && !std::equal(values.begin(), values.end(), own);
+}
+
+// The least squares of a field, in the range of what its points have.
+template <class Real>
+void PointErrors<Real>::approach(const Bound& bound, std::span<double> values) {
+  differences_.resize(width_);
+  sums_.assign(bound.count, 0);
+  double squares = 0;
+  for (const Place& place : places_) {
+    error_at(place, bound, values, differences_.data());
+    const double weight = place.weights[0];
+    squares += weight * weight;
+    for (std::uint32_t i = 0; i < bound.count; ++i) {
+      const std::size_t k = bound.first + i;
+      const double original = points_[place.point].values[k];
+      sums_[i] += weight * differences_[i];
+      low_[k] = std::min(low_[k], original);
+      high_[k] = std::max(high_[k], original);
+    }
+  }
+  if (!(squares > kLeastSay)) return;
+  for (std::uint32_t i = 0; i < bound.count; ++i) values[bound.first + i] -= sums_[i] / squares;
 }
 
 template <class Real>

@@ -44,6 +44,11 @@ class PointErrors {
   bool allows(const Joining<Real>& joining, std::span<const double> low,
               std::span<const double> high, std::span<double> values);
 
+  // The same of a vertex alone, which was fused to its place and has this ball: finds values with
+  // which the errors at the points round it are smaller in the mean of squares. They stay within
+  // the range of its own and of what these points have. False where it should keep its own.
+  bool refit(VertexId v, std::span<const std::uint32_t> ball, std::span<double> values);
+
   // Of what allows() has allowed last, with the values that it has left: the largest error at a
   // point of the cavity, as a share of a field's range, whoever evaluates it.
   double largest_error(std::span<const double> values) const;
@@ -101,6 +106,7 @@ class PointErrors {
   template <std::size_t kAtOnce>
   bool narrow_some(const Place& place, std::size_t first);
   bool choose(std::span<double> values);
+  void approach(const Bound& bound, std::span<double> values);
   void draw(const Bound& bound, std::span<double> values);
   double error_at(const Place& place, const Bound& bound, std::span<const double> values,
                   double* differences) const;
@@ -122,7 +128,7 @@ class PointErrors {
   Vector<Place> places_;
   Vec3<double> centre_{};
   std::uint32_t last_tet_ = 0;
-  std::vector<double> low_, high_, differences_;
+  std::vector<double> low_, high_, differences_, sums_;
   // Of each value that steers: what its error may be, and what that loses where weights are off by
   // 1. Without bound, and not to be narrowed, are vectors' components.
   std::vector<double> limits_, losses_;

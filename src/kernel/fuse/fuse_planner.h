@@ -55,6 +55,9 @@ class FusePlanner {
   // ... and afterwards.
   void note_fused() { cavity_.note_fused(kept_); }
 
+  // Finds better values() for a vertex that was fused to its place, if there are any.
+  bool refit(VertexId v) { return values_.refit(v, vertices_->ball(v)); }
+
   // From now on all places are tried, however seldom anything comes of some.
   void be_thorough() { thorough_ = true; }
 

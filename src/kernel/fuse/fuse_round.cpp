@@ -52,6 +52,8 @@ void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringFi
   for (Vector<VertexId>& of_block : failures_) of_block.clear();
   removed_ = 0;
   fused_ = 0;
+  deviated_ = 0;
+  refitted_.clear();
   told_ = 0;
   visits_ = 0;
   interpolations_.clear();
@@ -75,6 +77,7 @@ FuseStatistics FuseRound<Real>::run(const FuseLimits& limits, std::span<const St
   if (limits.gradient_variance > 0) add_gradient_variances();
   notes_.begin(mesh, log);
   work();
+  refit_values();
   FuseStatistics statistics;
   finish(&statistics);
   compact();
@@ -294,6 +297,7 @@ template <class Real>
 void FuseRound<Real>::note_failure(VertexId v, Reject reason) {
   constexpr auto kBound = static_cast<std::uint8_t>(Reject::kDeviation);
   State& state = vertices_[v];
+  if (reason == Reject::kDeviation) ++deviated_;
   const bool keeps_reason = state.failed >= state.moved && state.reason == kBound;
   if (!keeps_reason) state.reason = static_cast<std::uint8_t>(reason);
   state.failed = vertices_.now();
@@ -411,9 +415,30 @@ void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
   mesh.incidence[kept] += static_cast<std::uint32_t>(affected.size());
 }
 
+// Where bounds have begun to matter, of vertices inside whose balls have changed: smaller errors
+// leave more room in the next round. A log has rows as the last fusion left them.
+template <class Real>
+void FuseRound<Real>::refit_values() {
+  if (deviated_ == 0 || notes_.are_wanted()) return;
+  const std::size_t width = mesh_->steering_width;
+  std::vector<float> quadric(quadric_size(width));
+  for (VertexId v = 0; v < vertices_.size(); ++v) {
+    const bool may = mesh_->incidence[v] != 0 && vertices_[v].moved > 1 &&
+                     vertices_[v].kind == FuseVertices<Real>::kFree &&
+                     (mesh_->marks[v] & kMoved) != 0;
+    if (!may || !planner_.refit(v)) continue;
+    std::fill(quadric.begin(), quadric.end(), 0.0F);
+    edge_costs_.add(v, mesh_->positions[v], planner_.values().data(), quadric.data());
+    std::ranges::copy(quadric, mesh_->quadrics.data() + std::size_t{v} * mesh_->quadric_width);
+    std::ranges::copy(planner_.values(), mesh_->steering.data() + std::size_t{v} * width);
+    refitted_.push_back(v);
+  }
+}
+
 template <class Real>
 void FuseRound<Real>::compact() {
   WorkMesh<Real>& mesh = *mesh_;
+  write_steering_columns(fields_, refitted_, &mesh);
   if (fused_ == 0) return;
   if (interpolates_) {
     for (Column& column : mesh.point_columns) interpolate_point_column(interpolations_, &column);

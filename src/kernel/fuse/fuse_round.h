@@ -78,6 +78,7 @@ class FuseRound {
   void move_tets(VertexId kept, VertexId gone);
   void carry_rows(VertexId kept);
 
+  void refit_values();
   void compact();
 
   const FuseLimits* limits_ = nullptr;
@@ -94,6 +95,8 @@ class FuseRound {
   std::size_t bin_ = 0;                     // whose turn it is
   std::vector<Vector<VertexId>> failures_;  // to be asked again, of each block
   std::uint64_t removed_ = 0, fused_ = 0;
+  std::uint64_t deviated_ = 0;  // fusions that a bound refused
+  Vector<VertexId> refitted_;
   std::function<void(std::uint64_t)> watcher_;
   std::uint64_t told_ = 0;  // of those removed
   std::uint32_t visits_ = 0;

@@ -49,7 +49,12 @@ class FuseValues {
   // The same of any partner, as far as bounds leave a choice, and what speaks against them.
   std::optional<Reject> judge(const Joining<Real>& joining, const FuseCavity<Real>& cavity);
 
-  // As choose() or judge() has left them.
+  // Bounds speak against most of what is refused in the end: where they may, a vertex that was
+  // fused to its place gets values for which the errors at the points round it are smaller. False
+  // where it keeps those that it has.
+  bool refit(VertexId v, std::span<const std::uint32_t> ball);
+
+  // As choose(), judge() or refit() has left them.
   std::span<const double> values() const { return values_; }
   const Interpolation& interpolation() const { return interpolation_; }
   // For those who go back: the error at the points, if all fields have bounds there; else the root
