@@ -102,6 +102,14 @@ void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh) 
 }
 
 void check_mesh_output(const std::string& path, Encoding encoding) {
+  for (const char* field : {"{step}", "{lod}"}) {
+    if (path.find(field) == std::string::npos) continue;
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("{} holds {}, which stands for one of several meshes, but one is written "
+                    "here",
+                    path, field));
+  }
   if (!has_encoding(output_format(path), encoding)) {
     throw Error(
         ErrorCode::kUsage,

@@ -42,7 +42,7 @@ std::uint64_t write_mesh(MeshSource* source, const std::string& path, const Writ
     const LabelPlace place = label_place(format);
     mesh.choose_labels(possible_labels(source->description().cell_data, place, options.label,
                                        options.label_comes_first),
-                       place, options.label, path, options.tell);
+                       place, options.label, options.label_comes_first, path, options.tell);
   }
   if (format == MeshFormat::kTetgen) {
     const std::size_t vertices = mesh.lower_of_type(kVtkVertex).size();

@@ -183,7 +183,8 @@ struct Mesh {
   std::span<const std::uint8_t> ghosts;
 
   std::vector<Array> point_arrays, cell_arrays;
-  std::string active_scalars;  // the point array that steers where Options::arrays names none
+  // One of the point arrays: it steers where Options::arrays names none.
+  std::string active_scalars;
 };
 
 struct OwnedArray {

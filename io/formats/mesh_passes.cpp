@@ -211,7 +211,7 @@ bool MeshPasses::is_zero(std::size_t cell_array) const {
 }
 
 void MeshPasses::choose_labels(const std::vector<std::size_t>& possible, const LabelPlace& place,
-                               const std::string& label, const std::string& path,
+                               const std::string& label, bool is_meant, const std::string& path,
                                const std::function<void(std::string_view)>& tell) {
   const auto name_of = [&](std::size_t i) -> const std::string& {
     return info(Association::kCell, i).name;
@@ -230,6 +230,10 @@ void MeshPasses::choose_labels(const std::vector<std::size_t>& possible, const L
     const bool is_own = place.holds_own_fractions && name_of(i) == place.own;
     const std::string why = is_of_format || is_own ? "" : refusal(i, place.bits);
     if (!why.empty()) {
+      if (is_meant && name_of(i) == label) {
+        throw Error(ErrorCode::kUsage, fmt::format("--labels {}: cannot be the {} of {}: {}", label,
+                                                   place.name, path, why));
+      }
       const std::string what =
           fmt::format("cell array {} cannot be the {} of {}{}: {}", name_of(i), place.name, path,
                       place.is_only_place ? ", and is left out" : "", why);

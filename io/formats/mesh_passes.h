@@ -51,9 +51,10 @@ class MeshPasses {
   const MeshDescription& description() const { return source_->description(); }
   // Of these arrays of cells the first one whose values the format has room for, and are not 0
   // everywhere, if another one is not: it has no more to say than none. tell() is called, if it is
-  // there, where that is another one than names say; `label` is the name that the user gave.
+  // there, where that is another one than names say; `label` is the name that the user gave. Where
+  // just that one is meant and has no room, throws Error(kUsage).
   void choose_labels(const std::vector<std::size_t>& possible, const LabelPlace& place,
-                     const std::string& label, const std::string& path,
+                     const std::string& label, bool is_meant, const std::string& path,
                      const std::function<void(std::string_view)>& tell);
   std::size_t cell_labels() const { return labels_; }  // kNone: there are none
   std::uint64_t points() const { return stream_->points(); }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -22,8 +21,8 @@ namespace {
 
 constexpr std::string_view kBlocks = "block", kBlockNames = "block_names";
 
-// Of each cell array, by its place: the values that are left out.
-using Values = std::map<std::size_t, std::set<double>>;
+// Of each cell array, by its place: the values that are left out, and the patch that each is.
+using Values = std::map<std::size_t, std::map<double, std::size_t>>;
 
 std::vector<std::string> block_names(MeshSource* mesh) {
   std::vector<std::string> names;
@@ -62,103 +61,118 @@ Values find_values(MeshSource* mesh, const std::vector<std::string>& patches) {
   std::vector<std::string> names;
   if (blocks != AttributeSet::npos) names = block_names(mesh);
   Values values;
-  for (const std::string& patch : patches) {
-    const auto name = std::ranges::find(names, patch);
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const auto name = std::ranges::find(names, patches[i]);
     if (name != names.end()) {
-      values[blocks].insert(static_cast<double>(name - names.begin()));
-    } else if (const auto given = value_of_array(patch, cell_data)) {
-      values[given->first].insert(given->second);
+      values[blocks].emplace(static_cast<double>(name - names.begin()), i);
+    } else if (const auto given = value_of_array(patches[i], cell_data)) {
+      values[given->first].emplace(given->second, i);
     } else {
-      refuse(patch, names);
+      refuse(patches[i], names);
     }
   }
   return values;
 }
 
-// Sets dropped[i] where the row has one of the values.
-void mark_rows(const ArrayInfo& info, std::span<const std::byte> rows,
-               const std::set<double>& values, Vector<std::uint8_t>* dropped) {
-  visit_type(info.type, [&](auto zero) {
-    const auto* of_cells = reinterpret_cast<const decltype(zero)*>(rows.data());
-    for (std::size_t i = 0; i < dropped->size(); ++i) {
-      if (values.contains(static_cast<double>(of_cells[i]))) (*dropped)[i] = 1;
-    }
-  });
-}
+// Cells of lower dimension, row i of them rows[i], or i if there are none.
+class LowerCellsToSift {
+ public:
+  LowerCellsToSift(LowerCells* cells, Vector<std::uint64_t>* rows)
+      : cells_(*cells), rows_(*rows), dropped_(cells->size(), 0) {}
 
-// Those cells alone whose row is not dropped; row i is dropped[row - first].
-void keep_others(const Vector<std::uint8_t>& dropped, std::uint64_t first, LowerCells* lower,
-                 Vector<std::uint64_t>* rows) {
-  LowerCells kept;
-  Vector<std::uint64_t> kept_rows;
-  for (std::uint64_t i = 0; i < lower->size(); ++i) {
-    const std::uint64_t row = rows->empty() ? i : (*rows)[i];
-    if (dropped[row - first] != 0) continue;
-    kept.add(lower->types[i], lower->corners(i));
-    kept_rows.push_back(row);
+  // Drops those that have one of the values in the array, of which these are the rows from that one
+  // on. Adds their patches to `met`.
+  void drop(const ArrayInfo& info, std::uint64_t first, std::span<const std::byte> rows,
+            const std::map<double, std::size_t>& values, std::set<std::size_t>* met) {
+    visit_type(info.type, [&](auto zero) {
+      const auto* of_cells = reinterpret_cast<const decltype(zero)*>(rows.data());
+      for (std::uint64_t i = 0; i < cells_.size(); ++i) {
+        const auto value = values.find(static_cast<double>(of_cells[row(i) - first]));
+        if (value == values.end()) continue;
+        dropped_[i] = 1;
+        met->insert(value->second);
+      }
+    });
   }
-  *lower = std::move(kept);
-  *rows = std::move(kept_rows);
+
+  void keep_others() {
+    LowerCells kept;
+    Vector<std::uint64_t> kept_rows;
+    for (std::uint64_t i = 0; i < cells_.size(); ++i) {
+      if (dropped_[i] != 0) continue;
+      kept.add(cells_.types[i], cells_.corners(i));
+      kept_rows.push_back(row(i));
+    }
+    cells_ = std::move(kept);
+    rows_ = std::move(kept_rows);
+  }
+
+ private:
+  std::uint64_t row(std::uint64_t i) const { return rows_.empty() ? i : rows_[i]; }
+
+  LowerCells& cells_;
+  Vector<std::uint64_t>& rows_;
+  Vector<std::uint8_t> dropped_;
+};
+
+void read_other_cells(const MeshStream& mesh, const AttributeSet& cell_data, const Values& values,
+                      std::uint64_t first, std::uint64_t count, CellWindow* out,
+                      std::set<std::size_t>* met) {
+  mesh.read_cells(first, count, out);
+  if (out->lower.size() == 0) return;
+  LowerCellsToSift cells(&out->lower, &out->lower_rows);
+  Vector<std::byte> rows;
+  for (const auto& [index, of_array] : values) {
+    const ArrayInfo& info = cell_data.arrays[index];
+    rows.resize(count * info.row_bytes());
+    mesh.read_rows(Association::kCell, index, first, count, rows);
+    cells.drop(info, first, rows, of_array, met);
+  }
+  cells.keep_others();
 }
 
 class StreamWithoutPatches final : public StreamAround {
  public:
   StreamWithoutPatches(std::unique_ptr<MeshStream> mesh, const AttributeSet& cell_data,
-                       const Values& values)
-      : StreamAround(std::move(mesh)), cell_data_(cell_data), values_(values) {}
+                       const Values& values, LowerCount count)
+      : StreamAround(std::move(mesh)), cell_data_(cell_data), values_(values), count_(count) {}
 
-  // Counted when somebody asks first.
-  LowerCount lower_cells() const override {
-    std::call_once(counted_, [&] {
-      if (inner().lower_cells().cells == 0) return;
-      CellWindow window;
-      for_each_window(cells(), RunContext(), [&](std::uint64_t first, std::uint64_t count) {
-        read_cells(first, count, &window);
-        count_.cells += window.lower.size();
-        count_.corners += window.lower.connectivity.size();
-      });
-    });
-    return count_;
-  }
+  LowerCount lower_cells() const override { return count_; }
 
   void read_cells(std::uint64_t first, std::uint64_t count, CellWindow* out) const override {
-    inner().read_cells(first, count, out);
-    if (out->lower.size() == 0) return;
-    Vector<std::uint8_t> dropped(count, 0);
-    Vector<std::byte> rows;
-    for (const auto& [index, values] : values_) {
-      const ArrayInfo& info = cell_data_.arrays[index];
-      rows.resize(count * info.row_bytes());
-      inner().read_rows(Association::kCell, index, first, count, rows);
-      mark_rows(info, rows, values, &dropped);
-    }
-    keep_others(dropped, first, &out->lower, &out->lower_rows);
+    std::set<std::size_t> met;
+    read_other_cells(inner(), cell_data_, values_, first, count, out, &met);
   }
 
  private:
   const AttributeSet& cell_data_;
   const Values& values_;
-  mutable std::once_flag counted_;
-  mutable LowerCount count_;
+  const LowerCount count_;
 };
 
 class MeshWithoutPatches final : public MeshSource {
  public:
-  MeshWithoutPatches(std::unique_ptr<MeshSource> mesh, Values values)
-      : mesh_(std::move(mesh)), values_(std::move(values)) {}
+  MeshWithoutPatches(std::unique_ptr<MeshSource> mesh, std::vector<std::string> patches)
+      : mesh_(std::move(mesh)),
+        patches_(std::move(patches)),
+        values_(find_values(mesh_.get(), patches_)) {
+    if (const auto stream = mesh_->stream()) count(*stream);
+  }
 
   const MeshDescription& description() const override { return mesh_->description(); }
 
   Geometry read_geometry() override {
     Geometry geometry = mesh_->read_geometry();
-    if (geometry.lower.size() == 0) return geometry;
-    Vector<std::uint8_t> dropped(description().cells, 0);
-    for (const auto& [index, values] : values_) {
-      const DataArray array = mesh_->read_array(Association::kCell, index);
-      dropped.resize(array.info.tuples, 0);
-      mark_rows(array.info, array.bytes, values, &dropped);
+    std::set<std::size_t> met;
+    if (geometry.lower.size() > 0) {
+      LowerCellsToSift cells(&geometry.lower, &geometry.lower_source);
+      for (const auto& [index, values] : values_) {
+        const DataArray array = mesh_->read_array(Association::kCell, index);
+        cells.drop(array.info, 0, array.bytes, values, &met);
+      }
+      cells.keep_others();
     }
-    keep_others(dropped, 0, &geometry.lower, &geometry.lower_source);
+    refuse_unmet(met);
     return geometry;
   }
 
@@ -169,7 +183,7 @@ class MeshWithoutPatches final : public MeshSource {
     auto inner = mesh_->stream();
     if (!inner) return nullptr;
     return std::make_unique<StreamWithoutPatches>(std::move(inner), description().cell_data,
-                                                  values_);
+                                                  values_, count_);
   }
   std::unique_ptr<MeshStream> stream_of_rows() override { return mesh_->stream_of_rows(); }
   std::optional<std::uint64_t> mesh_checksum(const RunContext& context) override {
@@ -178,16 +192,43 @@ class MeshWithoutPatches final : public MeshSource {
   std::uint64_t memory_to_read() override { return mesh_->memory_to_read(); }
 
  private:
+  // What is left of them, which each stream is asked for anyway.
+  void count(const MeshStream& stream) {
+    std::set<std::size_t> met;
+    CellWindow window;
+    if (stream.lower_cells().cells > 0) {
+      for_each_window(stream.cells(), RunContext(), [&](std::uint64_t first, std::uint64_t n) {
+        read_other_cells(stream, description().cell_data, values_, first, n, &window, &met);
+        count_.cells += window.lower.size();
+        count_.corners += window.lower.connectivity.size();
+      });
+    }
+    refuse_unmet(met);
+  }
+
+  // Hardly meant: the boundary would stay where it was to move.
+  void refuse_unmet(const std::set<std::size_t>& met) const {
+    for (const auto& [index, of_array] : values_) {
+      for (const auto& [value, patch] : of_array) {
+        if (met.contains(patch)) continue;
+        throw Error(ErrorCode::kUsage,
+                    fmt::format("--drop-patch {}: no triangle, line or point of the mesh has that",
+                                patches_[patch]));
+      }
+    }
+  }
+
   const std::unique_ptr<MeshSource> mesh_;
+  const std::vector<std::string> patches_;
   const Values values_;
+  LowerCount count_;
 };
 
 }  // namespace
 
 std::unique_ptr<MeshSource> without_patches(std::unique_ptr<MeshSource> mesh,
                                             const std::vector<std::string>& patches) {
-  Values values = find_values(mesh.get(), patches);
-  return std::make_unique<MeshWithoutPatches>(std::move(mesh), std::move(values));
+  return std::make_unique<MeshWithoutPatches>(std::move(mesh), patches);
 }
 
 }  // namespace tetfusion

@@ -74,7 +74,7 @@ void ViewCells::look_at(std::uint64_t cell) {
   }
   const std::uint8_t type = type_of(cell);
   if (is_dropped_patch(type, options_)) return;
-  if (kept_vertices(type, options_) < 0) fail(cell, refusal(type, options_));
+  if (kept_vertices(type, options_) < 0) fail(cell, refusal(type, options_, true));
   if (!may_have_vertices(type, ids.size())) {
     fail(cell, wrong_vertex_count(type, ids.size()));
   }

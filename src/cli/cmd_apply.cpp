@@ -222,7 +222,7 @@ void add_apply_command(CLI::App& app) {
                     "points of the original are smaller, as 'simplify' does; they may then leave "
                     "the range of those round them, but not that of the array");
   add_cell_options(*command, &a->open);
-  add_time_step_option(*command, &a->open.time_step);
+  add_time_step_option(*command, &a->open.time_step, kOneStep);
   add_encoding_option(*command, &a->write.encoding);
   add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);

@@ -277,7 +277,7 @@ void add_check_command(CLI::App& app) {
       "and coordinates that are not finite. Degenerate cells and a boundary that is no manifold "
       "are warnings.\n"
       "Of a list of steps (.pvd, .series) each is looked at, or the one that --time-step says.");
-  add_input_options(*command, &a->input, &a->open);
+  add_input_options(*command, &a->input, &a->open, "all");
   add_report_option(*command, &a->report);
   command->add_flag("--strict", a->strict, "Fail on warnings, too");
   command

@@ -504,7 +504,8 @@ void add_compare_command(CLI::App& app) {
   command->add_option("SIMPLIFIED", a->simplified, "What became of it, or - for standard input")
       ->required();
   add_cell_options(*command, &a->open);
-  add_time_step_option(*command, &a->open.time_step, ". Of SIMPLIFIED, too, where it has several");
+  add_time_step_option(*command, &a->open.time_step,
+                       "all, each with its own. Of SIMPLIFIED, too, where it has several");
   add_report_option(*command, &a->report);
   add_bound_options(*command, a.get());
   add_memory_option(*command, &a->memory,

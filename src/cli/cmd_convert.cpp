@@ -71,7 +71,7 @@ void run_convert(ConvertArguments* a) {
 void add_convert_command(CLI::App& app) {
   auto a = std::make_shared<ConvertArguments>();
   CLI::App* command = app.add_subcommand("convert", "Convert a mesh between formats and encodings");
-  add_input_options(*command, &a->input, &a->open);
+  add_input_options(*command, &a->input, &a->open, kOneStep);
   command
       ->add_option(
           "OUT", a->output,

@@ -460,7 +460,7 @@ void add_info_command(CLI::App& app) {
   command->footer(
       "Of a list of steps (.pvd, .series) the first one is told of, or the one that --time-step "
       "says.");
-  add_input_options(*command, &a->input, &a->open);
+  add_input_options(*command, &a->input, &a->open, "the first");
   add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);
   add_memory_options(*command, &a->examine.memory, &a->examine.scratch);

@@ -114,21 +114,22 @@ void add_cell_flags(CLI::App& command, bool* tetrahedralize, bool* linearize, bo
 }
 
 void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
-                          const std::string& more) {
+                          const std::string& by_default) {
   command
       .add_option_function<std::string>(
           "--time-step", [step](const std::string& text) { *step = parse_time_step(text); },
           "Of a file with several time steps of its own (Exodus, EnSight, OpenFOAM, CGNS, "
           "XDMF), or of a list of them (.pvd), the one to read, counted from 0, or last. "
-          "Default: the first" +
-              more)
+          "Default: " +
+              by_default)
       ->group(kInputGroup);
 }
 
-void add_input_options(CLI::App& command, std::string* input, OpenOptions* open) {
+void add_input_options(CLI::App& command, std::string* input, OpenOptions* open,
+                       const std::string& step_by_default) {
   command.add_option("IN", *input, "The mesh, or - for standard input")->required();
   add_cell_options(command, open);
-  add_time_step_option(command, &open->time_step);
+  add_time_step_option(command, &open->time_step, step_by_default);
 }
 
 void add_report_option(CLI::App& command, std::string* report) {

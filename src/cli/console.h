@@ -44,9 +44,10 @@ void add_cell_options(CLI::App& command, Options* options) {
   add_cell_flags(command, &options->tetrahedralize, &options->linearize, &options->merge_points,
                  &options->drop_patches, &options->dropped_patches);
 }
-// Adds --time-step; `more`: what else there is to say of it.
+// Adds --time-step; `by_default`: what is read without it.
+inline constexpr const char* kOneStep = "the first of a file; of a list one must be given";
 void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
-                          const std::string& more = "");
+                          const std::string& by_default);
 // Adds --threads.
 void add_thread_option(CLI::App& command, int* threads);
 // Adds --memory: bytes, of "2G" or "512M".
@@ -82,7 +83,8 @@ void add_encoding_option(CLI::App& command, Encoding* encoding);
 // Adds --report.
 void add_report_option(CLI::App& command, std::string* report);
 // Adds IN, what add_cell_options() adds, and --time-step.
-void add_input_options(CLI::App& command, std::string* input, OpenOptions* open);
+void add_input_options(CLI::App& command, std::string* input, OpenOptions* open,
+                       const std::string& step_by_default);
 
 // All functions may be called from any thread.
 class Console {

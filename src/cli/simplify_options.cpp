@@ -443,7 +443,7 @@ void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
   BehaviourOptions& behaviour = a->request.behaviour;
   add_cell_options(command, &behaviour);
   add_time_step_option(command, &behaviour.time_step,
-                       ", or all of them where OUT is named as that of a series");
+                       "the first of a file, or all where OUT is named as that of a series");
   add_encoding_option(command, &a->request.encoding);
   add_report_option(command, &a->report);
   add_performance_options(command, a);

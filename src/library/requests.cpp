@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <limits>
 
@@ -160,7 +161,14 @@ MeshView to_view(const Mesh& mesh) {
   view.ghosts = mesh.ghosts;
   view.point_arrays = to_arrays(mesh.point_arrays, "point");
   view.cell_arrays = to_arrays(mesh.cell_arrays, "cell");
-  if (!mesh.active_scalars.empty()) view.point_markers["Scalars"] = mesh.active_scalars;
+  if (!mesh.active_scalars.empty()) {
+    const auto is_it = [&](const Array& array) { return array.name == mesh.active_scalars; };
+    if (std::ranges::none_of(mesh.point_arrays, is_it)) {
+      throw Error(ErrorCode::kBadInput,
+                  fmt::format("active_scalars: there is no point array {}", mesh.active_scalars));
+    }
+    view.point_markers["Scalars"] = mesh.active_scalars;
+  }
   return view;
 }
 

@@ -75,16 +75,21 @@ def _number(text):
     return float(text)
 
 
+def numeric(value):
+    """As it is, unless it is one that is hardly meant for a number."""
+    return Wrong(value, ": give a number") if _is_flag(value) else value
+
+
 def share(value):
-    """A text such as "50%" or "0.5" as a number; all else as it is."""
+    """A text such as "50%" or "0.5" as a number; all else that is no flag as it is."""
     if not isinstance(value, str):
-        return value
-    number = _number(value[:-1] if value.endswith("%") else value)
-    if number is None:
+        return numeric(value)
+    found = _number(value[:-1] if value.endswith("%") else value)
+    if found is None:
         return Wrong(value, ": give a share, as in 0.5 or '50%'")
     if value.endswith("%"):
-        return number / 100
-    return Wrong(value, ": give '100%' or '1%'") if number == 1 else number
+        return found / 100
+    return Wrong(value, ": give '100%' or '1%'") if found == 1 else found
 
 
 def _scaled(value, thousand, units):
@@ -116,6 +121,8 @@ def size(value):
 
 
 def whole(value):
+    if _is_flag(value):
+        return numeric(value)
     is_whole = is_number(value) and not isinstance(value, numbers.Integral) and float(value).is_integer()
     return int(value) if is_whole and abs(value) < 2 ** 63 else value
 
@@ -125,10 +132,14 @@ def path(value):
     return text if text is None or isinstance(text, str) else Wrong(value, ": give the path of a folder")
 
 
+def _is_flag(value):
+    return type(value).__name__ in ("bool_", "bool")  # numpy's, too
+
+
 def flag(value):
     if value is None:
         return None
-    is_flag = isinstance(value, numbers.Integral) and value in (0, 1) or type(value).__name__ in ("bool_", "bool")  # numpy's
+    is_flag = isinstance(value, numbers.Integral) and value in (0, 1) or _is_flag(value)
     return bool(value) if is_flag else Wrong(value, ": give True or False")
 
 

@@ -77,6 +77,19 @@ class Convert(FolderTest):
         self.assertIn(b"--labels none: there is no cell array of numbers of one component with that name; there are: scalars, gmsh:physical",
                       finish("convert", path, self.folder / "out.mesh", "--labels", "none").stderr)
 
+    def test_labels_that_were_named_and_cannot_be_are_refused(self):
+        mesh = TinyVtu()
+        material = [1 + i % 2 for i in range(len(mesh.tets))]
+        mesh.array("id")[1:] = "material", "Int32", 1, material
+        mesh.arrays.insert(2, ["CellData", "tissue", "Float64", 1, [1, 2.5] + material[2:]])
+        path = self.write(mesh)
+        for suffix, place in ((".mesh", "references"), (".msh", "physical groups"), (".node", "attributes")):
+            out = self.folder / ("out" + suffix)
+            refused = finish("convert", path, out, "--labels", "tissue")
+            self.assertEqual(refused.returncode, USAGE)
+            self.assertIn(f"--labels tissue: cannot be the {place} of {out}: its value 2.5 is no whole number".encode(), refused.stderr)
+            self.assertEqual(self.files(), ["mesh.vtu"])
+
     def test_says_what_it_has_done(self):
         path = self.write(TinyVtu())
         for name in ("out.vtu", "out.mesh", "out.node", "-"):
@@ -115,6 +128,10 @@ class Convert(FolderTest):
         (self.folder / "folder.vtu").mkdir()
         run("convert", path, self.folder / "folder.vtu", code=IO)
         run("convert", path, "/dev/full", code=IO)
+        for name in ("out_{step}.vtu", "out_{lod}.msh"):
+            refused = finish("convert", path, self.folder / name)
+            self.assertEqual(refused.returncode, USAGE)
+            self.assertIn(b"holds {", refused.stderr)
         run("convert", path, code=USAGE)
 
     def test_hexahedra_in_a_vtu(self):
@@ -294,7 +311,7 @@ class DroppedPatches(FolderTest):
             path = self.folder / ("in" + suffix)
             run("convert", self.write(mesh), path)
             for patches, gone in ((["patch=1"], (kinds == 5) & (patch == 1)), (["patch=2", "patch=1"], kinds == 5),
-                                  (["patch=7"], np.isin(kinds, (1, 3))), (["patch=9"], kinds < 0)):
+                                  (["patch=7", "patch=7"], np.isin(kinds, (1, 3)))):
                 options = [word for name in patches for word in ("--drop-patch", name)]
                 run("convert", path, out, *options)
                 kept = Vtu(out)
@@ -309,6 +326,13 @@ class DroppedPatches(FolderTest):
             said = finish("info", path, "--drop-patch", name)
             self.assertEqual(said.returncode, USAGE)
             self.assertIn(f"--drop-patch {name}: the mesh has no named blocks; of a cell array".encode(), said.stderr)
+        bare = self.folder / "bare.vtu"
+        run("convert", path, bare, "--drop-patches")
+        for mesh in (path, bare):
+            for command in (["info", mesh], ["convert", mesh, out], ["simplify", mesh, "-o", out, "--reduction", "80%"]):
+                said = finish(*command, "--drop-patch", "patch=2", "--drop-patch", "patch=9")
+                self.assertEqual(said.returncode, USAGE)
+                self.assertRegex(said.stderr.decode(), "--drop-patch patch=[29]: no triangle, line or point of the mesh has that")
 
     def test_pieces(self):
         path = self.folder / "pieces.pvtu"

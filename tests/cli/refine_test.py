@@ -94,6 +94,7 @@ class Refine(FolderTest):
         before = out.read_bytes()
         run("refine", back, "-o", new, "--tets", "100", "--reduction", "10%", code=USAGE)
         run("refine", back, "-o", new, "--tets", "0", code=USAGE)
+        run("refine", back, "-o", self.folder / "{lod}.vtu", "--tets", "100", code=USAGE)
         run("refine", back, "-o", new, "--reduction", "100%", code=USAGE)
         for option in ("--reduction", "--tets", "--max-error", "--max-rms"):  # as a script's empty variable
             run("refine", back, "-o", new, option, "", code=USAGE)

@@ -92,9 +92,13 @@ TEST_F(LibraryErrors, BadMeshesAreNamed) {
   EXPECT_THAT(message(), HasSubstr("a point array has no name"));
   mesh.point_arrays = {{"a", 0, values}};
   EXPECT_THAT(message(), HasSubstr("has no components"));
+  mesh.point_arrays = {{"a", 1, values}};
+  mesh.active_scalars = "b";
+  EXPECT_THAT(message(), HasSubstr("active_scalars: there is no point array b"));
+  mesh.active_scalars = "";
   mesh.point_arrays.clear();
 
-  const std::vector<std::uint8_t> types = {10};
+  std::vector<std::uint8_t> types = {10};
   std::vector<std::int32_t> offsets = {0, 4};
   mesh.types = types;
   EXPECT_THAT(message(), HasSubstr("the offsets must have the type of the connectivity"));
@@ -102,6 +106,12 @@ TEST_F(LibraryErrors, BadMeshesAreNamed) {
   EXPECT_THAT(message(), HasSubstr("1 offset for 1 cell"));
   mesh.offsets = offsets;
   EXPECT_TRUE(simplify(mesh, options).status.ok());
+  types = {7};
+  for (const bool split : {false, true}) {
+    options.tetrahedralize = split;
+    EXPECT_THAT(message(), HasSubstr("is a polygon (VTK cell type 7), which cannot be read"));
+  }
+  types = {10};
   offsets = {0, 3};
   EXPECT_THAT(message(), HasSubstr("cell 0 has 3 vertices, expected 4"));
   offsets = {0, 5};

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The Python package tetfusion. Usage: numpy_test.py TETFUSION PACKAGES [unittest's arguments], where PACKAGES holds it. What is about VTK
 and meshio is skipped where these are not installed."""
+import dataclasses
 import gc
 import itertools
 import logging
@@ -179,6 +180,12 @@ class Meshes(unittest.TestCase):
         self.assertEqual(simplify(Mesh(mesh.points, mesh.cells), 0).point_data, {})
         self.assertEqual(simplify(Mesh(mesh.points, mesh.cells, None, None), 0).cell_data, {})
 
+    def test_cells_may_be_whole_numbers_of_any_type(self):
+        mesh = box(6)
+        expected = simplify(mesh, 0.3).cells
+        for kind in (np.float64, np.float32, np.uint16, np.uint64):
+            np.testing.assert_array_equal(simplify(dataclasses.replace(mesh, cells=mesh.cells.astype(kind)), 0.3).cells, expected)
+
     def test_active_scalars_steer(self):
         mesh = box(6)
         mesh.point_data["other"] = mesh.points[:, 0] ** 2
@@ -202,6 +209,7 @@ class Meshes(unittest.TestCase):
                 ({"point_data": {"\ud800": np.ones(64)}}, "cannot be"), ({"point_data": {b"f": np.ones(64), "f": np.ones(64)}}, "cannot be"), \
                 ({"types": np.full(162, 266), "offsets": 4 * np.arange(163)}, "types must be whole numbers that uint8 can hold"), \
                 ({"types": np.full(162, 10.5), "offsets": 4 * np.arange(163)}, "types must be"), \
+                ({"cells": np.full((162, 4), np.nan)}, "cells must be"), ({"cells": np.full((162, 4), 1e30)}, "cells must be"), \
                 ({"types": np.full(162, 10), "offsets": 4 * np.arange(163) + 0.7}, "offsets must be"), \
                 ({"types": ["a"] * 162, "offsets": 4 * np.arange(163)}, "types"), ({"cells": np.zeros((0, 4), int)}, "no tetrahedra"), \
                 ({"cells": np.full((162, 4), 2**63, np.uint64)}, "cells must be"), \

@@ -84,6 +84,29 @@ class Function(FilterTest):
         self.assertLess(max(share for share in shares if share < 1), 0.9)  # VTK since 9.3 adds a 1
         self.assertIs(signal.getsignal(signal.SIGINT), signal.default_int_handler)
 
+    def test_what_handlers_raise_comes_through(self):
+        class Timeout(Exception):
+            pass
+
+        def late(number, frame):
+            raise Timeout
+        self.addCleanup(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, late))
+        grid = box(24)
+        for progress in (lambda share: None, None):
+            signal.setitimer(signal.ITIMER_REAL, 0.15)
+            with self.assertRaises(Timeout):
+                while True:
+                    vtktetfusion.simplify(grid, 0.9, progress=progress)
+            self.assertIs(signal.getsignal(signal.SIGALRM), late)
+
+    def test_a_handler_that_raises_nothing_ends_nothing(self):
+        came = []
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, lambda number, frame: came.append(number)))
+        sent = []
+        result = vtktetfusion.simplify(box(16), 0.5, progress=lambda share: sent or sent.append(os.kill(os.getpid(), signal.SIGINT)) or True)
+        self.assertEqual(came, [signal.SIGINT])
+        self.assertGreater(result.GetNumberOfCells(), 0)
+
     def test_progress_cannot_simplify(self):
         with self.assertRaises(TetFusionError) as caught:
             vtktetfusion.simplify(box(8), 0.5, progress=lambda share: vtktetfusion.simplify(box(4), 0.5))
@@ -114,6 +137,10 @@ class Function(FilterTest):
                                 ({"threads": -1}, "threads must be at least 0"),
                                 ({"threads": "two"}, "threads cannot be 'two'"),
                                 ({"tets": 1e30}, "tets cannot be 1e+30"),
+                                ({"tets": True}, "tets cannot be True: give a number"),
+                                ({"max_error": True}, "max_error cannot be True: give a number"),
+                                ({"stretch_factor": np.bool_(True)}, ": give a number"),
+                                ({"threads": True}, "threads cannot be True: give a number"),
                                 ({"reduction": "half"}, "reduction cannot be 'half'"),
                                 ({"reduction": "x%"}, "reduction cannot be 'x%': give a share"),
                                 ({"memory": "much"}, "memory cannot be 'much'"),

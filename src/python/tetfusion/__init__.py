@@ -207,8 +207,9 @@ class _Inputs:
         array = self._numbers(what, given)
         if array.dtype in kinds:
             return array
-        taken = self._numbers(what, array.astype(kinds[-1]))
-        if array.size and (array.dtype.kind not in "iu" or not np.array_equal(taken, array)):
+        with np.errstate(invalid="ignore"):  # NaN
+            taken = self._numbers(what, array.astype(kinds[-1]))
+        if array.size and not np.array_equal(taken, array):
             _refuse_mesh(f"{what} must be whole numbers that {taken.dtype} can hold")
         return taken
 

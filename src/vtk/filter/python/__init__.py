@@ -45,7 +45,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     @OPTIONS@
     progress: called with the share that is done, from 0 to 1; False as its answer ends the run. It cannot call simplify().
     Shares may be texts as the command takes them, "50%" or "0.5", and so may counts, "20k", and memory, "2G".
-    One call runs at a time: those of other threads wait for it. Ctrl-C ends the run: KeyboardInterrupt.
+    One call runs at a time: those of other threads wait for it. What handlers of signals raise ends the run, as Ctrl-C does.
 
     What the command would say meanwhile goes to the logger "vtktetfusion", as info.
 
@@ -63,9 +63,11 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     run.SetInputDataObject(grid_of_vtk)
     given = {"reduction": ("TargetReduction", values.share(reduction)), "tets": ("NumberOfTetsOutput", values.count(tets)),
              "max_error": ("MaximumError", values.share(max_error)), "max_rms": ("MaximumRMS", values.share(max_rms)),
-             "min_quality": ("MinimumQuality", min_quality), "scalar_tolerance": ("ScalarTolerance", values.share(scalar_tolerance)),
-             "stretch_factor": ("StretchFactor", stretch_factor), "aspect_ratio": ("AspectRatio", aspect_ratio),
-             "max_volume": ("MaximumVolume", max_volume), "weight": ("WeightArrayName", weight),
+             "min_quality": ("MinimumQuality", values.numeric(min_quality)),
+             "scalar_tolerance": ("ScalarTolerance", values.share(scalar_tolerance)),
+             "stretch_factor": ("StretchFactor", values.numeric(stretch_factor)),
+             "aspect_ratio": ("AspectRatio", values.numeric(aspect_ratio)),
+             "max_volume": ("MaximumVolume", values.numeric(max_volume)), "weight": ("WeightArrayName", weight),
              "scratch": ("ScratchDirectory", values.path(scratch)), "chunk_tets": ("ChunkTets", values.count(chunk_tets)),
              "threads": ("NumberOfThreads", values.whole(threads)), "memory": ("MemoryLimit", values.size(memory)),
              "strict": ("Strict", values.flag(strict)), "conserve": ("Conserve", values.flag(conserve)),
@@ -164,10 +166,9 @@ def _execute(run, progress):
     raised = []
 
     def on_progress(caller, event):
-        if interrupt.came:
-            caller.SetAbortExecute(1)
-            return
         try:
+            if not raised:
+                signals.handle()
             answer = None if raised or progress is None else progress(caller.GetProgress())
             if answer is not None and not answer:
                 caller.SetAbortExecute(1)
@@ -177,7 +178,7 @@ def _execute(run, progress):
     run.AddObserver("ProgressEvent", on_progress)
     if getattr(_runs_here, "any", False):
         values.refuse("progress() cannot simplify another grid meanwhile")
-    with _turn, _Interrupt() as interrupt:
+    with _turn, _Signals() as signals:
         _runs_here.any = True
         try:
             run.Update()
@@ -197,27 +198,33 @@ def _execute(run, progress):
     raise TetFusionError(code, "the run was ended" if code == 130 else said)
 
 
-class _Interrupt:
-    """Ctrl-C during a run: noted, so that the run ends when it asks next, and then handled as it is elsewhere."""
+class _Signals:
+    """Signals during a run: noted, as VTK would print and forget what their handlers raise, and handled when the run asks next."""
 
     def __enter__(self):
-        self.came = False
-        self._handler = None
-        handler = signal.getsignal(signal.SIGINT)
-        if callable(handler) and threading.current_thread() is threading.main_thread():
-            self._handler = handler
-            signal.signal(signal.SIGINT, self._note)
+        self._came = []
+        self._handlers = {}
+        if threading.current_thread() is threading.main_thread():
+            found = {number: signal.getsignal(number) for number in signal.valid_signals()}
+            self._handlers = {number: handler for number, handler in found.items() if callable(handler)}
+        for number in self._handlers:
+            signal.signal(number, self._note)
         return self
 
     def _note(self, number, frame):
-        self.came = True
+        self._came.append((number, frame))
+
+    def handle(self):
+        """Raises what a handler raises."""
+        while self._came:
+            number, frame = self._came.pop(0)
+            self._handlers[number](number, frame)
 
     def __exit__(self, *raised):
-        if self._handler is None:
-            return
-        signal.signal(signal.SIGINT, self._handler)
-        if self.came:
-            self._handler(signal.SIGINT, None)
+        for number, handler in self._handlers.items():
+            if signal.getsignal(number) == self._note:  # and not what a handler has set
+                signal.signal(number, handler)
+        self.handle()
 
 
 def _plain(message):
