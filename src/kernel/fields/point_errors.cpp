@@ -101,28 +101,27 @@ void PointErrors<Real>::collect(const Joining<Real>& joining) {
   points_.clear();
   add_vertex(joining.v);
   if (!joining.fixed) add_vertex(joining.partner);
-  for (const TetId t : joining.deleted) add_list(t);
-  for (const std::uint32_t entry : joining.affected) add_list(entry >> 2);
+  for (const TetId t : joining.deleted) add_list(t, 0);
+  for (std::uint32_t i = 0; i < joining.affected.size(); ++i) add_list(joining.affected[i] >> 2, i);
 }
 
 template <class Real>
 void PointErrors<Real>::add_vertex(VertexId v) {
   if ((mesh_->marks[v] & kMoved) != 0) return;
-  points_.push_back({mesh_->positions[v], mesh_->steering.data() + v * width_, kNoPoint});
+  points_.push_back({mesh_->positions[v], mesh_->steering.data() + v * width_, kNoPoint, 0});
 }
 
 template <class Real>
-void PointErrors<Real>::add_list(TetId t) {
+void PointErrors<Real>::add_list(TetId t, std::uint32_t near) {
   const RemovedPoints<Real>& removed = mesh_->removed;
   for (std::uint32_t i = removed.first[t]; i != kNoPoint; i = removed.next[i]) {
-    points_.push_back({removed.positions[i], removed.values.data() + i * width_, i});
+    points_.push_back({removed.positions[i], removed.values.data() + i * width_, i, near});
   }
 }
 
 template <class Real>
 void PointErrors<Real>::make_fan(const Joining<Real>& joining) {
   fan_.clear();
-  last_tet_ = 0;
   affected_ = static_cast<std::uint32_t>(joining.affected.size());
   centre_ = {joining.position.x, joining.position.y, joining.position.z};
   const auto to = [&](VertexId v) -> Point3 {
@@ -163,7 +162,7 @@ bool PointErrors<Real>::find_places(std::uint32_t point) {
   const std::size_t before = places_.size();
   double greatest = -std::numeric_limits<double>::infinity();
   std::uint32_t nearest = 0;
-  for (std::uint32_t i = 0, t = last_tet_; i < n; ++i, t = t + 1 < n ? t + 1 : 0) {
+  for (std::uint32_t i = 0, t = points_[point].near; i < n; ++i, t = t + 1 < n ? t + 1 : 0) {
     const Weights weights = weights_at(fan_[t], p);
     const double least = std::min({weights[0], weights[1], weights[2], weights[3]});
     if (least > greatest) {
@@ -174,7 +173,7 @@ bool PointErrors<Real>::find_places(std::uint32_t point) {
     add_place(point, t, weights, least);
     if (least > fan_[t].rounding) break;  // and in no other
   }
-  last_tet_ = nearest;
+  points_[point].near = nearest;
   return places_.size() > before || find_outside(point, nearest, greatest);
 }
 

@@ -70,7 +70,8 @@ class PointErrors {
   struct Point {
     Vec3<Real> position;
     const double* values;
-    std::uint32_t id;  // kNoPoint: still a vertex
+    std::uint32_t id;    // kNoPoint: still a vertex
+    std::uint32_t near;  // in this one of the fan it is, or was, or next to it
   };
   // An affected tetrahedron as it will be: rows times the offset from the new vertex are the
   // weights of its other corners.
@@ -93,7 +94,7 @@ class PointErrors {
 
   void collect(const Joining<Real>& joining);
   void add_vertex(VertexId v);
-  void add_list(TetId t);
+  void add_list(TetId t, std::uint32_t near);
   void make_fan(const Joining<Real>& joining);
   Weights weights_at(const FanTet& tet, const Vec3<Real>& p) const;
   void add_place(std::uint32_t point, std::uint32_t fan_tet, const Weights& weights, double least);
@@ -127,7 +128,6 @@ class PointErrors {
   std::uint32_t affected_ = 0;
   Vector<Place> places_;
   Vec3<double> centre_{};
-  std::uint32_t last_tet_ = 0;
   std::vector<double> low_, high_, differences_, sums_;
   // Of each value that steers: what its error may be, and what that loses where weights are off by
   // 1. Without bound, and not to be narrowed, are vectors' components.
