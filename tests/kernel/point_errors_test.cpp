@@ -309,6 +309,59 @@ TEST(PointErrors, RefitSquares) {
   EXPECT_GT(bounded_ones, 0u);
 }
 
+// Where its values are, and a point is right in the middle of a kink, the vertex goes there.
+TEST(PointErrors, AVertexGoesToWhereTheFieldBends) {
+  const double bend = 0.3;
+  const auto kinked = [&](double x, double, double) { return std::abs(x - bend); };
+  Steered s = steered(testing::icosahedron_ball(), kinked);
+  testing::count_incidence(&s.mesh);
+  const auto centre = static_cast<VertexId>(
+      std::ranges::find_if(s.mesh.marks, [](auto m) { return (m & kOnBoundary) == 0; }) -
+      s.mesh.marks.begin());
+  s.mesh.marks[centre] |= kMoved;
+  LiveBalls balls;
+  balls.reset(s.mesh.vertex_count(), s.mesh.tets);
+  PointErrors<double> errors;
+  errors.begin(s.fields(), {.max_error = 1, .unit = kUnit}, &s.mesh, &balls);
+  // One removed point next to each face's middle.
+  for (TetId t = 0; t < s.mesh.tets.size(); ++t) {
+    Vec3<double> p{0, 0, 0};
+    for (const VertexId v : s.mesh.tets[t]) {
+      const double share = v == centre ? 0.4 : 0.2;
+      p.x += share * s.mesh.positions[v].x;
+      p.y += share * s.mesh.positions[v].y;
+      p.z += share * s.mesh.positions[v].z;
+    }
+    const auto i = s.mesh.removed.add(1, 1);
+    s.mesh.removed.positions[i] = p;
+    s.mesh.removed.values[i] = kinked(p.x, p.y, p.z);
+    s.mesh.removed.push(t, i);
+  }
+  const auto ball = balls.of(centre, s.mesh.incidence[centre], s.mesh.tets);
+  std::array<double, 1> values{};
+  if (errors.refit(centre, ball, values)) s.mesh.steering[centre] = values[0];
+  const auto place = errors.wished_place();
+  ASSERT_TRUE(place);
+  EXPECT_EQ(s.mesh.positions[centre].x, 0);
+  EXPECT_NEAR(place->x, bend, 0.05);
+  EXPECT_LT(std::abs(place->y) + std::abs(place->z), 0.05);
+  ASSERT_TRUE(errors.refit_at(*place, ball, values));
+  EXPECT_LT(values[0], 0.05);
+  errors.apply();
+  s.mesh.positions[centre] = *place;
+  s.mesh.steering[centre] = values[0];
+  // Each is in the list of a tetrahedron that holds it.
+  std::size_t listed = 0;
+  for (std::size_t t = 0; t < s.mesh.tets.size(); ++t) {
+    for (auto i = s.mesh.removed.first[t]; i != kNoPoint; i = s.mesh.removed.next[i]) {
+      const auto w = testing::weights_in(s.mesh, s.mesh.tets[t], s.mesh.removed.positions[i]);
+      EXPECT_GE(*std::ranges::min_element(w), -1e-12);
+      ++listed;
+    }
+  }
+  EXPECT_EQ(listed, s.mesh.removed.size());
+}
+
 // What a round leaves under a bound goes on further than it would with the values of the fusions
 // alone, and is nearer to the original.
 TEST(PointErrors, RoundsRefitWhereABoundRefuses) {

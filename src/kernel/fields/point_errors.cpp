@@ -21,6 +21,11 @@ constexpr int kDraws = 8;
 // Where the squares of its weights at points sum up to less, these do not tell what a value should
 // be.
 constexpr double kLeastSay = 1.0 / 64;
+// A vertex is moved by no more than this share of the length of its edges, about; where this share
+// of the squared errors would go, and they are more than this share of the bounds in the mean.
+constexpr double kFarthest = 0.2;
+constexpr double kWorthwhile = 0.01;
+constexpr double kSmallError = 0.01;
 
 // A point that is outside by no more than this share of a tetrahedron is so by rounding.
 constexpr double kOutside = 1e-8;
@@ -383,25 +388,93 @@ bool PointErrors<Real>::refit(VertexId v, std::span<const std::uint32_t> ball,
                               std::span<double> values) {
   joining_ = {v, v, false, mesh_->positions[v], ball, {}};
   collect(joining_);
+  const bool fits = fit(values);
+  surface_.forget();
+  return fits && !std::equal(values.begin(), values.end(), mesh_->steering.data() + v * width_);
+}
+
+// For the vertex and the place in hand.
+template <class Real>
+bool PointErrors<Real>::fit(std::span<double> values) {
   surface_.set(joining_);
   make_fan(joining_);
   places_.clear();
-  bool is_known = !points_.empty();
-  for (std::uint32_t i = 0; is_known && i < points_.size(); ++i) is_known = find_places(i);
-  const double* const own = mesh_->steering.data() + v * width_;
+  are_all_known_ = !points_.empty();
+  for (std::uint32_t i = 0; are_all_known_ && i < points_.size(); ++i) {
+    are_all_known_ = find_places(i);
+  }
+  if (!are_all_known_) return false;
+  const double* const own = mesh_->steering.data() + joining_.v * width_;
   std::copy_n(own, width_, values.begin());
   low_.assign(own, own + width_);
   high_.assign(own, own + width_);
+  for (const Bound& bound : fields_) approach(bound, values);
+  return std::ranges::all_of(places_, [this](const Place& place) { return narrow(place); }) &&
+         choose(values);
+}
+
+template <class Real>
+std::optional<Vec3<Real>> PointErrors<Real>::wished_place() {
+  if (!are_all_known_) return std::nullopt;
+  PlaceWish wish;
   for (const Bound& bound : fields_) {
-    if (is_known) approach(bound, values);
+    for (std::size_t k = bound.first; k < bound.first + bound.count; ++k) {
+      wish.add(wish_of(k), 1 / (bound.limit * bound.limit));
+    }
   }
-  const bool allowed =
-      is_known &&
-      std::ranges::all_of(places_, [this](const Place& place) { return narrow(place); }) &&
-      choose(values);
-  joining_ = {};
+  squares_ = wish.squares();
+  if (!(squares_ > kSmallError * kSmallError * static_cast<double>(places_.size()))) {
+    return std::nullopt;
+  }
+  const Point3 step = wish.step(kWorthwhile);
+  if (step == Point3{}) return std::nullopt;
+  double lengths = 0;
+  for (std::uint32_t t = 0; t < affected_; ++t) lengths += fan_[t].longest;
+  const double most = kFarthest * lengths / affected_;
+  const double length = std::sqrt(dot(step, step));
+  const double part = (length > most ? most / length : 1) / unit_;
+  return Vec3<Real>{static_cast<Real>(centre_.x + part * step[0]),
+                    static_cast<Real>(centre_.y + part * step[1]),
+                    static_cast<Real>(centre_.z + part * step[2])};
+}
+
+// Of a value that steers.
+template <class Real>
+PlaceWish::Component PointErrors<Real>::wish_of(std::size_t k) const {
+  PlaceWish::Component component;
+  const double* const steering = mesh_->steering.data() + k;
+  const double own = steering[joining_.v * width_];
+  for (const Place& place : places_) {
+    const FanTet& tet = fan_[place.fan_tet];
+    double error = points_[place.point].values[k] - own;
+    Point3 gradient{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double rise = steering[tet.corners[i] * width_] - own;
+      error -= place.weights[i + 1] * rise;
+      for (std::size_t axis = 0; axis < 3; ++axis) gradient[axis] += tet.rows[i][axis] * rise;
+    }
+    component.add(place.weights[0], error, gradient);
+  }
+  return component;
+}
+
+template <class Real>
+bool PointErrors<Real>::refit_at(const Vec3<Real>& place, std::span<const std::uint32_t> ball,
+                                 std::span<double> values) {
+  joining_.position = place;
+  joining_.affected = ball;
+  if (fit(values)) {
+    double squares = 0;
+    for (const Place& p : places_) {
+      for (const Bound& bound : fields_) {
+        const double error = error_at(p, bound, values, nullptr) / bound.limit;
+        squares += error * error;
+      }
+    }
+    if (squares < squares_) return true;
+  }
   surface_.forget();
-  return allowed && !std::equal(values.begin(), values.end(), own);
+  return false;
 }
 
 // The least squares of a field, in the range of what its points have.

@@ -5,12 +5,14 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "kernel/criteria.h"
 #include "kernel/joining.h"
 #include "kernel/live_balls.h"
+#include "kernel/place_wish.h"
 #include "kernel/sheets/near_surface.h"
 #include "mesh/work_mesh.h"
 
@@ -44,18 +46,25 @@ class PointErrors {
   bool allows(const Joining<Real>& joining, std::span<const double> low,
               std::span<const double> high, std::span<double> values);
 
-  // The same of a vertex alone, which was fused to its place and has this ball: finds values with
-  // which the errors at the points round it are smaller in the mean of squares. They stay within
-  // the range of its own and of what these points have. False where it should keep its own.
+  // The same of a vertex alone inside of the mesh, which was fused to its place and has this ball:
+  // finds values with which the errors at the points round it are smaller in the mean of squares.
+  // They stay within the range of its own and of what these points have. False where it should keep
+  // its own.
   bool refit(VertexId v, std::span<const std::uint32_t> ball, std::span<double> values);
+  // Then, with what values the mesh has by now: where it should rather be.
+  std::optional<Vec3<Real>> wished_place();
+  // Then, of such a place, or another one where no tetrahedron turns over: finds values with which
+  // the errors are smaller there. False if there are none.
+  bool refit_at(const Vec3<Real>& place, std::span<const std::uint32_t> ball,
+                std::span<double> values);
 
   // Of what allows() has allowed last, with the values that it has left: the largest error at a
   // point of the cavity, as a share of a field's range, whoever evaluates it.
   double largest_error(std::span<const double> values) const;
 
-  // To be called before the mesh changes, with what allows() has allowed last: both vertices'
-  // points, if they are still those of the original, are removed ones from here on, and all are in
-  // the tetrahedra that will hold them.
+  // To be called before the mesh changes, with what allows() or refit_at() has allowed last: both
+  // vertices' points, if they are still those of the original, are removed ones from here on, and
+  // all are in the tetrahedra that will hold them.
   void apply();
 
  private:
@@ -107,7 +116,9 @@ class PointErrors {
   template <std::size_t kAtOnce>
   bool narrow_some(const Place& place, std::size_t first);
   bool choose(std::span<double> values);
+  bool fit(std::span<double> values);
   void approach(const Bound& bound, std::span<double> values);
+  PlaceWish::Component wish_of(std::size_t k) const;
   void draw(const Bound& bound, std::span<double> values);
   double error_at(const Place& place, const Bound& bound, std::span<const double> values,
                   double* differences) const;
@@ -127,6 +138,8 @@ class PointErrors {
   Vector<FanTet> fan_;    // then faces of others that points outside are nearest to
   std::uint32_t affected_ = 0;
   Vector<Place> places_;
+  bool are_all_known_ = false;  // of refit(): has every point a place?
+  double squares_ = 0;          // of errors, where a vertex is that may be moved
   Vec3<double> centre_{};
   std::vector<double> low_, high_, differences_, sums_;
   // Of each value that steers: what its error may be, and what that loses where weights are off by

@@ -11,8 +11,6 @@ namespace tetfusion {
 
 namespace {
 
-// Directions in which little is known hold the vertex back by this share of what all together say.
-constexpr double kHoldBack = 0.002;
 // As its neighbours move, too, it goes this part of the way, and no further than this share of the
 // mean length of its edges; and not at all where this share of the squared errors would not go.
 constexpr double kPart = 0.7;
@@ -20,17 +18,6 @@ constexpr double kFarthest = 0.1;
 constexpr double kWorthwhile = 0.02;
 // Where a shape is in the way, half of that, and again.
 constexpr int kHalvings = 3;
-
-// The solution of a symmetric system: xx, xy, xz, yy, yz, zz.
-Point3 solve(const std::array<double, 6>& m, const Point3& b) {
-  const auto& [xx, xy, xz, yy, yz, zz] = m;
-  const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
-  const double cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
-  const double det = xx * cxx + xy * cxy + xz * cxz;
-  return {(cxx * b[0] + cxy * b[1] + cxz * b[2]) / det,
-          (cxy * b[0] + cyy * b[1] + cyz * b[2]) / det,
-          (cxz * b[0] + cyz * b[1] + czz * b[2]) / det};
-}
 
 template <class Real>
 Point3 point_of(const Vec3<Real>& p) {
@@ -42,7 +29,7 @@ Point3 point_of(const Vec3<Real>& p) {
 template <class Real>
 std::uint64_t VertexMoves<Real>::memory(std::uint64_t tets) {
   // There are four times fewer vertices than tetrahedra, but in odd meshes.
-  return tets / 4 * (sizeof(std::uint32_t) + sizeof(Component) + sizeof(Wish));
+  return tets / 4 * (sizeof(std::uint32_t) + sizeof(PlaceWish::Component) + sizeof(PlaceWish));
 }
 
 template <class Real>
@@ -61,55 +48,24 @@ void VertexMoves<Real>::begin_component() {
   components_.assign(vertices_.size(), {});
 }
 
-// The error changes by -weight for each unit of the value, and by weight times the gradient for a
-// step: the field of the tetrahedron comes along.
 template <class Real>
 void VertexMoves<Real>::add(const PlaceInTet& point, double error, const Point3& gradient) {
-  const auto& [x, y, z] = gradient;
   for (std::size_t k = 0; k < 4; ++k) {
     const std::uint32_t i = index_[mesh_->tets[point.tet][k]];
-    if (i == kNoVertex) continue;
-    Component& c = components_[i];
-    const double weight = point.weights[k], square = weight * weight;
-    c.value += square;
-    c.value_error += weight * error;
-    c.squares += error * error;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      c.mixed[axis] -= square * gradient[axis];
-      c.place_error[axis] -= weight * error * gradient[axis];
-    }
-    const std::array<double, 6> products{x * x, x * y, x * z, y * y, y * z, z * z};
-    for (std::size_t j = 0; j < 6; ++j) c.place[j] += square * products[j];
+    if (i != kNoVertex) components_[i].add(point.weights[k], error, gradient);
   }
 }
 
-// The value's own best follows from the step: what is left is the system without it.
 template <class Real>
 void VertexMoves<Real>::end_component(double scale) {
-  for (std::size_t i = 0; i < wishes_.size(); ++i) {
-    const Component& c = components_[i];
-    if (!(c.value > 0)) continue;
-    Wish& wish = wishes_[i];
-    const auto& [x, y, z] = c.mixed;
-    const std::array<double, 6> products{x * x, x * y, x * z, y * y, y * z, z * z};
-    for (std::size_t j = 0; j < 6; ++j) {
-      wish.place[j] += scale * (c.place[j] - products[j] / c.value);
-    }
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      wish.error[axis] += scale * (c.place_error[axis] - c.mixed[axis] * (c.value_error / c.value));
-    }
-    wish.stiffness += scale * (c.place[0] + c.place[3] + c.place[5]);
-    wish.squares += scale * c.squares;
-  }
+  for (std::size_t i = 0; i < wishes_.size(); ++i) wishes_[i].add(components_[i], scale);
 }
 
 // None where it would not pay.
 template <class Real>
-Point3 VertexMoves<Real>::step(VertexId v, const Wish& wish) const {
-  std::array<double, 6> system = wish.place;
-  for (const std::size_t diagonal : {0, 3, 5}) system[diagonal] += kHoldBack * wish.stiffness;
-  Point3 step = solve(system, wish.error);
-  if (!(dot(step, wish.error) >= kWorthwhile * wish.squares)) return {};
+Point3 VertexMoves<Real>::step(VertexId v, const PlaceWish& wish) const {
+  Point3 step = wish.step(kWorthwhile);
+  if (step == Point3{}) return step;
   double lengths = 0;
   std::size_t edges = 0;
   const Point3 here = point_of(mesh_->positions[v]);

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "base/vector.h"
+#include "kernel/place_wish.h"
 #include "kernel/point3.h"
 #include "mesh/vertex_tets.h"
 #include "mesh/work_mesh.h"
@@ -48,23 +49,7 @@ class VertexMoves {
   static std::uint64_t memory(std::uint64_t tets);
 
  private:
-  // Of the points round a vertex: what its value and its place do to their errors.
-  struct Component {
-    double value = 0;               // squared weights
-    Point3 mixed{};                 // these times the gradient
-    std::array<double, 6> place{};  // and times its square: xx, xy, xz, yy, yz, zz
-    double value_error = 0;         // weights times errors
-    Point3 place_error{};           // these times the gradient
-    double squares = 0;             // of errors
-  };
-  // Of all components, where each value follows.
-  struct Wish {
-    std::array<double, 6> place{};
-    Point3 error{};
-    double stiffness = 0, squares = 0;
-  };
-
-  Point3 step(VertexId v, const Wish& wish) const;
+  Point3 step(VertexId v, const PlaceWish& wish) const;
   bool find_place(VertexId v, const Point3& step, double floor, Vec3<Real>* place) const;
   bool keeps_shapes(VertexId v, const Vec3<Real>& place, double floor) const;
   PlaceInTet in_ball(VertexId v, const Vec3<Real>& place) const;
@@ -73,8 +58,8 @@ class VertexMoves {
   const VertexTets* balls_ = nullptr;
   std::span<const VertexId> vertices_;
   Vector<std::uint32_t> index_;  // of each vertex of the mesh, among those; kNoVertex: it stays
-  Vector<Component> components_;
-  Vector<Wish> wishes_;
+  Vector<PlaceWish::Component> components_;  // of the one in hand
+  Vector<PlaceWish> wishes_;
 };
 
 template <class Real>

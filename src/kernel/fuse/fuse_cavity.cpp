@@ -262,6 +262,7 @@ auto FuseCavity<Real>::obstacle() const -> Obstacle {
 template <class Real>
 VertexId FuseCavity<Real>::nearer() const {
   const VertexId v = of_vertex_.shapes.vertex();
+  if (partner_ == kNoVertex) return v;
   const auto distance = [&](VertexId u) {
     const Vec3<Real>& p = mesh_->positions[u];
     const double x = double{p.x} - position_.x, y = double{p.y} - position_.y;

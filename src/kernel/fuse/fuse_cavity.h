@@ -28,10 +28,11 @@ class FuseCavity {
   void begin(WorkMesh<Real>* mesh, LiveBalls* balls, double min_quality, double unit);
 
   // Collects the cavity of v and its neighbour, which come together at the position; a partner that
-  // is fixed is there already, and the tetrahedra round it stay as they are. Gives the reason if
-  // they may not: an affected tetrahedron would turn over, or be worse than the floor; it may be so
-  // where the vertex that it comes from has one below the floor, but no worse than the cavity's
-  // worst grade (shape_grades.h). The lists are of use after no reason alone.
+  // is fixed is there already, and the tetrahedra round it stay as they are. (A vertex that goes
+  // there by itself has kNoVertex for such a one.) Gives the reason if they may not: an affected
+  // tetrahedron would turn over, or be worse than the floor; it may be so where the vertex that it
+  // comes from has one below the floor, but no worse than the cavity's worst grade
+  // (shape_grades.h). The lists are of use after no reason alone.
   std::optional<Reject> collect(VertexId v, VertexId partner, bool fixed,
                                 const Vec3<Real>& position);
 

@@ -11,6 +11,8 @@ namespace {
 constexpr float kSlack = 1.3F;
 // cheapest_step(): from 0.003 to 0.3 all does about the same.
 constexpr float kPushPull = 0.01F;
+// refit_place(): where a shape is in the way, half of the step, and again.
+constexpr int kHalvings = 2;
 // On the edge.
 constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
 
@@ -184,6 +186,24 @@ auto FusePlanner<Real>::judge() -> Verdict {
     return FuseRefusal{Reject::kLocked};
   }
   return std::nullopt;
+}
+
+template <class Real>
+bool FusePlanner<Real>::refit_place(VertexId v) {
+  std::optional<Vec3<Real>> place = values_.wished_place();
+  if (!place) return false;
+  const Vec3<Real>& here = mesh_->positions[v];
+  for (int i = 0; i <= kHalvings; ++i) {
+    if (!cavity_.collect(v, kNoVertex, true, *place)) {
+      joining_ = {v, v, false, *place, cavity_.affected(), {}};
+      kept_ = v;
+      if (!values_.refit_at(*place, cavity_)) return false;
+      values_.apply_refit();
+      return true;
+    }
+    *place = {(place->x + here.x) / 2, (place->y + here.y) / 2, (place->z + here.z) / 2};
+  }
+  return false;
 }
 
 template <class Real>

@@ -55,8 +55,12 @@ class FusePlanner {
   // ... and afterwards.
   void note_fused() { cavity_.note_fused(kept_); }
 
-  // Finds better values() for a vertex that was fused to its place, if there are any.
+  // Of a vertex inside of the mesh that was fused to its place: are there better values() for it?
+  bool may_refit() const { return values_.may_refit(); }
   bool refit(VertexId v) { return values_.refit(v, vertices_->ball(v)); }
+  // When it has these: is there a better place for it, joining().position, with its values()? What
+  // it takes to move it has been done then, but for the mesh itself; note_fused() is to follow.
+  bool refit_place(VertexId v);
 
   // From now on all places are tried, however seldom anything comes of some.
   void be_thorough() { thorough_ = true; }

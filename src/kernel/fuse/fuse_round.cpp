@@ -77,7 +77,7 @@ FuseStatistics FuseRound<Real>::run(const FuseLimits& limits, std::span<const St
   if (limits.gradient_variance > 0) add_gradient_variances();
   notes_.begin(mesh, log);
   work();
-  refit_values();
+  refit();
   FuseStatistics statistics;
   finish(&statistics);
   compact();
@@ -418,32 +418,41 @@ void FuseRound<Real>::move_tets(VertexId kept, VertexId gone) {
 // Where bounds have begun to matter, of vertices inside whose balls have changed: smaller errors
 // leave more room in the next round. A log has rows as the last fusion left them.
 template <class Real>
-void FuseRound<Real>::refit_values() {
-  if (deviated_ == 0 || notes_.are_wanted()) return;
-  const std::size_t width = mesh_->steering_width;
-  std::vector<float> quadric(quadric_size(width));
+void FuseRound<Real>::refit() {
+  if (deviated_ == 0 || notes_.are_wanted() || !planner_.may_refit()) return;
   for (VertexId v = 0; v < vertices_.size(); ++v) {
-    const bool may = mesh_->incidence[v] != 0 && vertices_[v].moved > 1 &&
-                     vertices_[v].kind == FuseVertices<Real>::kFree &&
-                     (mesh_->marks[v] & kMoved) != 0;
-    if (!may || !planner_.refit(v)) continue;
-    std::fill(quadric.begin(), quadric.end(), 0.0F);
-    edge_costs_.add(v, mesh_->positions[v], planner_.values().data(), quadric.data());
-    std::ranges::copy(quadric, mesh_->quadrics.data() + std::size_t{v} * mesh_->quadric_width);
-    std::ranges::copy(planner_.values(), mesh_->steering.data() + std::size_t{v} * width);
-    refitted_.push_back(v);
+    if (mesh_->incidence[v] == 0 || vertices_[v].moved == 1 || (mesh_->marks[v] & kMoved) == 0 ||
+        vertices_[v].kind != FuseVertices<Real>::kFree) {
+      continue;
+    }
+    if (planner_.refit(v)) take_refitted(v, mesh_->positions[v]);
+    if (!planner_.refit_place(v)) continue;
+    if (interpolates_) interpolations_.push_back(planner_.interpolation());
+    take_refitted(v, planner_.joining().position);
+    planner_.note_fused();
   }
+}
+
+// Its quadric is about its place and its values.
+template <class Real>
+void FuseRound<Real>::take_refitted(VertexId v, const Vec3<Real>& place) {
+  const std::size_t width = mesh_->steering_width;
+  quadric_.assign(quadric_size(width), 0);
+  edge_costs_.add(v, place, planner_.values().data(), quadric_.data());
+  std::ranges::copy(quadric_, mesh_->quadrics.data() + std::size_t{v} * mesh_->quadric_width);
+  std::ranges::copy(planner_.values(), mesh_->steering.data() + std::size_t{v} * width);
+  mesh_->positions[v] = place;
+  refitted_.push_back(v);
 }
 
 template <class Real>
 void FuseRound<Real>::compact() {
   WorkMesh<Real>& mesh = *mesh_;
-  write_steering_columns(fields_, refitted_, &mesh);
-  if (fused_ == 0) return;
+  if (fused_ == 0 && refitted_.empty()) return;
   if (interpolates_) {
     for (Column& column : mesh.point_columns) interpolate_point_column(interpolations_, &column);
   }
-  std::vector<VertexId> moved;
+  Vector<VertexId> moved = refitted_;
   for (VertexId v = 0; v < vertices_.size(); ++v) {
     if (vertices_[v].changed != 1 && vertices_.may_move(v)) moved.push_back(v);
   }

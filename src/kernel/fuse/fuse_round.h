@@ -78,7 +78,8 @@ class FuseRound {
   void move_tets(VertexId kept, VertexId gone);
   void carry_rows(VertexId kept);
 
-  void refit_values();
+  void refit();
+  void take_refitted(VertexId v, const Vec3<Real>& place);
   void compact();
 
   const FuseLimits* limits_ = nullptr;
@@ -97,6 +98,7 @@ class FuseRound {
   std::uint64_t removed_ = 0, fused_ = 0;
   std::uint64_t deviated_ = 0;  // fusions that a bound refused
   Vector<VertexId> refitted_;
+  Vector<float> quadric_;  // of one of them
   std::function<void(std::uint64_t)> watcher_;
   std::uint64_t told_ = 0;  // of those removed
   std::uint32_t visits_ = 0;

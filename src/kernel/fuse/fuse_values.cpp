@@ -200,11 +200,6 @@ double FuseValues<Real>::loss_at(VertexId x, const typename FuseCavity<Real>::Pl
 }
 
 template <class Real>
-bool FuseValues<Real>::refit(VertexId v, std::span<const std::uint32_t> ball) {
-  return errors_.bounds() && !paper_.any() && !integrals_.stay() && errors_.refit(v, ball, values_);
-}
-
-template <class Real>
 double FuseValues<Real>::error(float cost) const {
   return errors_.bounds_all() ? errors_.largest_error(values_) : std::sqrt(std::max(cost, 0.0F));
 }

@@ -49,12 +49,23 @@ class FuseValues {
   // The same of any partner, as far as bounds leave a choice, and what speaks against them.
   std::optional<Reject> judge(const Joining<Real>& joining, const FuseCavity<Real>& cavity);
 
-  // Bounds speak against most of what is refused in the end: where they may, a vertex that was
-  // fused to its place gets values for which the errors at the points round it are smaller. False
-  // where it keeps those that it has.
-  bool refit(VertexId v, std::span<const std::uint32_t> ball);
+  // Bounds speak against most of what is refused in the end. May vertices get better values and
+  // places meanwhile, so that they leave more room? For that is PointErrors::refit() and what
+  // follows there.
+  bool may_refit() const { return errors_.bounds() && !paper_.any() && !integrals_.stay(); }
+  bool refit(VertexId v, std::span<const std::uint32_t> ball) {
+    return errors_.refit(v, ball, values_);
+  }
+  std::optional<Vec3<Real>> wished_place() { return errors_.wished_place(); }
+  // In a cavity of that vertex alone.
+  bool refit_at(const Vec3<Real>& place, const FuseCavity<Real>& cavity) {
+    interpolation_ = cavity.interpolation();
+    return errors_.refit_at(place, cavity.affected(), values_);
+  }
+  // To be called before the mesh changes, with what refit_at() has found.
+  void apply_refit() { errors_.apply(); }
 
-  // As choose(), judge() or refit() has left them.
+  // As choose(), judge(), refit() or refit_at() has left them.
   std::span<const double> values() const { return values_; }
   const Interpolation& interpolation() const { return interpolation_; }
   // For those who go back: the error at the points, if all fields have bounds there; else the root
