@@ -102,8 +102,9 @@ void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh) 
 }
 
 void check_mesh_output(const std::string& path, Encoding encoding) {
+  const std::string file = std::filesystem::path(path).filename().string();
   for (const char* field : {"{step}", "{lod}"}) {
-    if (path.find(field) == std::string::npos) continue;
+    if (file.find(field) == std::string::npos) continue;
     throw Error(
         ErrorCode::kUsage,
         fmt::format("{} holds {}, which stands for one of several meshes, but one is written "
