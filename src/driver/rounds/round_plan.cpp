@@ -56,15 +56,18 @@ bool was_rejected(const RoundStatistics& round, Reject reason) {
 // fields further off (bench/README.md).
 constexpr double kSurfaceCost = 2000;
 
-// The largest error at a point in a round, as a share of the root of what its fusions may cost.
-// With a half, a quarter or an eighth the rms error of the Delaunay ball at 90 % is 0.103, 0.074 or
-// 0.052 % (bench/README.md), where nothing but the cost counts 0.139 %; but the blunt fin takes 2,
-// 3 or 4.5 times as long.
-constexpr double kErrorShare = 0.25;
+// The largest error at a point in a round, as a share of the root of what its fusions may cost:
+// with less errors are smaller, and more attempts are in vain. The larger share is for meshes in
+// which a round has refused more vertices for that than it has fused (bench/README.md).
+constexpr double kErrorShare = 0.25, kLargerErrorShare = 0.5;
 
 // Where weights are as they are in the mean.
 double rising_error(double threshold, const RoundsState& state) {
-  return kErrorShare * std::sqrt(threshold) / state.weight_mean;
+  const bool refuses_most = std::ranges::any_of(state.lods, [](const LodSummary& lod) {
+    return lod.pass.rejected[static_cast<std::size_t>(Reject::kDeviation)] > lod.pass.fused;
+  });
+  return (refuses_most ? kLargerErrorShare : kErrorShare) * std::sqrt(threshold) /
+         state.weight_mean;
 }
 
 // The first round's threshold is raised by so many times what the gradients' variance costs: with
