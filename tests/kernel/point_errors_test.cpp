@@ -182,6 +182,28 @@ TEST(PointErrors, FieldsHaveBoundsOfTheirOwn) {
   EXPECT_GT(one[1], 0.02);
 }
 
+// A vertex that is moved for the sake of one field would leave another one behind.
+TEST(PointErrors, AFieldWithoutABoundStaysWhatItIs) {
+  Steered s = steered(five_split_cube(9, 0.2, 3), smooth);
+  WorkMesh<double>& mesh = s.mesh;
+  const Vector<double> first = mesh.steering;
+  mesh.steering_width = 2;
+  mesh.steering.clear();
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const Vec3<double>& p = mesh.positions[v];
+    mesh.steering.insert(mesh.steering.end(), {first[v], linear(p.x, p.y, p.z)});
+  }
+  std::array<SteeringField, 2> fields{s.field, {1, 1, 5, {}}};
+  fields[0].tolerance = 0.005;
+  begin_quadrics(fields, kUnit, &mesh);
+  const FuseStatistics statistics = FuseRound<double>().run(limits_of(1e-2), fields, &mesh);
+  EXPECT_GT(rejected(statistics, Reject::kDeviation), 0u);
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const Vec3<double>& p = mesh.positions[v];
+    EXPECT_NEAR(mesh.steering[2 * v + 1], linear(p.x, p.y, p.z), 1e-5);
+  }
+}
+
 // What a round allows is a bound for fields that have one, and for no others.
 TEST(PointErrors, ARoundMayAllowLess) {
   const Steered fresh = steered(five_split_cube(7, 0.2, 3), smooth);

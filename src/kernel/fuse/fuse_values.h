@@ -56,7 +56,10 @@ class FuseValues {
   bool refit(VertexId v, std::span<const std::uint32_t> ball) {
     return errors_.refit(v, ball, values_);
   }
-  std::optional<Vec3<Real>> wished_place() { return errors_.wished_place(); }
+  // None where a field has no bound, as nothing tells what its value should be there.
+  std::optional<Vec3<Real>> wished_place() {
+    return errors_.bounds_all() ? errors_.wished_place() : std::nullopt;
+  }
   // In a cavity of that vertex alone.
   bool refit_at(const Vec3<Real>& place, const FuseCavity<Real>& cavity) {
     interpolation_ = cavity.interpolation();
