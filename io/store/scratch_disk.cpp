@@ -298,7 +298,9 @@ std::string difference(const std::string& there, const std::string& here) {
 [[noreturn]] void fail_making(const std::string& path, int error) {
   if (error == ENOENT)
     fail(path, "the folder that is to hold it does not exist; create it first", error);
-  fail(path, "cannot make it", error);
+  fail(path,
+       error == ENAMETOOLONG ? "cannot make it (--scratch gives another name)" : "cannot make it",
+       error);
 }
 
 std::string without_slashes_behind(const std::string& path) {
