@@ -40,6 +40,18 @@ FuseLimits bounded(double max_error, double threshold = 1) {
   return limits;
 }
 
+// Has the mesh's one value a vertex followed by others, which more(position) gives.
+template <class More>
+void add_values(const More& more, WorkMesh<double>* mesh) {
+  Vector<double> steering;
+  for (std::size_t v = 0; v < mesh->vertex_count(); ++v) {
+    steering.push_back(mesh->steering[v]);
+    for (const double value : more(mesh->positions[v])) steering.push_back(value);
+  }
+  mesh->steering = std::move(steering);
+  mesh->steering_width = static_cast<std::uint32_t>(mesh->steering.size() / mesh->vertex_count());
+}
+
 // Every point of the original is a vertex where it was, with its value, or a removed one, once, in
 // a tetrahedron that holds it.
 template <class Real>
@@ -152,14 +164,11 @@ TEST(PointErrors, HoldForWhatIsWritten) {
 TEST(PointErrors, FieldsHaveBoundsOfTheirOwn) {
   Steered s = steered(five_split_cube(7, 0.2, 3), smooth);
   WorkMesh<double>& mesh = s.mesh;
-  const Vector<double> first = mesh.steering;
-  mesh.steering_width = 4;
-  mesh.steering.clear();
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    const Vec3<double>& p = mesh.positions[v];
-    mesh.steering.insert(mesh.steering.end(),
-                         {first[v], std::cos(p.y / 2), std::sin(p.x / 2), std::cos(p.z / 2)});
-  }
+  add_values(
+      [](const Vec3<double>& p) {
+        return std::array{std::cos(p.y / 2), std::sin(p.x / 2), std::cos(p.z / 2)};
+      },
+      &mesh);
   std::array<SteeringField, 2> fields{s.field, {1, 3, std::sqrt(8.0), {}}};
   const auto errors = [&](std::optional<double> own, double max_error) {
     fields[0].tolerance = own;
@@ -186,13 +195,7 @@ TEST(PointErrors, FieldsHaveBoundsOfTheirOwn) {
 TEST(PointErrors, AFieldWithoutABoundStaysWhatItIs) {
   Steered s = steered(five_split_cube(9, 0.2, 3), smooth);
   WorkMesh<double>& mesh = s.mesh;
-  const Vector<double> first = mesh.steering;
-  mesh.steering_width = 2;
-  mesh.steering.clear();
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    const Vec3<double>& p = mesh.positions[v];
-    mesh.steering.insert(mesh.steering.end(), {first[v], linear(p.x, p.y, p.z)});
-  }
+  add_values([](const Vec3<double>& p) { return std::array{linear(p.x, p.y, p.z)}; }, &mesh);
   std::array<SteeringField, 2> fields{s.field, {1, 1, 5, {}}};
   fields[0].tolerance = 0.005;
   begin_quadrics(fields, kUnit, &mesh);
