@@ -18,8 +18,7 @@ MeshFormat output_format(const std::string& path);
 
 // Throws what writing a mesh of that name would throw, before any work: Error(kUsage) for a format
 // that cannot be written, or that has no such encoding, or a name that holds "{step}" or "{lod}",
-// Error(kIo) where no file can be made.
-// Creates nothing. "-" is standard output.
+// Error(kIo) where no file can be made. Creates nothing. "-" is standard output.
 void check_mesh_output(const std::string& path, Encoding encoding = Encoding::kRaw);
 
 // All files that a mesh of that name consists of, as far as the name tells: of TetGen several.

@@ -116,8 +116,7 @@ void unmark_global_ids(const OpenOptions& options, AttributeSet* cell_data) {
 
 std::string refusal(std::uint8_t type, const OpenOptions& options, bool is_in_memory) {
   const std::uint8_t linear = linear_type(type);
-  const bool is_split_by_vtk =
-      !is_in_memory && (type == kVtkPolyhedron || type == kVtkPolygon);  // of a file
+  const bool is_split_by_vtk = !is_in_memory && (type == kVtkPolyhedron || type == kVtkPolygon);
   std::string advice =
       ", which cannot be read: only tetrahedra, and vertices, lines and triangles beside them";
   if (vtk_cell_dimension(type) < 3) advice += "; --drop-patches leaves such cells out";

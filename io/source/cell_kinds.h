@@ -66,8 +66,8 @@ bool may_have_vertices(std::uint8_t type, std::uint64_t count);
 void unmark_global_ids(const OpenOptions& options, AttributeSet* cell_data);
 
 // Ends the sentence "cell 7 " for a cell that cannot be read with these options: "is a hexahedron
-// (VTK cell type 12): use --tetrahedralize to split such cells". Polygons and polyhedra are split of
-// files alone.
+// (VTK cell type 12): use --tetrahedralize to split such cells". Polygons and polyhedra of files
+// alone are split.
 std::string refusal(std::uint8_t type, const OpenOptions& options, bool is_in_memory = false);
 
 // Ends the sentence "cell 7 " for a cell with another number of vertices than its type has.

@@ -31,8 +31,8 @@ class FuseRound {
   // come earlier when a cheaper one turns up (about one in ten). Then compacts the mesh: ids are
   // stale afterwards, their order is kept. Carried columns follow; those that steer get the values
   // that the quadrics say are best. In the end, where a bound at points has refused something, new
-  // vertices inside get better places and values, as far as the bounds let them. A pure function of the mesh and the limits. `log` may be null;
-  // each fusion is appended to it.
+  // vertices inside get better places and values, as far as the bounds let them. A pure function of
+  // the mesh and the limits. `log` may be null; each fusion is appended to it.
   //
   // Preconditions: as for GreedyPass::run(), and the mesh has quadrics. With a log integrals are
   // not kept.
