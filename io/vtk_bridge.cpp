@@ -148,8 +148,8 @@ std::unique_ptr<MeshSource> open_with_vtk(const std::string& path, const OpenOpt
     throw Error(ErrorCode::kBadInput,
                 path +
                     ": this is a list of the steps of a series: give one of the files that it "
-                    "names, or its number (--time-step); simplify, info, check and compare "
-                    "take the list, called .pvd or .series");
+                    "names, or its number (--time-step); the commands take the list, called .pvd "
+                    "or .series");
   }
   if (guess.format == ForeignFormat::kUnknown) throw_unknown(path);
   const VtkPlugin* plugin = load_plugin(path + ": this is " + (what.empty() ? guess.words : what));

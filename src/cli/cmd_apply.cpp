@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/numbers.h"
@@ -23,17 +24,18 @@
 #include "io/open_mesh.h"
 #include "io/write_mesh.h"
 #include "mesh/array_names.h"
+#include "series/each_step.h"
+#include "series/series_plan.h"
 
 namespace tetfusion {
 
 namespace {
 
 struct ApplyArguments {
-  std::string map, input, output, report, scratch;
+  std::string map, report, scratch;
+  StepsRequest meshes;
   bool fit = false;
   std::vector<std::string> arrays;
-  OpenOptions open;
-  WriteOptions write;
   int threads = 0;
   ConsoleOptions console;
 };
@@ -64,11 +66,11 @@ struct ArraysToMove {
 };
 
 // Cells follow where they are those of the mesh that was simplified.
-ArraysToMove arrays_to_move(const ApplyArguments& a, const MapFile& map, MeshSource* source,
-                            const RunContext& context) {
+ArraysToMove arrays_to_move(const std::vector<std::string>& names, const MapFile& map,
+                            MeshSource* source, const RunContext& context) {
   const MeshDescription& mesh = source->description();
   ArraysToMove out;
-  for (const std::string& name : a.arrays) {
+  for (const std::string& name : names) {
     const auto choice = find_array(mesh, name);
     const bool of_cells = choice && choice->association == Association::kCell;
     const AttributeSet& set = of_cells ? mesh.cell_data : mesh.point_data;
@@ -76,7 +78,7 @@ ArraysToMove arrays_to_move(const ApplyArguments& a, const MapFile& map, MeshSou
       throw Error(ErrorCode::kUsage,
                   fmt::format("{}: --array {}: that marks ghosts, which the simplified mesh has "
                               "none of",
-                              a.input, name));
+                              mesh.path, name));
     }
     if (of_cells) {
       if (std::ranges::find(out.cells, choice->index) == out.cells.end()) {
@@ -86,40 +88,28 @@ ArraysToMove arrays_to_move(const ApplyArguments& a, const MapFile& map, MeshSou
       out.points.push_back(name);  // or none, which is refused later
     }
   }
-  if (a.arrays.empty()) out.cells = cell_arrays_to_move(mesh.cell_data);
-  out.all_points = a.arrays.empty();
+  if (names.empty()) out.cells = cell_arrays_to_move(mesh.cell_data);
+  out.all_points = names.empty();
   if (out.cells.empty() || has_cells_of(map, source, context)) return out;
   const std::string reason =
       "arrays of cells do not follow: its tetrahedra are not those of the mesh that was "
       "simplified, in their order";
-  if (!a.arrays.empty()) {
-    throw Error(ErrorCode::kBadInput, fmt::format("{}: {}", a.input, reason));
+  if (!names.empty()) {
+    throw Error(ErrorCode::kBadInput, fmt::format("{}: {}", mesh.path, reason));
   }
-  context.say(fmt::format("{}: {}", a.input, reason));
+  context.say(fmt::format("{}: {}", mesh.path, reason));
   out.cells.clear();
   return out;
 }
 
-std::vector<MovedArray> move_points(const ApplyArguments& a, const MapFile& map, MeshSource* source,
-                                    const std::vector<std::string>& names,
-                                    const RunContext& context) {
-  std::optional<PointWeights> weights;
-  if (a.fit) weights.emplace(map, a.scratch.empty() ? output_folder(a.output) : a.scratch);
-  return apply_map(map, source, names, context, true, weights ? &*weights : nullptr);
-}
+// The map, and what is made of it once for all steps.
+struct Mover {
+  MapFile map;
+  std::optional<PointWeights> weights;  // with --fit, as soon as an array of points moves
+};
 
-Json report_of_apply(const ApplyArguments& a, const MapFile& map,
-                     const std::vector<MovedArray>& arrays, const std::vector<MovedCells>& cells) {
-  Json json{{"version", version()},
-            {"map", a.map},
-            {"path", a.input},
-            {"output", a.output},
-            {"fitted", a.fit},
-            {"original_points", map.counts().original_points},
-            {"points", map.counts().points},
-            {"tets", map.counts().tets},
-            {"arrays", Json::array()},
-            {"cell_arrays", Json::array()}};
+Json json_of(const std::vector<MovedArray>& arrays) {
+  Json list = Json::array();
   for (const MovedArray& moved : arrays) {
     const ArrayInfo& info = moved.array.info;
     Json entry{{"name", info.name}, {"type", vtk_name(info.type)}, {"components", info.components}};
@@ -129,15 +119,86 @@ Json report_of_apply(const ApplyArguments& a, const MapFile& map,
       entry["max_at_point"] = moved.max_at;
       entry["undefined"] = moved.undefined;
     }
-    json["arrays"].push_back(entry);
+    list.push_back(std::move(entry));
   }
+  return list;
+}
+
+Json json_of(const std::vector<MovedCells>& cells) {
+  Json list = Json::array();
   for (const MovedCells& moved : cells) {
     const ArrayInfo& info = moved.array.info;
-    json["cell_arrays"].push_back({{"name", info.name},
-                                   {"type", vtk_name(info.type)},
-                                   {"components", info.components},
-                                   {"means", moved.has_means}});
+    list.push_back({{"name", info.name},
+                    {"type", vtk_name(info.type)},
+                    {"components", info.components},
+                    {"means", moved.has_means}});
   }
+  return list;
+}
+
+// A mesh, or a step of a series, whose sentences say which one they are of. Returns what the report
+// says of it.
+Json apply_to_mesh(const ApplyArguments& a, const Step& mesh, bool is_of_series, Mover* mover,
+                   const RunContext& context, Console* console) {
+  const MapFile& map = mover->map;
+  OpenOptions open = a.meshes.open;
+  open.time_step = mesh.time_step;
+  auto source = open_mesh(mesh.input, open);
+  console->tell_time_step(open.time_step, source->description());
+  refuse_piece_as_mesh(mesh.output, source->description());
+  refuse_piece(a.report, source->description());
+  const ArraysToMove wanted = arrays_to_move(a.arrays, map, source.get(), context);
+  std::vector<MovedArray> arrays;
+  if (wanted.all_points || !wanted.points.empty()) {
+    if (a.fit && !mover->weights) {
+      mover->weights.emplace(map, a.scratch.empty() ? output_folder(mesh.output) : a.scratch);
+    }
+    arrays = apply_map(map, source.get(), wanted.points, context, true,
+                       mover->weights ? &*mover->weights : nullptr);
+  }
+  const std::vector<MovedCells> cells = CellMover(map).move(source.get(), wanted.cells, context);
+  const StayedPoints stayed = compare_stayed_points(map, source.get(), context);
+  const auto result = open_moved(map, arrays, cells, source.get());
+  source.reset();  // it may be what is written over
+  const std::string left_out = left_out_of(mesh.output, result->description());
+  if (!left_out.empty()) context.say(left_out);
+  WriteOptions write;
+  write.encoding = a.meshes.encoding;
+  write.report_to(context);
+  convert_mesh(result.get(), mesh.output, write);
+  map.check();
+  context.report("done", 1);
+  const std::string of = is_of_series ? mesh.output + ": " : "";
+  for (const MovedArray& moved : arrays) context.say(of + sentence_of(moved));
+  for (const MovedCells& moved : cells) context.say(of + sentence_of(moved));
+  if (stayed.elsewhere > 0) {
+    context.say(fmt::format(
+        "points that stayed, but lie elsewhere in {}: {} of {}; the result has the points of the "
+        "mesh that was simplified, and wrong values if those of this one come in another order",
+        mesh.input, format_count(stayed.elsewhere), format_count(stayed.count)));
+  }
+  return {{"path", mesh.input},
+          {"output", mesh.output},
+          {"arrays", json_of(arrays)},
+          {"cell_arrays", json_of(cells)},
+          {"stayed_points", stayed.count},
+          {"stayed_points_elsewhere", stayed.elsewhere}};
+}
+
+// Returns what the report says of them.
+Json apply_to_steps(const ApplyArguments& a, SeriesPlan plan, Mover* mover,
+                    const RunContext& context, Console* console) {
+  Json steps = Json::array();
+  for_each_step(&plan, a.meshes.open, context, [&](const Step& step, const RunContext& part) {
+    Json json{{"step", step.label}};
+    if (step.time) json["time"] = *step.time;
+    json.update(apply_to_mesh(a, step, true, mover, part, console));
+    steps.push_back(std::move(json));
+  });
+  write_list(plan, context);
+  Json json = Json::object();
+  if (!plan.list.empty()) json["list"] = plan.list;
+  json["steps"] = std::move(steps);
   return json;
 }
 
@@ -146,45 +207,35 @@ void run_apply(ApplyArguments* a) {
   Console console(a->console);
   const RunContext context = console.context();
   set_thread_count(a->threads);
-  check_mesh_output(a->output, a->write.encoding);
-  refuse_same_file("-o", a->output, {a->map});
-  check_report_beside(a->output, a->report, {a->map, a->input});
+  a->meshes.open.cancelled = context.cancelled;
+  a->meshes.also_written = {a->report};
+  const std::optional<SeriesPlan> plan = plan_if_series(&a->meshes);
+  Step one;
+  if (plan) {
+    for (const Step& step : plan->steps) refuse_same_file("-o", step.output, {a->map});
+    std::vector<std::string> others = files_of(*plan);
+    others.push_back(a->map);
+    check_report(a->report, others);
+  } else {
+    one.input = a->meshes.inputs[0];
+    one.output = a->meshes.output;
+    one.time_step = a->meshes.open.time_step;
+    check_mesh_output(one.output, a->meshes.encoding);
+    refuse_same_file("-o", one.output, {a->map});
+    check_report_beside(one.output, a->report, {a->map, one.input});
+  }
   context.report("reading", 0);
-  const MapFile map = MapFile::open(a->map);
-  a->open.cancelled = context.cancelled;
-  take_chosen_step(&a->input, &a->open.time_step);
-  auto source = open_mesh(a->input, a->open);
-  console.tell_time_step(a->open.time_step, source->description());
-  refuse_piece_as_mesh(a->output, source->description());
-  refuse_piece(a->report, source->description());
-  const ArraysToMove wanted = arrays_to_move(*a, map, source.get(), context);
-  std::vector<MovedArray> arrays;
-  if (wanted.all_points || !wanted.points.empty()) {
-    arrays = move_points(*a, map, source.get(), wanted.points, context);
-  }
-  const std::vector<MovedCells> cells = CellMover(map).move(source.get(), wanted.cells, context);
-  const StayedPoints stayed = compare_stayed_points(map, source.get(), context);
-  const auto result = open_moved(map, arrays, cells, source.get());
-  source.reset();  // it may be what is written over
-  const std::string left_out = left_out_of(a->output, result->description());
-  if (!left_out.empty()) console.say(left_out);
-  a->write.report_to(context);
-  convert_mesh(result.get(), a->output, a->write);
-  map.check();
-  context.report("done", 1);
-  for (const MovedArray& moved : arrays) console.say(sentence_of(moved));
-  for (const MovedCells& moved : cells) console.say(sentence_of(moved));
-  if (stayed.elsewhere > 0) {
-    console.say(fmt::format(
-        "points that stayed, but lie elsewhere in {}: {} of {}; the result has the points of the "
-        "mesh that was simplified, and wrong values if those of this one come in another order",
-        a->input, format_count(stayed.elsewhere), format_count(stayed.count)));
-  }
+  Mover mover{MapFile::open(a->map), {}};
+  Json json{{"version", version()},
+            {"map", a->map},
+            {"fitted", a->fit},
+            {"original_points", mover.map.counts().original_points},
+            {"points", mover.map.counts().points},
+            {"tets", mover.map.counts().tets}};
+  json.update(plan ? apply_to_steps(*a, *plan, &mover, context, &console)
+                   : apply_to_mesh(*a, one, false, &mover, context, &console));
   console.detail_resources();
   if (a->report.empty()) return;
-  Json json = report_of_apply(*a, map, arrays, cells);
-  json["stayed_points"] = stayed.count;
-  json["stayed_points_elsewhere"] = stayed.elsewhere;
   add_resources(start, &json);
   write_text(a->report, dump(json));
 }
@@ -202,13 +253,17 @@ void add_apply_command(CLI::App& app) {
       "place. Cells get the means of those that lie in them, if IN has the tetrahedra of the mesh "
       "that was simplified, in the same order; else only arrays of points follow.");
   command->add_option("MAP", a->map, "The file that 'tetfusion simplify --map' wrote")->required();
-  command->add_option("IN", a->input, "A mesh with the arrays, or - for standard input")
+  command
+      ->add_option("IN", a->meshes.inputs,
+                   "A mesh with the arrays, or - for standard input. Several files, a .pvd, or a "
+                   "file with several time steps where OUT is named as those of a series")
       ->required();
   command
       ->add_option(
-          "-o,--output", a->output,
+          "-o,--output", a->meshes.output,
           "The simplified mesh with these arrays: .vtu, .vtk, .mesh or .meshb (Medit), .msh "
-          "(Gmsh), .node or .ele (TetGen), or - for a .vtu to standard output")
+          "(Gmsh), .node or .ele (TetGen), or - for a .vtu to standard output. Of a series a name "
+          "that holds {step}, or a .pvd")
       ->required()
       ->group(kOutputGroup);
   command
@@ -221,9 +276,9 @@ void add_apply_command(CLI::App& app) {
                     "Fit the values of new points, of floating-point arrays, so that errors at the "
                     "points of the original are smaller, as 'simplify' does; they may then leave "
                     "the range of those round them, but not that of the array");
-  add_cell_options(*command, &a->open);
-  add_time_step_option(*command, &a->open.time_step, kOneStep);
-  add_encoding_option(*command, &a->write.encoding);
+  add_cell_options(*command, &a->meshes.open);
+  add_time_step_option(*command, &a->meshes.open.time_step, kStepByOutput);
+  add_encoding_option(*command, &a->meshes.encoding);
   add_report_option(*command, &a->report);
   add_thread_option(*command, &a->threads);
   add_nameless_scratch_option(*command, &a->scratch,

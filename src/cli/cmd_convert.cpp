@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,50 +20,71 @@
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
 #include "io/write_mesh.h"
+#include "series/each_step.h"
+#include "series/series_plan.h"
 
 namespace tetfusion {
 
 namespace {
 
 struct ConvertArguments {
-  std::string input, output, labels;
-  OpenOptions open;
-  WriteOptions write;
+  std::string input, labels;
+  StepsRequest meshes;
   int threads = 0;
   ConsoleOptions console;
 };
 
-void choose_labels(const MeshDescription& mesh, ConvertArguments* a) {
-  if (a->labels.empty()) return;
-  std::string name = a->labels;
+void choose_labels(const MeshDescription& mesh, const std::string& wanted, WriteOptions* write) {
+  if (wanted.empty()) return;
+  std::string name = wanted;
   if (name.starts_with("cell:")) name.erase(0, std::string_view("cell:").size());
   const std::vector<std::size_t> chosen = choose_regions(mesh, {{name}}, "--labels");
-  a->write.label = mesh.cell_data.arrays[chosen.front()].name;
-  a->write.label_comes_first = true;
+  write->label = mesh.cell_data.arrays[chosen.front()].name;
+  write->label_comes_first = true;
+}
+
+// A mesh, or a step of a series.
+void convert_one(const ConvertArguments& a, const Step& mesh, const RunContext& context) {
+  const double start = wall_seconds();
+  OpenOptions open = a.meshes.open;
+  open.time_step = mesh.time_step;
+  const auto source = open_mesh(mesh.input, open);
+  refuse_piece_as_mesh(mesh.output, source->description());
+  WriteOptions write;
+  write.encoding = a.meshes.encoding;
+  choose_labels(source->description(), a.labels, &write);
+  const std::string left_out =
+      left_out_of(mesh.output, source->description(), write.label, write.label_comes_first);
+  if (!left_out.empty()) context.say(left_out);
+  write.report_to(context, 0.5);
+  const InputFacts facts = convert_mesh(source.get(), mesh.output, write);
+  say_what_is_odd(facts, source->description(), open.linearize, context);
+  context.report("done", 1);
+  context.say(fmt::format("{}: {} -> {} in {:.2f} s", mesh.input,
+                          format_count(facts.tets, "tetrahedron", "tetrahedra"), mesh.output,
+                          wall_seconds() - start));
 }
 
 void run_convert(ConvertArguments* a) {
   Console console(a->console);
-  const double start = wall_seconds();
   const RunContext context = console.context();
   set_thread_count(a->threads);
-  check_mesh_output(a->output, a->write.encoding);
-  context.report("reading", 0);
-  a->open.cancelled = context.cancelled;
-  take_chosen_step(&a->input, &a->open.time_step);
-  const auto source = open_mesh(a->input, a->open);
-  refuse_piece_as_mesh(a->output, source->description());
-  choose_labels(source->description(), a);
-  const std::string left_out =
-      left_out_of(a->output, source->description(), a->write.label, a->write.label_comes_first);
-  if (!left_out.empty()) console.say(left_out);
-  a->write.report_to(context, 0.5);
-  const InputFacts facts = convert_mesh(source.get(), a->output, a->write);
-  say_what_is_odd(facts, source->description(), a->open.linearize, context);
-  context.report("done", 1);
-  console.say(fmt::format("{}: {} -> {} in {:.2f} s", a->input,
-                          format_count(facts.tets, "tetrahedron", "tetrahedra"), a->output,
-                          wall_seconds() - start));
+  a->meshes.inputs = {a->input};
+  a->meshes.open.cancelled = context.cancelled;
+  std::optional<SeriesPlan> plan = plan_if_series(&a->meshes);
+  if (plan) {
+    for_each_step(&*plan, a->meshes.open, context,
+                  [&](const Step& step, const RunContext& part) { convert_one(*a, step, part); });
+    write_list(*plan, context);
+  } else {
+    check_mesh_output(a->meshes.output, a->meshes.encoding);
+    context.report("reading", 0);
+    Step one;
+    one.input = a->meshes.inputs[0];
+    one.output = a->meshes.output;
+    one.time_step = a->meshes.open.time_step;
+    convert_one(*a, one, context);
+  }
   console.detail_resources();
 }
 
@@ -71,12 +93,13 @@ void run_convert(ConvertArguments* a) {
 void add_convert_command(CLI::App& app) {
   auto a = std::make_shared<ConvertArguments>();
   CLI::App* command = app.add_subcommand("convert", "Convert a mesh between formats and encodings");
-  add_input_options(*command, &a->input, &a->open, kOneStep);
+  add_input_options(*command, &a->input, &a->meshes.open, kStepByOutput);
   command
       ->add_option(
-          "OUT", a->output,
+          "OUT", a->meshes.output,
           "The file to write: .vtu, .vtk, .mesh or .meshb (Medit), .msh (Gmsh), .node or .ele "
-          "(TetGen), or - for a .vtu to standard output")
+          "(TetGen), or - for a .vtu to standard output. A name that holds {step}, or a .pvd, is "
+          "for all time steps of IN")
       ->required();
   command
       ->add_option("--labels", a->labels,
@@ -86,7 +109,7 @@ void add_convert_command(CLI::App& app) {
                    "(simplify --regions)")
       ->check(not_empty)
       ->group(kOutputGroup);
-  add_encoding_option(*command, &a->write.encoding);
+  add_encoding_option(*command, &a->meshes.encoding);
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console);
   command->callback([a] { run_convert(a.get()); });

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/listed_steps.h"
 #include "cli/simplify_options.h"
 #include "cli/summaries.h"
 #include "driver/request/stages.h"
@@ -31,8 +32,7 @@ void run_series(SimplifyArguments* a) {
   const SeriesRequest request{a->request, a->inputs, a->series != "each"};
   // Of a file that VTK reads even the names of its steps may take long.
   SeriesPlan plan = plan_series(request, Console(a->console).context());
-  std::vector<std::string> files{plan.list};
-  for (const Step& step : plan.steps) files.insert(files.end(), {step.input, step.output});
+  const std::vector<std::string> files = files_of(plan);
   check_report(a->report, files);
   refuse_same_file("--map", a->request.map, files);
   SeriesReport report;

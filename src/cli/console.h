@@ -45,7 +45,8 @@ void add_cell_options(CLI::App& command, Options* options) {
                  &options->drop_patches, &options->dropped_patches);
 }
 // Adds --time-step; `by_default`: what is read without it.
-inline constexpr const char* kOneStep = "the first of a file; of a list one must be given";
+inline constexpr const char* kStepByOutput =
+    "the first of a file, or all where OUT is named as that of a series";
 void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
                           const std::string& by_default);
 // Adds --threads.

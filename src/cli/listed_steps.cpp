@@ -23,12 +23,27 @@ std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOption
   return steps;
 }
 
-void take_chosen_step(std::string* input, std::optional<std::uint64_t>* time_step) {
-  if (!*time_step || !is_list_name(*input)) return;
+void take_chosen_step(std::vector<std::string>* inputs, const std::string& output,
+                      std::optional<std::uint64_t>* time_step) {
+  const bool is_one = inputs->size() == 1 && !is_pvd_name(output) && !holds_step(output);
+  if (!is_one || !*time_step || !is_list_name(inputs->front())) return;
   OpenOptions open;
   open.time_step = *time_step;
-  *input = steps_to_read(*input, open)[0].path;
+  inputs->front() = steps_to_read(inputs->front(), open)[0].path;
   time_step->reset();
+}
+
+std::optional<SeriesPlan> plan_if_series(StepsRequest* request) {
+  take_chosen_step(&request->inputs, request->output, &request->open.time_step);
+  if (!is_series(request->inputs, request->output, {})) return std::nullopt;
+  return plan_steps(*request);
+}
+
+std::vector<std::string> files_of(const SeriesPlan& plan) {
+  std::vector<std::string> files;
+  for (const Step& step : plan.steps) files.insert(files.end(), {step.input, step.output});
+  if (!plan.list.empty()) files.push_back(plan.list);
+  return files;
 }
 
 Json step_json(const StepToRead& step) {

@@ -9,6 +9,7 @@
 
 #include "cli/findings.h"
 #include "io/source/mesh_source.h"
+#include "series/series_plan.h"
 
 namespace tetfusion {
 
@@ -31,9 +32,18 @@ struct StepToRead {
 // choose_time_step() throw.
 std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOptions& open);
 
-// Where that is a list and a step is chosen: the step's file takes the list's place, of which none
-// is to be chosen then. Throws what steps_to_read() throws.
-void take_chosen_step(std::string* input, std::optional<std::uint64_t>* time_step);
+// Where the output is one mesh, and a step of a list is chosen: the step's file takes the list's
+// place, of which none is to be chosen then. Throws what steps_to_read() throws.
+void take_chosen_step(std::vector<std::string>* inputs, const std::string& output,
+                      std::optional<std::uint64_t>* time_step);
+
+// The steps, where a mesh is to be made of each: the output holds {step} or is a .pvd, there are
+// several inputs, or a list none of whose steps is chosen. Nothing where one mesh is wanted, after
+// take_chosen_step(). Throws what plan_steps() throws.
+std::optional<SeriesPlan> plan_if_series(StepsRequest* request);
+
+// All files that it reads and writes, for looking whether another one is among them.
+std::vector<std::string> files_of(const SeriesPlan& plan);
 
 // For a report: "path", and "time" if there is one.
 Json step_json(const StepToRead& step);

@@ -13,8 +13,6 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "cli/listed_steps.h"
-#include "io/vtk/series_list.h"
-#include "series/series_plan.h"
 
 namespace tetfusion {
 
@@ -442,8 +440,7 @@ void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
   add_field_options(command, a);
   BehaviourOptions& behaviour = a->request.behaviour;
   add_cell_options(command, &behaviour);
-  add_time_step_option(command, &behaviour.time_step,
-                       "the first of a file, or all where OUT is named as that of a series");
+  add_time_step_option(command, &behaviour.time_step, kStepByOutput);
   add_encoding_option(command, &a->request.encoding);
   add_report_option(command, &a->report);
   add_performance_options(command, a);
@@ -452,9 +449,7 @@ void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
 
 void parse_simplify_arguments(const CLI::App& command, SimplifyArguments* a) {
   refuse_foreign_options(command, a->request.behaviour.method);
-  if (a->inputs.size() == 1 && !is_pvd_name(a->request.output) && !holds_step(a->request.output)) {
-    take_chosen_step(&a->inputs[0], &a->request.behaviour.time_step);
-  }
+  take_chosen_step(&a->inputs, a->request.output, &a->request.behaviour.time_step);
   a->request.input = a->inputs[0];
   parse_arguments(a);
 }

@@ -1,10 +1,6 @@
 #include "series/series.h"
 
-#include <fmt/format.h>
-
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <utility>
 
 #include "base/resources.h"
@@ -13,10 +9,7 @@
 #include "driver/request/report_json.h"
 #include "driver/run_setup.h"
 #include "driver/simplify.h"
-#include "io/open_mesh.h"
-#include "io/source/mesh_source.h"
-#include "io/vtk/series_list.h"
-#include "mesh/time_value.h"
+#include "series/each_step.h"
 #include "series/series_plan.h"
 #include "series/shared_series.h"
 
@@ -24,33 +17,12 @@ namespace tetfusion {
 
 namespace {
 
-// The time that the file itself says.
-std::optional<double> time_in(const Step& step, OpenOptions open) {
-  open.time_step.reset();
-  const std::vector<double> times = time_steps_of(step.input, open);
-  if (!times.empty()) return times[choose_time_step(step.input, times.size(), step.time_step)];
-  const auto source = open_mesh(step.input, open);
-  const std::size_t index = source->description().field_data.find(kTimeValue);
-  if (index == AttributeSet::npos) return {};
-  return time_of(source->read_array(Association::kField, index));
-}
-
-RunContext part_of(const RunContext& context, std::size_t i, std::size_t all) {
-  const auto share = [&](std::size_t done) {
-    return static_cast<double>(done) / static_cast<double>(all);
-  };
-  RunContext part = context.part(share(i), share(i + 1));
-  if (i > 0) part.size = {};
-  return part;
-}
-
 SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
                            const RunContext& context) {
   SeriesReport report;
   report.shared = false;
   double cpu_before = 0;
-  for (std::size_t i = 0; i < plan->steps.size(); ++i) {
-    Step& step = plan->steps[i];
+  const auto simplify_step = [&](const Step& step, const RunContext& part) {
     SimplifyRequest job = request.job;
     job.input = step.input;
     job.output = step.output;
@@ -58,39 +30,12 @@ SeriesReport simplify_each(const SeriesRequest& request, SeriesPlan* plan,
     job.behaviour.time_step = step.time_step;
     // A folder for each: with --resume the steps before one that was interrupted begin anew.
     if (!job.performance.scratch.empty()) job.performance.scratch += "-" + step.label;
-    try {
-      if (!step.time && !plan->list.empty()) {
-        step.time = time_in(step, open_options(job, "", context));
-      }
-      report.runs.push_back(simplify(job, part_of(context, i, plan->steps.size())));
-      report.runs.back().cpu_seconds -= std::exchange(cpu_before, report.runs.back().cpu_seconds);
-    } catch (const Error& error) {
-      throw Error(error.code(),
-                  fmt::format("{}; steps written: {} of {}", error.what(), i, plan->steps.size()));
-    }
+    report.runs.push_back(simplify(job, part));
+    report.runs.back().cpu_seconds -= std::exchange(cpu_before, report.runs.back().cpu_seconds);
     report.steps.push_back({step.label, step.input, step.output, step.time, {}});
-  }
+  };
+  for_each_step(plan, open_options(request.job, "", context), context, simplify_step);
   return report;
-}
-
-// With the steps' times, where they tell them apart; else counted.
-void write_list(const SeriesPlan& plan, const RunContext& context) {
-  std::vector<ListedStep> steps;
-  std::set<double> times;
-  bool any = false;
-  for (const Step& step : plan.steps) {
-    any = any || step.time.has_value();
-    if (step.time && std::isfinite(*step.time)) times.insert(*step.time);
-    steps.push_back({step.time, step.output});
-  }
-  if (times.size() < steps.size()) {
-    if (any) {
-      context.say(fmt::format("{}: the steps are numbered, as {} does not tell all of them apart",
-                              plan.list, kTimeValue));
-    }
-    for (ListedStep& step : steps) step.time.reset();
-  }
-  write_pvd(plan.list, steps);
 }
 
 }  // namespace
@@ -107,7 +52,7 @@ SeriesReport simplify_series(const SeriesRequest& request, SeriesPlan plan,
   check_options(first);
   SeriesReport report = request.shared ? simplify_shared(request, &plan, context)
                                        : simplify_each(request, &plan, context);
-  if (!plan.list.empty()) write_list(plan, context);
+  write_list(plan, context);
   report.list = plan.list;
   report.total_seconds = wall_seconds() - start;
   context.report("done", 1);

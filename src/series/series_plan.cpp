@@ -170,18 +170,20 @@ bool is_in_one_mesh(const SeriesRequest& request) {
          std::any_of(arrays.begin(), arrays.end(), holds_step);
 }
 
+void check_names(const std::vector<std::string>& inputs, const std::string& output) {
+  if (inputs.size() > 1 && std::any_of(inputs.begin(), inputs.end(), is_list_name)) {
+    refuse("a .pvd or .series file names all steps of a series: give it alone");
+  }
+  if (std::find(inputs.begin(), inputs.end(), "-") != inputs.end() || output == "-") {
+    refuse("the steps of a series are files: standard input and output hold one mesh");
+  }
+}
+
 // What neither kind of series can be asked for, and what a shared one cannot.
 void check_request(const SeriesRequest& request) {
   const SimplifyRequest& job = request.job;
   const BehaviourOptions& b = job.behaviour;
-  if (request.inputs.size() > 1 &&
-      std::any_of(request.inputs.begin(), request.inputs.end(), is_list_name)) {
-    refuse("a .pvd or .series file names all steps of a series: give it alone");
-  }
-  if (std::find(request.inputs.begin(), request.inputs.end(), "-") != request.inputs.end() ||
-      job.output == "-") {
-    refuse("the steps of a series are files: standard input and output hold one mesh");
-  }
+  check_names(request.inputs, job.output);
   const auto no = [](bool given, const char* option) {
     if (given) refuse(fmt::format("{} is for one mesh, not for a series", option));
   };
@@ -353,9 +355,28 @@ std::vector<Step> find_steps(const std::vector<std::string>& inputs, const OpenO
   return steps;
 }
 
-void check_outputs(const SeriesPlan& plan, const SeriesRequest& request, const OpenOptions& open) {
-  const SimplifyRequest& job = request.job;
+// The name of each step's output, which holds {step} where there are several, and of their list.
+struct OutputNames {
+  std::string pattern, list;
+};
+
+OutputNames names_of_outputs(const std::string& output) {
+  if (!is_pvd_name(output)) return {output, ""};
+  if (holds_step(output)) {
+    refuse(fmt::format("{}: a .pvd file is one for all steps: leave {} out", output, kStepField));
+  }
+  if (!is_xml_text(output)) {
+    refuse(fmt::format("{}: a .pvd file holds names in UTF-8: give another one", output));
+  }
+  check_output_path(output);
+  const std::string stem = std::filesystem::path(output).replace_extension().string();
+  return {stem + "_" + kStepField + ".vtu", output};
+}
+
+void check_outputs(const SeriesPlan& plan, const StepsRequest& request) {
   const std::vector<Step>& steps = plan.steps;
+  OpenOptions open = request.open;
+  open.time_step.reset();  // pieces have none
   const auto plain = [](const std::string& path) {
     std::error_code ignored;
     const auto real = std::filesystem::weakly_canonical(path, ignored);
@@ -373,7 +394,8 @@ void check_outputs(const SeriesPlan& plan, const SeriesRequest& request, const O
     if (path.empty() || !read.contains(plain(path))) return;
     refuse(fmt::format("{} is an input of the series: give the outputs another name", path));
   };
-  for (const std::string& path : {plan.list, job.map, job.also_written}) refuse_input(path);
+  refuse_input(plan.list);
+  for (const std::string& path : request.also_written) refuse_input(path);
   std::map<std::string, std::string> written;  // by their input
   for (const Step& step : steps) {
     if (is_pieces_name(step.output)) refuse("the output of a series is one file a step, no .pvtu");
@@ -383,11 +405,21 @@ void check_outputs(const SeriesPlan& plan, const SeriesRequest& request, const O
       const std::string of = twin->second == step.input
                                  ? "all time steps of " + step.input
                                  : fmt::format("both {} and {}", twin->second, step.input);
-      refuse(fmt::format("{} would be the output of {}: the name after -o must hold {}",
-                         step.output, of, kStepField));
+      refuse(fmt::format(
+          "{} would be the output of {}: its name must hold {}, or be that of a .pvd{}",
+          step.output, of, kStepField,
+          request.inputs.size() == 1 ? ", or one of them be chosen (--time-step)" : ""));
     }
-    check_export(step.output, job.encoding);
+    check_export(step.output, request.encoding);
   }
+}
+
+SeriesPlan with_outputs(std::vector<Step> steps, const OutputNames& names,
+                        const StepsRequest& request) {
+  SeriesPlan plan{std::move(steps), names.list};
+  for (Step& step : plan.steps) step.output = with_label(names.pattern, step.label);
+  check_outputs(plan, request);
+  return plan;
 }
 
 }  // namespace
@@ -419,28 +451,21 @@ std::vector<std::string> label_steps(const std::vector<std::string>& paths) {
   return labels;
 }
 
+SeriesPlan plan_steps(const StepsRequest& request) {
+  check_names(request.inputs, request.output);
+  const OutputNames names = names_of_outputs(request.output);
+  if (!names.list.empty()) refuse_pipes(request.inputs);
+  return with_outputs(find_steps(request.inputs, request.open), names, request);
+}
+
 SeriesPlan plan_series(const SeriesRequest& request, const RunContext& context) {
   check_request(request);
   check_options(request.job);
   if (!request.job.map.empty()) check_output_path(request.job.map);
-  SeriesPlan plan;
-  std::string pattern = request.job.output;
-  if (is_pvd_name(pattern)) {
-    plan.list = pattern;
-    if (holds_step(pattern)) {
-      refuse(
-          fmt::format("{}: a .pvd file is one for all steps: leave {} out", pattern, kStepField));
-    }
-    if (!is_xml_text(pattern)) {
-      refuse(fmt::format("{}: a .pvd file holds names in UTF-8: give another one", pattern));
-    }
-    pattern =
-        std::filesystem::path(pattern).replace_extension().string() + "_" + kStepField + ".vtu";
-    check_output_path(plan.list);
-  }
+  const OutputNames names = names_of_outputs(request.job.output);
   const std::vector<std::string>& arrays = request.job.behaviour.arrays;
   const bool in_one_mesh = is_in_one_mesh(request);
-  if (in_one_mesh && (!request.shared || !plan.list.empty() || holds_step(pattern))) {
+  if (in_one_mesh && (!request.shared || !names.list.empty() || holds_step(names.pattern))) {
     refuse(
         fmt::format("{}: where steps are the arrays of one mesh, the result is one mesh with all "
                     "of them: give one name after -o, and not --series each",
@@ -457,15 +482,16 @@ SeriesPlan plan_series(const SeriesRequest& request, const RunContext& context) 
     }
   }
   // --series each reads each step once, but for its time, which a .pvd file wants.
-  if (request.shared || !plan.list.empty()) refuse_pipes(request.inputs);
-  OpenOptions open = open_options(request.job, "", context);
-  plan.steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays, open)
-                           : find_steps(request.inputs, open);
-  for (Step& step : plan.steps) step.output = with_label(pattern, step.label);
-  if (in_one_mesh) refuse_step_as_interest(plan.steps, request.job.behaviour.interest);
-  open.time_step.reset();  // pieces have none
-  check_outputs(plan, request, open);
-  return plan;
+  if (request.shared || !names.list.empty()) refuse_pipes(request.inputs);
+  const StepsRequest files{request.inputs,
+                           request.job.output,
+                           request.job.encoding,
+                           open_options(request.job, "", context),
+                           {request.job.map, request.job.also_written}};
+  std::vector<Step> steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays, files.open)
+                                        : find_steps(request.inputs, files.open);
+  if (in_one_mesh) refuse_step_as_interest(steps, request.job.behaviour.interest);
+  return with_outputs(std::move(steps), names, files);
 }
 
 }  // namespace tetfusion

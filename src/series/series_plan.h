@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "base/run_context.h"
+#include "io/mesh_format.h"
+#include "io/source/mesh_source.h"
 #include "series/series.h"
 
 namespace tetfusion {
@@ -47,5 +49,17 @@ std::vector<std::string> label_steps(const std::vector<std::string>& paths);
 // output that is an input or another step's output; what opening a .pvd file throws, and a file
 // that VTK looks into, as long as the context lets it.
 SeriesPlan plan_series(const SeriesRequest& request, const RunContext& context);
+
+// What another job than a simplification reads and writes, one mesh a step.
+struct StepsRequest {
+  std::vector<std::string> inputs;  // as SeriesRequest's, but for steps that are arrays of one mesh
+  std::string output;               // holds {step}, or is the name of a .pvd file
+  Encoding encoding = Encoding::kRaw;
+  OpenOptions open;                       // with its time_step that one alone
+  std::vector<std::string> also_written;  // files that are no input either; "": none
+};
+
+// Throws like plan_series().
+SeriesPlan plan_steps(const StepsRequest& request);
 
 }  // namespace tetfusion

@@ -131,7 +131,7 @@ void tell_of_steps(bool is_chosen, LoadedFile* out) {
   std::ostringstream text;
   text << "the time steps from " << times[1] << " to " << times.back() << " (the first of "
        << times.size() << ", at " << times[0] << ", is read; --time-step takes another one, "
-       << "'tetfusion simplify IN' with -o OUT_{step}.vtu or -o OUT.pvd all of them)";
+       << "an output called OUT_{step}.vtu or OUT.pvd all of them)";
   out->left_out.push_back(text.str());
 }
 

@@ -171,6 +171,9 @@ class OneStep(ExodusTest):
         self.expect_step(self.converted(path, "last"), len(TIMES) - 1)
         run("convert", path, self.folder / "first.vtu", "--quiet")
         self.expect_step(self.folder / "first.vtu", 0)
+        run("convert", path, self.folder / "all.pvd", "--quiet")
+        for step in range(len(TIMES)):
+            self.expect_step(self.folder / f"all_{step}.vtu", step)
 
     def test_every_command_takes_it(self):
         path, out = self.steps(), self.folder / "out.vtu"
@@ -252,7 +255,7 @@ class OneStep(ExodusTest):
         for arguments in ["convert", path, out], ["simplify", path, "-o", out, *GOAL]:
             told = finish(*arguments).stderr.decode()
             self.assertIn("the time steps from 1 to 4 (the first of 4, at 0.5, is read; --time-step takes another one, "
-                          "'tetfusion simplify IN' with -o OUT_{step}.vtu or -o OUT.pvd all of them)", told)
+                          "an output called OUT_{step}.vtu or OUT.pvd all of them)", told)
             self.assertNotIn("time steps", finish(*arguments, "--time-step", "0").stderr.decode())
 
     def test_other_commands_say_which_one_they_read(self):
@@ -456,7 +459,7 @@ class AllSteps(ExodusTest):
     def test_the_output_of_a_series_has_a_place_for_the_step(self):
         path = self.steps()
         told = self.refused("simplify", path, "-o", self.folder / "out.vtu", "--series", "each", *GOAL)
-        self.assertIn(f"would be the output of all time steps of {path}: the name after -o must hold {{step}}", told)
+        self.assertIn(f"would be the output of all time steps of {path}: its name must hold {{step}}", told)
 
     def test_damaged_files_are_errors(self):
         data, path = self.steps(mesh=TinyVtu(2)).read_bytes(), self.folder / "damaged.e"

@@ -414,7 +414,7 @@ class Maps(FolderTest):
                         ["-o", self.folder / "o.vtu", "--map", self.folder / "{lod}.map"],
                         ["-o", self.folder / "{lod}.vtu", "--map", self.folder / "o.map", "--lods", "20%,30%"]):
             run("simplify", path, *options, *goal, code=USAGE)
-        run("apply", self.folder / "o.map", path, "-o", self.folder / "o_{step}.vtu", code=USAGE)
+        run("apply", self.folder / "o.map", path, "-o", self.folder / "o_{lod}.vtu", code=USAGE)
         run("simplify", path, "-o", self.folder / "o.vtu", "--map", self.folder / "none" / "o.map", *goal, code=IO)
         run("simplify", path, "-o", self.folder / "o.vtu", "--map", self.folder / "o.map", *goal, "--memory", "72M",
             "--threads", "1", "--chunk-tets", "4k", code=MEMORY)

@@ -76,7 +76,9 @@ class OneOfAList(SeriesTest):
             run(*command, self.folder / "list.pvd", *to, "--time-step", "2")
             self.assertEqual((self.folder / "x.vtu").read_bytes(), expected)
             result = finish(*command, self.folder / "list.pvd", *to)
-            self.assertIn("or its number (--time-step)", result.stderr.decode())
+            self.assertEqual(result.returncode, USAGE)
+            self.assertIn("its name must hold {step}, or be that of a .pvd, or one of them be chosen (--time-step)",
+                          result.stderr.decode())
         run("simplify", self.folder / "list.pvd", "-o", self.folder / "again.pvd", "--reduction", "30%", "--time-step", "1")
         self.assertEqual((self.folder / "again.pvd").read_text().count("<DataSet"), 1)
 
