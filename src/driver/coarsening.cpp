@@ -58,13 +58,13 @@ void Coarsening<Real>::resume(Checkpoint left) {
   load(left.state, &state_);
   state_.input.mesh.pieces = std::move(left.pieces);
   run_.context.say(fmt::format("going on after {}, with {} left",
-                               format_count(state_.lods.size(), "round"),
+                               format_count(state_.rounds.size(), "round"),
                                format_count(state_.input.mesh.tets, "tetrahedron", "tetrahedra")));
   begin(state_.steering_width);
   if (logs_) logs_->resume(state_.log_slices, &left);
   if (state_.values) state_.values->resume(state_.kept_values, &left);
   plan_output(state_.input.facts.tets);
-  planner_.limit_errors(error_limits(options_, state_.fields));
+  planner_.limit_errors(error_limits(options_, tolerances_of(state_.fields)));
   run_.input.stream.reset();
 }
 
@@ -76,7 +76,7 @@ void Coarsening<Real>::import() {
   begin(steering.width());
   const auto take_fields = [&] {
     state_.fields = fields_of(steering, in.carried);
-    planner_.limit_errors(error_limits(options_, state_.fields));
+    planner_.limit_errors(error_limits(options_, tolerances_of(state_.fields)));
   };
   take_fields();
   state_.field_names = steering.names();
@@ -166,7 +166,8 @@ template <class Real>
 void Coarsening<Real>::say_what_was_found() const {
   const RunInput& in = run_.input;
   say_what_is_odd(state_.input.facts, in.description(), options_.linearize, run_.context);
-  if (state_.input.facts.differing_points > 0 && limits_errors(options_, state_.fields)) {
+  if (state_.input.facts.differing_points > 0 &&
+      limits_errors(options_, tolerances_of(state_.fields))) {
     say_whose_bounds(run_.context);
   }
   say_which_are_regions(in.description(), *in.stream, state_.input.facts.tets, in.regions,
@@ -231,8 +232,7 @@ void Coarsening<Real>::commit(const std::string& generation) {
 template <class Real>
 void Coarsening<Real>::end_stage(const MeshSummary& output) {
   state_.outputs.push_back(output);
-  state_.end = StageEnd::kOpen;
-  state_.spread = 1;
+  state_.begin_stage();
 }
 
 template <class Real>
@@ -271,7 +271,7 @@ double Coarsening<Real>::share_done() const {
 
 template <class Real>
 double Coarsening<Real>::share_done(std::uint64_t tets) const {
-  const double share = share_of_way(input_tets_, tets, stages_.back().tets, state_.lods.size());
+  const double share = share_of_way(input_tets_, tets, stages_.back().tets, state_.rounds.size());
   return state_.input.first_round_done ? std::max(share, kAssembledWithWork) : share;
 }
 

@@ -99,8 +99,7 @@ RunEstimate Trial<Real>::run(double start) {
   fit_values(original);
   out_.seconds = seconds_for_all(reading, assembling, wall_seconds() - begin);
   if (out_.goal) {
-    state_.end = StageEnd::kOpen;
-    state_.spread = 1;
+    state_.begin_stage();
     reach(std::nullopt, &rounds);
   }
   out_.sample_seconds = wall_seconds() - begin;
@@ -151,7 +150,7 @@ void Trial<Real>::look_at_marks() {
 
 template <class Real>
 void Trial<Real>::limit_errors() {
-  planner_.limit_errors(error_limits(behaviour_, fields_));
+  planner_.limit_errors(error_limits(behaviour_, tolerances_of(fields_)));
 }
 
 // The sample's part of what has to go; its free vertices have to do with less.

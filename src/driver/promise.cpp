@@ -31,8 +31,7 @@ void promise_surfaces(const BehaviourOptions& behaviour, const RunChoices& choic
 void promise_errors(const BehaviourOptions& behaviour, const RunChoices& choices,
                     Promise* promise) {
   if (behaviour.method != Method::kFuse) return;
-  const std::vector<SteeringField> fields = limits_of(choices.steering);
-  const double limit = error_limits(behaviour, fields).max_error;
+  const double limit = error_limits(behaviour, tolerances_of(choices.steering)).max_error;
   for (const SteeringChoice& choice : choices.steering) {
     const double share = choice.tolerance.value_or(limit);
     if (share == std::numeric_limits<double>::infinity()) continue;
@@ -67,12 +66,6 @@ void add_dropped(const AttributeSet& all, const std::vector<std::size_t>& carrie
 }
 
 }  // namespace
-
-std::vector<SteeringField> limits_of(const std::vector<SteeringChoice>& steering) {
-  std::vector<SteeringField> fields;
-  for (const SteeringChoice& choice : steering) fields.push_back({0, 1, 1, choice.tolerance});
-  return fields;
-}
 
 Promise promise_of(const BehaviourOptions& behaviour, const RunChoices& choices,
                    const InputFacts& facts, const LowerCells& lower, const MeshSummary& written) {

@@ -24,9 +24,6 @@ struct RunChoices {
 Promise promise_of(const BehaviourOptions& behaviour, const RunChoices& choices,
                    const InputFacts& facts, const LowerCells& lower, const MeshSummary& written);
 
-// The fields that would steer, with their own limits alone.
-std::vector<SteeringField> limits_of(const std::vector<SteeringChoice>& steering);
-
 // Throws Error(kBadInput) for an input that nothing can be compared with.
 void require_boundary(const std::string& input, const InputFacts& facts);
 

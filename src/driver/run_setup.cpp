@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "base/error.h"
-#include "driver/promise.h"
 #include "driver/request/error_limits.h"
 #include "io/source/stream_windows.h"
 #include "kernel/quadrics/vertex_quadrics.h"
@@ -56,7 +55,7 @@ ColumnsToFit columns_to_fit(const SimplifyRequest& request, const CarriedArrays&
   if (b.method != Method::kFuse || !b.fit_values || b.conserve || !request.progressive.empty()) {
     return columns;
   }
-  const bool are_bounded = error_limits(b, limits_of(choices)).at_points;
+  const bool are_bounded = error_limits(b, tolerances_of(choices)).at_points;
   for (std::uint32_t c = 0; c < carried.point_indices.size(); ++c) {
     const bool is_promised =
         are_bounded && std::ranges::any_of(choices, [&](const SteeringChoice& choice) {
@@ -82,7 +81,7 @@ MoveLimits move_limits(const BehaviourOptions& behaviour, const ColumnsToFit& co
   const bool are_fitted = std::ranges::all_of(fields, [&](const SteeringField& field) {
     return std::ranges::find(columns.points, field.column) != columns.points.end();
   });
-  const bool are_bounded = !b.scalar_tolerance.empty() || !b.stretch_factor.empty() ||
+  const bool are_bounded = is_on(b.scalar_tolerance) || is_on(b.stretch_factor) ||
                            b.aspect_ratio != off || b.max_volume != off;
   if (!are_fitted || are_bounded || !b.weight.empty()) return {};
   return {{fields.begin(), fields.end()}, b.min_quality, columns.labels};
@@ -115,7 +114,7 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
   const std::uint64_t cells = bytes_of(carried.cell_data, columns.cells);
   return {.vertex = vertex,
           .tet = keeps_numbers(request) ? sizeof(TetId) : 0,
-          .removed_point = error_limits(b, limits_of(choices)).at_points ? row : 0,
+          .removed_point = error_limits(b, tolerances_of(choices)).at_points ? row : 0,
           .point_aside = bytes_of(carried.point_data, columns.points),
           .point_mean = means,
           .cell_aside = cells == 0 ? 0 : cells + bytes_of(carried.cell_data, columns.labels),

@@ -58,8 +58,8 @@ SteeringChoice choose_weights(const std::string& name, const MeshDescription& me
 WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
                            const CarriedArrays& carried);
 
-// Finds the scale of weights, which brings the largest to 1, and their mean; both are 1 where there
-// are none. Throws Error(kBadInput) where one is negative or not finite.
+// Finds the scale of weights, which brings the largest to 1, and their geometric mean; both are 1
+// where there are none. Throws Error(kBadInput) where one is negative or not finite.
 void scale_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
                    const RunContext& context, RoundsState* state);
 

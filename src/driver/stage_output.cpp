@@ -47,16 +47,17 @@ void write_way_back(Run* run, const RunContext& context, Coarsening<Real>* coars
                     OutputFile* file) {
   const PhaseWithin phase("progressive", run);
   const RunState<Real>& state = coarsening->state();
-  write_progressive<Real>({.layout = coarsening->layout(),
-                           .carried = run->input.carried,
-                           .errors = noted_errors(run->request.behaviour, state.fields),
-                           .source = run->input.source.get(),
-                           .mesh = state.input,
-                           .logs = coarsening->logs(),
-                           .context = context,
-                           .budget = run->place.budget(),
-                           .scratch = run->place.scratch()},
-                          file);
+  write_progressive<Real>(
+      {.layout = coarsening->layout(),
+       .carried = run->input.carried,
+       .errors = noted_errors(run->request.behaviour, tolerances_of(state.fields)),
+       .source = run->input.source.get(),
+       .mesh = state.input,
+       .logs = coarsening->logs(),
+       .context = context,
+       .budget = run->place.budget(),
+       .scratch = run->place.scratch()},
+      file);
 }
 
 // What a result is looked at with, before it has its name.

@@ -15,7 +15,6 @@
 #include "driver/arrays/notices.h"
 #include "driver/arrays/regions.h"
 #include "driver/export/export.h"
-#include "driver/promise.h"
 #include "driver/request/error_limits.h"
 #include "driver/run_setup.h"
 #include "series/other_arrays.h"
@@ -183,7 +182,7 @@ void CombinedSteps::say_which_step_differs() const {
       "first one that has it were taken",
       files_[static_cast<std::size_t>(most - differences_.begin())].label,
       format_count(most->points, "point"), most->text.empty() ? "" : ", ", most->text));
-  if (differences_.front().points == 0 && limits_errors(options_, limits_of(arrays_))) {
+  if (differences_.front().points == 0 && limits_errors(options_, tolerances_of(arrays_))) {
     say_whose_bounds(context_);
   }
 }

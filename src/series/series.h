@@ -48,7 +48,7 @@ struct SeriesReport {
 
 struct SeriesPlan;
 
-// Is that one, by its names? `arrays` are those that steer.
+// Do these names ask for a series? `arrays` are those that steer.
 bool is_series(const std::vector<std::string>& inputs, const std::string& output,
                const std::vector<std::string>& arrays);
 

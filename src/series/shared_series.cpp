@@ -14,7 +14,6 @@
 #include "base/tasks.h"
 #include "driver/arrays/notices.h"
 #include "driver/arrays/regions.h"
-#include "driver/promise.h"
 #include "driver/request/error_limits.h"
 #include "driver/run_setup.h"
 #include "driver/scratch_place.h"
@@ -262,7 +261,7 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
 // share is a tolerance, for the sums.
 double SharedSeries::bound_of(const SteeringChoice& array) const {
   if (job_.behaviour.method != Method::kFuse) return kInfinity;
-  const ErrorLimits limits = error_limits(job_.behaviour, limits_of(steps_->arrays()));
+  const ErrorLimits limits = error_limits(job_.behaviour, tolerances_of(steps_->arrays()));
   return array.tolerance.value_or(limits.max_error);
 }
 

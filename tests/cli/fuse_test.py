@@ -322,6 +322,13 @@ class Fuse(FolderTest):
             self.assertGreater(report["output"]["tets"], free["output"]["tets"])
             self.assertGreater(report["lods"][-1]["rejected"][reason], 0)
 
+    def test_criteria_that_are_off_are_as_if_they_had_not_been_given(self):
+        path = self.generate("--jitter", "0.3")
+        out, _ = self.fuse(path, "--reduction", "60%")
+        expected = out.read_bytes()
+        for options in (["--scalar-tolerance", "off"], ["--stretch-factor", "off,off"], ["--aspect-ratio", "off"]):
+            self.assertEqual(self.fuse(path, "--reduction", "60%", *options)[0].read_bytes(), expected, options)
+
     def test_points_without_a_value_are_a_reason_beside_others(self):
         """Most of what is left has none; a layer of another material is not to blame."""
         mesh = TinyVtu(6)

@@ -17,6 +17,12 @@
 
 namespace tetfusion {
 
+Tolerances tolerances_of(const std::vector<SteeringChoice>& choices) {
+  Tolerances tolerances;
+  for (const SteeringChoice& choice : choices) tolerances.push_back(choice.tolerance);
+  return tolerances;
+}
+
 std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name) {
   constexpr std::string_view kCellPrefix = "cell:";
   SteeringChoice choice;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/run_context.h"
+#include "driver/request/error_limits.h"
 #include "io/source/mesh_stream.h"
 #include "kernel/criteria.h"
 
@@ -21,6 +22,9 @@ struct SteeringChoice {
   std::string name;                 // as in the file; "cell:NAME" for a cell array
   bool by_name = false;             // the user has named it
 };
+
+// The bounds of their own.
+Tolerances tolerances_of(const std::vector<SteeringChoice>& choices);
 
 // "NAME" of the points, "cell:NAME" of the cells.
 std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name);

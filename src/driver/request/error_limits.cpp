@@ -25,50 +25,59 @@ constexpr double kAnything = 2;
 constexpr double kVarianceOfBound = 1.0 / 16;
 
 // Infinite without fields.
-double squared_limits(std::span<const SteeringField> fields, double max_error) {
+double squared_limits(const Tolerances& tolerances, double max_error) {
   double squares = 0;
-  for (const SteeringField& f : fields) {
-    const double limit = f.tolerance.value_or(max_error);
+  for (const auto& tolerance : tolerances) {
+    const double limit = tolerance.value_or(max_error);
     squares += limit * limit;
   }
-  return fields.empty() ? kInfinity : squares;
+  return tolerances.empty() ? kInfinity : squares;
 }
 
 }  // namespace
 
-FusionErrors noted_errors(const BehaviourOptions& options, std::span<const SteeringField> fields) {
-  if (options.method != Method::kFuse || fields.empty()) return FusionErrors::kNone;
-  const double all = error_limits(options, fields).max_error;
-  const bool at_points = std::all_of(fields.begin(), fields.end(), [&](const SteeringField& f) {
-    return f.tolerance.value_or(all) < kInfinity;
-  });
+Tolerances tolerances_of(std::span<const SteeringField> fields) {
+  Tolerances tolerances;
+  for (const SteeringField& field : fields) tolerances.push_back(field.tolerance);
+  return tolerances;
+}
+
+bool is_on(const std::vector<double>& values) {
+  return std::ranges::any_of(values, [](double value) { return value < kInfinity; });
+}
+
+FusionErrors noted_errors(const BehaviourOptions& options, const Tolerances& tolerances) {
+  if (options.method != Method::kFuse || tolerances.empty()) return FusionErrors::kNone;
+  const double all = error_limits(options, tolerances).max_error;
+  const bool at_points = std::ranges::all_of(
+      tolerances, [&](const auto& tolerance) { return tolerance.value_or(all) < kInfinity; });
   return at_points ? FusionErrors::kLargest : FusionErrors::kMean;
 }
 
-bool limits_errors(const BehaviourOptions& options, std::span<const SteeringField> fields) {
-  if (fields.empty()) return false;
-  return options.method != Method::kFuse || options.max_rms || !options.scalar_tolerance.empty() ||
-         error_limits(options, fields).at_points;
+bool limits_errors(const BehaviourOptions& options, const Tolerances& tolerances) {
+  if (tolerances.empty()) return false;
+  return options.method != Method::kFuse || options.max_rms || is_on(options.scalar_tolerance) ||
+         error_limits(options, tolerances).at_points;
 }
 
-ErrorLimits error_limits(const BehaviourOptions& options, std::span<const SteeringField> fields) {
+ErrorLimits error_limits(const BehaviourOptions& options, const Tolerances& tolerances) {
   ErrorLimits limits;
   if (options.method != Method::kFuse) return limits;
-  const bool own = std::any_of(fields.begin(), fields.end(),
-                               [](const SteeringField& f) { return f.tolerance.has_value(); });
+  const bool own =
+      std::ranges::any_of(tolerances, [](const auto& tolerance) { return tolerance.has_value(); });
   const bool has_goal = options.reduction || options.tets || !options.lods.empty();
   const bool by_default = !has_goal && !options.max_rms && !own;
   limits.max_error = options.max_error.value_or(by_default ? kDefaultMaxError : kInfinity);
-  limits.at_points = !fields.empty() && (own || limits.max_error < kInfinity);
+  limits.at_points = !tolerances.empty() && (own || limits.max_error < kInfinity);
   limits.rise = limits.at_points && has_goal;
-  for (const SteeringField& f : fields) {
+  for (const auto& tolerance : tolerances) {
     limits.highest =
-        std::max(limits.highest, std::min(f.tolerance.value_or(limits.max_error), kAnything));
+        std::max(limits.highest, std::min(tolerance.value_or(limits.max_error), kAnything));
   }
   const double mean = options.max_rms ? *options.max_rms * *options.max_rms : kInfinity;
   // Weights multiply what fusions cost: then no cost says that there is no hope at points.
   const double at_points =
-      options.weight.empty() ? squared_limits(fields, limits.max_error) : kInfinity;
+      options.weight.empty() ? squared_limits(tolerances, limits.max_error) : kInfinity;
   limits.max_cost = std::min(kHopeless * at_points + kEdge, mean);
   limits.max_variance = kVarianceOfBound * std::min(at_points, mean);
   return limits;

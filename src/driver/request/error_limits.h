@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,13 +27,20 @@ struct ErrorLimits {
   double highest = 0;
 };
 
+// Of each field that steers the bound of its own, a share of its range, if it has one.
+using Tolerances = std::vector<std::optional<double>>;
+Tolerances tolerances_of(std::span<const SteeringField> fields);
+
+// Of one of the paper's criteria, with a value for each round: is it on in any of them?
+bool is_on(const std::vector<double>& values);
+
 // Without a goal and without any limit it is kDefaultMaxError.
-ErrorLimits error_limits(const BehaviourOptions& options, std::span<const SteeringField> fields);
+ErrorLimits error_limits(const BehaviourOptions& options, const Tolerances& tolerances);
 
 // Is there any limit to what becomes of the fields, with any method?
-bool limits_errors(const BehaviourOptions& options, std::span<const SteeringField> fields);
+bool limits_errors(const BehaviourOptions& options, const Tolerances& tolerances);
 
 // What a run's log notes of errors.
-FusionErrors noted_errors(const BehaviourOptions& options, std::span<const SteeringField> fields);
+FusionErrors noted_errors(const BehaviourOptions& options, const Tolerances& tolerances);
 
 }  // namespace tetfusion
