@@ -148,7 +148,7 @@ std::string state() {
   s.input.lower.loose_ids = {1, 2};
   s.fields = {{0, 1, 3.5, {}}, {1, 3, 0.75, 0.01}};
   s.field_names = {"f", "cell:stress"};
-  s.lods.resize(1);
+  s.rounds.resize(1);
   s.outputs = {{"level_1.vtu", 8, 5, 12, 0.5}};
   const Vector<std::byte> bytes = save(s);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};

@@ -20,7 +20,7 @@ constexpr double kRounding = 0x1p-53;
 
 std::string describe_reach(const RunEstimate& e) {
   const std::optional<bool> reaches = e.reaches_goal();
-  std::string text = fmt::format("about {:.3g} % less tetrahedra", 100 * e.reduction);
+  std::string text = fmt::format("about {:.3g} % fewer tetrahedra", 100 * e.reduction);
   if (e.is_rough) {
     text += fmt::format(" or more ({:.3g} % with four times as many left), as the boundary moves",
                         100 * e.low_reduction());
@@ -68,8 +68,8 @@ std::string describe(const RunPlan& plan) {
 }
 
 void summarize(const SimplifyReport& r, Console* console) {
-  for (std::size_t i = 0; i < r.lods.size(); ++i) {
-    const PassStatistics& p = r.lods[i].pass;
+  for (std::size_t i = 0; i < r.rounds.size(); ++i) {
+    const PassStatistics& p = r.rounds[i].pass;
     std::string rejected;
     for (std::size_t k = 0; k < kRejectReasons; ++k) {
       if (p.rejected[k] > 0) rejected += fmt::format(", {} {}", kRejectNames[k], p.rejected[k]);
@@ -85,8 +85,8 @@ void summarize(const SimplifyReport& r, Console* console) {
   console->say(fmt::format("boundary triangles {} -> {}; volume {:.6g}, changed by {:.1e}",
                            format_count(r.input.boundary_triangles),
                            format_count(r.output.boundary_triangles), r.input.volume, change));
-  if (r.boundary != Boundary::kExact && !r.lods.empty()) {
-    const double moved = r.lods.back().deviation;
+  if (r.boundary != Boundary::kExact && !r.rounds.empty()) {
+    const double moved = r.rounds.back().deviation;
     const std::string surface =
         r.regions.empty() ? "the surface has"
                           : fmt::format("the surface and what lies between regions of {} have",

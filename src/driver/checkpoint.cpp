@@ -124,7 +124,7 @@ void pass(Stream stream, State& state) {
   stream.all(state.fields);
   pass_strings(stream, state.field_names);
   stream.value(state.steering_width);
-  stream.all(state.lods);
+  stream.all(state.rounds);
   pass_list(stream, state.outputs, [&](auto& output) {
     stream.all(output.path);
     stream.value(output.points);

@@ -63,6 +63,14 @@ std::uint64_t hash_of(const std::vector<std::string>& files) {
 
 std::string fingerprint(const SimplifyRequest& request, const MeshDescription& mesh) {
   const BehaviourOptions& b = request.behaviour;
+  // A new option does not compile here until it is looked at below, but for the time step, which
+  // the description has.
+  [[maybe_unused]] const auto& [method, boundary_rule, reduction, tets, scalar_tolerance,
+                                stretch_factor, aspect_ratio, max_volume, min_quality, max_rms,
+                                give_up_rms, max_error, conserve, boundary, boundary_distance,
+                                arrays, regions, interest, fit_values, weight, lods, chunk_tets,
+                                original_ids, tetrahedralize, linearize, merge_points, drop_patches,
+                                dropped_patches, time_step] = b;
   std::string text = fmt::format("program: tetfusion {}, state {}\n", version(), kStateFormat);
   text +=
       fmt::format("method: {}\nminimum quality: {}\nmaximum rms: {}\n", static_cast<int>(b.method),

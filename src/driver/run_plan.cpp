@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/blocks.h"
 #include "base/resources.h"
 #include "base/version.h"
 #include "driver/arrays/regions.h"
@@ -38,7 +39,7 @@ RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
   plan.input.tets = mesh.cells;
   for (const SteeringChoice& choice : run.input.steering) plan.steering.push_back(choice.name);
   plan.regions = names_of_cell_arrays(mesh, run.input.regions);
-  plan.chunks = (mesh.cells + request.behaviour.chunk_tets - 1) / request.behaviour.chunk_tets;
+  plan.chunks = block_count(mesh.cells, request.behaviour.chunk_tets);
   plan.needs = run.place.needs();
   plan.memory = run.place.budget()->total();
   plan.on_disk = run.place.on_disk();

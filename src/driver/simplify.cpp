@@ -121,7 +121,7 @@ void coarsen(std::optional<Checkpoint> left, Run* run, SimplifyReport* report) {
     coarsening.end_stage(done.mesh);
   }
   report->steering = state.field_names;
-  report->lods = state.lods;
+  report->rounds = state.rounds;
   report->outputs = state.outputs;
   report->has_goal = stages.back().tets.has_value();
   report->stop_reason = reached ? StopReason::kGoal : StopReason::kSaturated;

@@ -1,5 +1,5 @@
-// The criteria of TetFusion (Chopra & Meyer 2002, sections 3.2-3.5), one function each. All are
-// pure; each says true when the fusion must be refused.
+// The criteria of TetFusion (Chopra & Meyer 2002, sections 3.2-3.5), and a bound on volumes, one
+// function each. All are pure; each says true when the fusion must be refused.
 #pragma once
 
 #include <algorithm>
@@ -56,6 +56,11 @@ struct PaperLimits {
   double stretch_factor = kOff;
   double aspect_ratio = kOff;
   double max_volume = kOff;  // of a tetrahedron
+
+  static bool is_on(double limit) { return limit < kOff; }
+  bool judge_shapes() const {
+    return is_on(stretch_factor) || is_on(aspect_ratio) || is_on(max_volume);
+  }
 };
 
 inline constexpr std::uint32_t kNoColumn = 0xFFFFFFFFu;
@@ -68,7 +73,9 @@ struct SteeringField {
   // Over the original's points that tetrahedra use; a vector's is the diagonal of its component
   // box. > 0
   double range = 0;
-  std::optional<double> tolerance;  // share of the range, in place of the pass's scalar tolerance
+  // Share of the range: with the paper's operation in place of the pass's scalar tolerance, with
+  // Method::kFuse of what is allowed at points of the original.
+  std::optional<double> tolerance;
   // The point column that these are the values of, times 2^exponent; none: a cell array's means.
   std::uint32_t column = kNoColumn;
   std::int32_t exponent = 0;
@@ -181,6 +188,32 @@ inline bool outgrows(const std::array<Vec3<Real>, 4>& before,
   };
   const double grown = volume(after);
   return grown > max_volume && !(grown <= volume(before));
+}
+
+// The first of stretch, aspect ratio and volume that speaks against moving the corners `affected`
+// (tet << 2 | corner) to the position; stretches_too_far(entry, now, after) is asked where there is
+// a stretch factor.
+template <class Real, class StretchesTooFar>
+std::optional<Reject> judge_shapes(const PaperLimits& limits, const WorkMesh<Real>& mesh,
+                                   std::span<const std::uint32_t> affected,
+                                   const Vec3<Real>& position,
+                                   const StretchesTooFar& stretches_too_far) {
+  if (!limits.judge_shapes()) return std::nullopt;
+  for (const std::uint32_t entry : affected) {
+    const auto now = corners(mesh.positions, mesh.tets[entry >> 2]);
+    auto after = now;
+    after[entry & 3u] = position;
+    if (PaperLimits::is_on(limits.stretch_factor) && stretches_too_far(entry, now, after)) {
+      return Reject::kStretch;
+    }
+    if (PaperLimits::is_on(limits.aspect_ratio) && distorts(now, after, limits.aspect_ratio)) {
+      return Reject::kAspect;
+    }
+    if (PaperLimits::is_on(limits.max_volume) && outgrows(now, after, limits.max_volume)) {
+      return Reject::kVolume;
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace tetfusion

@@ -12,8 +12,6 @@ bool has(const std::vector<T>& items, const T& item) {
   return std::find(items.begin(), items.end(), item) != items.end();
 }
 
-bool has(const Tet& tet, VertexId v) { return std::find(tet.begin(), tet.end(), v) != tet.end(); }
-
 // Of vertices, a few of which may be taken for members though they are none.
 class VertexSieve {
  public:
@@ -39,7 +37,7 @@ bool EdgeLinks::are_apart(const WorkMesh<Real>& mesh, LiveBalls* balls, VertexId
   edges_.clear();
   for (const std::uint32_t entry : ball_a) {
     const Tet& tet = tets[entry >> 2];
-    const bool is_shared = has(tet, b);
+    const bool is_shared = has_corner(tet, b);
     std::array<VertexId, 3> others{};
     std::size_t count = 0;
     for (const VertexId u : tet) {
@@ -51,8 +49,9 @@ bool EdgeLinks::are_apart(const WorkMesh<Real>& mesh, LiveBalls* balls, VertexId
     if (is_shared) edges_.push_back(edge_key(others[0], others[1]));
   }
   const auto is_near_a = [&](VertexId u) {
-    return link_a.may_have(u) && std::any_of(ball_a.begin(), ball_a.end(),
-                                             [&](auto entry) { return has(tets[entry >> 2], u); });
+    return link_a.may_have(u) && std::any_of(ball_a.begin(), ball_a.end(), [&](auto entry) {
+             return has_corner(tets[entry >> 2], u);
+           });
   };
   for (const std::uint32_t entry : ball_b) {
     for (const VertexId u : tets[entry >> 2]) {
@@ -81,7 +80,7 @@ bool EdgeLinks::share_triangle(std::span<const Tet> tets, std::span<const std::u
     return std::ranges::any_of(ball_b, [&](std::uint32_t other) {
       const Tet& there = tets[other >> 2];
       return is_of_link(there, b) &&
-             std::ranges::all_of(tet, [&](VertexId u) { return u == a || has(there, u); });
+             std::ranges::all_of(tet, [&](VertexId u) { return u == a || has_corner(there, u); });
     });
   });
 }

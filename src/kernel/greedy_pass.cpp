@@ -151,7 +151,7 @@ void GreedyPass<Real>::prepare() {
 
 template <class Real>
 bool GreedyPass<Real>::checks_stretch() const {
-  return limits_->paper.stretch_factor < std::numeric_limits<double>::infinity();
+  return PaperLimits::is_on(limits_->paper.stretch_factor);
 }
 
 template <class Real>
@@ -305,41 +305,23 @@ bool GreedyPass<Real>::swallows_locked(const Tet& prey) const {
     for (const VertexId v : mesh_->tets[t]) {
       if ((state_[v] & kStateLocked) == 0) continue;
       const auto touches = [&](std::uint32_t entry) {
-        const Tet& tet = mesh_->tets[entry >> 2];
-        return std::find(tet.begin(), tet.end(), v) != tet.end();
+        return has_corner(mesh_->tets[entry >> 2], v);
       };
-      const bool in_prey = std::find(prey.begin(), prey.end(), v) != prey.end();
-      if (!in_prey && std::none_of(affected().begin(), affected().end(), touches)) return true;
+      if (!has_corner(prey, v) && std::none_of(affected().begin(), affected().end(), touches))
+        return true;
     }
   }
   return false;
 }
 
-// Stretch, aspect ratio and volume of the affected tetrahedra.
 template <class Real>
 bool GreedyPass<Real>::shape_allows(Reject* reason) const {
-  const bool check_stretch = checks_stretch();
-  const bool check_aspect = limits_->paper.aspect_ratio < std::numeric_limits<double>::infinity();
-  const bool check_volume = limits_->paper.max_volume < std::numeric_limits<double>::infinity();
-  if (!check_stretch && !check_aspect && !check_volume) return true;
-  for (const std::uint32_t entry : affected()) {
-    const auto now = corners(mesh_->positions, mesh_->tets[entry >> 2]);
-    auto after = now;
-    after[entry & 3u] = position_;
-    if (check_stretch && stretches_too_far(entry, now, after)) {
-      *reason = Reject::kStretch;
-      return false;
-    }
-    if (check_aspect && distorts(now, after, limits_->paper.aspect_ratio)) {
-      *reason = Reject::kAspect;
-      return false;
-    }
-    if (check_volume && outgrows(now, after, limits_->paper.max_volume)) {
-      *reason = Reject::kVolume;
-      return false;
-    }
-  }
-  return true;
+  const auto refusal = judge_shapes(limits_->paper, *mesh_, affected(), position_,
+                                    [&](std::uint32_t entry, const auto& now, const auto& after) {
+                                      return stretches_too_far(entry, now, after);
+                                    });
+  if (refusal) *reason = *refusal;
+  return !refusal;
 }
 
 // S_N is against the last macroLoD. A tetrahedron that this pass has affected before has other

@@ -87,7 +87,7 @@ class GreedyPass {
 
   Vector<std::uint8_t> state_;  // per vertex: what it is in this pass
 
-  Vector<Vec3<Real>> start_positions_;  // of the last macroLoD, for S_N; empty when stretch is off
+  Vector<Vec3<Real>> start_positions_;  // of the last macroLoD, of use only with a stretch factor
   Vector<Tet> start_tets_;
 
   // The plan in hand.

@@ -46,15 +46,15 @@ class LiveBalls {
 
   // Asks the processor for what a ball is looked up by, then for its entries, then for their
   // tetrahedra; each is only known when the one before is there.
-  void ask_for_place(VertexId v) const { __builtin_prefetch(&balls_[v]); }
-  void ask_for_entries(VertexId v) const {
+  void prefetch_place(VertexId v) const { __builtin_prefetch(&balls_[v]); }
+  void prefetch_entries(VertexId v) const {
     constexpr std::uint32_t kEntriesALine = 16;
     const Ball& ball = balls_[v];
     for (std::uint32_t i = 0; i < ball.count; i += kEntriesALine) {
       __builtin_prefetch(entries_.data() + ball.begin + i);
     }
   }
-  void ask_for_tets(VertexId v, const Vector<Tet>& tets) const {
+  void prefetch_tets(VertexId v, const Vector<Tet>& tets) const {
     const Ball& ball = balls_[v];
     for (std::uint32_t i = 0; i < ball.count; ++i) {
       __builtin_prefetch(tets.data() + (entries_[ball.begin + i] >> 2));

@@ -20,10 +20,8 @@ void PaperBounds<Real>::begin(const PaperLimits& limits, std::span<const Steerin
   limits_ = limits;
   fields_ = fields;
   mesh_ = mesh;
-  judges_shapes_ =
-      is_on(limits.stretch_factor) || is_on(limits.aspect_ratio) || is_on(limits.max_volume);
-  any_ = is_on(limits.scalar_tolerance) || judges_shapes_;
-  if (!is_on(limits.stretch_factor)) return;
+  any_ = PaperLimits::is_on(limits.scalar_tolerance) || limits.judge_shapes();
+  if (!PaperLimits::is_on(limits.stretch_factor)) return;
   start_positions_ = mesh->positions;
   start_tets_ = mesh->tets;
 }
@@ -58,27 +56,15 @@ template <class Real>
 std::optional<Reject> PaperBounds<Real>::judge(const Joining<Real>& joining,
                                                std::span<const double> values) const {
   if (!any_) return std::nullopt;
-  if (is_on(limits_.scalar_tolerance) &&
+  if (PaperLimits::is_on(limits_.scalar_tolerance) &&
       (deviates_from(joining.v, values) ||
        (!joining.fixed && deviates_from(joining.partner, values)))) {
     return Reject::kScalar;
   }
-  if (!judges_shapes_) return std::nullopt;
-  for (const std::uint32_t entry : joining.affected) {
-    const auto now = corners(mesh_->positions, mesh_->tets[entry >> 2]);
-    auto after = now;
-    after[entry & 3u] = joining.position;
-    if (is_on(limits_.stretch_factor) && stretches_too_far(entry >> 2, after)) {
-      return Reject::kStretch;
-    }
-    if (is_on(limits_.aspect_ratio) && distorts(now, after, limits_.aspect_ratio)) {
-      return Reject::kAspect;
-    }
-    if (is_on(limits_.max_volume) && outgrows(now, after, limits_.max_volume)) {
-      return Reject::kVolume;
-    }
-  }
-  return std::nullopt;
+  return judge_shapes(limits_, *mesh_, joining.affected, joining.position,
+                      [&](std::uint32_t entry, const auto&, const auto& after) {
+                        return stretches_too_far(entry >> 2, after);
+                      });
 }
 
 template class PaperBounds<float>;

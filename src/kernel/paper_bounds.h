@@ -1,7 +1,6 @@
 // The paper's criteria (criteria.h) as bounds on the fusion of two vertices.
 #pragma once
 
-#include <limits>
 #include <optional>
 #include <span>
 
@@ -30,14 +29,11 @@ class PaperBounds {
   bool deviates_from(VertexId v, std::span<const double> values) const;
   bool stretches_too_far(TetId t, const std::array<Vec3<Real>, 4>& after) const;
 
-  static bool is_on(double limit) { return limit < std::numeric_limits<double>::infinity(); }
-
   PaperLimits limits_;
   std::span<const SteeringField> fields_;
   const WorkMesh<Real>* mesh_ = nullptr;
   bool any_ = false;
-  bool judges_shapes_ = false;
-  Vector<Vec3<Real>> start_positions_;  // with a stretch factor
+  Vector<Vec3<Real>> start_positions_;  // of use only with a stretch factor
   Vector<Tet> start_tets_;
 };
 

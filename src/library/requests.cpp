@@ -185,9 +185,9 @@ Report to_report(const SimplifyReport& r) {
   out.stop_sentence = r.stop_sentence();
   out.steering = r.steering;
   out.regions = r.regions;
-  out.deviation = r.lods.empty() ? 0 : r.lods.back().deviation;
-  out.rounds = r.lods.size();
-  out.chunks = r.lods.empty() ? 1 : r.lods.front().chunks;
+  out.deviation = r.rounds.empty() ? 0 : r.rounds.back().deviation;
+  out.rounds = r.rounds.size();
+  out.chunks = r.rounds.empty() ? 1 : r.rounds.front().chunks;
   out.seconds = r.total_seconds;
   out.cpu_seconds = r.cpu_seconds;
   out.scratch_bytes = r.scratch_bytes;

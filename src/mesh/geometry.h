@@ -32,6 +32,10 @@ inline constexpr std::uint64_t kMaxPoints = 0xFFFFFFFEu;
 // triangle (0, 1, 2) towards which its right-hand normal points.
 using Tet = std::array<VertexId, 4>;
 
+inline bool has_corner(const Tet& tet, VertexId v) {
+  return tet[0] == v || tet[1] == v || tet[2] == v || tet[3] == v;
+}
+
 // One number an edge, whichever end comes first.
 inline std::uint64_t edge_key(VertexId a, VertexId b) {
   return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);

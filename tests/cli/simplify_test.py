@@ -42,14 +42,14 @@ class Options(FolderTest):
         self.assertIn("none", plan.split("scratch")[1])
         plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--memory", "300M").decode()
         self.assertRegex(plan, r"scratch +about .*out\.vtu\.tetfusion")
-        self.assertRegex(plan, r"reachable +about [\d.]+ % less tetrahedra\n")
+        self.assertRegex(plan, r"reachable +about [\d.]+ % fewer tetrahedra\n")
         self.assertRegex(plan, r"time +about \d.* with \d+ threads, without waiting for disks\n")
         self.assertRegex(plan, r"basis +\d+,\d+ tetrahedra from its middle, ")
         plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--verify").decode()
         self.assertRegex(plan, "without waiting for disks and without --verify\n")
         moving = ("--boundary", "planar", "--reduction", "99.99%")
         plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", *moving).decode()
-        self.assertRegex(plan, r"reachable +about [\d.]+ % less tetrahedra or more \([\d.]+ % with four times as many left\), as the boundary moves; whether the goal is in reach is open\n")
+        self.assertRegex(plan, r"reachable +about [\d.]+ % fewer tetrahedra or more \([\d.]+ % with four times as many left\), as the boundary moves; whether the goal is in reach is open\n")
         self.assertEqual(len(self.files()), 1)
 
     def test_a_dry_run_refuses_what_the_run_refuses(self):

@@ -105,7 +105,7 @@ TEST_F(BoundaryRun, PlanarReachesWhatExactDoesNot) {
     EXPECT_EQ(report.stop_reason, StopReason::kGoal);
     EXPECT_LT(report.output.boundary_triangles, report.input.boundary_triangles / 4);
     EXPECT_NEAR(report.output.volume / report.input.volume, 1, 1e-12);
-    EXPECT_LT(report.lods.back().deviation, 1e-12);
+    EXPECT_LT(report.rounds.back().deviation, 1e-12);
     EXPECT_THAT(to_json(report), HasSubstr("\"mode\": \"planar\""));
     Geometry out = open_mesh(request.output)->read_geometry();
     const Inspection inspection = inspect(out);
@@ -154,7 +154,7 @@ TEST_F(BoundaryRun, TheDeviationIsABoundOverManyChunks) {
   for (const std::uint64_t chunk_tets : {200'000, 1500}) {
     request.behaviour.chunk_tets = chunk_tets;
     const SimplifyReport report = run(file);
-    const double bound = report.lods.back().deviation;
+    const double bound = report.rounds.back().deviation;
     EXPECT_LE(bound, 0.005 * (1 + 1e-6));
     EXPECT_GT(bound, 0);
     const auto after = surface_of(result());

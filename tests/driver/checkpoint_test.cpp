@@ -26,9 +26,9 @@ RunState<double> rich_state() {
   state.fields = {{0, 1, 3.5, {}}, {1, 3, 0.75, 0.01}};
   state.field_names = {"f", "", "cell:stress with a long name that does not fit into the string"};
   state.steering_width = 4;
-  state.lods.resize(3);
-  state.lods[1].pass.fused = 77;
-  state.lods[2].seconds = 0.25;
+  state.rounds.resize(3);
+  state.rounds[1].pass.fused = 77;
+  state.rounds[2].seconds = 0.25;
   state.outputs = {{"level_1.vtu", 8, 5, 12, 0.5}, {"level_2.vtu", 4, 1, 4, 0.125}};
   state.log_slices = {1, 17, 3};
   state.chunk_tets = 1234;
@@ -64,8 +64,8 @@ TEST(Checkpoint, GivesBackWhatWasSaved) {
   EXPECT_EQ(loaded.field_names, state.field_names);
   ASSERT_EQ(loaded.fields.size(), 2u);
   EXPECT_EQ(loaded.fields[1].tolerance, 0.01);
-  EXPECT_EQ(loaded.lods.at(1).pass.fused, 77u);
-  EXPECT_EQ(loaded.lods.at(2).seconds, 0.25);
+  EXPECT_EQ(loaded.rounds.at(1).pass.fused, 77u);
+  EXPECT_EQ(loaded.rounds.at(2).seconds, 0.25);
   EXPECT_EQ(loaded.outputs, state.outputs);
   EXPECT_EQ(loaded.log_slices, (std::vector<std::uint32_t>{1, 17, 3}));
   EXPECT_EQ(loaded.chunk_tets, 1234u);
@@ -78,7 +78,7 @@ TEST(Checkpoint, GivesBackAnEmptyState) {
   const Vector<std::byte> bytes = save(RunState<float>{});
   RunState<float> loaded;
   loaded.outputs = {{"left over", 1, 2, 3, 4}};
-  loaded.lods.resize(2);
+  loaded.rounds.resize(2);
   load(bytes, &loaded);
   EXPECT_EQ(save(loaded), bytes);
   EXPECT_TRUE(loaded.outputs.empty());

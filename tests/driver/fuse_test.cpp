@@ -95,7 +95,7 @@ TEST_F(Fuse, EvenLayersAreNeitherFrozenNorWrecked) {
     request.behaviour.chunk_tets = chunk_tets;
     const SimplifyReport report = run(file);
     EXPECT_LT(report.output.tets, file.geometry.tets.size() / 2);
-    EXPECT_GT(report.lods.size(), 4u);
+    EXPECT_GT(report.rounds.size(), 4u);
     EXPECT_GE(worst(open_mesh(request.output)->read_geometry()), 0.95 * worst(file.geometry));
   }
 }
@@ -145,7 +145,7 @@ TEST_F(Fuse, EndsWithTheRoundThatMeetsTheGoal) {
       EXPECT_EQ(report.stop_reason, StopReason::kGoal);
       if (static_cast<double>(report.output.tets) - tets * (1 - reduction) >= 5) continue;
       ++met;
-      EXPECT_GT(report.lods.back().pass.fused, 0u) << reduction;
+      EXPECT_GT(report.rounds.back().pass.fused, 0u) << reduction;
     }
     EXPECT_GT(met, 2);
   }
@@ -157,12 +157,12 @@ TEST_F(Fuse, BeginsWithoutALookWhereAnExcerptWillDo) {
   const MeshFile file = box_with_wave(16);
   request.behaviour.reduction = 0.5;
   request.behaviour.chunk_tets = 4000;
-  EXPECT_GT(run(file).lods.front().pass.fused, 0u);
+  EXPECT_GT(run(file).rounds.front().pass.fused, 0u);
   request.behaviour.max_error = 0.05;
-  EXPECT_GT(run(file).lods.front().pass.fused, 0u);
+  EXPECT_GT(run(file).rounds.front().pass.fused, 0u);
   request.behaviour.max_error.reset();
   request.behaviour.chunk_tets = 200'000;
-  EXPECT_EQ(run(file).lods.front().pass.fused, 0u);
+  EXPECT_EQ(run(file).rounds.front().pass.fused, 0u);
 }
 
 // Nobody knows yet which ways surfaces look that may move, so they rest in the first round, which
@@ -175,12 +175,12 @@ TEST_F(Fuse, SurfacesRestInTheFirstRound) {
   for (const double reduction : {0.2, 0.5}) {
     request.behaviour.reduction = reduction;
     const SimplifyReport report = run(file);
-    ASSERT_GT(report.lods.size(), 1u);
-    const PassStatistics& first = report.lods.front().pass;
+    ASSERT_GT(report.rounds.size(), 1u);
+    const PassStatistics& first = report.rounds.front().pass;
     EXPECT_GT(first.fused, 0u);
     const auto gone = static_cast<double>(first.tets_before - first.tets_after);
     EXPECT_LE(gone, 0.8 * reduction * static_cast<double>(first.tets_before));
-    EXPECT_EQ(report.lods.front().deviation, 0);
+    EXPECT_EQ(report.rounds.front().deviation, 0);
     EXPECT_EQ(report.stop_reason, StopReason::kGoal);
     EXPECT_LT(report.output.boundary_triangles, triangles);
   }

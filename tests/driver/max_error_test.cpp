@@ -45,7 +45,7 @@ MeshFile box_with_offset_wave(std::uint32_t n, bool floats = true) {
 }
 
 std::uint64_t refused(const SimplifyReport& report) {
-  return report.lods.back().pass.rejected[static_cast<std::size_t>(Reject::kDeviation)];
+  return report.rounds.back().pass.rejected[static_cast<std::size_t>(Reject::kDeviation)];
 }
 
 class MaxError : public ::testing::Test {
@@ -343,7 +343,7 @@ TEST_F(MaxError, RangeAndDiagonalAreThoseOfThePointsInUse) {
     const SimplifyReport report = run(file);
     EXPECT_EQ(report.facts.unused_points, 1u);
     EXPECT_EQ(bytes_of(request.output), bytes);
-    EXPECT_EQ(report.lods.back().deviation, expected.lods.back().deviation);
+    EXPECT_EQ(report.rounds.back().deviation, expected.rounds.back().deviation);
   }
 }
 

@@ -257,7 +257,7 @@ TEST_F(FittedValuesOf, ACrackStayOnTheirSides) {
   request.behaviour.chunk_tets = 200'000;
   request.behaviour.reduction = 0.97;
   expect_sides();
-  EXPECT_GT(report.lods.back().deviation, 0.001);
+  EXPECT_GT(report.rounds.back().deviation, 0.001);
 }
 
 TEST_F(FittedValuesOf, APromiseAreNotTouched) {
@@ -318,7 +318,7 @@ TEST_F(FittedValuesOf, CellsOfOtherRegionsDoNotCount) {
   request.behaviour.boundary_distance = 0.04;
   request.behaviour.reduction = 0.98;
   expect_sides();
-  EXPECT_GT(report.lods.back().deviation, 0.01);
+  EXPECT_GT(report.rounds.back().deviation, 0.01);
 }
 
 TEST_F(FittedValuesOf, CellsThatAreAsTheyWereKeepTheirs) {

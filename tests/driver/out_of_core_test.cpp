@@ -142,7 +142,7 @@ TEST_F(OutOfCore, NothingIsSyncedWhereNobodyGoesOn) {
   system.before([&](testing::FaultyFileSystem::Call call) {
     if (in_rounds && call == testing::FaultyFileSystem::Call::kSync) ++syncs;
   });
-  EXPECT_GT(simplify(request, context).lods.size(), 2u);
+  EXPECT_GT(simplify(request, context).rounds.size(), 2u);
   EXPECT_EQ(syncs, 0);
   EXPECT_TRUE(take_output() == expected);
 }

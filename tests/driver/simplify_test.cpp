@@ -399,7 +399,7 @@ TEST_F(Simplify, DefectsStayAsTheyAre) {
     request.behaviour.chunk_tets = 20 + seed % 50;
     request.performance.on_disk = seed % 2 == 0;
     const SimplifyReport report = run(file);
-    for (const LodSummary& lod : report.lods) fused += lod.pass.fused;
+    for (const RoundSummary& lod : report.rounds) fused += lod.pass.fused;
     Geometry before = file.geometry, after = open_mesh(request.output)->read_geometry();
     const Inspection a = inspect(before), b = inspect(after);
     EXPECT_EQ(b.degenerate, a.degenerate);

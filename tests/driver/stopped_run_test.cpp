@@ -301,7 +301,7 @@ TEST_F(StoppedRun, GoesOnAfterAKill) {
   EXPECT_EXIT(run_and_die(3), ::testing::KilledBySignal(SIGKILL), "");
   EXPECT_EQ(files(), std::set<std::string>{"out.vtu.tetfusion"});
   const SimplifyReport report = simplify(request);
-  EXPECT_GT(report.lods.size(), 4u);
+  EXPECT_GT(report.rounds.size(), 4u);
   EXPECT_EQ(take_output() == expected, true);
   EXPECT_TRUE(files().empty());
   unsetenv(kFolder);
@@ -339,11 +339,11 @@ TEST_F(StoppedRun, ReportsAllRounds) {
   EXPECT_GT(first, 0.25);
   EXPECT_EQ(last, 1);
   EXPECT_THAT(notices, ::testing::Contains(HasSubstr("going on after")));
-  ASSERT_EQ(report.lods.size(), whole.lods.size());
-  for (std::size_t i = 0; i < whole.lods.size(); ++i) {
-    EXPECT_EQ(report.lods[i].pass.fused, whole.lods[i].pass.fused);
-    EXPECT_EQ(report.lods[i].pass.rejected, whole.lods[i].pass.rejected);
-    EXPECT_EQ(report.lods[i].chunks, whole.lods[i].chunks);
+  ASSERT_EQ(report.rounds.size(), whole.rounds.size());
+  for (std::size_t i = 0; i < whole.rounds.size(); ++i) {
+    EXPECT_EQ(report.rounds[i].pass.fused, whole.rounds[i].pass.fused);
+    EXPECT_EQ(report.rounds[i].pass.rejected, whole.rounds[i].pass.rejected);
+    EXPECT_EQ(report.rounds[i].chunks, whole.rounds[i].chunks);
   }
   EXPECT_EQ(report.input.tets, whole.input.tets);
   EXPECT_EQ(report.input.volume, whole.input.volume);

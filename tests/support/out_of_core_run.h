@@ -104,7 +104,7 @@ class OutOfCoreRun : public ::testing::Test {
         request.performance.threads = threads;
         request.performance.on_disk = on_disk;
         const SimplifyReport report = simplify(request);
-        EXPECT_GE(report.lods.front().chunks, 8u);
+        EXPECT_GE(report.rounds.front().chunks, 8u);
         EXPECT_EQ(report.scratch_bytes > 0, on_disk);
         EXPECT_EQ(files(), std::set<std::string>{"out.vtu"});
         EXPECT_EQ(take_output() == expected, true) << threads << " threads, on disk: " << on_disk;

@@ -41,17 +41,18 @@ Json to_json_object(const Verification& v) {
   return {{"path", v.path}, {"checks", checks}, {"not_verified", v.not_verified}};
 }
 
-Json to_json_object(const LodSummary& lod) {
+Json to_json_object(const RoundSummary& round) {
   Json rejected;
-  for (std::size_t r = 0; r < kRejectReasons; ++r) rejected[kRejectNames[r]] = lod.pass.rejected[r];
-  return {{"tets", lod.pass.tets_after},
-          {"fused", lod.pass.fused},
-          {"labelled", lod.pass.labelled},
+  for (std::size_t r = 0; r < kRejectReasons; ++r)
+    rejected[kRejectNames[r]] = round.pass.rejected[r];
+  return {{"tets", round.pass.tets_after},
+          {"fused", round.pass.fused},
+          {"labelled", round.pass.labelled},
           {"rejected", rejected},
-          {"scalar_tolerance", lod.scalar_tolerance},
-          {"stretch_factor", lod.stretch_factor},
-          {"chunks", lod.chunks},
-          {"seconds", lod.seconds}};
+          {"scalar_tolerance", round.scalar_tolerance},
+          {"stretch_factor", round.stretch_factor},
+          {"chunks", round.chunks},
+          {"seconds", round.seconds}};
 }
 
 std::string_view reason_in_words(Reject reason) {
@@ -153,24 +154,24 @@ std::string SimplifyReport::reasons_of_tets(const PassStatistics& last) const {
                                           format_count(last.tets_after), in_words(reason));
   if (last.fused == 0) return "no tetrahedron may be fused any more; " + because;
   return fmt::format(
-      "next to none may be fused any more (the last round has {} less than the one "
+      "next to none may be fused any more (the last round has {} fewer than the one "
       "before); {}",
       format_count(last.tets_before - last.tets_after, "tetrahedron", "tetrahedra"), because);
 }
 
 std::string SimplifyReport::stop_sentence() const {
   if (stop_reason == StopReason::kGoal) return "The goal was reached.";
-  std::string text = lods.empty()              ? "no tetrahedron may be fused."
-                     : method == Method::kFuse ? reasons_of_vertices(lods.back().pass)
-                                               : reasons_of_tets(lods.back().pass);
+  std::string text = rounds.empty()            ? "no tetrahedron may be fused."
+                     : method == Method::kFuse ? reasons_of_vertices(rounds.back().pass)
+                                               : reasons_of_tets(rounds.back().pass);
   if (has_goal) return "The goal was not reached: " + text;
   text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
   return text;
 }
 
 Json to_json_value(const SimplifyReport& r) {
-  Json lods = Json::array();
-  for (const LodSummary& lod : r.lods) lods.push_back(to_json_object(lod));
+  Json rounds = Json::array();
+  for (const RoundSummary& round : r.rounds) rounds.push_back(to_json_object(round));
   Json verified = Json::array();
   for (const Verification& verification : r.verified) {
     verified.push_back(to_json_object(verification));
@@ -186,40 +187,40 @@ Json to_json_value(const SimplifyReport& r) {
   }
   Json seconds(r.seconds);
   seconds["total"] = r.total_seconds;
-  return {
-      {"version", version()},
-      {"method", r.method == Method::kFuse ? "fuse" : "tetfuse"},
-      {"input", to_json_object(r.input)},
-      {"output", to_json_object(r.output)},
-      {"outputs", outputs},
-      {"levels", levels},
-      {"reduction", r.reduction()},
-      {"stop_reason", r.stop_reason == StopReason::kGoal ? "goal" : "saturated"},
-      {"stop_sentence", r.stop_sentence()},
-      {"steering", r.steering},
-      {"regions", r.regions},
-      {"boundary",
-       {{"mode", boundary_name(r)}, {"deviation", r.lods.empty() ? 0.0 : r.lods.back().deviation}}},
-      {"odd",
-       {{"rewound", r.facts.rewound},
-        {"degenerate", r.facts.degenerate},
-        {"inverted", r.facts.inverted},
-        {"duplicate_tets", r.facts.duplicate_tets},
-        {"nonconforming_faces", r.facts.nonconforming_faces},
-        {"unused_points", r.facts.unused_points},
-        {"merged_points", r.facts.merged_points},
-        {"differing_points", r.facts.differing_points},
-        {"largest_difference", difference},
-        {"ghost_cells", r.facts.ghost_cells},
-        {"locked_vertices", r.facts.locked_vertices}}},
-      {"lods", lods},
-      {"verified", verified},
-      {"seconds", seconds},
-      {"cpu_seconds", r.cpu_seconds},
-      {"peak_rss_bytes", r.peak_rss_bytes},
-      {"scratch_bytes", r.scratch_bytes},
-      {"threads", r.threads},
-      {"chunks", r.lods.empty() ? 1 : r.lods.front().chunks}};
+  return {{"version", version()},
+          {"method", r.method == Method::kFuse ? "fuse" : "tetfuse"},
+          {"input", to_json_object(r.input)},
+          {"output", to_json_object(r.output)},
+          {"outputs", outputs},
+          {"levels", levels},
+          {"reduction", r.reduction()},
+          {"stop_reason", r.stop_reason == StopReason::kGoal ? "goal" : "saturated"},
+          {"stop_sentence", r.stop_sentence()},
+          {"steering", r.steering},
+          {"regions", r.regions},
+          {"boundary",
+           {{"mode", boundary_name(r)},
+            {"deviation", r.rounds.empty() ? 0.0 : r.rounds.back().deviation}}},
+          {"odd",
+           {{"rewound", r.facts.rewound},
+            {"degenerate", r.facts.degenerate},
+            {"inverted", r.facts.inverted},
+            {"duplicate_tets", r.facts.duplicate_tets},
+            {"nonconforming_faces", r.facts.nonconforming_faces},
+            {"unused_points", r.facts.unused_points},
+            {"merged_points", r.facts.merged_points},
+            {"differing_points", r.facts.differing_points},
+            {"largest_difference", difference},
+            {"ghost_cells", r.facts.ghost_cells},
+            {"locked_vertices", r.facts.locked_vertices}}},
+          {"lods", rounds},
+          {"verified", verified},
+          {"seconds", seconds},
+          {"cpu_seconds", r.cpu_seconds},
+          {"peak_rss_bytes", r.peak_rss_bytes},
+          {"scratch_bytes", r.scratch_bytes},
+          {"threads", r.threads},
+          {"chunks", r.rounds.empty() ? 1 : r.rounds.front().chunks}};
 }
 
 std::string dump(const Json& json) {

@@ -23,7 +23,7 @@ struct MeshSummary {
   friend bool operator==(const MeshSummary&, const MeshSummary&) = default;
 };
 
-struct LodSummary {
+struct RoundSummary {
   PassStatistics pass;
   double scalar_tolerance = 0;
   double stretch_factor = 0;
@@ -51,7 +51,7 @@ struct SimplifyReport {
   bool has_goal = false;
   Boundary boundary = Boundary::kExact;
   double boundary_distance = 0;  // of kWithin
-  std::vector<LodSummary> lods;
+  std::vector<RoundSummary> rounds;
   std::vector<Verification> verified;     // of the outputs that were verified
   std::map<std::string, double> seconds;  // by phase
   double total_seconds = 0;

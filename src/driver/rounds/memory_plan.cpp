@@ -73,8 +73,8 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double chunks = std::ceil(cells / static_cast<double>(chunk_tets));
   const double removed =
       steering.removed_point == 0 ? 0 : 3 * real + 8 + static_cast<double>(steering.removed_point);
-  // In the beginning, or in the end, when most of it are removed points (Rounds::begin). All in
-  // all those take less than the tetrahedra and vertices did that went.
+  // In the beginning, or in the end, when most of a chunk are points that were removed
+  // (Rounds::begin): in the whole mesh these take less than the tetrahedra and vertices that went.
   const double chunk =
       std::max(pieces / std::max(chunks, 1.0),
                removed * std::min(points, kRemovedPerTet * static_cast<double>(chunk_tets)));
@@ -106,7 +106,7 @@ MemoryNeeds estimate_needs(const MeshDescription& mesh, const SteeringBytes& ste
   const double at_work = std::min(static_cast<double>(threads), std::max(chunks, 1.0));
   const double work = std::max(windows, at_work * fit) + at_work * 6 * chunk;
   const double excerpt = chunks > 1 ? 6 * pieces * std::min(1.0, kExcerptTets / cells) : 0;
-  // All of it while a result is written.
+  // Field data is in memory as a whole while a result is written.
   const auto fields = static_cast<double>(mesh.field_data.bytes());
   const double fixed = static_cast<double>(kProcessBytes) + static_cast<double>(reader.bytes) +
                        lower_bytes(reader.lower, cell_row) + fields +

@@ -42,9 +42,9 @@ constexpr double kHardlyLess = 0.9;
 // round would cut the mesh for one or two, or nothing.
 constexpr std::uint64_t kUsualFusion = 6;
 
-double at_lod(const std::vector<double>& schedule, std::size_t lod, double otherwise) {
+double at_round(const std::vector<double>& schedule, std::size_t round, double otherwise) {
   if (schedule.empty()) return otherwise;
-  return schedule[std::min(lod, schedule.size() - 1)];
+  return schedule[std::min(round, schedule.size() - 1)];
 }
 
 bool was_rejected(const RoundStatistics& round, Reject reason) {
@@ -63,8 +63,8 @@ constexpr double kErrorShare = 0.25, kLargerErrorShare = 0.5;
 
 // Where weights are as they are in the mean.
 double rising_error(double threshold, const RoundsState& state) {
-  const bool refuses_most = std::ranges::any_of(state.lods, [](const LodSummary& lod) {
-    return lod.pass.rejected[static_cast<std::size_t>(Reject::kDeviation)] > lod.pass.fused;
+  const bool refuses_most = std::ranges::any_of(state.rounds, [](const RoundSummary& round) {
+    return round.pass.rejected[static_cast<std::size_t>(Reject::kDeviation)] > round.pass.fused;
   });
   return (refuses_most ? kLargerErrorShare : kErrorShare) * std::sqrt(threshold) /
          state.weight_mean;
@@ -107,7 +107,7 @@ double flatness(const BehaviourOptions& behaviour, ValueType points) {
 RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
                              const std::optional<std::uint64_t>& goal,
                              const RoundsState& state) const {
-  const std::size_t lod = state.lods.size();
+  const std::size_t before = state.rounds.size();
   RoundPlan plan;
   PassLimits& limits = plan.limits;
   limits.boundary_rule = options_.boundary_rule;
@@ -116,24 +116,24 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   const bool fuse = options_.method == Method::kFuse;
   const double off = std::numeric_limits<double>::infinity();
   limits.paper.scalar_tolerance =
-      at_lod(options_.scalar_tolerance, lod, fuse ? off : kDefaultScalarTolerance);
+      at_round(options_.scalar_tolerance, before, fuse ? off : kDefaultScalarTolerance);
   limits.paper.stretch_factor =
-      at_lod(options_.stretch_factor, lod, fuse ? off : kDefaultStretchFactor);
+      at_round(options_.stretch_factor, before, fuse ? off : kDefaultStretchFactor);
   if (goal) {
     limits.quota = tets - std::min(tets, *goal);
     // In the first round chunks come in no order.
     const bool much = static_cast<double>(limits.quota) > kTrimShare * static_cast<double>(tets) ||
-                      state.lods.empty();
+                      state.rounds.empty();
     limits.spread = state.spread != 0 && much;
   }
   plan.settings.method = options_.method;
   plan.settings.box = box;
   plan.settings.chunk_tets = state.chunk_tets;
-  plan.settings.number = static_cast<std::uint32_t>(lod + 1);
+  plan.settings.number = static_cast<std::uint32_t>(before + 1);
   plan.settings.shrink = state.shrink;
   // Towards a goal the cut moves on after each pass, so that what lies on an interface gets its
   // turn before the quota is gone.
-  plan.settings.passes = !goal && lod + 1 >= schedule() ? kPassesPerRound : 1;
+  plan.settings.passes = !goal && before + 1 >= schedule() ? kPassesPerRound : 1;
   if (fuse) {
     plan_fuse(box, tets, limits.quota, goal.has_value(), state, &plan.settings);
     if (goal && plan.settings.fuse.sheets_rest) {
@@ -147,7 +147,7 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
 // Where nobody knows yet what fusions cost, the round only looks.
 void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t quota, bool has_goal,
                              const RoundsState& state, RoundSettings* settings) const {
-  settings->is_first = state.lods.empty();
+  settings->is_first = state.rounds.empty();
   settings->look = largest_cost(state.costs) == 0 && settings->is_first;
   const double diagonal = diagonal_of(box);
   settings->fuse.unit = unit_of(diagonal);
@@ -156,7 +156,8 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
     const double width = diagonal * settings->fuse.unit;
     settings->fuse.max_deviation = (within ? options_.boundary_distance : flatness_) * width;
     settings->fuse.sheet_weight = kSurfaceCost / (width * width);
-    if (!state.lods.empty()) settings->fuse.deviation_before = state.lods.back().deviation * width;
+    if (!state.rounds.empty())
+      settings->fuse.deviation_before = state.rounds.back().deviation * width;
   }
   settings->fuse.min_quality = options_.min_quality;
   settings->fuse.max_error = errors_.max_error;
@@ -183,9 +184,9 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
                         RoundsState* state) const {
   const double width = diagonal_of(plan.settings.box) * plan.settings.fuse.unit;
   const double deviation = width > 0 ? double{round.deviation} / width : 0;
-  state->lods.push_back({round.pass, plan.limits.paper.scalar_tolerance,
-                         plan.limits.paper.stretch_factor, round.chunks,
-                         wall_seconds() - plan.start, deviation});
+  state->rounds.push_back({round.pass, plan.limits.paper.scalar_tolerance,
+                           plan.limits.paper.stretch_factor, round.chunks,
+                           wall_seconds() - plan.start, deviation});
   state->spread = plan.limits.spread ? 1 : 0;
   const auto before = static_cast<double>(round.pass.tets_before);
   const auto removed = before - static_cast<double>(round.pass.tets_after);
@@ -225,7 +226,7 @@ StageEnd RoundPlanner::judge(const RoundStatistics& round, double saturated,
         was_rejected(round, Reject::kInterface)
             ? removed <= saturated * before && !was_rejected(round, Reject::kQuota)
             : round.pass.fused == 0;
-    if (!next_to_nothing || state->lods.size() < schedule()) return StageEnd::kOpen;
+    if (!next_to_nothing || state->rounds.size() < schedule()) return StageEnd::kOpen;
   }
   if (!was_rejected(round, Reject::kInterface) || state->chunk_tets >= kSmallChunk) return end;
   state->chunk_tets *= 2;

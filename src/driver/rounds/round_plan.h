@@ -23,17 +23,22 @@ enum class StageEnd : std::uint8_t {
 
 // What the rounds so far have left for the next one, besides the mesh.
 struct RoundsState {
-  std::vector<LodSummary> lods;  // of the rounds so far
-  std::uint64_t chunk_tets = 0;  // of the next round
-  double shrink = 1;             // what the last round has left of the mesh
-  std::uint8_t spread = 1;       // what has to go is spread over the mesh
-  CostHistogram costs{};         // with Method::kFuse
-  Threshold threshold;           // of the last round
+  std::vector<RoundSummary> rounds;  // so far
+  std::uint64_t chunk_tets = 0;      // of the next round
+  double shrink = 1;                 // what the last round has left of the mesh
+  std::uint8_t spread = 1;           // what has to go is spread over the mesh
+  CostHistogram costs{};             // with Method::kFuse
+  Threshold threshold;               // of the last round
   // What weights of errors are multiplied by, so that only their ratios count: costs, which their
   // squares multiply, are told apart no finer than by shares of a power of two.
   double weight_scale = 1;
   double weight_mean = 1;  // then, the geometric one
   StageEnd end = StageEnd::kOpen;
+
+  void begin_stage() {
+    end = StageEnd::kOpen;
+    spread = 1;
+  }
 };
 
 struct RoundPlan {

@@ -147,11 +147,10 @@ CostHistogram Rounds<Real>::look(const RoundSettings& settings,
 // By the chunks that will have the vertices.
 template <class Real>
 void Rounds<Real>::count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter) {
-  const std::size_t row = mesh.quadric_width;
   const std::lock_guard lock(costs_mutex_);
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    const float cost = mesh.quadrics[v * row + row - 1];
-    const std::uint32_t chunk = scatter.chunk_of(static_cast<VertexId>(v));
+  for (VertexId v = 0; v < mesh.vertex_count(); ++v) {
+    const float cost = known_cost(mesh, v);
+    const std::uint32_t chunk = scatter.chunk_of(v);
     if (cost > 0 && chunk != kNoVertex) ++round_.costs[chunk][cost_bin(cost)];
   }
 }

@@ -66,15 +66,15 @@ class FuseCandidates {
   }
 
   // Asks the processor for what is known of v, then for what its next candidate is.
-  void ask_for_list(VertexId v) const { __builtin_prefetch(&candidates_[v]); }
-  void ask_for_partner(VertexId v) const {
+  void prefetch_list(VertexId v) const { __builtin_prefetch(&candidates_[v]); }
+  void prefetch_partner(VertexId v) const {
     if (!are_known(v) || state(v).place >= kMost) return;
     const VertexId u = candidates_[v][state(v).place].partner;
     if (u == kNoVertex) return;
     __builtin_prefetch(&state(u));
     __builtin_prefetch(&mesh_->positions[u]);
     __builtin_prefetch(mesh_->quadrics.data() + std::size_t{u} * mesh_->quadric_width);
-    vertices_->balls().ask_for_place(u);
+    vertices_->balls().prefetch_place(u);
   }
 
  private:

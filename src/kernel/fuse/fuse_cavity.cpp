@@ -78,7 +78,7 @@ std::optional<Reject> FuseCavity<Real>::collect(VertexId v, VertexId partner, bo
   position_ = position;
   Ball& own = ball_of(v, &of_vertex_);
   grade_ = 0;
-  if (!fixed && of_partner_.shapes.vertex() != partner) balls_->ask_for_tets(partner, mesh_->tets);
+  if (!fixed && of_partner_.shapes.vertex() != partner) balls_->prefetch_tets(partner, mesh_->tets);
   if (const auto reason = judge_ball(&own, partner)) return reason;
   if (!fixed) {
     if (const auto reason = judge_ball(&ball_of(partner, &of_partner_), v)) return reason;
@@ -280,7 +280,8 @@ Interpolation FuseCavity<Real>::interpolation() const {
   best.nearest = nearer();
   double deepest = -std::numeric_limits<double>::infinity();
   const auto& p = mesh_->positions;
-  const auto is_in = [&](TetId t) {
+  // Takes it if the position lies deeper in it; is it in it?
+  const auto take_deeper = [&](TetId t) {
     const Tet& tet = mesh_->tets[t];
     std::array<double, 4> weights{};
     double sum = 0;
@@ -299,9 +300,11 @@ Interpolation FuseCavity<Real>::interpolation() const {
     }
     return least >= 0;
   };
-  if (std::none_of(deleted_.begin(), deleted_.end(), is_in)) {
-    (void)std::any_of(affected_.begin(), affected_.end(),
-                      [&](std::uint32_t entry) { return is_in(entry >> 2); });
+  for (const TetId t : deleted_) {
+    if (take_deeper(t)) return best;
+  }
+  for (const std::uint32_t entry : affected_) {
+    if (take_deeper(entry >> 2)) return best;
   }
   return best;
 }

@@ -50,8 +50,8 @@ class FuseCavity {
 
   // What spoke against the last position, if that may not be.
   TetId refused_by() const { return failed_ >> 2; }
-  // It would be content if the position went so far along the direction of unit length, in the
-  // unit.
+  // That tetrahedron would be valid if the position went so far, in the unit of the limits, along
+  // the direction, which has unit length.
   struct Obstacle {
     Offset direction;
     float distance;

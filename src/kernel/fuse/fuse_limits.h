@@ -17,9 +17,8 @@ enum class Method : std::uint8_t {
   kFuse,     // neighbours become one, cheapest first
 };
 
-// A column of one finite value >= 0 a row: errors count so many times as much there, and fusions
-// cost its square. Of cells: at a vertex the largest one round it counts. kNoColumn: all count
-// alike.
+// A column of weights, finite and >= 0: errors are multiplied by them, costs by their squares. Of
+// cells a vertex has the largest one round it. kNoColumn: all count alike.
 struct WeightColumn {
   std::uint32_t column = kNoColumn;
   bool of_cells = false;
@@ -29,9 +28,9 @@ struct WeightColumn {
 
 struct FuseLimits {
   // No fusion costs more: the mean of the squared deviations, as shares of the fields' ranges, of
-  // the fused vertex's fields from those of the original mesh that it stands for. Nor are the new
-  // fields off by more than the root of an eighth of it at a vertex that goes, unless in the mean
-  // the squares have been an eighth of that or more, in this round.
+  // the fused vertex's fields from those of the original mesh that it stands for. A fusion is put
+  // off, too, if eight times the squared error of the new fields at a vertex that goes is beyond
+  // it, and at least eight times what that is in the mean of this round's fusions (FuseValues).
   double threshold = std::numeric_limits<double>::infinity();
   // No affected tetrahedron has a lower mean ratio, or than the worst grade of its cavity allows
   // (shape_grades.h); in [0, 1).

@@ -197,7 +197,7 @@ void FuseRound<Real>::work_on(std::size_t block, std::size_t begin, std::size_t 
     while (!quota_is_met()) {
       const VertexId v = queue_.pop(block);
       if (v == kNoVertex) break;
-      ask_ahead(queue_.first(block));
+      prefetch_ahead(queue_.first(block));
       if (mesh_->incidence[v] == 0) continue;
       visit(v);
       if (++visits_ % kVisitsUntold == 0) tell_watcher();
@@ -213,18 +213,18 @@ void FuseRound<Real>::tell_watcher() {
 
 // For what is known of the vertices whose turn comes next.
 template <class Real>
-void FuseRound<Real>::ask_ahead(VertexId next) const {
+void FuseRound<Real>::prefetch_ahead(VertexId next) const {
   if (next == kNoVertex) return;
-  vertices_.balls().ask_for_tets(next, mesh_->tets);
-  candidates_.ask_for_partner(next);
+  vertices_.balls().prefetch_tets(next, mesh_->tets);
+  candidates_.prefetch_partner(next);
   const VertexId second = queue_.after(next);
   if (second == kNoVertex) return;
-  vertices_.balls().ask_for_entries(second);
+  vertices_.balls().prefetch_entries(second);
   const VertexId third = queue_.after(second);
   if (third == kNoVertex) return;
-  vertices_.balls().ask_for_place(third);
+  vertices_.balls().prefetch_place(third);
   __builtin_prefetch(&vertices_[third]);
-  candidates_.ask_for_list(third);
+  candidates_.prefetch_list(third);
   __builtin_prefetch(&mesh_->incidence[third]);
 }
 
@@ -277,7 +277,7 @@ void FuseRound<Real>::visit(VertexId v) {
 
 template <class Real>
 bool FuseRound<Real>::try_next(VertexId v, const FuseCandidate& candidate) {
-  vertices_.balls().ask_for_entries(candidate.partner);
+  vertices_.balls().prefetch_entries(candidate.partner);
   const auto refused = planner_.plan(v, candidate.partner, limits_->quota - removed_);
   if (!refused) {
     fuse(candidate.cost);
@@ -338,8 +338,7 @@ void FuseRound<Real>::note(VertexId kept, VertexId gone) {
     add(entry, mesh_->tets[entry >> 2][entry & 3u] == gone);
   if (fixed) {
     for (const std::uint32_t entry : vertices_.ball(kept)) {
-      const Tet& tet = mesh_->tets[entry >> 2];
-      if (std::find(tet.begin(), tet.end(), gone) == tet.end()) add(entry, false);
+      if (!has_corner(mesh_->tets[entry >> 2], gone)) add(entry, false);
     }
   }
   notes_.before(kept, {&gone, 1}, deleted);

@@ -60,7 +60,7 @@ class FuseRound {
   // Whose turn it is.
   void work();
   void work_on(std::size_t block, std::size_t begin, std::size_t end);
-  void ask_ahead(VertexId next) const;
+  void prefetch_ahead(VertexId next) const;
   void tell_watcher();
   void visit(VertexId v);
   bool try_next(VertexId v, const FuseCandidate& candidate);

@@ -32,5 +32,9 @@ template <class Real>
 float& known_cost(WorkMesh<Real>* mesh, VertexId v) {
   return mesh->quadrics[(std::size_t{v} + 1) * mesh->quadric_width - 1];
 }
+template <class Real>
+float known_cost(const WorkMesh<Real>& mesh, VertexId v) {
+  return mesh.quadrics[(std::size_t{v} + 1) * mesh.quadric_width - 1];
+}
 
 }  // namespace tetfusion

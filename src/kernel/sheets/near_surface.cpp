@@ -150,10 +150,7 @@ void NearSurface<Real>::know_faces_behind() {
     if (!is_on(ids[1]) || !is_on(ids[2])) continue;
     const auto behind = std::find_if(ball.begin(), ball.end(), [&](std::uint32_t entry) {
       const Tet& tet = mesh_->tets[entry >> 2];
-      const auto has = [&](VertexId u) {
-        return std::find(tet.begin(), tet.end(), u) != tet.end();
-      };
-      return has(ids[1]) && has(ids[2]) && !has(joining_.v);
+      return has_corner(tet, ids[1]) && has_corner(tet, ids[2]) && !has_corner(tet, joining_.v);
     });
     if (behind == ball.end()) continue;
     const std::array<Point3, 3> at{about_v(joining_.position), about_v(mesh_->positions[ids[1]]),
