@@ -26,7 +26,10 @@ def main():
     # What starts the tests may have had these ignored, as nohup and a shell's & do, and whoever is started inherits that.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    unittest.main(module="__main__")
+    result = unittest.main(module="__main__", exit=False).result
+    for test, reason in result.skipped:
+        print(f"skipped: {test.id()}: {reason}")
+    sys.exit(not result.wasSuccessful())
 
 
 def command():
