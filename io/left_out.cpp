@@ -10,7 +10,6 @@
 #include "io/gmsh/gmsh_head.h"
 #include "io/gmsh/gmsh_writer.h"
 #include "io/medit/medit_head.h"
-#include "io/medit/medit_writer.h"
 #include "io/mesh_format.h"
 #include "io/tetgen/tetgen_writer.h"
 #include "io/write_mesh.h"

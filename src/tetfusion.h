@@ -230,7 +230,9 @@ struct SteeringArray {
 };
 
 // Shares are fractions: 0.9 is 90 %. What is left out has the default that `tetfusion simplify
-// --help` names; there every option is explained at more length, under the same name.
+// --help` names; there every option is explained at more length, under the same name, but that
+// --array is given several times for `arrays`, --boundary takes the distance, too, and
+// --boundary-rule tets is `boundary_tets_stay`.
 struct Options {
   // The goal, at most one of the two: the share of the tetrahedra that is to go, in [0, 1); how
   // many are to be left, at least 1. Neither: as far as max_error allows, with kTetFuse until

@@ -1,7 +1,6 @@
 #include "io/gmsh/gmsh_head.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <set>
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <limits>
 
-#include "base/blocks.h"
 #include "kernel/fit/cell_means.h"
 #include "mesh/predicates.h"
 

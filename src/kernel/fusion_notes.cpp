@@ -13,7 +13,7 @@ void FusionNotes<Real>::begin(const WorkMesh<Real>* mesh, FusionLog* log) {
   row_bytes_ = point_row_bytes(*mesh);
   tet_row_bytes_ = tet_row_bytes(*mesh);
   stamp_.assign(mesh->vertex_count(), 0);
-  place_.resize(mesh->vertex_count());
+  code_.resize(mesh->vertex_count());
   stamped_ = 0;
   star_.clear();
 }
@@ -38,7 +38,7 @@ void FusionNotes<Real>::before(VertexId kept, std::span<const VertexId> gone,
   codes_ = 0;
   const auto give_code = [&](VertexId v) {
     stamp_[v] = stamped_;
-    place_[v] = codes_++;
+    code_[v] = codes_++;
   };
   give_code(kept);
   for (const VertexId v : back_) give_code(v);
@@ -77,23 +77,23 @@ void FusionNotes<Real>::find_swallowed() {
   const std::size_t gone = back_.size();
   const auto leave_out = [&](VertexId v) {
     stamp_[v] = stamped_;
-    place_[v] = 0;
+    code_[v] = 0;
   };
   leave_out(kept_);
   for (const VertexId v : back_) leave_out(v);
   for (const TetId t : deleted_) {
     for (const VertexId v : mesh_->tets[t]) {
       if (stamp_[v] == stamped_) {
-        if (place_[v] != 0) --place_[v];
+        if (code_[v] != 0) --code_[v];
         continue;
       }
       stamp_[v] = stamped_;
-      place_[v] = mesh_->incidence[v] - 1;
+      code_[v] = mesh_->incidence[v] - 1;
       back_.push_back(v);
     }
   }
   const auto stays = [&](VertexId v) {
-    return place_[v] != 0 || (mesh_->marks[v] & kOnInterface) != 0;
+    return code_[v] != 0 || (mesh_->marks[v] & kOnInterface) != 0;
   };
   back_.erase(std::remove_if(back_.begin() + static_cast<std::ptrdiff_t>(gone), back_.end(), stays),
               back_.end());
@@ -102,7 +102,7 @@ void FusionNotes<Real>::find_swallowed() {
 
 template <class Real>
 CornerCode FusionNotes<Real>::code_of(VertexId v) {
-  if (stamp_[v] == stamped_ && place_[v] < kNoCode) return static_cast<CornerCode>(place_[v]);
+  if (stamp_[v] == stamped_ && code_[v] < kNoCode) return static_cast<CornerCode>(code_[v]);
   elsewhere_.push_back(mesh_->point_ids[v]);
   return kNoCode;
 }

@@ -45,7 +45,7 @@ class FusionNotes {
   std::vector<StarTet> star_;
   std::vector<VertexId> back_;  // that go with this fusion; those that are fused first
   std::vector<TetId> deleted_;
-  Vector<std::uint32_t> stamp_, place_;  // of a vertex that has a code now
+  Vector<std::uint32_t> stamp_, code_;  // of a vertex that has a code now
   std::uint32_t stamped_ = 0;
   std::uint32_t codes_ = 0;
 

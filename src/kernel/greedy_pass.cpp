@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "kernel/live_balls.h"
-
 namespace tetfusion {
 
 namespace {

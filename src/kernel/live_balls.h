@@ -46,7 +46,7 @@ class LiveBalls {
 
   // Asks the processor for what a ball is looked up by, then for its entries, then for their
   // tetrahedra; each is only known when the one before is there.
-  void prefetch_place(VertexId v) const { __builtin_prefetch(&balls_[v]); }
+  void prefetch_ball(VertexId v) const { __builtin_prefetch(&balls_[v]); }
   void prefetch_entries(VertexId v) const {
     constexpr std::uint32_t kEntriesALine = 16;
     const Ball& ball = balls_[v];

@@ -73,11 +73,11 @@ Counts judge_places(const WorkMesh<Real>& mesh, const ShapeFloors& floors, unsig
       const Vec3<Real> to{static_cast<Real>(a.x + x * (b.x - a.x)),
                           static_cast<Real>(a.y + y * (b.y - a.y)),
                           static_cast<Real>(a.z + z * (b.z - a.z))};
-      const auto place = shapes.place(to);
+      const auto local = shapes.local(to);
       for (std::size_t i = 0; i < ball.size(); ++i) {
         const std::size_t first = i / kLanes * kLanes, lane = i % kLanes;
-        const bool good = shapes.good(first, place, u, floors)[lane] != 0;
-        const bool bad = shapes.bad(first, place, floors)[lane] != 0;
+        const bool good = shapes.good(first, local, u, floors)[lane] != 0;
+        const bool bad = shapes.bad(first, local, floors)[lane] != 0;
         const Tet& tet = mesh.tets[ball[i] >> 2];
         if (has(tet, u)) {
           EXPECT_TRUE(good);
@@ -182,9 +182,9 @@ TEST(BallShapes, AGridThatIsTooCoarseLeavesDoubts) {
   for (VertexId v = 0; v + 1 < mesh.vertex_count(); ++v) {
     gather(mesh, grid, v, balls.of(v, mesh.incidence[v], mesh.tets), &shapes);
     EXPECT_TRUE(shapes.may_have_bad(kFloors[0]));
-    const auto place = shapes.place(mesh.positions[v]);
-    const LaneMask good = shapes.good(0, place, kNoVertex, kFloors[0]);
-    const LaneMask bad = shapes.bad(0, place, kFloors[0]);
+    const auto local = shapes.local(mesh.positions[v]);
+    const LaneMask good = shapes.good(0, local, kNoVertex, kFloors[0]);
+    const LaneMask bad = shapes.bad(0, local, kFloors[0]);
     for (std::size_t i = 0; i < kLanes; ++i) {
       EXPECT_EQ(good[i], 0);
       EXPECT_EQ(bad[i], 0);
@@ -219,7 +219,7 @@ TEST(BallShapes, ListsWhatHasAVertexAndWhatHasNot) {
   }
 }
 
-// Moved to a place nearby, a vertex leaves its old place in one of its tetrahedra, as they are
+// Moved to a position nearby, a vertex leaves its old position in one of its tetrahedra, as they are
 // then.
 TEST(BallShapes, FindsTheTetrahedronThatAVertexWasIn) {
   const WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(4, 0.2, 7));
@@ -241,12 +241,12 @@ TEST(BallShapes, FindsTheTetrahedronThatAVertexWasIn) {
     const Vec3<double>&a = mesh.positions[inside], &b = mesh.positions[u];
     const Vec3<double> to{a.x + 0.1 * (b.x - a.x), a.y + 0.1 * (b.y - a.y),
                           a.z + 0.1 * (b.z - a.z)};
-    const auto entry = shapes.entry_of_vertex(shapes.place(to), u);
-    const auto any = shapes.entry_of_vertex(shapes.place(to), kNoVertex);
+    const auto entry = shapes.entry_of_vertex(shapes.local(to), u);
+    const auto any = shapes.entry_of_vertex(shapes.local(to), kNoVertex);
     ASSERT_TRUE(any.has_value());
     found_none += entry ? 0 : 1;
     EXPECT_FALSE(entry && has(mesh.tets[*entry >> 2], u));
-    // The old place is on the inner side of each of the moved tetrahedron's faces.
+    // The old position is on the inner side of each of the moved tetrahedron's faces.
     const Tet& tet = mesh.tets[*any >> 2];
     std::array<Point, 4> moved{};
     for (std::size_t c = 0; c < 4; ++c) moved[c] = point(tet[c]);

@@ -28,10 +28,10 @@ TEST(CostOrder, IsThatOfAStableSort) {
                      [&](std::size_t a, std::size_t b) { return costs[a] < costs[b]; });
     std::vector<float> padded = costs;
     padded.resize(count + kLanes, -1.0F);  // what is behind them counts for nothing
-    std::vector<std::int32_t> places(count + kLanes);
-    find_places(count, padded.data(), places.data());
+    std::vector<std::int32_t> ranks(count + kLanes);
+    find_ranks(count, padded.data(), ranks.data());
     for (std::size_t i = 0; i < count; ++i) {
-      EXPECT_EQ(places[order[i]], static_cast<std::int32_t>(i));
+      EXPECT_EQ(ranks[order[i]], static_cast<std::int32_t>(i));
     }
   }
 }

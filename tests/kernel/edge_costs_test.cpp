@@ -93,7 +93,7 @@ TEST(EdgeCosts, StayInThePlaneWhereAFieldBends) {
       for (const VertexId u : tet) {
         const Vec3<double>&p = s.mesh.positions[v], &q = s.mesh.positions[u];
         if (p.z != kPlane || q.z == kPlane) continue;
-        const Vec3<double> best = costs.place(v, costs.merge(v, u).best);
+        const Vec3<double> best = costs.position_at(v, costs.merge(v, u).best);
         EXPECT_NEAR(best.x, (p.x + q.x) / 2, 1e-3);
         EXPECT_NEAR(best.y, (p.y + q.y) / 2, 1e-3);
         EXPECT_NEAR(best.z, kPlane, 1e-4);

@@ -365,7 +365,7 @@ TEST(PointErrors, AVertexGoesToWhereTheFieldBends) {
   const auto ball = balls.of(centre, s.mesh.incidence[centre], s.mesh.tets);
   std::array<double, 1> values{};
   if (errors.refit(centre, ball, values)) s.mesh.steering[centre] = values[0];
-  const auto place = errors.wished_place();
+  const auto place = errors.wished_position();
   ASSERT_TRUE(place);
   EXPECT_EQ(s.mesh.positions[centre].x, 0);
   EXPECT_NEAR(place->x, bend, 0.05);

@@ -45,9 +45,9 @@ int sides(const Vec3<double>& p, double n) {
 TEST(Sheets, PlacesOnACube) {
   Fixed f(to_work_mesh(five_split_cube(4, 0.2, 3)));
   for (VertexId v = 0; v < f.mesh.vertex_count(); ++v) {
-    const std::array<SheetPlace, 4> expected{SheetPlace::kNone, SheetPlace::kSmooth,
-                                             SheetPlace::kLine, SheetPlace::kCorner};
-    EXPECT_EQ(f.sheets.place(v), expected[sides(f.mesh.positions[v], 4)]) << v;
+    const std::array<SheetFeature, 4> expected{SheetFeature::kNone, SheetFeature::kSmooth,
+                                               SheetFeature::kLine, SheetFeature::kCorner};
+    EXPECT_EQ(f.sheets.feature(v), expected[sides(f.mesh.positions[v], 4)]) << v;
   }
 }
 
@@ -109,7 +109,8 @@ void expect_a_sheet_between(WorkMesh<double> mesh) {
     EXPECT_EQ(f.sheets.is_between_regions(v), p.x == 2);
     if (p.x != 2) continue;
     // Where it meets the boundary there are three sheets.
-    EXPECT_EQ(f.sheets.place(v), sides(p, 4) == 0 ? SheetPlace::kSmooth : SheetPlace::kCorner);
+    EXPECT_EQ(f.sheets.feature(v),
+              sides(p, 4) == 0 ? SheetFeature::kSmooth : SheetFeature::kCorner);
     for (const SheetEdge& e : f.sheets.edges_opposite(v)) {
       EXPECT_EQ(e.is_outer, f.mesh.positions[e.from].x != 2 || f.mesh.positions[e.to].x != 2);
     }
@@ -119,7 +120,7 @@ void expect_a_sheet_between(WorkMesh<double> mesh) {
 TEST(Sheets, BetweenRegions) {
   expect_a_sheet_between(two_regions(five_split_cube(4), 2));
   Fixed none(two_regions(five_split_cube(4), 2));
-  EXPECT_EQ(none.sheets.place(2 + 2 * 5 + 2 * 25), SheetPlace::kNone);
+  EXPECT_EQ(none.sheets.feature(2 + 2 * 5 + 2 * 25), SheetFeature::kNone);
 }
 
 TEST(Sheets, BetweenRegionsOfFloats) {
@@ -147,7 +148,7 @@ TEST(Sheets, APlateIsNotPinched) {
   int along = 0;
   for (VertexId v = 0; v < f.mesh.vertex_count(); ++v) {
     SheetFan fan;
-    if (f.sheets.place(v) != SheetPlace::kSmooth) continue;
+    if (f.sheets.feature(v) != SheetFeature::kSmooth) continue;
     ASSERT_TRUE(f.sheets.find_fan(v, &fan));
     std::map<VertexId, bool> neighbours;
     for (const std::uint32_t entry : f.balls.of(v, f.mesh.incidence[v], f.mesh.tets)) {

@@ -1,7 +1,6 @@
 #include "driver/request/error_limits.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace tetfusion {
 

@@ -6,7 +6,6 @@
 #include <queue>
 #include <utility>
 
-#include "base/error.h"
 
 namespace tetfusion {
 

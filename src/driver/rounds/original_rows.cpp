@@ -2,7 +2,6 @@
 
 #include <numeric>
 
-#include "base/error.h"
 #include "base/pool.h"
 #include "base/serialize.h"
 #include "base/tasks.h"

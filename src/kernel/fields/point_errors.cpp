@@ -414,9 +414,9 @@ bool PointErrors<Real>::fit(std::span<double> values) {
 }
 
 template <class Real>
-std::optional<Vec3<Real>> PointErrors<Real>::wished_place() {
+std::optional<Vec3<Real>> PointErrors<Real>::wished_position() {
   if (!are_all_known_) return std::nullopt;
-  PlaceWish wish;
+  PositionWish wish;
   for (const Bound& bound : fields_) {
     for (std::size_t k = bound.first; k < bound.first + bound.count; ++k) {
       wish.add(wish_of(k), 1 / (bound.limit * bound.limit));
@@ -440,8 +440,8 @@ std::optional<Vec3<Real>> PointErrors<Real>::wished_place() {
 
 // Of a value that steers.
 template <class Real>
-PlaceWish::Component PointErrors<Real>::wish_of(std::size_t k) const {
-  PlaceWish::Component component;
+PositionWish::Component PointErrors<Real>::wish_of(std::size_t k) const {
+  PositionWish::Component component;
   const double* const steering = mesh_->steering.data() + k;
   const double own = steering[joining_.v * width_];
   for (const Place& place : places_) {
@@ -459,9 +459,9 @@ PlaceWish::Component PointErrors<Real>::wish_of(std::size_t k) const {
 }
 
 template <class Real>
-bool PointErrors<Real>::refit_at(const Vec3<Real>& place, std::span<const std::uint32_t> ball,
+bool PointErrors<Real>::refit_at(const Vec3<Real>& position, std::span<const std::uint32_t> ball,
                                  std::span<double> values) {
-  joining_.position = place;
+  joining_.position = position;
   joining_.affected = ball;
   if (fit(values)) {
     double squares = 0;

@@ -12,7 +12,7 @@
 #include "kernel/criteria.h"
 #include "kernel/joining.h"
 #include "kernel/live_balls.h"
-#include "kernel/place_wish.h"
+#include "kernel/position_wish.h"
 #include "kernel/sheets/near_surface.h"
 #include "mesh/work_mesh.h"
 
@@ -52,10 +52,10 @@ class PointErrors {
   // its own.
   bool refit(VertexId v, std::span<const std::uint32_t> ball, std::span<double> values);
   // Then, with what values the mesh has by now: where it should rather be.
-  std::optional<Vec3<Real>> wished_place();
+  std::optional<Vec3<Real>> wished_position();
   // Then, of such a place, or another one where no tetrahedron turns over: finds values with which
   // the errors are smaller there. False if there are none.
-  bool refit_at(const Vec3<Real>& place, std::span<const std::uint32_t> ball,
+  bool refit_at(const Vec3<Real>& position, std::span<const std::uint32_t> ball,
                 std::span<double> values);
 
   // Of what allows() has allowed last, with the values that it has left: the largest error at a
@@ -118,7 +118,7 @@ class PointErrors {
   bool choose(std::span<double> values);
   bool fit(std::span<double> values);
   void approach(const Bound& bound, std::span<double> values);
-  PlaceWish::Component wish_of(std::size_t k) const;
+  PositionWish::Component wish_of(std::size_t k) const;
   void draw(const Bound& bound, std::span<double> values);
   double error_at(const Place& place, const Bound& bound, std::span<const double> values,
                   double* differences) const;

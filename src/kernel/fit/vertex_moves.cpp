@@ -29,7 +29,8 @@ Point3 point_of(const Vec3<Real>& p) {
 template <class Real>
 std::uint64_t VertexMoves<Real>::memory(std::uint64_t tets) {
   // There are four times fewer vertices than tetrahedra, but in odd meshes.
-  return tets / 4 * (sizeof(std::uint32_t) + sizeof(PlaceWish::Component) + sizeof(PlaceWish));
+  return tets / 4 *
+         (sizeof(std::uint32_t) + sizeof(PositionWish::Component) + sizeof(PositionWish));
 }
 
 template <class Real>
@@ -63,7 +64,7 @@ void VertexMoves<Real>::end_component(double scale) {
 
 // None where it would not pay.
 template <class Real>
-Point3 VertexMoves<Real>::step(VertexId v, const PlaceWish& wish) const {
+Point3 VertexMoves<Real>::step(VertexId v, const PositionWish& wish) const {
   Point3 step = wish.step(kWorthwhile);
   if (step == Point3{}) return step;
   double lengths = 0;
@@ -84,30 +85,30 @@ Point3 VertexMoves<Real>::step(VertexId v, const PlaceWish& wish) const {
 }
 
 template <class Real>
-bool VertexMoves<Real>::find_place(VertexId v, const Point3& step, double floor,
-                                   Vec3<Real>* place) const {
+bool VertexMoves<Real>::find_position(VertexId v, const Point3& step, double floor,
+                                      Vec3<Real>* position) const {
   if (step == Point3{}) return false;
   const Vec3<Real>& here = mesh_->positions[v];
   double part = 1;
   for (int i = 0; i <= kHalvings; ++i, part /= 2) {
-    *place = {static_cast<Real>(here.x + part * step[0]),
-              static_cast<Real>(here.y + part * step[1]),
-              static_cast<Real>(here.z + part * step[2])};
-    if (keeps_shapes(v, *place, floor)) return true;
+    *position = {static_cast<Real>(here.x + part * step[0]),
+                 static_cast<Real>(here.y + part * step[1]),
+                 static_cast<Real>(here.z + part * step[2])};
+    if (keeps_shapes(v, *position, floor)) return true;
   }
   return false;
 }
 
 template <class Real>
-bool VertexMoves<Real>::keeps_shapes(VertexId v, const Vec3<Real>& place, double floor) const {
+bool VertexMoves<Real>::keeps_shapes(VertexId v, const Vec3<Real>& position, double floor) const {
   const double cubed = floor * floor * floor;
   for (const std::uint32_t entry : balls_->of(v)) {
     const Tet& tet = mesh_->tets[entry >> 2];
     const std::uint32_t corner = entry & 3;
-    if (flips_as_written(place, corner, tet, mesh_->positions)) return false;
+    if (flips_as_written(position, corner, tet, mesh_->positions)) return false;
     std::array<Vec3<Real>, 4> p = corners(mesh_->positions, tet);
     const double before = shape_of(p[0], p[1], p[2], p[3], 1).cubed_mean_ratio();
-    p[corner] = place;
+    p[corner] = position;
     const double after = shape_of(p[0], p[1], p[2], p[3], 1).cubed_mean_ratio();
     if (!(after >= std::min(cubed, before))) return false;
   }
@@ -116,8 +117,8 @@ bool VertexMoves<Real>::keeps_shapes(VertexId v, const Vec3<Real>& place, double
 
 // Where it is furthest inside.
 template <class Real>
-PlaceInTet VertexMoves<Real>::in_ball(VertexId v, const Vec3<Real>& place) const {
-  const Vec3<double> point{place.x, place.y, place.z};
+PlaceInTet VertexMoves<Real>::in_ball(VertexId v, const Vec3<Real>& position) const {
+  const Vec3<double> point{position.x, position.y, position.z};
   PlaceInTet best;
   double depth = -std::numeric_limits<double>::infinity();
   for (const std::uint32_t entry : balls_->of(v)) {

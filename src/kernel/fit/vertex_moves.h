@@ -7,8 +7,8 @@
 #include <span>
 
 #include "base/vector.h"
-#include "kernel/place_wish.h"
 #include "kernel/point3.h"
+#include "kernel/position_wish.h"
 #include "mesh/vertex_tets.h"
 #include "mesh/work_mesh.h"
 
@@ -49,17 +49,17 @@ class VertexMoves {
   static std::uint64_t memory(std::uint64_t tets);
 
  private:
-  Point3 step(VertexId v, const PlaceWish& wish) const;
-  bool find_place(VertexId v, const Point3& step, double floor, Vec3<Real>* place) const;
-  bool keeps_shapes(VertexId v, const Vec3<Real>& place, double floor) const;
-  PlaceInTet in_ball(VertexId v, const Vec3<Real>& place) const;
+  Point3 step(VertexId v, const PositionWish& wish) const;
+  bool find_position(VertexId v, const Point3& step, double floor, Vec3<Real>* position) const;
+  bool keeps_shapes(VertexId v, const Vec3<Real>& position, double floor) const;
+  PlaceInTet in_ball(VertexId v, const Vec3<Real>& position) const;
 
   WorkMesh<Real>* mesh_ = nullptr;
   const VertexTets* balls_ = nullptr;
   std::span<const VertexId> vertices_;
   Vector<std::uint32_t> index_;  // of each vertex of the mesh, among those; kNoVertex: it stays
-  Vector<PlaceWish::Component> components_;  // of the one in hand
-  Vector<PlaceWish> wishes_;
+  Vector<PositionWish::Component> components_;  // of the one in hand
+  Vector<PositionWish> wishes_;
 };
 
 template <class Real>
@@ -68,10 +68,10 @@ std::size_t VertexMoves<Real>::move(double floor, std::uint8_t* changed, const M
   std::size_t count = 0;
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     const VertexId v = vertices_[i];
-    Vec3<Real> place;
-    if (!find_place(v, step(v, wishes_[i]), floor, &place)) continue;
-    moves(v, in_ball(v, place));
-    mesh_->positions[v] = place;
+    Vec3<Real> position;
+    if (!find_position(v, step(v, wishes_[i]), floor, &position)) continue;
+    moves(v, in_ball(v, position));
+    mesh_->positions[v] = position;
     for (const std::uint32_t entry : balls_->of(v)) changed[entry >> 2] = 1;
     ++count;
   }

@@ -24,7 +24,7 @@ void FuseCandidates<Real>::judge(VertexId v, Edges edges) {
   vertices_->is_on_sheet(v) ? find_partners_on_sheet(v) : find_partners(v);
   find_costs(v, choose_partners(v, edges));
   keep_cheapest(v);
-  state(v).place = 0;
+  state(v).next_candidate = 0;
   state(v).judged = vertices_->next_event();
 }
 
@@ -130,11 +130,11 @@ void FuseCandidates<Real>::keep_cheapest(VertexId v) {
     dear.partner = otherwise < dear.cost ? partner : dear.partner;
     dear.cost = std::min(otherwise, dear.cost);
   }
-  places_.resize(cheap + kLanes);
-  find_places(cheap, costs_.data(), places_.data());
+  ranks_.resize(cheap + kLanes);
+  find_ranks(cheap, costs_.data(), ranks_.data());
   sorted_.resize(cheap + kMost);
   for (std::size_t i = 0; i < cheap; ++i) {
-    sorted_[static_cast<std::size_t>(places_[i])] = {costs_[i], partners_[i], kNoTet};
+    sorted_[static_cast<std::size_t>(ranks_[i])] = {costs_[i], partners_[i], kNoTet};
   }
   sorted_[cheap] = dear;
   sorted_[cheap + 1] = kNone;
@@ -143,7 +143,7 @@ void FuseCandidates<Real>::keep_cheapest(VertexId v) {
 
 template <class Real>
 auto FuseCandidates<Real>::next(VertexId v) -> const FuseCandidate* {
-  for (std::uint8_t& i = state(v).place; i < kMost; ++i) {
+  for (std::uint8_t& i = state(v).next_candidate; i < kMost; ++i) {
     const FuseCandidate& c = of(v)[i];
     if (c.partner == kNoVertex) return nullptr;
     if (!is_out_of_date(v, c) && !is_refused(v, c)) return &c;
@@ -167,7 +167,7 @@ bool FuseCandidates<Real>::is_refused(VertexId v, const FuseCandidate& candidate
 template <class Real>
 void FuseCandidates<Real>::raise_cost(VertexId v, float cost) {
   Candidates& all = of(v);
-  std::size_t at = state(v).place;
+  std::size_t at = state(v).next_candidate;
   const FuseCandidate raised{cost, all[at].partner, kNoTet};
   for (; at + 1 < kMost && all[at + 1].cost < cost; ++at) all[at] = all[at + 1];
   all[at] = raised;

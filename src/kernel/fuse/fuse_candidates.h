@@ -45,13 +45,13 @@ class FuseCandidates {
   const FuseCandidate* next(VertexId v);
   // What next() has given could not be fused with: it is used up ...
   void use_up(VertexId v, TetId refused_by) {
-    of(v)[state(v).place].refused_by = refused_by;
-    ++state(v).place;
+    of(v)[state(v).next_candidate].refused_by = refused_by;
+    ++state(v).next_candidate;
   }
   // ... or should have cost so much more, and comes later, or never.
   void raise_cost(VertexId v, float cost);
   // None is used up.
-  void begin_again(VertexId v) { state(v).place = 0; }
+  void begin_again(VertexId v) { state(v).next_candidate = 0; }
   // From now on who was refused is asked in any case.
   void ask_refused_ones() { asks_refused_ones_ = true; }
 
@@ -68,13 +68,13 @@ class FuseCandidates {
   // Asks the processor for what is known of v, then for what its next candidate is.
   void prefetch_list(VertexId v) const { __builtin_prefetch(&candidates_[v]); }
   void prefetch_partner(VertexId v) const {
-    if (!are_known(v) || state(v).place >= kMost) return;
-    const VertexId u = candidates_[v][state(v).place].partner;
+    if (!are_known(v) || state(v).next_candidate >= kMost) return;
+    const VertexId u = candidates_[v][state(v).next_candidate].partner;
     if (u == kNoVertex) return;
     __builtin_prefetch(&state(u));
     __builtin_prefetch(&mesh_->positions[u]);
     __builtin_prefetch(mesh_->quadrics.data() + std::size_t{u} * mesh_->quadric_width);
-    vertices_->balls().prefetch_place(u);
+    vertices_->balls().prefetch_ball(u);
   }
 
  private:
@@ -103,11 +103,11 @@ class FuseCandidates {
   bool asks_refused_ones_ = false;
 
   // Of the vertex in hand: its neighbours, then those that were chosen (choose_partners()), and
-  // what that takes; what fusions with them cost, and their places in the order of costs.
+  // what that takes; what fusions with them cost, and their ranks in the order of costs.
   std::uint32_t stamped_ = 0;
   Vector<VertexId> partners_, chosen_, fixed_ones_;
   Vector<float> costs_;
-  Vector<std::int32_t> places_;
+  Vector<std::int32_t> ranks_;
   Vector<FuseCandidate> sorted_;
   SheetFan fan_;
 };

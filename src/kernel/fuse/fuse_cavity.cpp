@@ -139,14 +139,14 @@ std::optional<Reject> FuseCavity<Real>::judge_ball(Ball* ball, VertexId other) {
   limit_ = floor_;
   if (ball->grade) lower_limit(ball);
   BallShapes<Real>& shapes = ball->shapes;
-  const auto place = shapes.place(position_);
+  const auto local = shapes.local(position_);
   for (std::size_t first = 0; first < shapes.entries().size(); first += kLanes) {
     shapes.gather(first);
-    const LaneMask good = shapes.good(first, place, other, limit_.shapes);
+    const LaneMask good = shapes.good(first, local, other, limit_.shapes);
     if (all(good)) continue;
-    auto reason = judge_group(shapes, first, place, good);
+    auto reason = judge_group(shapes, first, local, good);
     if (reason == Reject::kQuality && lower_limit(ball)) {
-      reason = judge_group(shapes, first, place, shapes.good(first, place, other, limit_.shapes));
+      reason = judge_group(shapes, first, local, shapes.good(first, local, other, limit_.shapes));
     }
     if (reason) return reason;
   }
@@ -155,16 +155,16 @@ std::optional<Reject> FuseCavity<Real>::judge_ball(Ball* ball, VertexId other) {
 
 // Of four tetrahedra those that are not certainly good.
 template <class Real>
-std::optional<Reject> FuseCavity<Real>::judge_group(const BallShapes<Real>& ball, std::size_t first,
-                                                    const typename BallShapes<Real>::Place& place,
-                                                    const LaneMask& good) {
-  const LaneMask bad = ball.bad(first, place, limit_.shapes);
+std::optional<Reject> FuseCavity<Real>::judge_group(
+    const BallShapes<Real>& ball, std::size_t first,
+    const typename BallShapes<Real>::LocalPosition& local, const LaneMask& good) {
+  const LaneMask bad = ball.bad(first, local, limit_.shapes);
   const std::size_t count = std::min(kLanes, ball.entries().size() - first);
   for (std::size_t i = 0; i < count; ++i) {
     if (good[i] != 0) continue;
     failed_ = ball.entries()[first + i];
     if (bad[i] != 0) {
-      return ball.flipped(first, place)[i] != 0 ? Reject::kFlip : Reject::kQuality;
+      return ball.flipped(first, local)[i] != 0 ? Reject::kFlip : Reject::kQuality;
     }
     if (const auto reason = judge_shape(failed_)) return reason;
   }
@@ -192,7 +192,7 @@ std::optional<Reject> FuseCavity<Real>::judge_shape(std::uint32_t entry) const {
 template <class Real>
 auto FuseCavity<Real>::find_place(const BallShapes<Real>& ball, VertexId other) const -> Place {
   const Vec3<Real>& x = mesh_->positions[ball.vertex()];
-  if (const auto entry = ball.entry_of_vertex(ball.place(position_), other)) {
+  if (const auto entry = ball.entry_of_vertex(ball.local(position_), other)) {
     return place_in(*entry, x);
   }
   // Not one that goes, which may have no volume by now.

@@ -86,7 +86,7 @@ class FuseCavity {
   bool lower_limit(Ball* ball);
   std::optional<Reject> judge_ball(Ball* ball, VertexId other);
   std::optional<Reject> judge_group(const BallShapes<Real>& ball, std::size_t first,
-                                    const typename BallShapes<Real>::Place& place,
+                                    const typename BallShapes<Real>::LocalPosition& local,
                                     const LaneMask& good);
   std::optional<Reject> judge_shape(std::uint32_t entry) const;
   Place find_place(const BallShapes<Real>& ball, VertexId other) const;

@@ -11,7 +11,7 @@ namespace {
 constexpr float kSlack = 1.3F;
 // cheapest_step(): from 0.003 to 0.3 all does about the same.
 constexpr float kPushPull = 0.01F;
-// refit_place(): where a shape is in the way, half of the step, and again.
+// refit_position(): where a shape is in the way, half of the step, and again.
 constexpr int kHalvings = 2;
 // On the edge.
 constexpr std::array<float, 3> kElsewhere{0.5F, 0.0F, 1.0F};
@@ -56,7 +56,8 @@ auto FusePlanner<Real>::plan(VertexId v, VertexId partner, std::uint64_t most_de
   const bool fixed = (*vertices_)[partner].kind != (*vertices_)[v].kind;
   joining_ = {v, partner, fixed, {}, {}, {}};
   kept_ = fixed ? partner : std::min(v, partner);
-  if (const Verdict refused = vertices_->is_on_sheet(v) ? find_place_on_sheet() : find_place()) {
+  if (const Verdict refused =
+          vertices_->is_on_sheet(v) ? find_position_on_sheet() : find_position()) {
     return refused;
   }
   if (cavity_.deleted().size() > most_deleted) return FuseRefusal{Reject::kQuota};
@@ -66,10 +67,10 @@ auto FusePlanner<Real>::plan(VertexId v, VertexId partner, std::uint64_t most_de
 
 // The best one, else pushed off what speaks against it, else on the edge.
 template <class Real>
-auto FusePlanner<Real>::find_place() -> Verdict {
+auto FusePlanner<Real>::find_position() -> Verdict {
   const auto& [v, partner, fixed, position, affected, deleted] = joining_;
   Verdict refused = ask(fixed ? mesh_->positions[partner]
-                              : edge_costs_->place(v, edge_costs_->merge(v, partner).best));
+                              : edge_costs_->position_at(v, edge_costs_->merge(v, partner).best));
   if (!refused) return std::nullopt;
   const TetId obstacle = is_by_shape(refused->reason) ? cavity_.refused_by() : kNoTet;
   if (!fixed) {
@@ -85,13 +86,13 @@ auto FusePlanner<Real>::find_place() -> Verdict {
 
 // The best one, else on the edge. (To be pushed off a tetrahedron would lead off the sheet.)
 template <class Real>
-auto FusePlanner<Real>::find_place_on_sheet() -> Verdict {
+auto FusePlanner<Real>::find_position_on_sheet() -> Verdict {
   const auto& [v, partner, fixed, position, affected, deleted] = joining_;
   const Along along = vertices_->along(v);
   if (!sheet_fusion_.choose(v, partner, fixed, along)) return FuseRefusal{Reject::kSurface};
   if (fixed) return ask(mesh_->positions[partner]);
   const MergedQuadric& merged = edge_costs_->merge_on_sheet(v, partner, along);
-  Verdict refused = ask(sheet_fusion_.flattened(edge_costs_->place(v, merged.best)));
+  Verdict refused = ask(sheet_fusion_.flattened(edge_costs_->position_at(v, merged.best)));
   const float most = most_elsewhere();
   for (const float t : kElsewhere) {
     if (!refused) return std::nullopt;
@@ -127,7 +128,7 @@ std::optional<Vec3<Real>> FusePlanner<Real>::push(Reject reason, float most) con
   const Offset step = cheapest_step(reduced, direction, distance, kPushPull);
   for (std::size_t i = 0; i < 3; ++i) u[i] += step[i];
   if (!(value_at(reduced, u) <= most)) return std::nullopt;
-  return edge_costs_->place(joining_.v, u);
+  return edge_costs_->position_at(joining_.v, u);
 }
 
 // Where little comes of it, as on a Delaunay mesh, only now and then, until the turns are over.
@@ -146,7 +147,7 @@ auto FusePlanner<Real>::slide(FuseRefusal refusal, float most) -> Verdict {
     const Offset u = along_edge(merged, t);
     if (!(value_at(merged.reduced, u) <= most)) continue;
     ++slides_;
-    const Verdict refused = ask(edge_costs_->place(joining_.v, u));
+    const Verdict refused = ask(edge_costs_->position_at(joining_.v, u));
     if (!refused) {
       ++slid_;
       return std::nullopt;
@@ -189,19 +190,20 @@ auto FusePlanner<Real>::judge() -> Verdict {
 }
 
 template <class Real>
-bool FusePlanner<Real>::refit_place(VertexId v) {
-  std::optional<Vec3<Real>> place = values_.wished_place();
-  if (!place) return false;
+bool FusePlanner<Real>::refit_position(VertexId v) {
+  std::optional<Vec3<Real>> position = values_.wished_position();
+  if (!position) return false;
   const Vec3<Real>& here = mesh_->positions[v];
   for (int i = 0; i <= kHalvings; ++i) {
-    if (!cavity_.collect(v, kNoVertex, true, *place)) {
-      joining_ = {v, v, false, *place, cavity_.affected(), {}};
+    if (!cavity_.collect(v, kNoVertex, true, *position)) {
+      joining_ = {v, v, false, *position, cavity_.affected(), {}};
       kept_ = v;
-      if (!values_.refit_at(*place, cavity_)) return false;
+      if (!values_.refit_at(*position, cavity_)) return false;
       values_.apply_refit();
       return true;
     }
-    *place = {(place->x + here.x) / 2, (place->y + here.y) / 2, (place->z + here.z) / 2};
+    *position = {(position->x + here.x) / 2, (position->y + here.y) / 2,
+                 (position->z + here.z) / 2};
   }
   return false;
 }

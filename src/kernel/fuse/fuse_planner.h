@@ -60,15 +60,15 @@ class FusePlanner {
   bool refit(VertexId v) { return values_.refit(v, vertices_->ball(v)); }
   // When it has these: is there a better place for it, joining().position, with its values()? What
   // it takes to move it has been done then, but for the mesh itself; note_fused() is to follow.
-  bool refit_place(VertexId v);
+  bool refit_position(VertexId v);
 
   // From now on all places are tried, however seldom anything comes of some.
   void be_thorough() { thorough_ = true; }
 
  private:
   using Verdict = std::optional<FuseRefusal>;  // nothing: it may be
-  Verdict find_place();
-  Verdict find_place_on_sheet();
+  Verdict find_position();
+  Verdict find_position_on_sheet();
   Verdict ask(const Vec3<Real>& position);
   Verdict judge();
   float weight() const;

@@ -222,7 +222,7 @@ void FuseRound<Real>::prefetch_ahead(VertexId next) const {
   vertices_.balls().prefetch_entries(second);
   const VertexId third = queue_.after(second);
   if (third == kNoVertex) return;
-  vertices_.balls().prefetch_place(third);
+  vertices_.balls().prefetch_ball(third);
   __builtin_prefetch(&vertices_[third]);
   candidates_.prefetch_list(third);
   __builtin_prefetch(&mesh_->incidence[third]);
@@ -425,22 +425,22 @@ void FuseRound<Real>::refit() {
       continue;
     }
     if (planner_.refit(v)) take_refitted(v, mesh_->positions[v]);
-    if (!planner_.refit_place(v)) continue;
+    if (!planner_.refit_position(v)) continue;
     if (interpolates_) interpolations_.push_back(planner_.interpolation());
     take_refitted(v, planner_.joining().position);
     planner_.note_fused();
   }
 }
 
-// Its quadric is about its place and its values.
+// Its quadric is about its position and its values.
 template <class Real>
-void FuseRound<Real>::take_refitted(VertexId v, const Vec3<Real>& place) {
+void FuseRound<Real>::take_refitted(VertexId v, const Vec3<Real>& position) {
   const std::size_t width = mesh_->steering_width;
   quadric_.assign(quadric_size(width), 0);
-  edge_costs_.add(v, place, planner_.values().data(), quadric_.data());
+  edge_costs_.add(v, position, planner_.values().data(), quadric_.data());
   std::ranges::copy(quadric_, mesh_->quadrics.data() + std::size_t{v} * mesh_->quadric_width);
   std::ranges::copy(planner_.values(), mesh_->steering.data() + std::size_t{v} * width);
-  mesh_->positions[v] = place;
+  mesh_->positions[v] = position;
   refitted_.push_back(v);
 }
 

@@ -80,7 +80,7 @@ class FuseRound {
   void carry_rows(VertexId kept);
 
   void refit();
-  void take_refitted(VertexId v, const Vec3<Real>& place);
+  void take_refitted(VertexId v, const Vec3<Real>& position);
   void compact();
 
   const FuseLimits* limits_ = nullptr;

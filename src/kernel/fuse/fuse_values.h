@@ -57,13 +57,13 @@ class FuseValues {
     return errors_.refit(v, ball, values_);
   }
   // None where a field has no bound, as nothing tells what its value should be there.
-  std::optional<Vec3<Real>> wished_place() {
-    return errors_.bounds_all() ? errors_.wished_place() : std::nullopt;
+  std::optional<Vec3<Real>> wished_position() {
+    return errors_.bounds_all() ? errors_.wished_position() : std::nullopt;
   }
   // In a cavity of that vertex alone.
-  bool refit_at(const Vec3<Real>& place, const FuseCavity<Real>& cavity) {
+  bool refit_at(const Vec3<Real>& position, const FuseCavity<Real>& cavity) {
     interpolation_ = cavity.interpolation();
-    return errors_.refit_at(place, cavity.affected(), values_);
+    return errors_.refit_at(position, cavity.affected(), values_);
   }
   // To be called before the mesh changes, with what refit_at() has found.
   void apply_refit() { errors_.apply(); }

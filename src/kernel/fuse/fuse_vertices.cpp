@@ -35,14 +35,14 @@ auto FuseVertices<Real>::kind_of(VertexId v) -> Kind {
 template <class Real>
 auto FuseVertices<Real>::kind_on_sheet(VertexId v) -> Kind {
   if (limits_->sheets_rest) return is_on_one(v) ? kTarget : kFree;
-  switch (sheets_.place(v)) {
-    case SheetPlace::kNone:
+  switch (sheets_.feature(v)) {
+    case SheetFeature::kNone:
       return kFree;
-    case SheetPlace::kSmooth:
+    case SheetFeature::kSmooth:
       return kOnSheet;
-    case SheetPlace::kLine:
+    case SheetFeature::kLine:
       return kOnLine;
-    case SheetPlace::kCorner:
+    case SheetFeature::kCorner:
       return kTarget;
   }
   return kTarget;

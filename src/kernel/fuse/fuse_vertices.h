@@ -35,9 +35,9 @@ class FuseVertices {
     std::uint32_t failed = 0;   // one of them could not be fused with
     std::uint32_t moved = 1;    // its ball changed
     Kind kind = kOut;
-    std::uint8_t reason = 0;  // why the last fusion of it failed
-    std::uint8_t place = 0;   // in its candidates: those before are used up
-    bool listed = false;      // among the failures
+    std::uint8_t reason = 0;          // why the last fusion of it failed
+    std::uint8_t next_candidate = 0;  // in its candidates: those before are used up
+    bool listed = false;              // among the failures
   };
 
   // Both outlive this. Whoever fuses vertices tells of it: the mesh's incidence, balls() and the

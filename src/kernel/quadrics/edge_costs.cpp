@@ -76,7 +76,7 @@ Offset EdgeCosts<Real>::offset(const Vec3<Real>& from, const Vec3<Real>& to) con
 }
 
 template <class Real>
-Vec3<Real> EdgeCosts<Real>::place(VertexId from, const Offset& u) const {
+Vec3<Real> EdgeCosts<Real>::position_at(VertexId from, const Offset& u) const {
   const Vec3<Real>& p = mesh_->positions[from];
   const double length = 1 / unit_;
   return {static_cast<Real>(p.x + u[0] * length), static_cast<Real>(p.y + u[1] * length),

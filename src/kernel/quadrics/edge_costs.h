@@ -60,7 +60,7 @@ class EdgeCosts {
   // One over the range of a steering value's field.
   float scale(std::size_t k) const { return scale_[k]; }
   Offset offset(const Vec3<Real>& from, const Vec3<Real>& to) const;
-  Vec3<Real> place(VertexId from, const Offset& u) const;
+  Vec3<Real> position_at(VertexId from, const Offset& u) const;
 
  private:
   template <std::size_t kWidth>

@@ -147,23 +147,23 @@ void BallShapes<Real>::list(VertexId other, Vector<std::uint32_t>* without,
 }
 
 template <class Real>
-auto BallShapes<Real>::place(const Vec3<Real>& position) const -> Place {
+auto BallShapes<Real>::local(const Vec3<Real>& position) const -> LocalPosition {
   const std::array<double, 3> x = grid_->on_grid(position);
-  Place place{};
+  LocalPosition local{};
   float far = 0;
   for (std::size_t a = 0; a < 3; ++a) {
-    place.x[a] = static_cast<float>(x[a] - origin_[a]) * scale_;
-    far = std::max(far, std::abs(place.x[a]));
+    local.x[a] = static_cast<float>(x[a] - origin_[a]) * scale_;
+    far = std::max(far, std::abs(local.x[a]));
   }
-  place.far = far;
-  return place;
+  local.far = far;
+  return local;
 }
 
-// The ray from the place to the vertex goes through one base triangle of the cavity.
+// The ray from the position to the vertex goes through one base triangle of the cavity.
 template <class Real>
-std::optional<std::uint32_t> BallShapes<Real>::entry_of_vertex(const Place& place,
+std::optional<std::uint32_t> BallShapes<Real>::entry_of_vertex(const LocalPosition& local,
                                                                VertexId other) const {
-  const Lanes3 to_place{Lanes{} + place.x[0], Lanes{} + place.x[1], Lanes{} + place.x[2]};
+  const Lanes3 to_place{Lanes{} + local.x[0], Lanes{} + local.x[1], Lanes{} + local.x[2]};
   const Lanes3 to_vertex{-to_place[0], -to_place[1], -to_place[2]};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Group& group = groups_[g];
@@ -182,7 +182,7 @@ std::optional<std::uint32_t> BallShapes<Real>::entry_of_vertex(const Place& plac
 
 template <class Real>
 bool BallShapes<Real>::may_have_bad(const ShapeFloors& floors) {
-  const Place here{};
+  const LocalPosition here{};
   for (std::size_t first = 0; first < entries_.size(); first += kLanes) {
     gather(first);
     if (!all(good(first, here, kNoVertex, floors))) return true;

@@ -1,4 +1,4 @@
-// What shapes the tetrahedra round a vertex would have if it came to another place: four of them at
+// What shapes the tetrahedra round a vertex would have if it came to another position: four of them at
 // a time, in single precision, with what rounding may do to them.
 //
 // A tetrahedron has the base triangle (b, c, d) with the centre g. If its vertex comes to x, six
@@ -65,23 +65,23 @@ class BallShapes {
   // Appends the entries of tetrahedra that have not this vertex, and the tetrahedra that have.
   void list(VertexId other, Vector<std::uint32_t>* without, Vector<TetId>* with) const;
 
-  // A place as the ball sees it.
-  struct Place {
+  // A position as the ball sees it: about the vertex, in the unit.
+  struct LocalPosition {
     std::array<float, 3> x;
     float far;  // the largest coordinate
   };
-  Place place(const Vec3<Real>& position) const;
+  LocalPosition local(const Vec3<Real>& position) const;
   // Lane by lane, of the entries from `first` on, a multiple of kLanes (behind the last one there
   // are copies of it): which tetrahedra are certainly good? What has the vertex `other` is: it is
   // deleted.
-  LaneMask good(std::size_t first, const Place& place, VertexId other,
+  LaneMask good(std::size_t first, const LocalPosition& local, VertexId other,
                 const ShapeFloors& floors) const;
   // Which of them are certainly bad, and which of these flipped?
-  LaneMask bad(std::size_t first, const Place& place, const ShapeFloors& floors) const;
-  LaneMask flipped(std::size_t first, const Place& place) const;
-  // When the vertex has come to the place: the entry of the tetrahedron that has the place where it
+  LaneMask bad(std::size_t first, const LocalPosition& local, const ShapeFloors& floors) const;
+  LaneMask flipped(std::size_t first, const LocalPosition& local) const;
+  // When the vertex has come to the position: the entry of the tetrahedron that has that where it
   // is now, but for rounding. None if that is one that has `other`, or none of the ball.
-  std::optional<std::uint32_t> entry_of_vertex(const Place& place, VertexId other) const;
+  std::optional<std::uint32_t> entry_of_vertex(const LocalPosition& local, VertexId other) const;
   // May a tetrahedron be below the floor now? Gathers all.
   bool may_have_bad(const ShapeFloors& floors);
 
@@ -105,13 +105,13 @@ class BallShapes {
     }
   };
 
-  // At a place: six times the volume, the edges' squares, what rounding may do to the volume, and
+  // At a position: six times the volume, the edges' squares, what rounding may do to the volume, and
   // whether anything is known of these.
   struct Shapes {
     Lanes det, edges, error;
     LaneMask known;
   };
-  Shapes shapes(std::size_t first, const Place& place) const;
+  Shapes shapes(std::size_t first, const LocalPosition& local) const;
   void gather_next();
 
   const WorkMesh<Real>* mesh_ = nullptr;
@@ -126,43 +126,44 @@ class BallShapes {
 };
 
 template <class Real>
-inline auto BallShapes<Real>::shapes(std::size_t first, const Place& place) const -> Shapes {
+inline auto BallShapes<Real>::shapes(std::size_t first, const LocalPosition& local) const
+    -> Shapes {
   // In squares of the error: of smaller edges nothing is known. Nor of larger ones, whose cubes
   // would be none.
   constexpr float kLeastEdges = 256;
   constexpr float kMostEdges = 4e12F;
   const Group& group = groups_[first / kLanes];
-  const Lanes x = place.x[0] - group.centre[0];
-  const Lanes y = place.x[1] - group.centre[1];
-  const Lanes z = place.x[2] - group.centre[2];
+  const Lanes x = local.x[0] - group.centre[0];
+  const Lanes y = local.x[1] - group.centre[1];
+  const Lanes z = local.x[2] - group.centre[2];
   const Lanes det = group.normal[0] * x + group.normal[1] * y + group.normal[2] * z;
   const Lanes edges = 3.0F * (x * x + y * y + z * z) + group.edges;
-  const float error = kRounding * std::max(group.reach, place.far);
+  const float error = kRounding * std::max(group.reach, local.far);
   const LaneMask known = (edges > kLeastEdges * error * error) & (edges < kMostEdges);
   return {det, edges, error * edges, known};
 }
 
 template <class Real>
-inline LaneMask BallShapes<Real>::good(std::size_t first, const Place& place, VertexId other,
-                                       const ShapeFloors& floors) const {
-  const auto [det, edges, error, known] = shapes(first, place);
+inline LaneMask BallShapes<Real>::good(std::size_t first, const LocalPosition& local,
+                                       VertexId other, const ShapeFloors& floors) const {
+  const auto [det, edges, error, known] = shapes(first, local);
   const Lanes least = det - error;
   return groups_[first / kLanes].have(other) |
          (known & (least > kTiny) & (least * least >= floors.sure * (edges * edges * edges)));
 }
 
 template <class Real>
-inline LaneMask BallShapes<Real>::bad(std::size_t first, const Place& place,
+inline LaneMask BallShapes<Real>::bad(std::size_t first, const LocalPosition& local,
                                       const ShapeFloors& floors) const {
-  const auto [det, edges, error, known] = shapes(first, place);
+  const auto [det, edges, error, known] = shapes(first, local);
   const Lanes most = det + error;
   return known & ((most <= 0.0F) |
                   ((most > kTiny) & (most * most < floors.floor * (edges * edges * edges))));
 }
 
 template <class Real>
-inline LaneMask BallShapes<Real>::flipped(std::size_t first, const Place& place) const {
-  return shapes(first, place).det <= 0.0F;
+inline LaneMask BallShapes<Real>::flipped(std::size_t first, const LocalPosition& local) const {
+  return shapes(first, local).det <= 0.0F;
 }
 
 extern template class GridPositions<float>;

@@ -222,12 +222,12 @@ void Sheets<Real>::mark_edges(VertexId v, SheetFan* fan) const {
 }
 
 template <class Real>
-SheetPlace Sheets<Real>::place(VertexId v) {
-  if ((mesh_->marks[v] & kOnBoundary) == 0 && !is_between_regions(v)) return SheetPlace::kNone;
+SheetFeature Sheets<Real>::feature(VertexId v) {
+  if ((mesh_->marks[v] & kOnBoundary) == 0 && !is_between_regions(v)) return SheetFeature::kNone;
   if (!find_fan(v, &fan_) || fan_.sharp_edges == 1 || fan_.sharp_edges > 2) {
-    return SheetPlace::kCorner;
+    return SheetFeature::kCorner;
   }
-  return fan_.sharp_edges == 2 ? SheetPlace::kLine : SheetPlace::kSmooth;
+  return fan_.sharp_edges == 2 ? SheetFeature::kLine : SheetFeature::kSmooth;
 }
 
 template <class Real>

@@ -39,7 +39,7 @@ struct SheetFan {
   bool turn_to(VertexId u);
 };
 
-enum class SheetPlace : std::uint8_t {
+enum class SheetFeature : std::uint8_t {
   kNone,    // on no sheet
   kSmooth,  // inside a sheet
   kLine,    // on a line where a sheet is sharp
@@ -75,7 +75,7 @@ class Sheets {
   void forget_fan(VertexId v) {
     if (KeptFan& kept = kept_fan(v); kept.vertex == v) kept.vertex = kNoVertex;
   }
-  SheetPlace place(VertexId v);
+  SheetFeature feature(VertexId v);
   // Adds the squared distances from the planes of its triangles, by their areas, to a quadric
   // without fields.
   void add_planes(VertexId v, double unit, float* quadric);

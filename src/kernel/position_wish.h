@@ -10,7 +10,7 @@ namespace tetfusion {
 
 // A step of Gauss and Newton: errors as linear functions of the vertex's value and place. The field
 // of a tetrahedron comes along when a corner moves, so only places where gradients differ pull.
-class PlaceWish {
+class PositionWish {
  public:
   // Of one component of the fields: what the value and the place do to the errors.
   class Component {
@@ -20,7 +20,7 @@ class PlaceWish {
     void add(double weight, double error, const Point3& gradient);
 
    private:
-    friend class PlaceWish;
+    friend class PositionWish;
     double value_ = 0;               // squared weights
     Point3 mixed_{};                 // these times the gradient
     std::array<double, 6> place_{};  // and times its square: xx, xy, xz, yy, yz, zz

@@ -1,4 +1,4 @@
-#include "kernel/place_wish.h"
+#include "kernel/position_wish.h"
 
 namespace tetfusion {
 
@@ -27,7 +27,7 @@ Point3 solve(const std::array<double, 6>& m, const Point3& b) {
 
 // The error changes by -weight for each unit of the value, and by weight times the gradient for a
 // step.
-void PlaceWish::Component::add(double weight, double error, const Point3& gradient) {
+void PositionWish::Component::add(double weight, double error, const Point3& gradient) {
   const double square = weight * weight;
   value_ += square;
   value_error_ += weight * error;
@@ -41,7 +41,7 @@ void PlaceWish::Component::add(double weight, double error, const Point3& gradie
 }
 
 // The value's own best follows from the step: what is left is the system without it.
-void PlaceWish::add(const Component& c, double scale) {
+void PositionWish::add(const Component& c, double scale) {
   if (!(c.value_ > 0)) return;
   const std::array<double, 6> p = products(c.mixed_);
   for (std::size_t j = 0; j < 6; ++j) place_[j] += scale * (c.place_[j] - p[j] / c.value_);
@@ -52,7 +52,7 @@ void PlaceWish::add(const Component& c, double scale) {
   squares_ += scale * c.squares_;
 }
 
-Point3 PlaceWish::step(double worthwhile) const {
+Point3 PositionWish::step(double worthwhile) const {
   std::array<double, 6> system = place_;
   for (const std::size_t diagonal : {0, 3, 5}) system[diagonal] += kHoldBack * stiffness_;
   const Point3 step = solve(system, error_);
