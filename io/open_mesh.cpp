@@ -122,6 +122,10 @@ std::unique_ptr<MeshSource> open_whole(const std::string& path, const OpenOption
 
 }  // namespace
 
+bool can_merge_points(const std::string& path) {
+  return !is_called(path, {".mesh", ".meshb", ".msh", ".node", ".ele"});
+}
+
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
   auto mesh = open_whole(path, options);
   if (options.dropped_patches.empty()) return mesh;

@@ -16,6 +16,9 @@ namespace tetfusion {
 // not there.
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options = {});
 
+// By the name of a file alone: may OpenOptions::merge_points be asked for?
+bool can_merge_points(const std::string& path);
+
 // MeshDescription::time_steps, without reading the mesh. None of what is no file, as a pipe, of
 // which nothing is taken, or is not there. Of the options `memory` and `cancelled` count. Throws
 // Error where the file cannot be opened, or is of a format with time steps and damaged.

@@ -186,9 +186,6 @@ class MeshWithoutPatches final : public MeshSource {
                                                   values_, count_);
   }
   std::unique_ptr<MeshStream> stream_of_rows() override { return mesh_->stream_of_rows(); }
-  std::optional<std::uint64_t> mesh_checksum(const RunContext& context) override {
-    return mesh_->mesh_checksum(context);
-  }
   std::uint64_t memory_to_read() override { return mesh_->memory_to_read(); }
 
  private:

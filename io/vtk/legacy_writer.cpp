@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cctype>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -74,6 +75,17 @@ std::string encoded(std::string_view text) {
     }
   }
   return out;
+}
+
+// Of an array. Where one begins VTK takes these for keywords.
+std::string encoded_name(std::string_view name) {
+  const auto begins_with = [&](std::string_view keyword) {
+    return std::ranges::equal(name.substr(0, keyword.size()), keyword, [](char a, char b) {
+      return std::toupper(static_cast<unsigned char>(a)) == b;
+    });
+  };
+  if (!begins_with("METADATA") && !begins_with("NULL_ARRAY")) return encoded(name);
+  return fmt::format("%{:02X}{}", static_cast<unsigned char>(name[0]), encoded(name.substr(1)));
 }
 
 class LegacyWriter {
@@ -250,7 +262,7 @@ class LegacyWriter {
   }
 
   static std::string name_of(const ArrayInfo& info, std::size_t index) {
-    return info.name.empty() ? fmt::format("unnamed_{}", index) : encoded(info.name);
+    return info.name.empty() ? fmt::format("unnamed_{}", index) : encoded_name(info.name);
   }
 
   void put_metadata(const ArrayInfo& info) {

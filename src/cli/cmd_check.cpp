@@ -165,8 +165,7 @@ void fix(const CheckArguments& a, MeshSource* source, const Examination& examina
   convert_mesh(mended.source.get(), a.fixed, write);
   std::error_code unknown;
   const bool can_be_read = std::filesystem::is_regular_file(a.fixed, unknown);
-  OpenOptions open = a.open;
-  open.time_step.reset();
+  OpenOptions open;  // cells are split, points joined and patches left out already
   open.memory = a.examine.memory;
   open.cancelled = context.cancelled;
   const auto written = can_be_read ? open_mesh(a.fixed, open) : nullptr;

@@ -340,10 +340,19 @@ struct CompareAnswer {
   std::vector<std::string> broken;  // a sentence for each bound
 };
 
+// The patches that were left out are not in it, and not all formats have points to be joined.
+OpenOptions options_of_simplified(const StepToRead& step, const OpenOptions& open) {
+  OpenOptions options = step.options(open);
+  options.dropped_patches.clear();
+  options.merge_points = options.merge_points && can_merge_points(step.path);
+  return options;
+}
+
 CompareAnswer compare_pair(const CompareArguments& a, const StepPair& pair, const Bounds& bounds,
                            const RunContext& context, Console* console) {
   const auto original = open_mesh(pair.original.path, pair.original.options(a.open));
-  const auto simplified = open_mesh(pair.simplified.path, pair.simplified.options(a.open));
+  const auto simplified =
+      open_mesh(pair.simplified.path, options_of_simplified(pair.simplified, a.open));
   console->tell_time_step(pair.original.time_step, original->description());
   console->tell_time_step(pair.simplified.time_step, simplified->description());
   refuse_piece(a.report, original->description());

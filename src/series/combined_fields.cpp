@@ -121,9 +121,13 @@ void CombinedFields::add(std::size_t step, const MeshDescription& mesh, const Me
     // A step without any value has none to lose.
     if (!range) continue;
     // A field without a range may still have points without a value, which are to have none.
-    const double factor = *range > 0 ? sign_of(step, way_) / *range : 0;
+    // The inverse of a range that is next to nothing would be infinite.
+    const bool is_tiny = *range > 0 && *range < std::numeric_limits<double>::min();
+    const double scale = is_tiny ? 0x1p200 : 1;
+    const double factor = *range > 0 ? sign_of(step, way_) / (*range * scale) : 0;
     for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
-      const Vector<double> rows = read_rows(stream, source.index, source.info, first, count);
+      Vector<double> rows = read_rows(stream, source.index, source.info, first, count);
+      if (is_tiny) std::ranges::for_each(rows, [&](double& value) { value *= scale; });
       add_rows(field, first, rows, factor);
       if (alone == alone_.end()) return;
       const auto place = static_cast<std::size_t>(alone - alone_.begin());

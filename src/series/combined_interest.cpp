@@ -16,8 +16,8 @@ constexpr const char* kName = "in a region of interest";
 }  // namespace
 
 CombinedInterest::CombinedInterest(const std::vector<std::string>& texts,
-                                   const MeshDescription& first)
-    : inside_(first.points) {
+                                   const MeshDescription& first, std::uint64_t points)
+    : inside_(points) {
   // What is wrong with them is said before steps are read.
   static_cast<void>(RegionOfInterest(texts, first.path, first.point_data));
   for (const std::string& text : texts) {

@@ -17,9 +17,10 @@ namespace tetfusion {
 class CombinedInterest {
  public:
   // Of the texts (mesh/regions/region_of_interest.h) those that go by values; the others are left
-  // to whoever has the places. `first` is a step's mesh. Throws Error(kUsage) where a text is
-  // wrong.
-  CombinedInterest(const std::vector<std::string>& texts, const MeshDescription& first);
+  // to whoever has the places. `first` is a step's mesh, `points` how many its stream has. Throws
+  // Error(kUsage) where a text is wrong.
+  CombinedInterest(const std::vector<std::string>& texts, const MeshDescription& first,
+                   std::uint64_t points);
 
   bool empty() const { return by_values_.empty(); }
 

@@ -93,7 +93,7 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   note_widths(whole);
   context_.report_size(mesh.cells);
   regions_->add(0, mesh, *stream, context_);
-  interest_.emplace(options_.interest, mesh);
+  interest_.emplace(options_.interest, mesh, stream->points());
   interest_->add(mesh, *stream, context_);
   begin_sums(sums);
   add_to_sums(0, mesh, *stream);

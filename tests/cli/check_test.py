@@ -140,6 +140,13 @@ class Check(FolderTest):
         run("check", path, "--fix", self.folder / "mended.msh", "--quiet")
         self.assertEqual(report_of("check", self.folder / "mended.msh")["volume"], 64.0)
 
+    def test_points_are_joined_once(self):
+        """What was written has none to join, and other formats cannot be asked for it."""
+        path = self.write(TinyVtu(2))
+        for out in ("joined.vtu", "joined.msh"):
+            self.assertIs(report_of("check", path, "--merge-points", "--fix", self.folder / out)["fix"]["valid"], True)
+            run("compare", path, self.folder / out, "--merge-points", "--max-error", "0")
+
     def test_what_would_be_a_guess_is_not_mended(self):
         mesh = set_value("Points", 3 * 62, 10.0)
         _, report, after = self.fix(self.write(mesh), code=INVALID)

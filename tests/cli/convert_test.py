@@ -321,6 +321,11 @@ class DroppedPatches(FolderTest):
                 simplify = ["simplify", path, "-o", out, "--boundary", "planar", "--reduction", "80%", "--regions", "none", *options]
                 run(*simplify)
                 self.assertEqual(len(Vtu(out).others), len(kept.others))
+        # What is left out is not looked for in what was made without it.
+        dropped = ["--drop-patch", "patch=1"]
+        run("simplify", path, "-o", out, "--reduction", "0%", *dropped)
+        run("compare", path, out, *dropped)
+        self.assertIs(report_of("check", path, "--fix", self.folder / "fixed.vtu", *dropped)["fix"]["valid"], True)
         for name in ("wall", "patch=x", "path=1", "Points=1", "patch"):
             said = finish("info", path, "--drop-patch", name)
             self.assertEqual(said.returncode, USAGE)

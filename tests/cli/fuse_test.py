@@ -337,6 +337,14 @@ class Fuse(FolderTest):
         _, report = self.fuse(self.write(mesh), "--reduction", "80%")
         self.assertIn("lies between regions of material or has a value that is no number, and stays", report["stop_sentence"])
 
+    def test_arrays_that_are_named_twice(self):
+        path = self.generate()
+        for names in (["all", "all:0.1%"], ["front", "front:1%"]):
+            options = [word for name in names for word in ("--array", name)]
+            said = finish("simplify", path, "-o", self.folder / "out.vtu", *options)
+            self.assertEqual(said.returncode, USAGE)
+            self.assertIn(b"already", said.stderr)
+
     def test_values_that_are_none(self):
         path = self.write(TinyVtu(3))
         for option, values in (("--min-quality", ("-0.1", "1", "2", "nan", "good", "")),

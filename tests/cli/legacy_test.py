@@ -8,6 +8,7 @@ import numpy as np
 
 from harness import BAD, USAGE, FolderTest, finish, main, report_of, run, sanitized
 from independent_check import Vtu
+from tiny_vtu import TinyVtu
 
 try:
     import vtk
@@ -191,6 +192,22 @@ class Legacy(FolderTest):
             for name, values in mesh.point_data.items():
                 np.testing.assert_array_equal(back.point_data[name], values)
             np.testing.assert_array_equal(np.concatenate(back.cell_data["stress"]), [0.5, 2.5, 4.5])
+
+    def test_arrays_called_like_a_keyword(self):
+        for name in ("metadata", "MetaData", "metadata_2", "FIELD", "NULL_ARRAY", "CELL_DATA", "meta"):
+            mesh = TinyVtu(2)
+            mesh.array("id")[1] = name
+            mesh.arrays.insert(1, ["CellData", "first", "Int32", 1, list(range(len(mesh.tets)))])
+            original = Vtu(self.write(mesh))
+            for encoding in ("raw", "ascii"):
+                run("convert", self.folder / "mesh.vtu", self.folder / "a.vtk", "--encoding", encoding)
+                run("convert", self.folder / "a.vtk", self.folder / "back.vtu")
+                back = Vtu(self.folder / "back.vtu").arrays["cell"]
+                self.assertEqual(list(back), list(original.arrays["cell"]))
+                np.testing.assert_array_equal(back[name][1], original.arrays["cell"][name][1])
+            if vtk:
+                data = read(self.folder / "a.vtk").GetCellData()
+                self.assertEqual({data.GetArrayName(i) for i in range(data.GetNumberOfArrays())}, set(back))
 
     def test_standard_input_and_encodings(self):
         original = self.generate("--jitter", "0.3", tets="5k")

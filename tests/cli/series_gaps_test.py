@@ -57,6 +57,30 @@ class Gaps(SeriesTest):
         self.check(self.gappy(left, *[all_of] * 7, right), "--max-error", "3%")
 
 
+class Interest(SeriesTest):
+    def test_where_points_are_joined_when_they_are_read(self):
+        whole, pieces = self.steps(2), []
+        for step in whole:
+            pieces.append(step.with_suffix(".pvtu"))
+            run("simplify", step, "-o", pieces[-1], "--pieces", "3", "--reduction", "0%", "--quiet")
+        options = ["--array", "bump", "--roi", "bump>0.5", "--reduction", "20%"]
+        self.simplify(pieces, *options)
+        for step, out in zip(whole, self.outputs(), strict=True):
+            before, after = Vtu(step), Vtu(out)
+            inside = {tuple(p) for p in before.points[values(before, "bump") > 0.5].tolist()}
+            self.assertGreater(len(inside), 10)
+            self.assertLessEqual(inside, {tuple(p) for p in after.points.tolist()})
+
+    def test_values_that_are_next_to_nothing(self):
+        """The inverse of their range is no number of double precision."""
+        steps = self.steps(3, make=lambda mesh, time: with_arrays(
+            mesh, bump=("Float64", np.array(wave(mesh, time).array("bump")[4], dtype="f8") * 1e-310)))
+        large = self.steps(3, name="large_{:03d}.vtu", make=lambda mesh, time: with_arrays(
+            mesh, bump=("Float64", np.array(wave(mesh, time).array("bump")[4], dtype="f8"))))
+        left = [self.simplify(some, "--array", "bump", "--max-error", "3%")["output"]["tets"] for some in (steps, large)]
+        self.assertLess(abs(left[0] - left[1]), 0.05 * left[1])
+
+
 class OneOfAList(SeriesTest):
     def test_a_step_of_a_list_stands_for_itself(self):
         steps = self.steps(3)

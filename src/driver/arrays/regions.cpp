@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/error.h"
 #include "mesh/regions/region_names.h"
 
@@ -43,7 +45,7 @@ std::vector<std::size_t> choose_regions(const MeshDescription& mesh,
                       "name; there are: {}",
                       mesh.path, option, name, possible_regions(mesh)));
     }
-    regions.push_back(i);
+    if (std::ranges::find(regions, i) == regions.end()) regions.push_back(i);
   }
   return regions;
 }

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/blocks.h"
 #include "base/error.h"
@@ -236,8 +237,14 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
     }
     choices.push_back(std::move(choice));
   }
+  bool have_all = false;
   for (const std::string& name : names) {
-    if (means_all(mesh, name)) add_all(mesh, name, &choices);
+    if (!means_all(mesh, name)) continue;
+    if (std::exchange(have_all, true)) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("--array {}: all arrays steer already; give that once", name));
+    }
+    add_all(mesh, name, &choices);
   }
   return choices;
 }
