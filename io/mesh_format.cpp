@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/placeholders.h"
 #include "io/files/output_file.h"
 #include "io/formats/suffix.h"
 #include "io/tetgen/tetgen_writer.h"
@@ -102,7 +103,7 @@ void refuse_piece_as_mesh(const std::string& path, const MeshDescription& mesh) 
 
 void check_mesh_output(const std::string& path, Encoding encoding) {
   const std::string file = std::filesystem::path(path).filename().string();
-  for (const char* field : {"{step}", "{lod}"}) {
+  for (const std::string_view field : {kStepField, kLodField}) {
     if (file.find(field) == std::string::npos) continue;
     throw Error(
         ErrorCode::kUsage,

@@ -140,8 +140,8 @@ void pass(Stream stream, State& state) {
   stream.value(state.spread);
   stream.value(state.costs);
   stream.value(state.threshold);
-  stream.value(state.weight_scale);
-  stream.value(state.weight_mean);
+  stream.value(state.weights.scale);
+  stream.value(state.weights.mean);
   stream.value(state.end);
 }
 

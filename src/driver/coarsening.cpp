@@ -1,4 +1,5 @@
 #include "driver/coarsening.h"
+#include "driver/arrays/weights.h"
 
 #include <fmt/format.h>
 
@@ -72,7 +73,7 @@ template <class Real>
 void Coarsening<Real>::import() {
   RunInput& in = run_.input;
   Steering steering = read_steering(&run_);
-  scale_weights(options_.weight, in.description(), *in.stream, run_.context, &state_);
+  state_.weights = scale_weights(options_.weight, in.description(), *in.stream, run_.context);
   begin(steering.width());
   const auto take_fields = [&] {
     state_.fields = fields_of(steering, in.carried);

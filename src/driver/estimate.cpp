@@ -1,4 +1,5 @@
 #include "driver/estimate.h"
+#include "driver/arrays/weights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -87,8 +88,8 @@ RunEstimate Trial<Real>::run(double start) {
   const auto layout = run_layout<Real>(behaviour_, run_.input.carried, steering_->width());
   Rounds<Real> rounds(layout, 1, run_.place.budget(), scratch_.get());
   state_.chunk_tets = behaviour_.chunk_tets;
-  scale_weights(behaviour_.weight, run_.input.description(), *run_.input.stream, run_.context,
-                &state_);
+  state_.weights =
+      scale_weights(behaviour_.weight, run_.input.description(), *run_.input.stream, run_.context);
   OriginalValues<Real> original(
       scratch_.get(), layout,
       columns_to_fit(run_.request, run_.input.carried, run_.input.steering, run_.input.regions),

@@ -1,4 +1,5 @@
 #include "driver/run.h"
+#include "driver/arrays/weights.h"
 
 #include <fmt/format.h>
 

@@ -51,18 +51,6 @@ SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescripti
 std::vector<std::uint32_t> region_columns(const CarriedArrays& carried,
                                           const std::vector<std::size_t>& regions);
 
-// The array that says how much errors count: "NAME" of points, "cell:NAME" of cells. Of a chunk,
-// its column; none for an empty name. Throws Error(kUsage) where the mesh has no such array of one
-// component.
-SteeringChoice choose_weights(const std::string& name, const MeshDescription& mesh);
-WeightColumn weight_column(const std::string& name, const MeshDescription& mesh,
-                           const CarriedArrays& carried);
-
-// Finds the scale of weights, which brings the largest to 1, and their geometric mean; both are 1
-// where there are none. Throws Error(kBadInput) where one is negative or not finite.
-void scale_weights(const std::string& name, const MeshDescription& mesh, const MeshStream& stream,
-                   const RunContext& context, RoundsState* state);
-
 // An empty mesh with the rows that the rounds need.
 template <class Real>
 WorkMesh<Real> run_layout(const BehaviourOptions& behaviour, const CarriedArrays& carried,

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
+
+#include "base/placeholders.h"
 
 namespace tetfusion {
 
@@ -11,7 +14,7 @@ namespace {
 // beside that there is a folder for sure.
 std::string in_a_folder(const std::string& output) {
   std::size_t end = output.size();
-  for (const char* part : {"{step}", "{lod}"}) {
+  for (const std::string_view part : {kStepField, kLodField}) {
     const std::size_t at = output.find(part);
     if (at != std::string::npos) end = std::min(end, output.find('/', at));
   }

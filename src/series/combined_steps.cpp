@@ -14,6 +14,7 @@
 #include "driver/arrays/carried_arrays.h"
 #include "driver/arrays/notices.h"
 #include "driver/arrays/regions.h"
+#include "driver/arrays/weights.h"
 #include "driver/export/export.h"
 #include "driver/request/error_limits.h"
 #include "driver/run_setup.h"

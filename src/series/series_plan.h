@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/placeholders.h"
 #include "base/run_context.h"
 #include "io/mesh_format.h"
 #include "io/source/mesh_source.h"
@@ -14,7 +15,6 @@
 
 namespace tetfusion {
 
-inline constexpr const char* kStepField = "{step}";
 bool holds_step(const std::string& name);
 
 struct Step {
@@ -36,12 +36,6 @@ struct SeriesPlan {
 
   bool in_one_mesh() const { return !steps[0].arrays.empty(); }
 };
-
-// The labels of files: what differs between their names, numbers not cut (with sign, digits behind
-// the point and exponent, where these are told from what else may stand there); of a single one
-// the last number in its name. Where that does not tell them apart, or there is none, they are
-// counted from 0.
-std::vector<std::string> label_steps(const std::vector<std::string>& paths);
 
 // Steps come in the order of their times, of their labels where these are numbers, else as given.
 // With steps in one mesh its arrays are looked at; those that one file has itself stay in its

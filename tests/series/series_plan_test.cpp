@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "io/vtk/series_list.h"
+#include "series/step_labels.h"
 #include "support/temp_dir.h"
 #include "support/vtk_file_test.h"
 

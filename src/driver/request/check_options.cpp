@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/placeholders.h"
 #include "driver/request/stages.h"
 #include "io/mesh_format.h"
 #include "io/vtk/pieces_output.h"

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/placeholders.h"
+
 namespace tetfusion {
 
 namespace {
@@ -11,15 +13,6 @@ std::uint64_t tets_left(std::uint64_t tets, double reduction) {
   // Rounded up: never below the goal.
   return std::max<std::uint64_t>(
       1, static_cast<std::uint64_t>(std::ceil(static_cast<double>(tets) * (1 - reduction) - 1e-6)));
-}
-
-std::string level_path(const std::string& pattern, std::size_t level) {
-  std::string path = pattern;
-  const std::string number = std::to_string(level);
-  for (std::size_t at = path.find(kLodField); at != std::string::npos; at = path.find(kLodField)) {
-    path.replace(at, kLodField.size(), number);
-  }
-  return path;
 }
 
 }  // namespace
@@ -32,8 +25,9 @@ std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tet
   if (b.reduction) goal = tets_left(tets, *b.reduction);
   if (stages.empty() || (goal && *goal < *stages.back().tets)) stages.push_back({goal, "", ""});
   for (std::size_t i = 0; i < stages.size(); ++i) {
-    stages[i].path = level_path(request.output, i + 1);
-    stages[i].map = level_path(request.map, i + 1);
+    const std::string number = std::to_string(i + 1);
+    stages[i].path = with_field(request.output, kLodField, number);
+    stages[i].map = with_field(request.map, kLodField, number);
   }
   return stages;
 }

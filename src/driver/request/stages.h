@@ -11,9 +11,6 @@
 
 namespace tetfusion {
 
-// Stands for the number of a level in names of files.
-inline constexpr std::string_view kLodField = "{lod}";
-
 // A mesh to write on the way, or at the end.
 struct Stage {
   std::optional<std::uint64_t> tets;  // go on until so many are left; absent: until nothing fuses

@@ -6,7 +6,6 @@
 #include <queue>
 #include <utility>
 
-
 namespace tetfusion {
 
 namespace {

@@ -13,7 +13,7 @@ namespace {
 
 // A bound on costs, on those that weights multiply.
 double of_weighted(double bound, const RoundsState& state) {
-  return bound * state.weight_scale * state.weight_scale;
+  return bound * state.weights.scale * state.weights.scale;
 }
 
 // When less than this share of the tetrahedra has to go, it may go anywhere; more is spread over
@@ -67,7 +67,7 @@ double rising_error(double threshold, const RoundsState& state) {
     return round.pass.rejected[static_cast<std::size_t>(Reject::kDeviation)] > round.pass.fused;
   });
   return (refuses_most ? kLargerErrorShare : kErrorShare) * std::sqrt(threshold) /
-         state.weight_mean;
+         state.weights.mean;
 }
 
 // The first round's threshold is raised by so many times what the gradients' variance costs: with
@@ -164,7 +164,7 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
   settings->fuse.keep_integrals = options_.conserve;
   settings->fuse.regions = regions_;
   settings->fuse.weights = weights_;
-  settings->fuse.weights.scale = state.weight_scale;
+  settings->fuse.weights.scale = state.weights.scale;
   if (settings->look) return;
   settings->fuse.sheets_rest = settings->is_first && settings->fuse.sheets_move();
   const auto to_go = has_goal ? std::optional(quota) : std::nullopt;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "driver/arrays/weights.h"
 #include "driver/request/error_limits.h"
 #include "driver/request/options.h"
 #include "driver/request/report.h"
@@ -29,10 +30,7 @@ struct RoundsState {
   std::uint8_t spread = 1;           // what has to go is spread over the mesh
   CostHistogram costs{};             // with Method::kFuse
   Threshold threshold;               // of the last round
-  // What weights of errors are multiplied by, so that only their ratios count: costs, which their
-  // squares multiply, are told apart no finer than by shares of a power of two.
-  double weight_scale = 1;
-  double weight_mean = 1;  // then, the geometric one
+  WeightScale weights;
   StageEnd end = StageEnd::kOpen;
 
   void begin_stage() {
