@@ -72,12 +72,7 @@ PassStatistics run_greedy_passes(int passes, PassLimits limits,
 
 }  // namespace
 
-std::uint64_t chunk_memory(std::uint64_t piece_bytes) {
-  // Beside columns a piece has about 20 bytes a tetrahedron. There are the piece itself, the mesh,
-  // its new pieces, and what a pass adds: 16 bytes a tetrahedron for the balls, 16 for the corners
-  // of its start, some for positions and orders.
-  return 6 * piece_bytes;
-}
+std::uint64_t chunk_memory(std::uint64_t piece_bytes) { return kCopiesOfChunk * piece_bytes; }
 
 template <class Real>
 Rounds<Real>::Rounds(const WorkMesh<Real>& layout, int threads, MemoryBudget* budget,

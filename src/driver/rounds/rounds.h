@@ -156,8 +156,11 @@ class Rounds {
   std::mutex costs_mutex_;
 };
 
-// Bytes of memory that working on a chunk takes: its pieces, the mesh made of them, what a pass
-// knows of it, and the pieces that it leaves.
+// Working on a chunk takes so many times the bytes of its pieces: these, the mesh made of them,
+// what a pass knows of it (beside columns a piece has about 20 bytes a tetrahedron; a pass adds 16
+// for the balls, 16 for the corners of its start, some for positions and orders), and the pieces
+// that it leaves.
+inline constexpr std::uint64_t kCopiesOfChunk = 6;
 std::uint64_t chunk_memory(std::uint64_t piece_bytes);
 
 extern template class Rounds<float>;
