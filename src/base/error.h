@@ -41,4 +41,9 @@ class Abandoned : public Error {
   Abandoned() : Error(ErrorCode::kInterrupted, "given up, because other work failed") {}
 };
 
+// For options and names that cannot be.
+[[noreturn]] inline void refuse(const std::string& message) {
+  throw Error(ErrorCode::kUsage, message);
+}
+
 }  // namespace tetfusion

@@ -32,6 +32,7 @@
 #include "io/open_mesh.h"
 #include "io/source/mesh_source.h"
 #include "io/source/mesh_stream.h"
+#include "io/source/stream_windows.h"
 #include "io/vtk/series_list.h"
 #include "mesh/statistics.h"
 
@@ -59,19 +60,18 @@ struct ArrayLine {
 // In windows, where the file can be read so.
 ArrayStatistics measure_rows(const MeshStream& stream, Association association, std::size_t index,
                              const ArrayInfo& info, const RunContext& context) {
-  constexpr std::uint64_t kWindow = std::uint64_t{1} << 18;
   const std::uint64_t all = association == Association::kPoint ? stream.points() : stream.cells();
   ArrayStatistics statistics;
   statistics.components.resize(info.components);
   DataArray window;
   window.info = info;
-  for (std::uint64_t first = 0; first < all; first += kWindow) {
-    context.check();
-    window.info.tuples = std::min(kWindow, all - first);
+  const auto add = [&](std::uint64_t first, std::uint64_t count) {
+    window.info.tuples = count;
     window.bytes.resize(window.info.values() * size_of(info.type));
-    stream.read_rows(association, index, first, window.info.tuples, window.bytes);
+    stream.read_rows(association, index, first, count, window.bytes);
     statistics.add(measure_array(window));
-  }
+  };
+  for_each_window(all, context, add, stream_window(info.row_bytes()));
   return statistics;
 }
 

@@ -17,8 +17,6 @@ namespace tetfusion {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::kUsage, message); }
-
 // "0.025,0.05" or "off".
 std::vector<double> parse_schedule(const std::string& option, const std::string& text,
                                    bool shares) {

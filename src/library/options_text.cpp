@@ -19,8 +19,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-[[noreturn]] void refuse(const std::string& text) { throw Error(ErrorCode::kUsage, text); }
-
 // What a value is not: the name of the option is put before it.
 struct NotOfKind {
   const char* kind;

@@ -31,8 +31,6 @@ namespace tetfusion {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::kUsage, message); }
-
 // Are the steps arrays of one mesh?
 bool is_in_one_mesh(const SeriesRequest& request) {
   const std::vector<std::string>& arrays = request.job.behaviour.arrays;

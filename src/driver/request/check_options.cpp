@@ -17,8 +17,6 @@ namespace tetfusion {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::kUsage, message); }
-
 void check_progressive(const SimplifyRequest& request) {
   if (request.progressive.empty()) return;
   const BehaviourOptions& b = request.behaviour;
