@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "mesh/geometry.h"
 #include "partition/radix_sort.h"
 
 namespace tetfusion {

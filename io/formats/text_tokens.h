@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/blocks.h"
-#include "base/vector.h"
 #include "io/files/mapped_file.h"
 
 namespace tetfusion {

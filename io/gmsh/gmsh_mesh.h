@@ -6,7 +6,6 @@
 #include <map>
 #include <vector>
 
-#include "base/vector.h"
 #include "io/formats/format_source.h"
 #include "io/formats/number_map.h"
 #include "io/gmsh/gmsh_elements.h"

@@ -6,7 +6,6 @@
 #include <span>
 
 #include "io/vtk/vtu_input.h"
-#include "mesh/data_array.h"
 
 namespace tetfusion {
 

@@ -15,7 +15,6 @@
 
 #include <fmt/format.h>
 
-#include <cstring>
 #include <stdexcept>
 #include <string_view>
 #include <utility>

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 
-#include "base/vector.h"
 #include "compare/box_tree.h"
 #include "compare/point.h"
 #include "compare/point_table.h"

@@ -6,17 +6,14 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "base/resources.h"
 #include "base/run_context.h"
 #include "driver/import/assemble.h"
 #include "driver/import/scatter.h"
 #include "driver/request/input_facts.h"
 #include "driver/rounds/macro_lod.h"
-#include "io/store/scratch.h"
 
 namespace tetfusion {
 
