@@ -11,9 +11,6 @@ namespace {
 // What is kept back of a bound, for the rounding of whoever evaluates the fields. Values are chosen
 // to twice that, so that writing them in their type does not lead beyond it.
 constexpr double kMargin = 1e-4;
-// Of a weight: this many times the cube of the longest edge, over the determinant. Three products
-// of two in a row of the inverse, three of a row with an offset, and their sums.
-constexpr double kRounding = 64 * 0x1p-53;
 // A weight that is off by so much lets the value be off by this many times the field's range.
 constexpr double kCorners = 4;
 // Vectors: how often all points may draw at the new vertex's values.
@@ -26,15 +23,6 @@ constexpr double kLeastSay = 1.0 / 64;
 constexpr double kFarthest = 0.2;
 constexpr double kWorthwhile = 0.01;
 constexpr double kSmallError = 0.01;
-
-// A point that is outside by no more than this share of a tetrahedron is so by rounding.
-constexpr double kOutside = 1e-8;
-// Next to a sharp edge a point is so many times as far away as it is beyond a face.
-constexpr double kClose = 8;
-
-double largest(const Point3& a) {
-  return std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
-}
 
 constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
@@ -50,7 +38,6 @@ void PointErrors<Real>::begin(std::span<const SteeringField> fields, const Point
                               WorkMesh<Real>* mesh, LiveBalls* balls) {
   mesh_ = mesh;
   width_ = mesh->steering_width;
-  unit_ = limits.unit;
   fields_.clear();
   limits_.assign(width_, kNoBound);
   losses_.assign(width_, 0);
@@ -67,194 +54,28 @@ void PointErrors<Real>::begin(std::span<const SteeringField> fields, const Point
   }
   bounds_ = !fields_.empty();
   bounds_all_ = bounds_ && fields_.size() == fields.size();
-  joining_ = {};
-  if (bounds_) surface_.begin(mesh, balls, unit_, limits.max_deviation);
-  if (bounds_ && mesh->removed.first.size() != mesh->tets.size()) {
-    mesh->removed.reset(mesh->tets.size());
-  }
+  if (bounds_) cavity_.begin(limits.unit, limits.max_deviation, mesh, balls);
 }
 
 template <class Real>
 bool PointErrors<Real>::allows(const Joining<Real>& joining, std::span<const double> low,
                                std::span<const double> high, std::span<double> values) {
-  if (joining.v != joining_.v || joining.partner != joining_.partner ||
-      joining.fixed != joining_.fixed) {
-    collect(joining);
-  }
-  joining_ = joining;
-  surface_.set(joining);
-  make_fan(joining);
+  cavity_.set(joining);
   // All tetrahedra round a vertex of the surface go: nothing is left there that could hold a point.
-  if (fan_.empty() && !points_.empty()) return false;
+  if (cavity_.tets().empty() && !cavity_.points().empty()) return false;
   low_.assign(low.begin(), low.end());
   high_.assign(high.begin(), high.end());
-  places_.clear();
-  for (std::uint32_t i = 0; i < points_.size(); ++i) {
-    std::size_t place = places_.size();
-    bool allowed = find_places(i);
-    for (; allowed && place < places_.size(); ++place) allowed = narrow(places_[place]);
+  for (std::uint32_t i = 0; i < cavity_.points().size(); ++i) {
+    std::size_t place = cavity_.places().size();
+    bool allowed = cavity_.locate(i);
+    for (; allowed && place < cavity_.places().size(); ++place) {
+      allowed = narrow(cavity_.places()[place]);
+    }
     if (allowed) continue;
-    std::rotate(points_.begin(), points_.begin() + i, points_.begin() + i + 1);
+    cavity_.put_first(i);
     return false;
   }
-  return choose(values) && spares_neighbours();
-}
-
-// The points of the cavity.
-template <class Real>
-void PointErrors<Real>::collect(const Joining<Real>& joining) {
-  points_.clear();
-  add_vertex(joining.v);
-  if (!joining.fixed) add_vertex(joining.partner);
-  for (const TetId t : joining.deleted) add_list(t, 0);
-  for (std::uint32_t i = 0; i < joining.affected.size(); ++i) add_list(joining.affected[i] >> 2, i);
-}
-
-template <class Real>
-void PointErrors<Real>::add_vertex(VertexId v) {
-  if ((mesh_->marks[v] & kMoved) != 0) return;
-  points_.push_back({mesh_->positions[v], mesh_->steering.data() + v * width_, kNoPoint, 0});
-}
-
-template <class Real>
-void PointErrors<Real>::add_list(TetId t, std::uint32_t near) {
-  const RemovedPoints<Real>& removed = mesh_->removed;
-  for (std::uint32_t i = removed.first[t]; i != kNoPoint; i = removed.next[i]) {
-    points_.push_back({removed.positions[i], removed.values.data() + i * width_, i, near});
-  }
-}
-
-template <class Real>
-void PointErrors<Real>::make_fan(const Joining<Real>& joining) {
-  fan_.clear();
-  affected_ = static_cast<std::uint32_t>(joining.affected.size());
-  centre_ = {joining.position.x, joining.position.y, joining.position.z};
-  const auto to = [&](VertexId v) -> Point3 {
-    const Vec3<Real>& p = mesh_->positions[v];
-    return {(p.x - centre_.x) * unit_, (p.y - centre_.y) * unit_, (p.z - centre_.z) * unit_};
-  };
-  for (const std::uint32_t entry : joining.affected) {
-    const Tet& tet = mesh_->tets[entry >> 2];
-    const auto& order = kCornerFirst[entry & 3u];
-    FanTet& fan = fan_.emplace_back();
-    fan.corners = {tet[order[1]], tet[order[2]], tet[order[3]]};
-    fan.tet = entry >> 2;
-    const Point3 a = to(fan.corners[0]), b = to(fan.corners[1]), c = to(fan.corners[2]);
-    fan.rows = {cross(b, c), cross(c, a), cross(a, b)};
-    const double det = dot(a, fan.rows[0]);
-    for (Point3& row : fan.rows) {
-      for (double& x : row) x /= det;
-    }
-    const double longest = std::max({largest(a), largest(b), largest(c)});
-    fan.longest = longest;
-    fan.rounding = kRounding * longest * longest * longest / det;
-  }
-}
-
-template <class Real>
-auto PointErrors<Real>::weights_at(const FanTet& tet, const Vec3<Real>& p) const -> Weights {
-  const Point3 d{(p.x - centre_.x) * unit_, (p.y - centre_.y) * unit_, (p.z - centre_.z) * unit_};
-  const double b = dot(tet.rows[0], d), c = dot(tet.rows[1], d), e = dot(tet.rows[2], d);
-  return {1 - (b + c + e), b, c, e};
-}
-
-// Where the point lies: in every tetrahedron that it is not certainly outside of, so that the
-// bounds hold whichever of them somebody finds it in. False if nobody can tell.
-template <class Real>
-bool PointErrors<Real>::find_places(std::uint32_t point) {
-  const Vec3<Real>& p = points_[point].position;
-  const std::uint32_t n = affected_;
-  const std::size_t before = places_.size();
-  double greatest = -std::numeric_limits<double>::infinity();
-  std::uint32_t nearest = 0;
-  for (std::uint32_t i = 0, t = points_[point].near; i < n; ++i, t = t + 1 < n ? t + 1 : 0) {
-    const Weights weights = weights_at(fan_[t], p);
-    const double least = std::min({weights[0], weights[1], weights[2], weights[3]});
-    if (least > greatest) {
-      greatest = least;
-      nearest = t;
-    }
-    if (least < -fan_[t].rounding) continue;
-    add_place(point, t, weights, least);
-    if (least > fan_[t].rounding) break;  // and in no other
-  }
-  points_[point].near = nearest;
-  return places_.size() > before || find_outside(point, nearest, greatest);
-}
-
-// What `compare` takes outside is what is nearest on the surface. Where that is so near that the
-// rounding of the coordinates in the file might explain it, it takes the tetrahedron at hand.
-template <class Real>
-bool PointErrors<Real>::find_outside(std::uint32_t point, std::uint32_t nearest, double least) {
-  const Vec3<Real>& p = points_[point].position;
-  if (-least <= kOutside + fan_[nearest].rounding) {
-    add_place(point, nearest, weights_at(fan_[nearest], p), least);
-    return true;
-  }
-  const double distance = std::sqrt(surface_.find(p, &hits_));
-  if (distance > kOnSurface && !surface_.settle(p, &hits_)) return false;
-  if (hits_.empty()) return false;
-  for (const auto& hit : hits_) add_place_on(hit, point);
-  if (distance <= std::max(kOnSurface, kClose * file_rounding(p))) {
-    add_place(point, nearest, weights_at(fan_[nearest], p), least);
-  }
-  return true;
-}
-
-// In the unit.
-template <class Real>
-double PointErrors<Real>::file_rounding(const Vec3<Real>& p) const {
-  const Point3 at{p.x * unit_, p.y * unit_, p.z * unit_};
-  double width = 0;
-  for (const FanTet& tet : fan_) width = std::max(width, tet.longest);
-  return 4 * double{std::numeric_limits<Real>::epsilon()} * (largest(at) + 2 * width);
-}
-
-template <class Real>
-void PointErrors<Real>::add_place(std::uint32_t point, std::uint32_t fan_tet,
-                                  const Weights& weights, double least) {
-  const double off = fan_[fan_tet].rounding + std::max(-least, 0.0);
-  Place& place = places_.emplace_back(Place{point, fan_tet, weights, least, off});
-  double sum = 0;
-  for (double& w : place.weights) {
-    w = std::max(w, 0.0);
-    sum += w;
-  }
-  for (double& w : place.weights) w /= sum;
-}
-
-// A triangle that is flat has weights that rounding can do more to.
-template <class Real>
-void PointErrors<Real>::add_place_on(const typename NearSurface<Real>::Hit& hit,
-                                     std::uint32_t point) {
-  const auto& face = *hit.face;
-  const Point3 a = minus(face.at[1], face.at[0]), b = minus(face.at[2], face.at[0]);
-  const Point3 normal = cross(a, b);
-  const double longest = std::max(dot(a, a), dot(b, b));
-  const double off = kRounding * longest * longest / dot(normal, normal);
-  const auto& w = hit.nearest.weights;
-  if (face.entry == NearSurface<Real>::kUnaffected) {
-    const auto fan_tet = static_cast<std::uint32_t>(fan_.size());
-    fan_.push_back({{}, 0, 0, face.ids, face.tet});
-    places_.push_back({point, fan_tet, {0, w[0], w[1], w[2]}, 0, off});
-    return;
-  }
-  Place& place = places_.emplace_back(Place{point, face.entry, {}, 0, off});
-  for (std::size_t c = 0, i = 0; c < 4; ++c) place.weights[c] = c == face.omitted ? 0 : w[i++];
-}
-
-// Points outside that are nearest to what is next to the cavity are that still.
-template <class Real>
-bool PointErrors<Real>::spares_neighbours() {
-  if (!surface_.moves()) return true;
-  if (!surface_.know_neighbours()) return false;
-  const RemovedPoints<Real>& removed = mesh_->removed;
-  for (const TetId t : surface_.neighbours()) {
-    for (std::uint32_t i = removed.first[t]; i != kNoPoint; i = removed.next[i]) {
-      if (!surface_.spares(t, removed.positions[i])) return false;
-    }
-  }
-  return true;
+  return choose(values) && cavity_.spares_neighbours();
 }
 
 // What the error may be, less what rounding can do where the tetrahedron is flat, or the point a
@@ -282,9 +103,9 @@ bool PointErrors<Real>::narrow(const Place& place) {
 template <class Real>
 template <std::size_t kAtOnce>
 bool PointErrors<Real>::narrow_some(const Place& place, std::size_t first) {
-  const FanTet& tet = fan_[place.fan_tet];
+  const FanTet& tet = cavity_.tet(place);
   const double* const steering = mesh_->steering.data() + first;
-  const double* const values = points_[place.point].values + first;
+  const double* const values = cavity_.point(place).values + first;
   std::array<double, kAtOnce> rest{}, limit;
   for (std::size_t i = 0; i < 3; ++i) {
     const double* const corner = steering + tet.corners[i] * width_;
@@ -322,10 +143,11 @@ bool PointErrors<Real>::narrow_some(const Place& place, std::size_t first) {
 template <class Real>
 bool PointErrors<Real>::choose(std::span<double> values) {
   for (const Bound& bound : fields_) {
-    if (bound.count > 1 && !joining_.fixed) draw(bound, values);
+    if (bound.count > 1 && !cavity_.joining().fixed) draw(bound, values);
     for (std::size_t k = bound.first; k < bound.first + bound.count; ++k) {
       values[k] = std::clamp(values[k], low_[k], high_[k]);
-      if (bound.is_float && !joining_.fixed) values[k] = in_single(values[k], bound.exponent);
+      if (bound.is_float && !cavity_.joining().fixed)
+        values[k] = in_single(values[k], bound.exponent);
     }
   }
   return holds(values);
@@ -336,8 +158,8 @@ template <class Real>
 double PointErrors<Real>::error_at(const Place& place, const Bound& bound,
                                    std::span<const double> values, double* differences) const {
   const double* steering = mesh_->steering.data();
-  const FanTet& tet = fan_[place.fan_tet];
-  const double* original = points_[place.point].values;
+  const FanTet& tet = cavity_.tet(place);
+  const double* original = cavity_.point(place).values;
   double square = 0;
   for (std::uint32_t i = 0; i < bound.count; ++i) {
     const std::size_t k = bound.first + i;
@@ -357,7 +179,7 @@ void PointErrors<Real>::draw(const Bound& bound, std::span<double> values) {
   differences_.resize(width_);
   for (int i = 0; i < kDraws; ++i) {
     bool moved = false;
-    for (const Place& place : places_) {
+    for (const Place& place : cavity_.places()) {
       const double error = error_at(place, bound, values, differences_.data());
       const double limit = limit_at(place, bound) - 2 * kMargin * bound.limit;
       if (error <= limit || !(place.weights[0] > 0)) continue;
@@ -374,7 +196,7 @@ void PointErrors<Real>::draw(const Bound& bound, std::span<double> values) {
 
 template <class Real>
 bool PointErrors<Real>::holds(std::span<const double> values) const {
-  for (const Place& place : places_) {
+  for (const Place& place : cavity_.places()) {
     for (const Bound& bound : fields_) {
       const double limit = limit_at(place, bound) - kMargin * bound.limit;
       if (!(error_at(place, bound, values, nullptr) <= limit)) return false;
@@ -386,30 +208,26 @@ bool PointErrors<Real>::holds(std::span<const double> values) const {
 template <class Real>
 bool PointErrors<Real>::refit(VertexId v, std::span<const std::uint32_t> ball,
                               std::span<double> values) {
-  joining_ = {v, v, false, mesh_->positions[v], ball, {}};
-  collect(joining_);
+  cavity_.set_anew({v, v, false, mesh_->positions[v], ball, {}});
   const bool fits = fit(values);
-  surface_.forget();
+  cavity_.forget_surface();
   return fits && !std::equal(values.begin(), values.end(), mesh_->steering.data() + v * width_);
 }
 
-// For the vertex and the place in hand.
+// For the vertex and the position in hand.
 template <class Real>
 bool PointErrors<Real>::fit(std::span<double> values) {
-  surface_.set(joining_);
-  make_fan(joining_);
-  places_.clear();
-  are_all_known_ = !points_.empty();
-  for (std::uint32_t i = 0; are_all_known_ && i < points_.size(); ++i) {
-    are_all_known_ = find_places(i);
-  }
+  const std::size_t points = cavity_.points().size();
+  are_all_known_ = points > 0;
+  for (std::uint32_t i = 0; are_all_known_ && i < points; ++i) are_all_known_ = cavity_.locate(i);
   if (!are_all_known_) return false;
-  const double* const own = mesh_->steering.data() + joining_.v * width_;
+  const double* const own = mesh_->steering.data() + cavity_.joining().v * width_;
   std::copy_n(own, width_, values.begin());
   low_.assign(own, own + width_);
   high_.assign(own, own + width_);
   for (const Bound& bound : fields_) approach(bound, values);
-  return std::ranges::all_of(places_, [this](const Place& place) { return narrow(place); }) &&
+  return std::ranges::all_of(cavity_.places(),
+                             [this](const Place& place) { return narrow(place); }) &&
          choose(values);
 }
 
@@ -423,19 +241,20 @@ std::optional<Vec3<Real>> PointErrors<Real>::wished_position() {
     }
   }
   squares_ = wish.squares();
-  if (!(squares_ > kSmallError * kSmallError * static_cast<double>(places_.size()))) {
+  if (!(squares_ > kSmallError * kSmallError * static_cast<double>(cavity_.places().size()))) {
     return std::nullopt;
   }
   const Point3 step = wish.step(kWorthwhile);
   if (step == Point3{}) return std::nullopt;
   double lengths = 0;
-  for (std::uint32_t t = 0; t < affected_; ++t) lengths += fan_[t].longest;
-  const double most = kFarthest * lengths / affected_;
+  for (const FanTet& tet : cavity_.tets()) lengths += tet.longest;
+  const double most = kFarthest * lengths / static_cast<double>(cavity_.tets().size());
   const double length = std::sqrt(dot(step, step));
-  const double part = (length > most ? most / length : 1) / unit_;
-  return Vec3<Real>{static_cast<Real>(centre_.x + part * step[0]),
-                    static_cast<Real>(centre_.y + part * step[1]),
-                    static_cast<Real>(centre_.z + part * step[2])};
+  const double part = (length > most ? most / length : 1) / cavity_.unit();
+  const Vec3<double>& centre = cavity_.centre();
+  return Vec3<Real>{static_cast<Real>(centre.x + part * step[0]),
+                    static_cast<Real>(centre.y + part * step[1]),
+                    static_cast<Real>(centre.z + part * step[2])};
 }
 
 // Of a value that steers.
@@ -443,10 +262,10 @@ template <class Real>
 PositionWish::Component PointErrors<Real>::wish_of(std::size_t k) const {
   PositionWish::Component component;
   const double* const steering = mesh_->steering.data() + k;
-  const double own = steering[joining_.v * width_];
-  for (const Place& place : places_) {
-    const FanTet& tet = fan_[place.fan_tet];
-    double error = points_[place.point].values[k] - own;
+  const double own = steering[cavity_.joining().v * width_];
+  for (const Place& place : cavity_.places()) {
+    const FanTet& tet = cavity_.tet(place);
+    double error = cavity_.point(place).values[k] - own;
     Point3 gradient{};
     for (std::size_t i = 0; i < 3; ++i) {
       const double rise = steering[tet.corners[i] * width_] - own;
@@ -461,11 +280,11 @@ PositionWish::Component PointErrors<Real>::wish_of(std::size_t k) const {
 template <class Real>
 bool PointErrors<Real>::refit_at(const Vec3<Real>& position, std::span<const std::uint32_t> ball,
                                  std::span<double> values) {
-  joining_.position = position;
-  joining_.affected = ball;
+  const VertexId v = cavity_.joining().v;
+  cavity_.set({v, v, false, position, ball, {}});
   if (fit(values)) {
     double squares = 0;
-    for (const Place& p : places_) {
+    for (const Place& p : cavity_.places()) {
       for (const Bound& bound : fields_) {
         const double error = error_at(p, bound, values, nullptr) / bound.limit;
         squares += error * error;
@@ -473,7 +292,7 @@ bool PointErrors<Real>::refit_at(const Vec3<Real>& position, std::span<const std
     }
     if (squares < squares_) return true;
   }
-  surface_.forget();
+  cavity_.forget_surface();
   return false;
 }
 
@@ -483,13 +302,13 @@ void PointErrors<Real>::approach(const Bound& bound, std::span<double> values) {
   differences_.resize(width_);
   sums_.assign(bound.count, 0);
   double squares = 0;
-  for (const Place& place : places_) {
+  for (const Place& place : cavity_.places()) {
     error_at(place, bound, values, differences_.data());
     const double weight = place.weights[0];
     squares += weight * weight;
     for (std::uint32_t i = 0; i < bound.count; ++i) {
       const std::size_t k = bound.first + i;
-      const double original = points_[place.point].values[k];
+      const double original = cavity_.point(place).values[k];
       sums_[i] += weight * differences_[i];
       low_[k] = std::min(low_[k], original);
       high_[k] = std::max(high_[k], original);
@@ -502,36 +321,13 @@ void PointErrors<Real>::approach(const Bound& bound, std::span<double> values) {
 template <class Real>
 double PointErrors<Real>::largest_error(std::span<const double> values) const {
   double all = 0;
-  for (const Place& place : places_) {
+  for (const Place& place : cavity_.places()) {
     for (const Bound& bound : fields_) {
       const double error = error_at(place, bound, values, nullptr) / bound.range;
       all = std::max(all, (1 + kMargin) * error + kCorners * place.off);
     }
   }
   return all;
-}
-
-template <class Real>
-void PointErrors<Real>::apply() {
-  RemovedPoints<Real>& removed = mesh_->removed;
-  for (Point& point : points_) {
-    if (point.id != kNoPoint) continue;
-    point.id = removed.add(1, width_);
-    removed.positions[point.id] = point.position;
-    std::copy_n(point.values, width_, removed.values.data() + point.id * width_);
-  }
-  for (const TetId t : joining_.deleted) removed.first[t] = kNoPoint;
-  for (const std::uint32_t entry : joining_.affected) removed.first[entry >> 2] = kNoPoint;
-  for (std::size_t i = 0; i < places_.size();) {
-    std::size_t home = i;
-    const std::uint32_t point = places_[i].point;
-    for (; i < places_.size() && places_[i].point == point; ++i) {
-      if (places_[i].depth > places_[home].depth) home = i;
-    }
-    removed.push(fan_[places_[home].fan_tet].tet, points_[point].id);
-  }
-  joining_ = {};
-  surface_.forget();
 }
 
 template class PointErrors<float>;

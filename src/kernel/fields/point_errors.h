@@ -2,7 +2,6 @@
 // fields, at the points that lie in it, are as near to the original's as they must be.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -10,10 +9,9 @@
 #include <vector>
 
 #include "kernel/criteria.h"
+#include "kernel/fields/cavity_points.h"
 #include "kernel/joining.h"
-#include "kernel/live_balls.h"
 #include "kernel/position_wish.h"
-#include "kernel/sheets/near_surface.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
@@ -62,10 +60,8 @@ class PointErrors {
   // point of the cavity, as a share of a field's range, whoever evaluates it.
   double largest_error(std::span<const double> values) const;
 
-  // To be called before the mesh changes, with what allows() or refit_at() has allowed last: both
-  // vertices' points, if they are still those of the original, are removed ones from here on, and
-  // all are in the tetrahedra that will hold them.
-  void apply();
+  // To be called before the mesh changes, with what allows() or refit_at() has allowed last.
+  void apply() { cavity_.apply(); }
 
  private:
   // A field with a bound, in its own unit.
@@ -76,42 +72,9 @@ class PointErrors {
     int exponent;
     bool is_float;  // written in single precision
   };
-  struct Point {
-    Vec3<Real> position;
-    const double* values;
-    std::uint32_t id;    // kNoPoint: still a vertex
-    std::uint32_t near;  // in this one of the fan it is, or was, or next to it
-  };
-  // An affected tetrahedron as it will be: rows times the offset from the new vertex are the
-  // weights of its other corners.
-  struct FanTet {
-    std::array<std::array<double, 3>, 3> rows;
-    double rounding;  // of a weight, at most
-    double longest;
-    std::array<VertexId, 3> corners;
-    TetId tet;
-  };
-  // A point in a tetrahedron of the fan, or on the surface; next to a face there may be two or more
-  // of one point.
-  struct Place {
-    std::uint32_t point, fan_tet;
-    std::array<double, 4> weights;  // the new vertex first
-    double depth;                   // the deepest place is the one that remembers the point
-    double off;                     // the weights may be wrong by so much
-  };
-  using Weights = std::array<double, 4>;
+  using Place = typename CavityPoints<Real>::Place;
+  using FanTet = typename CavityPoints<Real>::FanTet;
 
-  void collect(const Joining<Real>& joining);
-  void add_vertex(VertexId v);
-  void add_list(TetId t, std::uint32_t near);
-  void make_fan(const Joining<Real>& joining);
-  Weights weights_at(const FanTet& tet, const Vec3<Real>& p) const;
-  void add_place(std::uint32_t point, std::uint32_t fan_tet, const Weights& weights, double least);
-  void add_place_on(const typename NearSurface<Real>::Hit& hit, std::uint32_t point);
-  bool find_places(std::uint32_t point);
-  bool find_outside(std::uint32_t point, std::uint32_t nearest, double least);
-  double file_rounding(const Vec3<Real>& p) const;
-  bool spares_neighbours();
   bool narrow(const Place& place);
   template <std::size_t kAtOnce>
   bool narrow_some(const Place& place, std::size_t first);
@@ -127,20 +90,11 @@ class PointErrors {
 
   WorkMesh<Real>* mesh_ = nullptr;
   std::size_t width_ = 0;
-  double unit_ = 1;
   bool bounds_ = false, bounds_all_ = false;
   std::vector<Bound> fields_;
-
-  Joining<Real> joining_;
-  NearSurface<Real> surface_;
-  std::vector<typename NearSurface<Real>::Hit> hits_;
-  Vector<Point> points_;  // those that spoke against the last attempts come first
-  Vector<FanTet> fan_;    // then faces of others that points outside are nearest to
-  std::uint32_t affected_ = 0;
-  Vector<Place> places_;
+  CavityPoints<Real> cavity_;   // points that spoke against the last attempts come first
   bool are_all_known_ = false;  // of refit(): has every point a place?
   double squares_ = 0;          // of errors, where a vertex is that may be moved
-  Vec3<double> centre_{};
   std::vector<double> low_, high_, differences_, sums_;
   // Of each value that steers: what its error may be, and what that loses where weights are off by
   // 1. Without bound, and not to be narrowed, are vectors' components.
