@@ -290,6 +290,9 @@ struct Options {
   bool linearize = false;       // take cells of higher order by their corners
   // Leave out cells of lower dimension, of any type, that else hold their points where they are.
   bool drop_patches = false;
+  // Some of these alone, so that the boundary may move there: "ARRAY=VALUE", of a cell array of
+  // numbers, which some cell of lower dimension must have.
+  std::vector<std::string> drop_patch;
 
   // Tetrahedra in each of the chunks that threads work on, at least 1. The result depends on it.
   std::uint64_t chunk_tets = 200'000;

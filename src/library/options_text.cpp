@@ -136,6 +136,7 @@ const std::map<std::string, Take, std::less<>>& takers() {
       {"tetrahedralize", into(&O::tetrahedralize, flag_of)},
       {"linearize", into(&O::linearize, flag_of)},
       {"drop_patches", into(&O::drop_patches, flag_of)},
+      {"drop_patch", into(&O::drop_patch, each(text_of))},
       {"chunk_tets", into(&O::chunk_tets, count_of)},
       {"threads", into(&O::threads,
                        [](const Json& value) {

@@ -122,6 +122,7 @@ SimplifyRequest to_request(const Options& o) {
   b.tetrahedralize = o.tetrahedralize;
   b.linearize = o.linearize;
   b.drop_patches = o.drop_patches;
+  b.dropped_patches = o.drop_patch;
   request.performance.threads = o.threads;
   request.performance.memory = o.memory;
   return request;

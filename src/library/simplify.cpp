@@ -1,11 +1,13 @@
 #include <exception>
 #include <new>
+#include <utility>
 
 #include "base/error.h"
 #include "base/resources.h"
 #include "base/version.h"
 #include "driver/simplify.h"
 #include "io/files/file_system.h"
+#include "io/source/chosen_patches.h"
 #include "library/owned_sink.h"
 #include "library/requests.h"
 #include "library/run_thread.h"
@@ -36,6 +38,9 @@ void run(const Mesh& mesh, const Options& options, const Observer& observer, Res
     auto source = open_view(to_view(mesh), {.tetrahedralize = options.tetrahedralize,
                                             .linearize = options.linearize,
                                             .drop_patches = options.drop_patches});
+    if (!options.drop_patch.empty()) {
+      source = without_patches(std::move(source), options.drop_patch);
+    }
     const double cpu_before = cpu_seconds();
     check_steering(options, source->description());
     SimplifyReport report = simplify(request, std::move(source), &sink, context);

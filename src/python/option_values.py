@@ -27,6 +27,7 @@ OPTIONS = """\
     weight: the name of a point array, or "cell:NAME": errors count so many times as much there, so that the mesh stays finer.
     original_ids: the result has the point array OriginalPointIds: the number that a point which stayed has in the input, -1 of a new one.
     drop_patches: leave out cells without volume, of any type, which else hold their points where they are.
+    drop_patch: leave out some of them alone: a text, or a list of them, "ARRAY=VALUE" of a cell array of numbers, as "patch=3".
     tetrahedralize, linearize: split hexahedra, voxels, wedges and pyramids; take cells of higher order, as
         ten-node tetrahedra, as straight ones.
     threads, memory, scratch: threads (0: all), bytes (0: half of the machine's), and a folder for what does not fit.

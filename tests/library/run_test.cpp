@@ -314,6 +314,38 @@ TEST_F(LibraryRun, PatchesAreDropped) {
   EXPECT_EQ(result.mesh.tets, alone.mesh.tets);
 }
 
+TEST_F(LibraryRun, SomePatchesAreDropped) {
+  const MeshFile file = wavy_box(6);
+  LibraryMesh<std::int64_t> input(file, true);
+  Mesh& mesh = input.mesh();
+  const auto* from = static_cast<const std::int64_t*>(mesh.connectivity.data());
+  std::vector<std::int64_t> connectivity(from, from + mesh.connectivity.size());
+  from = static_cast<const std::int64_t*>(mesh.offsets.data());
+  std::vector<std::int64_t> offsets(from, from + mesh.offsets.size());
+  std::vector<std::uint8_t> types(mesh.types.begin(), mesh.types.end());
+  std::vector<std::int32_t> patch(types.size(), 7);  // the tetrahedra's, too, which stay
+  for (const std::int32_t number : {7, 8, 7}) {
+    connectivity.insert(connectivity.end(), {0, 1, 8});
+    offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
+    types.push_back(5);
+    patch.push_back(number);
+  }
+  mesh.connectivity = connectivity;
+  mesh.offsets = offsets;
+  mesh.types = types;
+  mesh.cell_arrays = {{"patch", 1, patch}};
+  options.reduction = 0.5;
+  options.regions.emplace();
+  EXPECT_EQ(simplify(mesh, options).mesh.types.size(), simplify(mesh, options).mesh.tets + 3);
+  options.drop_patch = {"patch=7"};
+  const Result result = simplify(mesh, options);
+  ASSERT_TRUE(result.status.ok()) << result.status.message;
+  EXPECT_EQ(result.mesh.types.size(), result.mesh.tets + 1);
+  options.drop_patch = {"patch=9"};
+  EXPECT_THAT(failure(mesh).message,
+              HasSubstr("drop_patch patch=9: no triangle, line or point of the mesh has that"));
+}
+
 TEST(LibraryVersion, IsTheProjects) { EXPECT_STREQ(library_version(), TETFUSION_VERSION); }
 
 }  // namespace

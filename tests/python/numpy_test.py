@@ -154,6 +154,12 @@ class Meshes(unittest.TestCase):
         self.assertEqual((smaller.offsets[-1], len(smaller.offsets)), (len(smaller.cells), len(smaller.types) + 1))
         without = simplify(Mesh(mesh.points, flat, mesh.point_data, {"id": patch}, offsets, kinds), 0.4, drop_patches=True)
         self.assertEqual(set(without.types.tolist()), {10})
+        whole = Mesh(mesh.points, flat, mesh.point_data, {"id": patch}, offsets, kinds)
+        for patches, left in ("id=1", [0, 2]), (["id=0", "id=2"], [1]):
+            some = simplify(whole, 0.4, drop_patch=patches)
+            self.assertEqual(some.cell_data["id"][some.types == 5].tolist(), left)
+        with self.assertRaisesRegex(TetFusionError, "drop_patch id=-1: no triangle"):
+            simplify(whole, 0.4, drop_patch="id=-1")
         hexahedron = Mesh(np.array([[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], float), np.arange(8),
                           {"f": np.arange(8.0)}, {}, np.array([0, 8]), np.array([12]))
         with self.assertRaises(TetFusionError) as caught:

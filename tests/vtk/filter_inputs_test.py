@@ -310,6 +310,24 @@ class Cells(FilterTest):
         self.assertEqual(set(numbers(out)["types"]), {VTK_TETRA})
         for name in "points", "connectivity", "point wave":
             np.testing.assert_array_equal(numbers(out)[name], numbers(expected)[name])
+        triangles = vtkUnstructuredGrid()
+        triangles.SetPoints(volume.GetPoints())
+        for tet in ids.tolist():
+            triangles.InsertNextCell(VTK_TETRA, 4, tet)
+        for _ in range(3):
+            triangles.InsertNextCell(VTK_TRIANGLE, 3, [50, 51, 57])
+        add(triangles.GetPointData(), "wave", numbers(volume)["point wave"], np.float32)
+        add(triangles.GetCellData(), "patch", np.array([3] * len(ids) + [3, 4, 3]), np.int32)
+        for patches, left in ("patch=3", 1), (["patch=3", "patch=4"], 0), ((), 3):
+            out = vtktetfusion.simplify(triangles, 0.5, regions=[], drop_patch=patches)
+            self.assertEqual((numbers(out)["types"] == VTK_TRIANGLE).sum(), left)
+        run = self.run_on(triangles, TargetReduction=0.5)
+        run.AddDroppedPatch("patch=3")
+        self.assertEqual(run.GetNumberOfDroppedPatches(), 1)
+        self.assertIn("DroppedPatches: patch=3", str(run))
+        run.RemoveAllDroppedPatches()
+        self.assertEqual(run.GetNumberOfDroppedPatches(), 0)
+        out = vtktetfusion.simplify(mixed, 0.5, drop_patches=True)
         patch = vtkPolyData()
         patch.SetPoints(volume.GetPoints())
         patch.Allocate()

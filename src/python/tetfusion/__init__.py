@@ -49,7 +49,7 @@ class Mesh:
 def simplify(mesh, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=None, method=None, boundary=None,
              min_quality=None, conserve=None, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
              boundary_tets_stay=None, arrays=None, regions=None, roi=None, weight=None, original_ids=None, tetrahedralize=None,
-             linearize=None, drop_patches=None, threads=None, memory=None, scratch=None, chunk_tets=None, progress=None):
+             linearize=None, drop_patches=None, drop_patch=None, threads=None, memory=None, scratch=None, chunk_tets=None, progress=None):
     """Return a mesh with fewer tetrahedra than `mesh`, which stays as it is, and of its kind. None is the default of every option.
 
     @OPTIONS@
@@ -84,6 +84,8 @@ def simplify(mesh, reduction=None, *, tets=None, max_error=None, max_rms=None, s
         options["regions"] = values.regions(regions)
     if roi is not None:
         options["roi"] = values.texts("roi", roi, "a text, or a list of them, as in 'pressure>0.5'")
+    if drop_patch is not None:
+        options["drop_patch"] = values.texts("drop_patch", drop_patch, "a text, or a list of them, as in 'patch=3'")
     has_goal = reduction is not None or tets is not None
     text = json.dumps({name: _plain(name, value) for name, value in options.items() if value is not None})
     other = None if isinstance(mesh, Mesh) else _meshes.converter(mesh)

@@ -149,6 +149,7 @@ struct vtkTetFusion::Internals {
   std::vector<Steering> steering;
   std::vector<std::string> regions;
   std::vector<std::string> roi;
+  std::vector<std::string> dropped_patches;
 
   // Of the last update, and of the block in work.
   struct Update {
@@ -223,6 +224,7 @@ tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const 
   o.tetrahedralize = filter->Tetrahedralize;
   o.linearize = filter->Linearize;
   o.drop_patches = filter->DropPatches;
+  o.drop_patch = dropped_patches;
   o.threads = filter->NumberOfThreads;
   o.memory = static_cast<std::uint64_t>(std::max<vtkTypeInt64>(filter->MemoryLimit, 0));
   if (filter->ScratchDirectory != nullptr) o.scratch = filter->ScratchDirectory;
@@ -302,6 +304,20 @@ void vtkTetFusion::RemoveAllRegionsOfInterest() {
 
 int vtkTetFusion::GetNumberOfRegionsOfInterest() {
   return static_cast<int>(this->Internal->roi.size());
+}
+
+void vtkTetFusion::AddDroppedPatch(const char* patch) {
+  this->Internal->dropped_patches.emplace_back(patch != nullptr ? patch : "");
+  this->Modified();
+}
+
+void vtkTetFusion::RemoveAllDroppedPatches() {
+  this->Internal->dropped_patches.clear();
+  this->Modified();
+}
+
+int vtkTetFusion::GetNumberOfDroppedPatches() {
+  return static_cast<int>(this->Internal->dropped_patches.size());
 }
 
 const char* vtkTetFusion::GetStopSentence() { return this->Internal->update.stop_sentence.c_str(); }
@@ -529,6 +545,9 @@ void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Tetrahedralize: " << this->Tetrahedralize << "\n";
   os << indent << "Linearize: " << this->Linearize << "\n";
   os << indent << "DropPatches: " << this->DropPatches << "\n";
+  os << indent << "DroppedPatches:";
+  for (const std::string& patch : this->Internal->dropped_patches) os << " " << patch;
+  os << "\n";
   os << indent << "NumberOfThreads: " << this->NumberOfThreads << "\n";
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent

@@ -286,6 +286,16 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
+   * Leave out some of these cells alone, so that the boundary may move there: those with a value of
+   * a cell array of numbers, as in "patch=3", which each block must have.
+   */
+  void AddDroppedPatch(const char* patch);
+  void RemoveAllDroppedPatches();
+  int GetNumberOfDroppedPatches();
+  ///@}
+
+  ///@{
+  /**
    * Threads to use; 0, the default, is what OMP_NUM_THREADS says, or one for each processor that
    * the program may use. The result does not depend on it.
    */

@@ -37,7 +37,7 @@ _USER_ERROR = 40000  # vtkErrorCode::UserError, which Python does not have
 def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=None, method=None, boundary=None,
              min_quality=None, conserve=None, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
              boundary_tets_stay=None, arrays=None, regions=None, roi=None, weight=None, original_ids=None, tetrahedralize=None,
-             linearize=None, drop_patches=None, threads=None, memory=None, scratch=None, chunk_tets=None, progress=None):
+             linearize=None, drop_patches=None, drop_patch=None, threads=None, memory=None, scratch=None, chunk_tets=None, progress=None):
     """Return a grid with fewer tetrahedra than `grid`, which stays as it is. None is the default of every option.
 
     Of a composite data set each block for itself (blocks that touch fit afterwards with an exact boundary); one without cells that have a volume (a patch, a side set) comes back as it is. Each block must have the arrays that are named.
@@ -84,6 +84,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     _set_regions(run, regions)
     for region in values.texts("roi", () if roi is None else roi, "a text, or a list of them, as in 'pressure>0.5'"):
         run.AddRegionOfInterest(_name(region))
+    for patch in values.texts("drop_patch", () if drop_patch is None else drop_patch, "a text, or a list of them, as in 'patch=3'"):
+        run.AddDroppedPatch(_name(patch))
     _execute(run, progress)
     return _like(grid, run.GetOutputDataObject(0))
 
