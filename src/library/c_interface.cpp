@@ -14,6 +14,7 @@ namespace tf = tetfusion;
 struct tetfusion_result {
   tf::Result result;
   std::vector<tetfusion_array> point_arrays, cell_arrays;  // of the mesh
+  std::string active_scalars;
   tetfusion_mesh mesh{};
 };
 
@@ -101,8 +102,12 @@ std::vector<tetfusion_array> views_of(const std::vector<tf::OwnedArray>& arrays)
   return out;
 }
 
-void show_mesh(tetfusion_result* result) {
+void show_mesh(const tetfusion_mesh& input, tetfusion_result* result) {
   const tf::OwnedMesh& mesh = result->result.mesh;
+  result->active_scalars = text_of(input.active_scalars);
+  if (!result->active_scalars.empty()) {
+    result->mesh.active_scalars = result->active_scalars.c_str();
+  }
   result->point_arrays = views_of(mesh.point_arrays);
   result->cell_arrays = views_of(mesh.cell_arrays);
   result->mesh.points = view_of(mesh.points);
@@ -134,7 +139,7 @@ tetfusion_result* tetfusion_simplify(const tetfusion_mesh* mesh, const char* opt
     out->result =
         tf::simplify(to_mesh(*mesh), tf::read_options(options == nullptr ? "{}" : options),
                      to_observer(observer));
-    show_mesh(out);
+    show_mesh(*mesh, out);
   } catch (const tf::Error& error) {
     fail(static_cast<tf::Code>(error.exit_code()), error.what());
   } catch (const std::exception& error) {  // there is nothing else than too little memory

@@ -16,9 +16,13 @@
 
 #include <array>
 #include <cctype>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 #include <utility>
+
+#include "io/files/mapped_file.h"
+#include "vtk/netcdf_length.h"
 #endif
 
 #include "base/error.h"
@@ -179,6 +183,16 @@ void share_points(const std::string& path, const LoadedFile& loaded) {
   }
 }
 
+// What is not there would be zeros.
+void require_whole(const std::string& path, std::uint64_t steps) {
+  const MappedFile file = MappedFile::open(path);
+  const std::uint64_t length = netcdf_length(file.bytes(), steps);
+  if (length <= file.size()) return;
+  throw Error(ErrorCode::kBadInput,
+              path + ": it was cut off: it ends after " + std::to_string(file.size()) +
+                  " bytes, and by its header has values up to byte " + std::to_string(length));
+}
+
 class ExodusReader : public FileReader {
  public:
   ExodusReader(const std::string& path, const TrapScope& trap) : path_(path), trap_(trap) {
@@ -191,6 +205,7 @@ class ExodusReader : public FileReader {
   std::vector<double> time_steps() override { return time_steps_in(reader_); }
 
   void load(std::size_t step, LoadedFile* out) override {
+    require_whole(path_, step + 1);
     reader_->SetApplyDisplacements(false);  // the coordinates that the file holds
     // Squeezed points would be Float32 whatever the file has. So all blocks get all points of the
     // file, and the cache lets them share one copy.

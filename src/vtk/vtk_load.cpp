@@ -37,6 +37,12 @@ void load_legacy(const std::string& path, const TrapScope& trap, LoadedFile* out
   reader->ReadAllFieldsOn();
   reader->Update();
   trap.check(path);
+  // Where the file ends too early VTK warns, in part, and takes what it has.
+  for (const std::string& warning : trap.generic_warnings()) {
+    if (warning.find("Error reading") == std::string::npos) continue;
+    throw Error(ErrorCode::kBadInput,
+                path + ": VTK cannot read all of its values: it is cut off or damaged");
+  }
   collect(reader->GetOutput(), path, out);
 }
 

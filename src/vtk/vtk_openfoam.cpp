@@ -9,12 +9,14 @@
 #include <vtkNew.h>
 #include <vtkOpenFOAMReader.h>
 #include <vtkStringArray.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <set>
 #include <string_view>
+#include <vector>
 
 #include "io/files/mapped_file.h"
 #endif
@@ -73,11 +75,17 @@ void add_files_in(const fs::path& folder, std::vector<std::string>* files) {
   files->insert(files->end(), found.begin(), found.end());
 }
 
-// Of parentheses and braces that are opened and not closed, comments left out.
+// Of parentheses and braces that are opened and not closed, comments and texts left out.
+std::size_t end_of_text(std::string_view text, std::size_t begin) {
+  std::size_t at = text.find_first_of("\"\\", begin + 1);
+  while (at != std::string_view::npos && text[at] == '\\') at = text.find_first_of("\"\\", at + 2);
+  return at == std::string_view::npos ? at : at + 1;
+}
+
 std::int64_t open_brackets(std::string_view text) {
   std::int64_t open = 0;
   while (!text.empty()) {
-    const std::size_t at = text.find_first_of("(){}/");
+    const std::size_t at = text.find_first_of("(){}/\"");
     if (at == std::string_view::npos) break;
     const bool is_line = text.substr(at).starts_with("//");
     const bool is_block = text.substr(at).starts_with("/*");
@@ -86,15 +94,28 @@ std::int64_t open_brackets(std::string_view text) {
     std::size_t next = at + 1;
     if (is_line) next = text.find('\n', at);
     if (is_block) next = text.find("*/", at + 2);
+    if (text[at] == '"') next = end_of_text(text, at);
     if (next == std::string_view::npos) break;
     text.remove_prefix(next);
   }
   return open;
 }
 
+// VTK passes over one whose beginning it cannot read.
+void check_packed(const std::string& path, const std::string& file) {
+  std::vector<char> block(std::size_t{1} << 18);
+  const gzFile packed = gzopen(file.c_str(), "rb");
+  int got = packed == nullptr ? -1 : 1;
+  while (got > 0) got = gzread(packed, block.data(), static_cast<unsigned>(block.size()));
+  // What is cut off shows in the end.
+  const int end = packed == nullptr ? Z_ERRNO : gzclose_r(packed);
+  if (got == 0 && end == Z_OK) return;
+  throw Error(ErrorCode::kBadInput, path + ": " + file + " is cut off or damaged");
+}
+
 // VTK takes a field for one of fewer values where its file is cut off.
 void check_whole(const std::string& path, const std::string& file) {
-  if (file.ends_with(".gz")) return;
+  if (file.ends_with(".gz")) return check_packed(path, file);
   const MappedFile mapped = MappedFile::open(file);
   const std::string_view text(reinterpret_cast<const char*>(mapped.bytes().data()), mapped.size());
   const std::string_view head = text.substr(0, 4096);
@@ -110,8 +131,9 @@ class OpenFoamReader : public FileReader {
   OpenFoamReader(const std::string& path, const TrapScope& trap)
       : path_(path), trap_(trap), folder_(folder_of(path)) {
     check_case(path, folder_);
-    reader_->SetFileName(path.c_str());
-    reader_->SetCreateCellToPoint(false);  // the arrays of the case alone
+    // VTK looks for the folder in the name.
+    reader_->SetFileName(fs::absolute(path).lexically_normal().c_str());
+    reader_->SetCreateCellToPoint(false);              // the arrays of the case alone
     vtk_version::keep_polyhedra(reader_.Get());
     reader_->UpdateInformation();
     trap.check(path);

@@ -42,6 +42,10 @@ void MessageTrap::DisplayWarningText(const char* text) {
   if (text != nullptr) warnings_.insert(tidy(text));
 }
 
+void MessageTrap::DisplayGenericWarningText(const char* text) {
+  if (text != nullptr) generic_warnings_.insert(tidy(text));
+}
+
 TrapScope::TrapScope()
     : before_(vtkOutputWindow::GetInstance()),
       verbosity_before_(vtkLogger::GetCurrentVerbosityCutoff()) {

@@ -18,15 +18,16 @@ class MessageTrap : public vtkOutputWindow {
 
   void DisplayText(const char*) override {}
   void DisplayWarningText(const char* text) override;
-  void DisplayGenericWarningText(const char*) override {}
+  void DisplayGenericWarningText(const char* text) override;
   void DisplayDebugText(const char*) override {}
   void DisplayErrorText(const char* text) override;
   const std::string& error() const { return error_; }
   const std::set<std::string>& warnings() const { return warnings_; }
+  const std::set<std::string>& generic_warnings() const { return generic_warnings_; }
 
  private:
   std::string error_;
-  std::set<std::string> warnings_;
+  std::set<std::string> warnings_, generic_warnings_;
 };
 
 // Puts a trap in the place of VTK's message window for its life time, and keeps VTK's log quiet,
@@ -43,6 +44,8 @@ class TrapScope {
 
   // VTK's own words, each of them once.
   const std::set<std::string>& warnings() const { return trap_->warnings(); }
+  // Those that no object of VTK's says of itself.
+  const std::set<std::string>& generic_warnings() const { return trap_->generic_warnings(); }
 
  private:
   vtkSmartPointer<vtkOutputWindow> before_;

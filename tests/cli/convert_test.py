@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Conversions between formats and encodings. Usage: convert_test.py TETFUSION"""
 import pathlib
+import struct
 
 import numpy as np
 
@@ -454,6 +455,24 @@ class OtherFormats(FolderTest):
             self.assertIn(array[1], Vtu(out).arrays[array[0]])
             run("simplify", path, "-o", out, "--tetrahedralize", "--reduction", "50%", "--quiet")
             self.assertEqual(report_of("check", out, "--strict")["volume"], 2.0)
+
+    def test_legacy_grids_that_are_cut_off(self):
+        """VTK warns at most, and has zeros for what is not there."""
+        head = "# vtk DataFile Version 3.0\nt\n{}\nDATASET RECTILINEAR_GRID\nDIMENSIONS 9 9 9\n"
+        axis, numbers = range(9), range(729)
+        for form in "ASCII", "BINARY":
+            def put(values):
+                return struct.pack(f">{len(values)}f", *values) if form == "BINARY" else " ".join(map(str, values)).encode()
+            data = head.format(form).encode()
+            for name in "XYZ":
+                data += f"{name}_COORDINATES 9 float\n".encode() + put(axis) + b"\n"
+            data += b"POINT_DATA 729\nSCALARS a float 1\nLOOKUP_TABLE default\n" + put(numbers) + b"\n"
+            options = ["--tetrahedralize", "--quiet"]
+            run("convert", self.write(data, "a.vtk"), self.folder / "out.vtu", *options)
+            for share in (0.3, 0.6, 0.9):
+                said = finish("convert", self.write(data[:int(share * len(data))], "a.vtk"), self.folder / "cut.vtu", *options)
+                self.assertEqual(said.returncode, BAD)
+                self.assertIn(b"a.vtk", said.stderr)
 
     def test_tells_of_seams_where_values_jump(self):
         block = TinyVtu()

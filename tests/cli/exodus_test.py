@@ -175,6 +175,17 @@ class OneStep(ExodusTest):
         for step in range(len(TIMES)):
             self.expect_step(self.folder / f"all_{step}.vtu", step)
 
+    def test_what_is_cut_off_is_refused(self):
+        """VTK would give zeros for what is not there; but steps before that are read."""
+        path = self.steps()
+        data = path.read_bytes()
+        for share in (0.3, 0.6, 0.8, 0.95, 0.999):
+            path.write_bytes(data[:int(share * len(data))])
+            said = finish("convert", path, self.folder / "out.vtu", "--time-step", "last").stderr.decode()
+            self.assertRegex(said, "cut off|damaged")
+            self.assertFalse((self.folder / "out.vtu").exists())
+        self.expect_step(self.converted(path, 1), 1)
+
     def test_every_command_takes_it(self):
         path, out = self.steps(), self.folder / "out.vtu"
         step = self.converted(path, 1)

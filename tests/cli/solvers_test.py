@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Files of solvers that VTK reads: series of EnSight and OpenFOAM, VTKHDF, CGNS. Usage: solvers_test.py TETFUSION"""
+import gzip
 import os
 import pathlib
 import signal
@@ -259,6 +260,33 @@ class OpenFoam(SolverTest):
         path = self.write_case()
         path.write_text("not empty")
         self.expect_resumed_only_as_it_was(path, self.folder / "constant/polyMesh/points")
+
+    def test_texts_have_brackets_of_their_own(self):
+        path = self.write_case()
+        file = self.folder / "0" / "number"
+        whole = file.read_text()
+        expected = self.converted(path)[0].arrays["cell"]["number"][1]
+        for note in ("see http://example.org/a", "in (m", r"a \" and {", "}"):
+            file.write_text(whole.replace("format ascii;", f'format ascii; note "{note}";'))
+            np.testing.assert_array_equal(self.converted(path)[0].arrays["cell"]["number"][1], expected)
+
+    def test_packed_files_that_are_cut_off(self):
+        path = self.write_case()
+        file = self.folder / "0" / "number"
+        packed = gzip.compress(file.read_bytes())
+        file.unlink()
+        for size in range(20, len(packed), 40):
+            (self.folder / "0" / "number.gz").write_bytes(packed[:size])
+            self.assertIn("number.gz is cut off or damaged", self.refused("info", path))
+        (self.folder / "0" / "number.gz").write_bytes(packed)
+        self.assertIn("number", self.converted(path)[0].arrays["cell"])
+
+    def test_the_dictionary_from_its_own_folder(self):
+        self.write_case()
+        (self.folder / "system").mkdir()
+        self.write(b"FoamFile { version 2.0; format ascii; class dictionary; object controlDict; }\n", "system/controlDict")
+        for name, folder in (("controlDict", "system"), ("./controlDict", "system"), ("system/controlDict", ".")):
+            run("convert", name, self.folder / "out.vtu", cwd=self.folder / folder)
 
     def test_memory_bounds_vtk_too(self):
         path = self.write_case()

@@ -6,6 +6,14 @@ import sys
 import tempfile
 import unittest
 
+import numpy as np
+
+try:
+    from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
+    from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkUnstructuredGrid
+except ImportError:
+    VTK_TETRA = None
+
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "src/vtk/paraview"))
 from tetfusion_ranks import command_line, piece_files  # noqa: E402
@@ -66,6 +74,38 @@ class CommandLine(unittest.TestCase):
             with self.assertRaises(argparse.ArgumentTypeError) as refused:
                 command_line.boundary(text)
             self.assertIn(told, str(refused.exception))
+
+
+class OneRank:
+    def agree(self, names):
+        return names
+
+    def gather(self, values):
+        return np.array([values])
+
+
+@unittest.skipIf(VTK_TETRA is None, "VTK for Python is not installed")
+class Steering(unittest.TestCase):
+    def test_the_first_array_that_varies_has_the_bound(self):
+        from tetfusion_ranks.steering import bounds_of_arrays
+        grid = vtkUnstructuredGrid()
+        points = vtkPoints()
+        for p in (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1):
+            points.InsertNextPoint(p)
+        grid.SetPoints(points)
+        grid.InsertNextCell(VTK_TETRA, 4, range(4))
+        for name, numbers in ("same", [1, 1, 1, 1]), ("p", [0, 1, 2, 3]), ("q", [0, 1, 2, 3]):
+            array = vtkDoubleArray()
+            array.SetName(name)
+            for number in numbers:
+                array.InsertNextValue(number)
+            grid.GetPointData().AddArray(array)
+        options = argparse.Namespace(array=[])
+        self.assertEqual(bounds_of_arrays(grid, options, 0.01, OneRank()), {"p": 0.01})
+        grid.GetPointData().SetActiveScalars("q")
+        self.assertEqual(bounds_of_arrays(grid, options, 0.01, OneRank()), {"q": 0.01})
+        options.array = ["same", "p"]
+        self.assertEqual(bounds_of_arrays(grid, options, 0.01, OneRank()), {"same": None, "p": 0.01})
 
 
 if __name__ == "__main__":

@@ -196,8 +196,13 @@ class Meshes(unittest.TestCase):
         mesh = box(6)
         mesh.point_data["other"] = mesh.points[:, 0] ** 2
         self.assertEqual(simplify(mesh, 0.3).report["steering"], ["wave"])
+        self.assertIsNone(simplify(mesh, 0.3).active_scalars)
         mesh.active_scalars = "other"
-        self.assertEqual(simplify(mesh, 0.3).report["steering"], ["other"])
+        smaller = simplify(mesh, 0.3)
+        self.assertEqual((smaller.report["steering"], smaller.active_scalars), (["other"], "other"))
+        self.assertEqual(simplify(smaller, 0.2).report["steering"], ["other"])
+        points = np.frombuffer(b"x" + mesh.points.tobytes(), dtype=mesh.points.dtype, offset=1).reshape(-1, 3)  # not aligned
+        np.testing.assert_array_equal(simplify(dataclasses.replace(mesh, points=points), 0.3).points, smaller.points)
 
     def test_what_is_wrong_with_a_mesh_is_said(self):
         mesh = box(3)

@@ -65,6 +65,35 @@ class Function(FilterTest):
         self.assertFalse(first.is_alive())
         self.assertEqual(len(results), 2)
 
+    def test_a_child_does_not_wait_for_threads_of_its_parent(self):
+        # The child has the thread that forked alone.
+        def in_child():
+            pid = os.fork()
+            if pid == 0:
+                vtktetfusion.simplify(box(3), 0.5)
+                os._exit(0)
+            return pid
+
+        pids = []
+
+        def progress(share):
+            if not pids:
+                thread = threading.Thread(target=lambda: pids.append(in_child()))
+                thread.start()
+                thread.join()
+            return True
+        vtktetfusion.simplify(box(6), 0.5, progress=progress)
+        for _ in range(300):
+            done, status = os.waitpid(pids[0], os.WNOHANG)
+            if done:
+                break
+            time.sleep(0.1)
+        else:
+            os.kill(pids[0], signal.SIGKILL)
+            os.waitpid(pids[0], 0)
+            self.fail("the child waits without end")
+        self.assertEqual(status, 0)
+
     def test_an_interrupt_ends_the_run(self):
         """Ctrl-C comes at the first report; nobody asked for reports."""
         shares = []

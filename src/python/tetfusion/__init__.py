@@ -200,7 +200,7 @@ class _Inputs:
             _refuse_mesh(f"{what}: numbers of type {array.dtype} are not taken; give float64, float32 or integers")
         if array.dtype.kind == "b":
             array = array.view(np.uint8)
-        array = np.ascontiguousarray(array, array.dtype.newbyteorder("="))
+        array = np.require(array, array.dtype.newbyteorder("="), "CA")
         self._kept.append(array)
         return array
 
@@ -251,7 +251,8 @@ class _Inputs:
         flat = {"offsets": result.numbers(mesh.offsets), "types": result.numbers(mesh.types)} if self._is_flat else {}
         return Mesh(result.numbers(mesh.points).reshape(-1, 3), cells if self._is_flat else cells.reshape(-1, 4),
                     self._take(result, "point", mesh.point_arrays[:mesh.point_array_count]),
-                    self._take(result, "cell", mesh.cell_arrays[:mesh.cell_array_count]), report=report, **flat)
+                    self._take(result, "cell", mesh.cell_arrays[:mesh.cell_array_count]),
+                    active_scalars=_native.readable(mesh.active_scalars) if mesh.active_scalars else None, report=report, **flat)
 
     def _take(self, result, kind, arrays):
         out = {}

@@ -7,6 +7,7 @@ simplify() takes and returns a vtkUnstructuredGrid, or what stands for one in vt
 vtkTetFusion is the filter itself, for a pipeline; help(vtktetfusion.vtkTetFusion) explains every option.
 """
 import logging
+import os
 import signal
 import sys
 import threading
@@ -30,6 +31,15 @@ _log = logging.getLogger("vtktetfusion")
 # One run at a time: who waits here lets other threads of Python go on, which the run itself does not.
 _turn = threading.Lock()
 _runs_here = threading.local()
+
+
+def _begin_in_child():
+    """A run of the parent's threads goes on there alone."""
+    global _turn
+    _turn = threading.Lock()
+
+
+os.register_at_fork(after_in_child=_begin_in_child)
 
 _USER_ERROR = 40000  # vtkErrorCode::UserError, which Python does not have
 
