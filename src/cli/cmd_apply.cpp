@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,6 +26,7 @@
 #include "io/open_mesh.h"
 #include "io/write_mesh.h"
 #include "mesh/array_names.h"
+#include "series/array_tally.h"
 #include "series/each_step.h"
 #include "series/series_plan.h"
 
@@ -65,9 +68,10 @@ struct ArraysToMove {
   bool all_points = false;
 };
 
-// Cells follow where they are those of the mesh that was simplified.
+// Cells follow where they are those of the mesh that was simplified. Where they are not, *reason
+// says why.
 ArraysToMove arrays_to_move(const std::vector<std::string>& names, const MapFile& map,
-                            MeshSource* source, const RunContext& context) {
+                            MeshSource* source, const RunContext& context, std::string* reason) {
   const MeshDescription& mesh = source->description();
   ArraysToMove out;
   for (const std::string& name : names) {
@@ -91,13 +95,11 @@ ArraysToMove arrays_to_move(const std::vector<std::string>& names, const MapFile
   if (names.empty()) out.cells = cell_arrays_to_move(mesh.cell_data);
   out.all_points = names.empty();
   if (out.cells.empty() || has_cells_of(map, source, context)) return out;
-  const std::string reason =
-      "arrays of cells do not follow: its tetrahedra are not those of the mesh that was "
-      "simplified, in their order";
-  if (!names.empty()) {
-    throw Error(ErrorCode::kBadInput, fmt::format("{}: {}", mesh.path, reason));
-  }
-  context.say(fmt::format("{}: {}", mesh.path, reason));
+  *reason = fmt::format(
+      "{}: arrays of cells do not follow: its tetrahedra are not those of the mesh that was "
+      "simplified, in their order",
+      mesh.path);
+  if (!names.empty()) throw Error(ErrorCode::kBadInput, *reason);
   out.cells.clear();
   return out;
 }
@@ -136,10 +138,24 @@ Json json_of(const std::vector<MovedCells>& cells) {
   return list;
 }
 
-// A mesh, or a step of a series, whose sentences say which one they are of. Returns what the report
-// says of it.
-Json apply_to_mesh(const ApplyArguments& a, const Step& mesh, bool is_of_series, Mover* mover,
-                   const RunContext& context, Console* console) {
+// What became of a mesh.
+struct Applied {
+  std::vector<MovedArray> arrays;  // without their values
+  std::vector<MovedCells> cells;
+  StayedPoints stayed;
+  std::string without_cells;  // why arrays of cells do not follow; empty: they do
+};
+
+std::string sentence_on_stayed(const std::string& mesh, const StayedPoints& stayed) {
+  return fmt::format(
+      "points that stayed, but lie elsewhere in {}: {} of {}; the result has the points of the "
+      "mesh that was simplified, and wrong values if those of this one come in another order",
+      mesh, format_count(stayed.elsewhere), format_count(stayed.count));
+}
+
+// A mesh, or a step of a series.
+Applied apply_to_mesh(const ApplyArguments& a, const Step& mesh, Mover* mover,
+                      const RunContext& context, Console* console) {
   const MapFile& map = mover->map;
   OpenOptions open = a.meshes.open;
   open.time_step = mesh.time_step;
@@ -147,18 +163,19 @@ Json apply_to_mesh(const ApplyArguments& a, const Step& mesh, bool is_of_series,
   console->tell_time_step(open.time_step, source->description());
   refuse_piece_as_mesh(mesh.output, source->description());
   refuse_piece(a.report, source->description());
-  const ArraysToMove wanted = arrays_to_move(a.arrays, map, source.get(), context);
-  std::vector<MovedArray> arrays;
+  Applied out;
+  const ArraysToMove wanted =
+      arrays_to_move(a.arrays, map, source.get(), context, &out.without_cells);
   if (wanted.all_points || !wanted.points.empty()) {
     if (a.fit && !mover->weights) {
       mover->weights.emplace(map, a.scratch.empty() ? output_folder(mesh.output) : a.scratch);
     }
-    arrays = apply_map(map, source.get(), wanted.points, context, true,
-                       mover->weights ? &*mover->weights : nullptr);
+    out.arrays = apply_map(map, source.get(), wanted.points, context, true,
+                           mover->weights ? &*mover->weights : nullptr);
   }
-  const std::vector<MovedCells> cells = CellMover(map).move(source.get(), wanted.cells, context);
-  const StayedPoints stayed = compare_stayed_points(map, source.get(), context);
-  const auto result = open_moved(map, arrays, cells, source.get());
+  out.cells = CellMover(map).move(source.get(), wanted.cells, context);
+  out.stayed = compare_stayed_points(map, source.get(), context);
+  const auto result = open_moved(map, out.arrays, out.cells, source.get());
   source.reset();  // it may be what is written over
   const std::string left_out = left_out_of(mesh.output, result->description());
   if (!left_out.empty()) context.say(left_out);
@@ -168,34 +185,109 @@ Json apply_to_mesh(const ApplyArguments& a, const Step& mesh, bool is_of_series,
   convert_mesh(result.get(), mesh.output, write);
   map.check();
   context.report("done", 1);
-  const std::string of = is_of_series ? mesh.output + ": " : "";
-  for (const MovedArray& moved : arrays) context.say(of + sentence_of(moved));
-  for (const MovedCells& moved : cells) context.say(of + sentence_of(moved));
-  if (stayed.elsewhere > 0) {
-    context.say(fmt::format(
-        "points that stayed, but lie elsewhere in {}: {} of {}; the result has the points of the "
-        "mesh that was simplified, and wrong values if those of this one come in another order",
-        mesh.input, format_count(stayed.elsewhere), format_count(stayed.count)));
-  }
+  for (MovedArray& moved : out.arrays) moved.array.bytes = {};
+  for (MovedCells& moved : out.cells) moved.array.bytes = {};
+  return out;
+}
+
+Json json_of(const Step& mesh, const Applied& applied) {
   return {{"path", mesh.input},
           {"output", mesh.output},
-          {"arrays", json_of(arrays)},
-          {"cell_arrays", json_of(cells)},
-          {"stayed_points", stayed.count},
-          {"stayed_points_elsewhere", stayed.elsewhere}};
+          {"arrays", json_of(applied.arrays)},
+          {"cell_arrays", json_of(applied.cells)},
+          {"stayed_points", applied.stayed.count},
+          {"stayed_points_elsewhere", applied.stayed.elsewhere}};
 }
+
+Json apply_to_one(const ApplyArguments& a, const Step& mesh, Mover* mover,
+                  const RunContext& context, Console* console) {
+  const Applied applied = apply_to_mesh(a, mesh, mover, context, console);
+  if (!applied.without_cells.empty()) console->say(applied.without_cells);
+  for (const MovedArray& moved : applied.arrays) console->say(sentence_of(moved));
+  for (const MovedCells& moved : applied.cells) console->say(sentence_of(moved));
+  if (applied.stayed.elsewhere > 0) console->say(sentence_on_stayed(mesh.input, applied.stayed));
+  return json_of(mesh, applied);
+}
+
+// Of all steps, what is worst: one sentence an array, and one for each thing to know.
+class StepsSummary {
+ public:
+  void add(const Step& step, const Applied& applied) {
+    ++steps_;
+    for (const MovedArray& moved : applied.arrays) {
+      if (!is_float(moved.array.info.type)) continue;
+      auto [worst, is_new] = worst_.try_emplace(moved.array.info.name);
+      if (is_new) names_.push_back(moved.array.info.name);
+      if (is_new || moved.max > worst->second.max)
+        worst->second = {moved.max, step.label, worst->second.rms};
+      worst->second.rms = std::max(worst->second.rms, moved.rms);
+      worst->second.undefined += moved.undefined;
+    }
+    if (!applied.without_cells.empty() && without_cells_++ == 0) why_ = applied.without_cells;
+    if (applied.stayed.elsewhere > 0 && elsewhere_++ == 0) {
+      moved_ = sentence_on_stayed(fmt::format("step {}", step.label), applied.stayed);
+    }
+  }
+
+  void say(Console* console) const {
+    if (without_cells_ > 0) console->say(of_steps(without_cells_) + why_);
+    for (const std::string& name : names_) {
+      const Worst& worst = worst_.at(name);
+      std::string text = fmt::format(
+          "{}: off by {:.3g} % of its range in a step at most (step {}), by up to {:.3g} % in the "
+          "mean of squares",
+          name, 100 * worst.max, worst.step, 100 * worst.rms);
+      if (worst.undefined > 0) {
+        text += fmt::format("; no number any more at {}", format_count(worst.undefined, "point"));
+      }
+      console->say(text);
+    }
+    if (elsewhere_ > 0) console->say(of_steps(elsewhere_) + moved_);
+  }
+
+ private:
+  struct Worst {
+    double max = 0;
+    std::string step;
+    double rms = 0;
+    std::uint64_t undefined = 0;
+  };
+
+  std::string of_steps(std::size_t count) const {
+    return fmt::format("in {} of {}: ", count, format_count(steps_, "step"));
+  }
+
+  std::size_t steps_ = 0, without_cells_ = 0, elsewhere_ = 0;
+  std::vector<std::string> names_;
+  std::map<std::string, Worst> worst_;
+  std::string why_, moved_;  // of the first of them
+};
 
 // Returns what the report says of them.
 Json apply_to_steps(const ApplyArguments& a, SeriesPlan plan, Mover* mover,
                     const RunContext& context, Console* console) {
   Json steps = Json::array();
+  StepsSummary summary;
+  ArrayTally tally(plan.steps.size());
   for_each_step(&plan, a.meshes.open, context, [&](const Step& step, const RunContext& part) {
+    const Applied applied = apply_to_mesh(a, step, mover, part, console);
+    summary.add(step, applied);
+    AttributeSet points, cells;
+    for (const MovedArray& moved : applied.arrays) points.arrays.push_back(moved.array.info);
+    for (const MovedCells& moved : applied.cells) cells.arrays.push_back(moved.array.info);
+    tally.note(steps.size(), points, cells);
     Json json{{"step", step.label}};
     if (step.time) json["time"] = *step.time;
-    json.update(apply_to_mesh(a, step, true, mover, part, console));
+    json.update(json_of(step, applied));
     steps.push_back(std::move(json));
+    for (const MovedArray& moved : applied.arrays) {
+      console->detail(fmt::format("{}: {}", step.output, sentence_of(moved)));
+    }
   });
   write_list(plan, context);
+  tally.say_what_is_missing(labels_of(plan), context);
+  summary.say(console);
+  console->say(fmt::format("{} -> {}", format_count(plan.steps.size(), "step"), a.meshes.output));
   Json json = Json::object();
   if (!plan.list.empty()) json["list"] = plan.list;
   json["steps"] = std::move(steps);
@@ -233,7 +325,7 @@ void run_apply(ApplyArguments* a) {
             {"points", mover.map.counts().points},
             {"tets", mover.map.counts().tets}};
   json.update(plan ? apply_to_steps(*a, *plan, &mover, context, &console)
-                   : apply_to_mesh(*a, one, false, &mover, context, &console));
+                   : apply_to_one(*a, one, &mover, context, &console));
   console.detail_resources();
   if (a->report.empty()) return;
   add_resources(start, &json);

@@ -10,13 +10,13 @@ namespace tetfusion {
 inline constexpr const char* kTimeValue = "TimeValue";
 
 inline bool is_time_value(const ArrayInfo& field) {
-  return field.name == kTimeValue && field.values() == 1 && is_float(field.type);
+  return field.name == kTimeValue && field.values() == 1 && field.type != ValueType::kString;
 }
 
 // None: the array is something else.
 inline std::optional<double> time_of(const DataArray& field) {
   if (!is_time_value(field.info)) return {};
-  return field.info.type == ValueType::kFloat32 ? field.as<float>()[0] : field.as<double>()[0];
+  return to_doubles(field.info.type, field.bytes)[0];
 }
 
 }  // namespace tetfusion

@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "base/error.h"
 #include "base/numbers.h"
 #include "base/resources.h"
 #include "base/tasks.h"
@@ -46,17 +47,23 @@ CombinedSteps::CombinedSteps(const BehaviourOptions& behaviour, const StepFiles&
       files_(files),
       context_(context),
       folder_(folder),
-      differences_(files.count()) {
+      differences_(files.count()),
+      tally_(files.count()) {
   look_at_first(sums);
   std::atomic<std::size_t> seen{1};
   add_up(1, files.are_one_mesh() || is_to_compare_, at_once_,
          [&](std::size_t i, const MeshDescription& mesh, const MeshStream& stream) {
            context.report("reading steps", 0, 0.2, seen++, files.count());
-           look_at(i, mesh, stream);
+           try {
+             look_at(i, mesh, stream);
+           } catch (const Error& error) {
+             throw in_step(files[i], error);
+           }
          });
   require_regions();
   say_which_regions_change();
   say_which_step_differs();
+  if (!files.are_one_mesh()) tally_.say_what_is_missing(files.labels(), context);
 }
 
 void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
@@ -69,6 +76,7 @@ void CombinedSteps::look_at_first(const CombinedFields::Settings& sums) {
   at_once_ = stream->streams_from_disk() && thread_count() > 1 ? 2 : 1;
   is_to_compare_ = stream->streams_from_disk() && !files_.are_one_mesh();
   note_differences(0, mesh, *stream);
+  tally_.note(0, mesh.point_data, mesh.cell_data);
   arrays_ = options_.arrays.empty() ? choose_what_varies_at_any(source.get(), *stream)
                                     : choose_steering(mesh, options_.arrays);
   regions_.emplace(folder_, stream->cells(), options_.regions);
@@ -133,6 +141,7 @@ void CombinedSteps::look_at(std::size_t i, const MeshDescription& mesh, const Me
     regions_->add(i, mesh, stream, context_);
     note_differences(i, mesh, stream);
     note_widths(mesh);
+    tally_.note(i, mesh.point_data, mesh.cell_data);
   }
   interest_->add(mesh, stream, context_);
   if (options_.original_ids) require_no_original_ids(mesh.path, mesh);

@@ -16,6 +16,7 @@
 #include "driver/request/options.h"
 #include "io/source/mesh_source.h"
 #include "io/source/mesh_stream.h"
+#include "series/array_tally.h"
 #include "series/combined_fields.h"
 #include "series/combined_interest.h"
 #include "series/combined_regions.h"
@@ -95,6 +96,7 @@ class CombinedSteps {
   std::optional<CombinedRegions> regions_;
   std::optional<CombinedInterest> interest_;
   std::vector<Differences> differences_;  // of each step
+  ArrayTally tally_;
 };
 
 }  // namespace tetfusion

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <set>
+#include <system_error>
 #include <vector>
 
 #include "base/error.h"
@@ -42,15 +44,34 @@ RunContext part_of(const RunContext& context, std::size_t i, std::size_t all) {
 void for_each_step(SeriesPlan* plan, const OpenOptions& open, const RunContext& context,
                    const std::function<void(const Step& step, const RunContext& part)>& work) {
   const std::size_t count = plan->steps.size();
+  say_which_times_go(*plan, open, context);
   for (std::size_t i = 0; i < count; ++i) {
     Step& step = plan->steps[i];
     try {
       if (!step.time && !plan->list.empty()) step.time = time_in(step, open);
       work(step, part_of(context, i, count));
+      if (i == 0) drop_old_list(*plan);
     } catch (const Error& error) {
-      throw Error(error.code(), fmt::format("{}; steps written: {} of {}", error.what(), i, count));
+      throw Error(error.code(), fmt::format("{}; steps written: {} of {}",
+                                            in_step(step, error).what(), i, count));
     }
   }
+}
+
+void say_which_times_go(const SeriesPlan& plan, const OpenOptions& open,
+                        const RunContext& context) {
+  const Step& first = plan.steps[0];
+  if (!plan.list.empty() || !first.time || first.time_step || time_in(first, open) == first.time) {
+    return;
+  }
+  context.say(
+      "the times that the list gives are not those of its files, and are lost: an output called "
+      "OUT.pvd keeps them");
+}
+
+void drop_old_list(const SeriesPlan& plan) {
+  std::error_code not_there;
+  if (!plan.list.empty()) std::filesystem::remove(plan.list, not_there);
 }
 
 void write_list(const SeriesPlan& plan, const RunContext& context) {

@@ -50,6 +50,9 @@ SeriesReport simplify_series(const SeriesRequest& request, SeriesPlan plan,
   SimplifyRequest first = request.job;
   first.output = plan.steps[0].output;
   check_options(first);
+  if (request.shared) {
+    say_which_times_go(plan, open_options(request.job, "", context), context);
+  }
   SeriesReport report = request.shared ? simplify_shared(request, &plan, context)
                                        : simplify_each(request, &plan, context);
   write_list(plan, context);

@@ -198,6 +198,23 @@ std::vector<Step> find_steps_of(const std::string& path, const OpenOptions& open
   return steps;
 }
 
+// Those of one file, or of several that go on with a simulation, one after the other, if one of
+// them has more than one step and none is chosen of each.
+std::vector<Step> find_steps_inside(const std::vector<std::string>& inputs,
+                                    const OpenOptions& open) {
+  if (inputs.size() == 1) return find_steps_of(inputs[0], open);
+  if (open.time_step) return {};
+  std::vector<Step> steps;
+  for (const std::string& path : inputs) {
+    const std::vector<Step> own = find_steps_of(path, open);
+    if (own.empty()) return {};
+    steps.insert(steps.end(), own.begin(), own.end());
+  }
+  if (steps.size() == inputs.size()) return {};
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i].label = count_label(i, steps.size());
+  return steps;
+}
+
 std::vector<Step> find_steps(const std::vector<std::string>& inputs, const OpenOptions& open) {
   std::vector<Step> steps;
   const bool is_list = inputs.size() == 1 && is_list_name(inputs[0]);
@@ -206,7 +223,7 @@ std::vector<Step> find_steps(const std::vector<std::string>& inputs, const OpenO
       steps.push_back({step.path, "", step.time, "", {}, {}});
     if (open.time_step) steps = {steps[choose_time_step(inputs[0], steps.size(), open.time_step)]};
   } else {
-    if (inputs.size() == 1) steps = find_steps_of(inputs[0], open);
+    steps = find_steps_inside(inputs, open);
     if (!steps.empty()) return steps;
     for (const std::string& path : inputs) steps.push_back({path, "", {}, "", open.time_step, {}});
   }
@@ -301,6 +318,18 @@ bool is_series(const std::vector<std::string>& inputs, const std::string& output
   return inputs.size() > 1 || is_pvd_name(output) ||
          (inputs.size() == 1 && is_list_name(inputs[0])) || holds_step(output) ||
          std::any_of(arrays.begin(), arrays.end(), holds_step);
+}
+
+std::vector<std::string> labels_of(const SeriesPlan& plan) {
+  std::vector<std::string> labels;
+  for (const Step& step : plan.steps) labels.push_back(step.label);
+  return labels;
+}
+
+Error in_step(const Step& step, const Error& error) {
+  if (!step.time_step) return error;
+  return {error.code(),
+          fmt::format("step {} of {}: {}", *step.time_step, step.input, error.what())};
 }
 
 SeriesPlan plan_steps(const StepsRequest& request) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/placeholders.h"
 #include "base/run_context.h"
 #include "io/mesh_format.h"
@@ -36,6 +37,11 @@ struct SeriesPlan {
 
   bool in_one_mesh() const { return !steps[0].arrays.empty(); }
 };
+
+std::vector<std::string> labels_of(const SeriesPlan& plan);
+
+// What went wrong, with the step's label where the file has several.
+Error in_step(const Step& step, const Error& error);
 
 // Steps come in the order of their times, of their labels where these are numbers, else as given.
 // With steps in one mesh its arrays are looked at; those that one file has itself stay in its

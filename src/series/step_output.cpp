@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "follow/apply_map.h"
 #include "mesh/array_names.h"
 #include "mesh/time_value.h"
+#include "series/each_step.h"
 #include "series/run_part.h"
 
 namespace tetfusion {
@@ -95,6 +97,7 @@ void write_steps(const SeriesResult& result, const StepFiles& files, int at_once
                  const RunContext& context, SeriesPlan* plan) {
   std::vector<Step>& steps = plan->steps;
   std::vector<std::uint8_t> written(steps.size(), 0);
+  std::once_flag first;
   const auto share = [&](std::size_t i) {
     return kBefore + kWriting * static_cast<double>(i) / static_cast<double>(steps.size());
   };
@@ -102,6 +105,7 @@ void write_steps(const SeriesResult& result, const StepFiles& files, int at_once
     run_tasks_with_loops(steps.size(), at_once, [&](std::size_t i) {
       write_step(result, files, i, part_of_run(context, share(i), share(i + 1)), &steps[i]);
       written[i] = 1;
+      std::call_once(first, [&] { drop_old_list(*plan); });
     });
   } catch (const Error& error) {
     const auto last = std::find(written.rbegin(), written.rend(), 1);

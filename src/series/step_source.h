@@ -24,6 +24,7 @@ class StepFiles {
   std::size_t count() const { return plan_.steps.size(); }
   const Step& operator[](std::size_t step) const { return plan_.steps[step]; }
   bool are_one_mesh() const { return plan_.in_one_mesh(); }
+  std::vector<std::string> labels() const { return labels_of(plan_); }
 
   // Where steps are arrays of one mesh, other steps' arrays are left out (but not the weights), and
   // the step's own ones have the names that hold {step}. Else it is the file itself, with arrays of

@@ -449,13 +449,16 @@ class AllSteps(ExodusTest):
             self.assertEqual(told.returncode, 0)
             self.assertNotIn(b"time steps", told.stderr)
 
-    def test_several_files_give_one_step_each(self):
+    def test_several_files_go_on_with_one_another(self):
         files = [self.steps(name=f"part{i}.e") for i in range(2)]
-        for options, step in ([], 0), (["--time-step", "2"], 2):
+        for options, numbers in ([], [0, 1, 2, 3] * 2), (["--time-step", "2"], [2, 2]):
             report = self.simplify(*files, *GOAL, *options)
-            self.assertEqual([s["step"] for s in report["steps"]], ["0", "1"])
-            for name in "out_0.vtu", "out_1.vtu":
-                np.testing.assert_array_equal(np.unique(Vtu(self.folder / name).arrays["cell"]["number"][1]), [step])
+            self.assertEqual([s["step"] for s in report["steps"]], [str(i) for i in range(len(numbers))])
+            for i, number in enumerate(numbers):
+                np.testing.assert_array_equal(np.unique(Vtu(self.folder / f"out_{i}.vtu").arrays["cell"]["number"][1]), [number])
+        # Those with one step each have it by their names.
+        files = [self.steps(times=[float(i)], name=f"t_{i:02d}.e") for i in (3, 5)]
+        self.assertEqual([s["step"] for s in self.simplify(*files, *GOAL)["steps"]], ["03", "05"])
 
     def test_nothing_is_taken_of_a_pipe_to_see_whether_it_has_some(self):
         whole, pipe = self.write(jittered(6)), self.folder / "pipe"

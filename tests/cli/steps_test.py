@@ -74,10 +74,62 @@ class Apply(StepsTest):
             f'<DataSet timestep="{t}" file="{s.name}"/>' for s, t in zip(steps, times, strict=True)) + "</Collection></VTKFile>")
         return path
 
-    def test_what_is_said_says_of_which_step(self):
-        said = finish("apply", self.map, *self.steps(2), "-o", self.folder / "out_{step}.vtu").stderr.decode()
+    def test_what_is_worst_is_said(self):
+        steps = self.steps(2)
+        said = finish("apply", self.map, *steps, "-o", self.folder / "out_{step}.vtu", "--verbose").stderr.decode()
         for name in ("out_000.vtu", "out_007.vtu"):
             self.assertRegex(said, rf"{name}: bump: off by [0-9.e-]+ % of its range")
+        report = report_of("apply", self.map, *steps, "-o", self.folder / "out_{step}.vtu", "--quiet")
+        errors = [next(a for a in step["arrays"] if a["name"] == "bump") for step in report["steps"]]
+        worst = max(range(2), key=lambda i: errors[i]["max"])
+        said = finish("apply", self.map, *steps, "-o", self.folder / "out_{step}.vtu").stderr.decode()
+        self.assertIn(f"bump: off by {100 * errors[worst]['max']:.3g} % of its range in a step at most "
+                      f"(step {report['steps'][worst]['step']}), by up to {100 * max(e['rms'] for e in errors):.3g} % in the mean", said)
+        moved = wave(jittered(10), 1.0)
+        moved.array("Points")[4] = [c + 1 for c in moved.array("Points")[4]]
+        steps = [*steps, self.write(moved, "step_100.vtu")]
+        said = finish("apply", self.map, *steps, "-o", self.folder / "out_{step}.vtu").stderr.decode()
+        self.assertIn("in 1 of 3 steps: points that stayed, but lie elsewhere in step 100: ", said)
+
+    def test_arrays_that_not_all_steps_have(self):
+        steps = self.steps(2)
+        less = wave(jittered(10), 5.0)
+        less.arrays = [a for a in less.arrays if a[1] != "drift"]
+        steps.append(self.write(less, "step_100.vtu"))
+        said = finish("apply", self.map, *steps, "-o", self.folder / "out_{step}.vtu").stderr.decode()
+        self.assertIn("arrays that not all steps have: drift (not in step 100)", said)
+        said = finish("simplify", *steps, "-o", self.folder / "s_{step}.vtu", "--array", "bump", "--reduction", "30%").stderr.decode()
+        self.assertIn("arrays that not all steps have: drift (not in step 100)", said)
+
+    def test_a_list_names_no_steps_of_two_runs(self):
+        steps = self.steps(3)
+        for command in ["apply", self.map], ["simplify", "--reduction", "30%"], ["simplify", "--reduction", "30%", "--series", "each"]:
+            run(*command, *steps, "-o", self.folder / "out.pvd", "--quiet")
+            whole = steps[2].read_bytes()
+            steps[2].write_bytes(whole[:-500])  # in the midst of its values
+            run(*command, *steps, "-o", self.folder / "out.pvd", "--quiet", code=BAD)
+            # A series that is shared has read them all before.
+            self.assertEqual((self.folder / "out.pvd").exists(), command == ["simplify", "--reduction", "30%"])
+            steps[2].write_bytes(whole)
+
+    def test_times_that_no_output_has_are_told_of(self):
+        steps = self.timed((0.5, 1.25))
+        for times, is_told in ((0.5, 1.25), False), ((3, 4), True):
+            given = self.write_list(steps, times)
+            for out in "out.pvd", "out_{step}.vtu":
+                for command in (["apply", self.map, given, "-o"], ["convert", given], ["simplify", given, "--reduction", "30%", "-o"]):
+                    said = finish(*command, self.folder / out).stderr.decode()
+                    self.assertEqual("the times that the list gives" in said, is_told and out != "out.pvd", (command, out))
+
+    def test_whole_numbers_are_times(self):
+        steps = self.timed((5, 15, 25))
+        for step in steps:
+            run("convert", step, step, "--encoding", "ascii", "--quiet")
+            text = step.read_text()
+            self.assertEqual(text.count('type="Float64" Name="TimeValue"'), 1)
+            step.write_text(text.replace('type="Float64" Name="TimeValue"', 'type="Int64" Name="TimeValue"'))
+        run("apply", self.map, *steps, "-o", self.folder / "out.pvd", "--quiet")
+        self.assertEqual([time for time, _ in listed(self.folder / "out.pvd")], [5, 15, 25])
 
     def test_what_cannot_be_is_refused_before_anything_is_written(self):
         steps = self.steps(2)
