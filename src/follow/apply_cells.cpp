@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -40,7 +39,11 @@ class TetMeans {
         if (std::isfinite(value)) {
           add_to_mean(value, share, before - (lost_.empty() ? 0 : lost_[at]), &means_[at]);
         } else {
-          if (lost_.empty()) lost_.assign(means_.size(), 0);
+          if (lost_.empty()) {
+            lost_.assign(means_.size(), 0);
+            others_.resize(means_.size());
+          }
+          if (lost_[at] == 0) others_[at] = value;
           lost_[at] += share;
         }
       }
@@ -52,7 +55,7 @@ class TetMeans {
     for (std::size_t at = 0; at < means_.size(); ++at) {
       if (map_.origins()[at / width_].is_mean == 0 || !(weights_[at / width_] > 0)) continue;
       if (!lost_.empty() && lost_[at] > 0.5 * weights_[at / width_]) {
-        if (std::isfinite(out[at])) out[at] = std::numeric_limits<T>::quiet_NaN();
+        if (std::isfinite(out[at])) out[at] = others_[at];
       } else {
         out[at] = static_cast<T>(means_[at]);
       }
@@ -64,6 +67,7 @@ class TetMeans {
   const std::size_t width_;
   Vector<double> means_, weights_;
   Vector<double> lost_;  // weight of what is not finite, once there is any
+  Vector<T> others_;     // the first of that
 };
 
 }  // namespace

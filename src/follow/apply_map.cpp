@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -78,6 +77,7 @@ class Mover {
     Vector<double> means, most;  // of floating-point values; the largest weight so far
     Vector<double> taken;        // weight so far
     Vector<double> lost;         // that of those that are not finite, once there are any
+    Vector<T> others;            // the first of these
     if constexpr (std::is_floating_point_v<T>) {
       means.assign(out.size(), 0);
       taken.assign(map_.counts().points, 0);
@@ -100,7 +100,11 @@ class Mover {
             if (std::isfinite(from[c])) {
               add_to_mean(from[c], next->weight, before - (lost.empty() ? 0 : lost[i]), &means[i]);
             } else if (next->weight < 1) {
-              if (lost.empty()) lost.assign(out.size(), 0);
+              if (lost.empty()) {
+                lost.assign(out.size(), 0);
+                others.resize(out.size());
+              }
+              if (lost[i] == 0) others[i] = from[c];
               lost[i] += next->weight;
             }
             to[c] = next->weight == 1 ? from[c] : static_cast<T>(means[i]);
@@ -116,7 +120,7 @@ class Mover {
     if constexpr (std::is_floating_point_v<T>) {
       // As in a fusion (kernel/fusions.h).
       for (std::size_t i = 0; i < lost.size(); ++i) {
-        if (lost[i] > 0.5) out[i] = std::numeric_limits<T>::quiet_NaN();
+        if (lost[i] > 0.5) out[i] = others[i];
       }
     }
   }

@@ -249,6 +249,12 @@ class Maps(FolderTest):
         error = np.abs(values(moved, "holes") - values(moved, "linear"))[~broken]
         self.assertLess(error.max(), 6.5)  # as far as the field goes in a cube
         self.assertLess((error > 1e-9).mean(), 0.2)
+        endless = np.where(points[:, 0] < points[:, 0].mean(), -np.inf, linear)
+        endless = self.write(with_arrays(mesh, endless=("Float64", endless)), "endless.vtu")
+        for options in [], ["--fit"]:
+            there = values(Vtu(self.apply(endless, *options, name="endless_moved.vtu")[0]), "endless")
+            self.assertGreater((there == -np.inf).sum(), 20)
+            self.assertFalse((np.isnan(there) | (there == np.inf)).any())
         # It says what compare finds.
         found = {a["name"]: a for a in report_of("compare", step, out, "--quiet")["arrays"]}
         for array in report["arrays"]:
