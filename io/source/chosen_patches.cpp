@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -20,16 +21,35 @@ namespace tetfusion {
 namespace {
 
 constexpr std::string_view kBlocks = "block", kBlockNames = "block_names";
+// Of Exodus, whose blocks have numbers of their own.
+constexpr std::string_view kObjectIds = "ObjectId", kBlockIds = "ElementBlockIds";
 
 // Of each cell array, by its place: the values that are left out, and the patch that each is.
 using Values = std::map<std::size_t, std::map<double, std::size_t>>;
 
-std::vector<std::string> block_names(MeshSource* mesh) {
+// The file's names of blocks, and what cells of each have in a cell array.
+struct NamedBlocks {
+  std::size_t array = AttributeSet::npos;
   std::vector<std::string> names;
+  Vector<double> values;
+};
+
+NamedBlocks named_blocks(MeshSource* mesh) {
+  const AttributeSet& cell_data = mesh->description().cell_data;
+  NamedBlocks blocks;
   for (const DataArray& array : mesh->read_field_data()) {
-    if (array.info.name == kBlockNames) names = texts_of(array);
+    if (array.info.name == kBlockNames) blocks.names = texts_of(array);
+    if (array.info.name == kBlockIds) blocks.values = to_doubles(array.info.type, array.bytes);
   }
-  return names;
+  blocks.array = cell_data.find(kBlocks);
+  if (blocks.array != AttributeSet::npos) {
+    blocks.values.resize(blocks.names.size());
+    std::iota(blocks.values.begin(), blocks.values.end(), 0.0);
+  } else {
+    blocks.array = cell_data.find(kObjectIds);
+  }
+  if (blocks.array == AttributeSet::npos || blocks.values.size() != blocks.names.size()) return {};
+  return blocks;
 }
 
 [[noreturn]] void refuse(const std::string& patch, const std::vector<std::string>& names) {
@@ -57,18 +77,17 @@ std::optional<std::pair<std::size_t, double>> value_of_array(const std::string& 
 
 Values find_values(MeshSource* mesh, const std::vector<std::string>& patches) {
   const AttributeSet& cell_data = mesh->description().cell_data;
-  const std::size_t blocks = cell_data.find(kBlocks);
-  std::vector<std::string> names;
-  if (blocks != AttributeSet::npos) names = block_names(mesh);
+  const NamedBlocks blocks = named_blocks(mesh);
   Values values;
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    const auto name = std::ranges::find(names, patches[i]);
-    if (name != names.end()) {
-      values[blocks].emplace(static_cast<double>(name - names.begin()), i);
+    const auto name = std::ranges::find(blocks.names, patches[i]);
+    if (name != blocks.names.end()) {
+      const double value = blocks.values[static_cast<std::size_t>(name - blocks.names.begin())];
+      values[blocks.array].emplace(value, i);
     } else if (const auto given = value_of_array(patches[i], cell_data)) {
       values[given->first].emplace(given->second, i);
     } else {
-      refuse(patches[i], names);
+      refuse(patches[i], blocks.names);
     }
   }
   return values;

@@ -74,7 +74,7 @@ def write_exodus(path, grid, times, arrays_at):
 
 def netcdf(dimensions, attributes, variables):
     """A file of NetCDF's classic format: name -> length; name -> value; name -> (dimensions, values, attributes)."""
-    kinds = {np.dtype("i4"): 4, np.dtype("f4"): 5, np.dtype("f8"): 6}
+    kinds = {np.dtype("S1"): 2, np.dtype("i4"): 4, np.dtype("f4"): 5, np.dtype("f8"): 6}
 
     def padded(data):
         return data + bytes(-len(data) % 4)
@@ -109,12 +109,15 @@ def netcdf(dimensions, attributes, variables):
     return head(begins) + b"".join(parts)
 
 
-def exodus_of_blocks(points, blocks):
-    """Blocks of (element type, rows of nodes counted from 0)."""
+def exodus_of_blocks(points, blocks, names=()):
+    """Blocks of (element type, rows of nodes counted from 0), and what they are called."""
     dimensions = {"len_string": 33, "time_step": 0, "num_dim": 3, "num_nodes": len(points), "num_elem": sum(len(rows) for _, rows in blocks),
                   "num_el_blk": len(blocks)}
     variables = {f"coord{axis}": (["num_nodes"], np.ascontiguousarray(points[:, k], dtype="f8"), {}) for k, axis in enumerate("xyz")}
     variables["eb_prop1"] = ["num_el_blk"], np.arange(1, len(blocks) + 1, dtype="i4"), {"name": "ID"}
+    if names:
+        letters = b"".join(name.encode().ljust(33, b"\0") for name in names)
+        variables["eb_names"] = ["num_el_blk", "len_string"], np.frombuffer(letters, dtype="S1"), {}
     for number, (kind, rows) in enumerate(blocks, 1):
         rows = np.asarray(rows, dtype="i4")
         dimensions[f"num_el_in_blk{number}"], dimensions[f"num_nod_per_el{number}"] = rows.shape
@@ -343,6 +346,10 @@ class CurvedElements(ExodusTest):
         triangles = tets[:, 1:]
         plain = self.write(exodus_of_blocks(points, [("TETRA", tets), ("TRI3", triangles)]), "plain.e")
         volume = report_of("info", plain)["volume"]
+        named = self.write(exodus_of_blocks(points, [("TETRA", tets), ("TRI3", triangles)], ["bulk", "skin"]), "named.e")
+        for path, patch in (named, "skin"), (plain, "ObjectId=2"):
+            self.assertEqual(report_of("info", path, "--drop-patch", patch)["lower_cells"], 0)
+        self.assertIn("there is no block of that name, but bulk, skin", self.refused("info", named, "--drop-patch", "Skin"))
         for order in ("TET14", "tetra14"):
             curved = self.write(exodus_of_blocks(all_points, [(order, np.concatenate([tets, beside], axis=1)),
                                                               ("TRI7", np.concatenate([triangles, beside[:, :4]], axis=1))]), "curved.e")
