@@ -133,7 +133,7 @@ class OpenFoamReader : public FileReader {
     check_case(path, folder_);
     // VTK looks for the folder in the name.
     reader_->SetFileName(fs::absolute(path).lexically_normal().c_str());
-    reader_->SetCreateCellToPoint(false);              // the arrays of the case alone
+    reader_->SetCreateCellToPoint(false);  // the arrays of the case alone
     vtk_version::keep_polyhedra(reader_.Get());
     reader_->UpdateInformation();
     trap.check(path);

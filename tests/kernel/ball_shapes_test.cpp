@@ -219,8 +219,8 @@ TEST(BallShapes, ListsWhatHasAVertexAndWhatHasNot) {
   }
 }
 
-// Moved to a position nearby, a vertex leaves its old position in one of its tetrahedra, as they are
-// then.
+// Moved to a position nearby, a vertex leaves its old position in one of its tetrahedra, as they
+// are then.
 TEST(BallShapes, FindsTheTetrahedronThatAVertexWasIn) {
   const WorkMesh<double> mesh = testing::to_work_mesh(testing::five_split_cube(4, 0.2, 7));
   LiveBalls balls;

@@ -1,5 +1,5 @@
-// What shapes the tetrahedra round a vertex would have if it came to another position: four of them at
-// a time, in single precision, with what rounding may do to them.
+// What shapes the tetrahedra round a vertex would have if it came to another position: four of them
+// at a time, in single precision, with what rounding may do to them.
 //
 // A tetrahedron has the base triangle (b, c, d) with the centre g. If its vertex comes to x, six
 // times its volume is m.(x - g), with m = (d - b) x (c - b), and the squares of its edges sum up to
@@ -105,8 +105,8 @@ class BallShapes {
     }
   };
 
-  // At a position: six times the volume, the edges' squares, what rounding may do to the volume, and
-  // whether anything is known of these.
+  // At a position: six times the volume, the edges' squares, what rounding may do to the volume,
+  // and whether anything is known of these.
   struct Shapes {
     Lanes det, edges, error;
     LaneMask known;
