@@ -12,9 +12,11 @@
 #include <set>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "base/numbers.h"
 #include "io/files/mapped_file.h"
+#include "vtk/ensight_gold.h"
 
 namespace tetfusion {
 namespace {
@@ -104,6 +106,16 @@ bool is_count_of_lines(std::string_view number, std::size_t bytes) {
   return static_cast<std::uint64_t>(count) <= (bytes + 1) / 2;
 }
 
+// Of a variable; 0: it is another file, or of a kind that is not looked at.
+std::uint64_t components_of(const std::string& kind) {
+  constexpr std::array<std::pair<std::string_view, std::uint64_t>, 4> kKinds{
+      {{"scalar per ", 1}, {"vector per ", 3}, {"tensor symm per ", 6}, {"tensor asym per ", 9}}};
+  for (const auto& [begin, components] : kKinds) {
+    if (kind.starts_with(begin)) return components;
+  }
+  return 0;
+}
+
 }  // namespace
 
 bool is_ensight_text(std::string_view file) {
@@ -147,6 +159,9 @@ void EnSightCase::take_line(const std::string& section, const std::string& key,
                             const std::vector<std::string>& words) {
   if (section == "GEOMETRY" || section == "VARIABLE") take_file(section, key, words);
   if (section == "TIME") take_time(key, words);
+  if (section == "FORMAT" && key == "type") {
+    is_gold_ = std::find(words.begin(), words.end(), "gold") != words.end();
+  }
   if (section == "FILE" && key == "file set") has_file_sets_ = true;
 }
 
@@ -156,6 +171,7 @@ void EnSightCase::take_file(const std::string& section, const std::string& key,
   if (words.empty() || key.starts_with("constant")) return;
   if (section == "GEOMETRY" && key != "model" && key != "measured") return;
   NamedFile file;
+  file.kind = key;
   if (const auto set = take_number(&words)) {
     file.time_set = *set;
     file.in_file_set = take_number(&words).has_value();
@@ -295,6 +311,25 @@ std::string EnSightCase::fault_of_counts(double time) const {
              std::string(line) + ", and has not so many lines: it is damaged or cut off";
     }
     before = line;
+  }
+  return "";
+}
+
+std::string EnSightCase::fault_of_lines(double time) const {
+  if (!is_gold_ || has_file_sets_) return "";
+  EnSightGold gold;
+  for (const NamedFile& file : files_) {
+    const std::uint64_t components = components_of(file.kind);
+    if (file.kind != "model" && components == 0) continue;
+    for (const std::string& path : files_of(file, time)) {
+      const MappedFile mapped = MappedFile::open(path);
+      const std::string_view text(reinterpret_cast<const char*>(mapped.bytes().data()),
+                                  mapped.size());
+      if (!is_ensight_text(text)) continue;
+      const std::string fault =
+          components == 0 ? gold.fault_of_geometry(text) : gold.fault_of_variable(text, components);
+      if (!fault.empty()) return path + " " + fault;
+    }
   }
   return "";
 }

@@ -34,6 +34,10 @@ class EnSightCase {
   // too. What is wrong with these, in words; empty: nothing. Throws Error(kIo).
   std::string fault_of_counts(double time) const;
 
+  // Have the files of EnSight Gold that are text the lines that they say (ensight_gold.h)? What is
+  // wrong, in words; empty: nothing. Throws Error(kIo).
+  std::string fault_of_lines(double time) const;
+
  private:
   struct TimeSet {
     int id = 0;
@@ -50,6 +54,7 @@ class EnSightCase {
     std::string pattern;
     int time_set = 1;
     bool in_file_set = false;  // several steps are in one file
+    std::string kind;          // "model", "scalar per node", ...
   };
 
   void take_line(const std::string& section, const std::string& key,
@@ -64,7 +69,7 @@ class EnSightCase {
   std::string folder_;
   std::vector<NamedFile> files_;
   std::vector<TimeSet> sets_;
-  bool has_file_sets_ = false;
+  bool has_file_sets_ = false, is_gold_ = false;
 };
 
 }  // namespace tetfusion

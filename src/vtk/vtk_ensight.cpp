@@ -54,7 +54,8 @@ class EnSightReader : public FileReader {
       check_there(file);
       check_end(file);
     }
-    for (const std::string& fault : {case_.fault_of_marks(time), case_.fault_of_counts(time)}) {
+    for (const std::string& fault :
+         {case_.fault_of_marks(time), case_.fault_of_counts(time), case_.fault_of_lines(time)}) {
       if (!fault.empty()) throw Error(ErrorCode::kBadInput, path_ + ": " + fault);
     }
     update_to_step(reader_, rounded_, step);

@@ -146,6 +146,24 @@ time values:
         self.points, self.tets = np.array(Vtu(self.grid).points, dtype="f4"), Vtu(self.grid).tets
         self.expect_resumed_only_as_it_was(self.write_case(), self.folder / "heat.000")
 
+    def test_files_that_lack_lines(self):
+        path = self.write_case()
+        self.assertNotIn("cut off", self.converted(path)[1])
+        for name, count in ("mesh.geo", 8 + 1 + 3 * len(self.points) + 2 + len(self.tets)), ("heat.000", 4 + len(self.points)), \
+                ("number.000", 4 + len(self.tets)):
+            file = self.folder / name
+            whole = file.read_bytes()
+            lines = whole.splitlines(keepends=True)
+            self.assertEqual(len(lines), count)
+            for left in (count - 1, count - 5, count // 2, 5):
+                file.write_bytes(b"".join(lines[:left]))
+                self.assertRegex(self.refused("info", path), f"{name} .*(cut off|damaged)|VTK cannot read it")
+            # Comments and blank lines are none, and the last one may have no end.
+            file.write_bytes(b"".join(lines[:2] + [b"# so it is\n", b"\n"] + lines[2:])[:-1])
+            if name != "mesh.geo":
+                self.assertNotIn("cut off", self.converted(path)[1])
+            file.write_bytes(whole)
+
     def test_an_interrupt_ends_vtk_that_reads_without_end(self):
         """Of a pipe that nobody writes to. Only the process itself is told, not the child in which VTK reads."""
         path = self.write_case()
