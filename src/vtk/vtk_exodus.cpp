@@ -56,6 +56,7 @@ void tell_of_sets(vtkExodusIIReader* reader, LoadedFile* out) {
 struct ElementBlock {
   std::string type;
   std::size_t elements = 0, nodes = 0;  // nodes of each element
+  bool has_attributes = false;
 };
 
 // Opened beside VTK's reader, for what that does not tell.
@@ -80,7 +81,7 @@ class ExodusFile {
       return {};
     }
     return ElementBlock{type.data(), static_cast<std::size_t>(elements),
-                        static_cast<std::size_t>(nodes)};
+                        static_cast<std::size_t>(nodes), attributes > 0};
   }
 
   // Nodes of one element after another, counted from 1; none: they cannot be read.
@@ -93,6 +94,18 @@ class ExodusFile {
  private:
   int file_ = -1;
 };
+
+// Of elements, such as thicknesses of shells, which are not read either.
+void tell_of_attributes(const std::string& path, vtkExodusIIReader* reader, LoadedFile* out) {
+  constexpr int kBlocks = vtkExodusIIReader::ELEM_BLOCK;
+  const ExodusFile file(path);
+  for (int i = 0; i < reader->GetNumberOfObjects(kBlocks); ++i) {
+    const auto block = file.block(reader->GetObjectId(kBlocks, i));
+    if (!block || !block->has_attributes) continue;
+    out->left_out.push_back(std::string("attributes of the elements of '") +
+                            reader->GetObjectName(kBlocks, i) + "'");
+  }
+}
 
 // Of any order, by the beginning of the type's name; 0: this program does not know it.
 std::uint8_t curved_type(std::string name) {
@@ -223,11 +236,14 @@ class ExodusReader : public FileReader {
     mend_curved_elements(path_, *out);
     tell_of_blocks(reader_, out);
     tell_of_sets(reader_, out);
+    tell_of_attributes(path_, reader_, out);
   }
 
  private:
+  // Global variables come as field data, with their values at all steps.
   void choose_arrays() {
-    for (const int kind : {vtkExodusIIReader::NODAL, vtkExodusIIReader::ELEM_BLOCK}) {
+    for (const int kind :
+         {vtkExodusIIReader::NODAL, vtkExodusIIReader::ELEM_BLOCK, vtkExodusIIReader::GLOBAL}) {
       for (int i = 0; i < reader_->GetNumberOfObjectArrays(kind); ++i) {
         reader_->SetObjectArrayStatus(kind, i, 1);
       }

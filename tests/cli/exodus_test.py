@@ -319,10 +319,14 @@ class Blocks(ExodusTest):
         array = numpy_to_vtk(blocks, deep=1)
         array.SetName("material")
         mesh.GetCellData().AddArray(array)
+        energy = numpy_to_vtk(np.array([7.5]), deep=1)
+        energy.SetName("energy")
+        mesh.GetFieldData().AddArray(energy)
         writer = vtkExodusIIWriter()
         writer.SetFileName(str(self.folder / "run.e"))
         writer.SetInputData(mesh)
         writer.SetBlockIdArrayName("material")
+        writer.WriteAllTimeStepsOn()
         writer.Write()
         said = finish("simplify", self.folder / "run.e", "-o", self.folder / "out.vtu", *GOAL).stderr.decode()
         self.assertIn("interfaces of cell array ObjectId are kept", said)
@@ -331,6 +335,7 @@ class Blocks(ExodusTest):
         by_name = {array["name"]: array for array in arrays}
         self.assertEqual(by_name["ElementBlockIds"]["ranges"], [[7, 12]])
         self.assertEqual(by_name["ElementBlockIds"]["tuples"], 2)
+        self.assertEqual(by_name["energy"]["ranges"], [[7.5, 7.5]])  # a global variable
         self.assertEqual(by_name["ObjectId"]["ranges"], [[7, 12]])
 
 
