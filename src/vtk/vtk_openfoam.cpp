@@ -101,6 +101,26 @@ std::int64_t open_brackets(std::string_view text) {
   return open;
 }
 
+// The class that a file's head gives; empty: none that can be read.
+std::string class_in(const std::string& file) {
+  std::string head(4096, '\0');
+  const gzFile stream = gzopen(file.c_str(), "rb");  // or what is not packed
+  if (stream == nullptr) return "";
+  const int got = gzread(stream, head.data(), static_cast<unsigned>(head.size()));
+  gzclose_r(stream);
+  head.resize(static_cast<std::size_t>(std::max(got, 0)));
+  const std::size_t key = head.find("class");
+  const std::size_t begin =
+      head.find_first_not_of(" \t\r\n", key == std::string::npos ? key : key + 5);
+  if (head.find("FoamFile") == std::string::npos || begin == std::string::npos) return "";
+  return head.substr(begin, head.find_first_of("; \t\r\n", begin) - begin);
+}
+
+// Fields on faces, or of what VTK's reader does not know.
+bool is_unread_field(const std::string& kind) {
+  return kind.ends_with("Field") && !kind.starts_with("vol") && !kind.starts_with("point");
+}
+
 // VTK passes over one whose beginning it cannot read.
 void check_packed(const std::string& path, const std::string& file) {
   std::vector<char> block(std::size_t{1} << 18);
@@ -150,7 +170,15 @@ class OpenFoamReader : public FileReader {
   void load(std::size_t step, LoadedFile* out) override {
     choose_parts(out);
     name_files(step, out);
-    for (const std::string& file : out->files) check_whole(path_, file);
+    for (const std::string& file : out->files) {
+      check_whole(path_, file);
+      const std::string kind = class_in(file);
+      const bool is_of_mesh = fs::path(file).parent_path().filename() == "polyMesh";
+      if (is_of_mesh || !is_unread_field(kind)) continue;
+      std::string name = fs::path(file).filename().string();
+      if (name.ends_with(".gz")) name.resize(name.size() - 3);
+      out->left_out.push_back(name.append(" (").append(kind).append(")"));
+    }
     reader_->EnableAllCellArrays();
     reader_->EnableAllPointArrays();
     update_to_step(reader_, time_steps(), step);

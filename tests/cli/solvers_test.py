@@ -279,6 +279,15 @@ class OpenFoam(SolverTest):
         path.write_text("not empty")
         self.expect_resumed_only_as_it_was(path, self.folder / "constant/polyMesh/points")
 
+    def test_fields_that_are_not_read_are_named(self):
+        path = self.write_case()
+        text = "FoamFile { version 2.0; format ascii; class surfaceScalarField; object phi; } internalField uniform 0; boundaryField { }"
+        self.write(text.encode(), "0/phi")
+        self.assertIn("left out: phi (surfaceScalarField)", self.converted(path)[1])
+        (self.folder / "0/phi").unlink()
+        self.write(gzip.compress(text.encode()), "0/phi.gz")
+        self.assertIn("left out: phi (surfaceScalarField)", self.converted(path)[1])
+
     def test_texts_have_brackets_of_their_own(self):
         path = self.write_case()
         file = self.folder / "0" / "number"
