@@ -89,8 +89,9 @@ class XdmfReader : public FileReader {
     return is_temporal ? GridKind::kTemporal : GridKind::kOther;
   }
 
-  // SeisSol writes a collection for each step, all of one name. Grids that are no collections and
-  // have different times are steps, too.
+  // SeisSol writes a collection for each step, all of one name. Where times begin again the grids
+  // are another part of the mesh. Grids that are no collections and have different times are steps,
+  // too.
   GridsBeside sorted(pugi::xml_node parent) {
     GridsBeside out;
     TimeLine by_time;
@@ -103,8 +104,10 @@ class XdmfReader : public FileReader {
         continue;
       }
       const std::string name = xdmf_attribute(grid, {"Name"});
-      auto line = std::find_if(out.lines.begin(), out.lines.end(),
-                               [&](const TimeLine& known) { return known.name == name; });
+      const std::optional<double> first = first_time(grid);
+      auto line = std::find_if(out.lines.begin(), out.lines.end(), [&](const TimeLine& known) {
+        return known.name == name && (!first || known.times.empty() || known.times.back() < *first);
+      });
       if (line == out.lines.end()) line = out.lines.insert(line, TimeLine{name, {}, {}});
       add_steps(grid, &*line);
     }
@@ -117,6 +120,15 @@ class XdmfReader : public FileReader {
       out.lines.push_back(std::move(by_time));
     }
     return out;
+  }
+
+  // If it says any.
+  std::optional<double> first_time(pugi::xml_node collection) {
+    const std::vector<pugi::xml_node> grids = document_.children(collection, "Grid");
+    if (grids.empty()) return {};
+    if (const auto own = time_of(grids[0])) return own;
+    const std::vector<double> listed = times_of(collection, grids.size());
+    return listed.empty() ? std::nullopt : std::optional(listed[0]);
   }
 
   // Their times are those of the grids, or of the collection, or their numbers.

@@ -83,6 +83,9 @@ TEST_F(XdmfGrids, TimesAreSaidInSeveralWays) {
   const std::string each = "<Grid Name=\"t\" GridType=\"Collection\" CollectionType=\"Temporal\">";
   EXPECT_THAT(steps_of(each + timed("1") + "</Grid>" + each + timed("2") + "</Grid>"),
               ElementsAre(1, 2));
+  // Where times begin again they are parts of the mesh, beside one another.
+  const std::string both = each + timed("1") + timed("2") + "</Grid>";
+  EXPECT_THAT(steps_of(both + both), ElementsAre(1, 2));
   EXPECT_THAT(fault_of(xdmf_text(collection(
                   "<Time Type=\"List\">" + data_item("Dimensions=\"3\"", "1 2 4") + "</Time>", 2))),
               HasSubstr("has 3 times for 2 grids"));
