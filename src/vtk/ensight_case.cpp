@@ -168,7 +168,12 @@ void EnSightCase::take_line(const std::string& section, const std::string& key,
 // [time set [file set]] name, and before the name of a variable's file its own.
 void EnSightCase::take_file(const std::string& section, const std::string& key,
                             std::vector<std::string> words) {
-  if (words.empty() || key.starts_with("constant")) return;
+  if (words.empty()) return;
+  if (key.starts_with("constant")) {
+    take_number(&words);
+    variables_.push_back(words[0]);
+    return;
+  }
   if (section == "GEOMETRY" && key != "model" && key != "measured") return;
   NamedFile file;
   file.kind = key;
@@ -177,6 +182,7 @@ void EnSightCase::take_file(const std::string& section, const std::string& key,
     file.in_file_set = take_number(&words).has_value();
   }
   const std::size_t first = section == "VARIABLE" ? 1 : 0;
+  if (first == 1 && !key.starts_with("complex")) variables_.push_back(words[0]);
   const std::size_t names = key.starts_with("complex") ? 2 : 1;
   for (std::size_t i = first; i < words.size() && i < first + names; ++i) {
     file.pattern = words[i];

@@ -19,6 +19,9 @@ class EnSightCase {
   // Of all its sets, one after another, as precisely as they are written: VTK rounds them.
   std::vector<double> times() const;
 
+  // Of all variables, constants of the case too, by their names there.
+  const std::vector<std::string>& variables() const { return variables_; }
+
   // The files that are read for that time, in the order of the case, which begins with the
   // geometry. They may be missing.
   std::vector<std::string> files_at(double time) const;
@@ -68,6 +71,7 @@ class EnSightCase {
 
   std::string folder_;
   std::vector<NamedFile> files_;
+  std::vector<std::string> variables_;
   std::vector<TimeSet> sets_;
   bool has_file_sets_ = false, is_gold_ = false;
 };

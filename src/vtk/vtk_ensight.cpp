@@ -3,10 +3,14 @@
 #include "vtk/vtk_reader.h"
 
 #ifdef TETFUSION_HAS_ENSIGHT
+#include <vtkCellData.h>
+#include <vtkDataSet.h>
 #include <vtkGenericEnSightReader.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string_view>
 
@@ -62,6 +66,7 @@ class EnSightReader : public FileReader {
     trap_.check(path_);
     collect(reader_->GetOutput(), path_, out);
     mark_blocks(out);
+    tell_of_variables(out);
   }
 
  private:
@@ -70,6 +75,18 @@ class EnSightReader : public FileReader {
     if (!files.empty()) return files.front();
     throw Error(ErrorCode::kBadInput,
                 path_ + ": the case names no file of a geometry (GEOMETRY, model:)");
+  }
+
+  // Some have no values at a time, and constants are not read.
+  void tell_of_variables(LoadedFile* out) const {
+    for (const std::string& name : case_.variables()) {
+      const bool is_read = std::any_of(
+          out->pieces.begin(), out->pieces.end(), [&](const vtkSmartPointer<vtkDataSet>& piece) {
+            return piece->GetPointData()->HasArray(name.c_str()) != 0 ||
+                   piece->GetCellData()->HasArray(name.c_str()) != 0;
+          });
+      if (!is_read) out->left_out.push_back("variable '" + name + "'");
+    }
   }
 
   // VTK would go on without some of them.

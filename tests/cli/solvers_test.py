@@ -146,6 +146,12 @@ time values:
         self.points, self.tets = np.array(Vtu(self.grid).points, dtype="f4"), Vtu(self.grid).tets
         self.expect_resumed_only_as_it_was(self.write_case(), self.folder / "heat.000")
 
+    def test_what_is_not_read_is_named(self):
+        path = self.write_case()
+        self.assertNotIn("'heat'", self.converted(path)[1])
+        path.write_text(path.read_text().replace("VARIABLE\n", "VARIABLE\nconstant per case: gravity 9.81\n"))
+        self.assertIn("left out: variable 'gravity'", self.converted(path)[1])
+
     def test_files_that_lack_lines(self):
         path = self.write_case()
         self.assertNotIn("cut off", self.converted(path)[1])
