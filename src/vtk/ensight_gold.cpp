@@ -36,9 +36,11 @@ class Lines {
     const auto line = next();
     return line ? number_in<std::uint64_t>(*line) : std::nullopt;
   }
+  // False where there are fewer before the next part.
   bool skip(std::uint64_t lines) {
     for (; lines > 0; --lines) {
-      if (!next()) return false;
+      const auto line = next();
+      if (!line || *line == "part") return false;
     }
     return true;
   }
