@@ -21,12 +21,27 @@ bool is_ours(const std::string& name) { return name.starts_with("tetfusion-serie
 }  // namespace
 
 WorkFolder::WorkFolder(std::string path) : path_(std::move(path)) {
+  const bool is_new = file_system().mkdir(path_.c_str(), 0700) == 0;
+  if (!is_new && errno != EEXIST) fail("making");
+  try {
+    claim();
+  } catch (const Error& error) {
+    // It may be another process's by now.
+    const bool is_ours_alone = is_new && error.code() != ErrorCode::kUsage;
+    std::error_code ignored;
+    if (is_ours_alone) std::filesystem::remove(path_, ignored);
+    throw;
+  }
+}
+
+void WorkFolder::fail(const char* what) const {
+  throw Error(ErrorCode::kIo,
+              fmt::format("{}: {} the folder failed: {}", path_, what, std::strerror(errno)));
+}
+
+// Where it is there already, what an earlier series has left goes.
+void WorkFolder::claim() {
   FileSystem& system = file_system();
-  const auto fail = [&](const char* what) {
-    throw Error(ErrorCode::kIo,
-                fmt::format("{}: {} the folder failed: {}", path_, what, std::strerror(errno)));
-  };
-  if (system.mkdir(path_.c_str(), 0700) != 0 && errno != EEXIST) fail("making");
   folder_ = Descriptor(retry([&] {
     return system.openat(AT_FDCWD, path_.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC,
                          0);

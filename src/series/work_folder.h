@@ -24,7 +24,9 @@ class WorkFolder {
   std::string chunks() const { return path_ + "/tetfusion-series.chunks"; }
 
  private:
+  void claim();
   void remove_contents() noexcept;
+  [[noreturn]] void fail(const char* what) const;
 
   std::string path_;
   Descriptor folder_;

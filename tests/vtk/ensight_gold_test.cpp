@@ -45,9 +45,9 @@ TEST(EnSightGold, KnowsAWholeGeometry) {
     EXPECT_EQ(gold.fault_of_variable(elements + "3\n", 1), "");
     EXPECT_THAT(gold.fault_of_variable(elements, 1), HasSubstr("'nfaced' in part 2"));
     // Of what is not known nothing is said.
-    for (const char* text :
+    for (const char* other :
          {"v\npart\n3\ncoordinates\n1\n", "v\npart\n1\ncoordinates undef\n", "v\n1\n", ""}) {
-      EXPECT_EQ(gold.fault_of_variable(text, 1), "");
+      EXPECT_EQ(gold.fault_of_variable(other, 1), "");
     }
   }
 }
