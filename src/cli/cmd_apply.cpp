@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +15,7 @@
 #include "cli/console.h"
 #include "cli/findings.h"
 #include "cli/listed_steps.h"
+#include "cli/summaries.h"
 #include "driver/arrays/steering.h"
 #include "driver/convert.h"
 #include "follow/apply_map.h"
@@ -209,57 +209,40 @@ Json apply_to_one(const ApplyArguments& a, const Step& mesh, Mover* mover,
   return json_of(mesh, applied);
 }
 
-// Of all steps, what is worst: one sentence an array, and one for each thing to know.
+// Of all steps: what is worst, and one sentence for each thing to know.
 class StepsSummary {
  public:
   void add(const Step& step, const Applied& applied) {
     ++steps_;
     for (const MovedArray& moved : applied.arrays) {
       if (!is_float(moved.array.info.type)) continue;
-      auto [worst, is_new] = worst_.try_emplace(moved.array.info.name);
-      if (is_new) names_.push_back(moved.array.info.name);
-      if (is_new || moved.max > worst->second.max)
-        worst->second = {moved.max, step.label, worst->second.rms};
-      worst->second.rms = std::max(worst->second.rms, moved.rms);
-      worst->second.undefined += moved.undefined;
+      worst_.add(moved.array.info.name, step.label, moved.rms, moved.max);
+      undefined_ += moved.undefined;
     }
     if (!applied.without_cells.empty() && without_cells_++ == 0) why_ = applied.without_cells;
     if (applied.stayed.elsewhere > 0 && elsewhere_++ == 0) {
-      moved_ = sentence_on_stayed(fmt::format("step {}", step.label), applied.stayed);
+      moved_ = sentence_on_stayed("step " + step.label, applied.stayed);
     }
   }
 
   void say(Console* console) const {
     if (without_cells_ > 0) console->say(of_steps(without_cells_) + why_);
-    for (const std::string& name : names_) {
-      const Worst& worst = worst_.at(name);
-      std::string text = fmt::format(
-          "{}: off by {:.3g} % of its range in a step at most (step {}), by up to {:.3g} % in the "
-          "mean of squares",
-          name, 100 * worst.max, worst.step, 100 * worst.rms);
-      if (worst.undefined > 0) {
-        text += fmt::format("; no number any more at {}", format_count(worst.undefined, "point"));
-      }
-      console->say(text);
+    worst_.say(console);
+    if (undefined_ > 0) {
+      console->say(fmt::format("values that are no number any more: {} (--report has them by step)",
+                               format_count(undefined_)));
     }
     if (elsewhere_ > 0) console->say(of_steps(elsewhere_) + moved_);
   }
 
  private:
-  struct Worst {
-    double max = 0;
-    std::string step;
-    double rms = 0;
-    std::uint64_t undefined = 0;
-  };
-
   std::string of_steps(std::size_t count) const {
     return fmt::format("in {} of {}: ", count, format_count(steps_, "step"));
   }
 
+  WorstErrors worst_;
+  std::uint64_t undefined_ = 0;
   std::size_t steps_ = 0, without_cells_ = 0, elsewhere_ = 0;
-  std::vector<std::string> names_;
-  std::map<std::string, Worst> worst_;
   std::string why_, moved_;  // of the first of them
 };
 
@@ -302,16 +285,13 @@ void run_apply(ApplyArguments* a) {
   a->meshes.open.cancelled = context.cancelled;
   a->meshes.also_written = {a->report};
   const std::optional<SeriesPlan> plan = plan_if_series(&a->meshes);
-  Step one;
+  const Step one = only_mesh(a->meshes);
   if (plan) {
     for (const Step& step : plan->steps) refuse_same_file("-o", step.output, {a->map});
     std::vector<std::string> others = files_of(*plan);
     others.push_back(a->map);
     check_report(a->report, others);
   } else {
-    one.input = a->meshes.inputs[0];
-    one.output = a->meshes.output;
-    one.time_step = a->meshes.open.time_step;
     check_mesh_output(one.output, a->meshes.encoding);
     refuse_same_file("-o", one.output, {a->map});
     check_report_beside(one.output, a->report, {a->map, one.input});

@@ -79,11 +79,7 @@ void run_convert(ConvertArguments* a) {
   } else {
     check_mesh_output(a->meshes.output, a->meshes.encoding);
     context.report("reading", 0);
-    Step one;
-    one.input = a->meshes.inputs[0];
-    one.output = a->meshes.output;
-    one.time_step = a->meshes.open.time_step;
-    convert_one(*a, one, context);
+    convert_one(*a, only_mesh(a->meshes), context);
   }
   console.detail_resources();
 }

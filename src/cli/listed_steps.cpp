@@ -39,6 +39,14 @@ std::optional<SeriesPlan> plan_if_series(StepsRequest* request) {
   return plan_steps(*request);
 }
 
+Step only_mesh(const StepsRequest& request) {
+  Step mesh;
+  mesh.input = request.inputs[0];
+  mesh.output = request.output;
+  mesh.time_step = request.open.time_step;
+  return mesh;
+}
+
 std::vector<std::string> files_of(const SeriesPlan& plan) {
   std::vector<std::string> files;
   for (const Step& step : plan.steps) files.insert(files.end(), {step.input, step.output});

@@ -42,6 +42,9 @@ void take_chosen_step(std::vector<std::string>* inputs, const std::string& outpu
 // take_chosen_step(). Throws what plan_steps() throws.
 std::optional<SeriesPlan> plan_if_series(StepsRequest* request);
 
+// Else: that mesh.
+Step only_mesh(const StepsRequest& request);
+
 // All files that it reads and writes, for looking whether another one is among them.
 std::vector<std::string> files_of(const SeriesPlan& plan);
 

@@ -106,20 +106,30 @@ void summarize(const SimplifyReport& r, Console* console) {
   console->detail_resources();
 }
 
+void WorstErrors::add(const std::string& array, const std::string& step, double rms, double max) {
+  Worst& worst = arrays_[array];
+  worst.rms = std::max(worst.rms, {rms, step});
+  worst.max = std::max(worst.max, {max, step});
+}
+
+void WorstErrors::say(Console* console) const {
+  for (const auto& [name, worst] : arrays_) {
+    console->say(fmt::format(
+        "{}: off by {:.3g} % of its range in a step at most (step {}), by up "
+        "to {:.3g} % in the mean of squares (step {})",
+        name, 100 * worst.max.first, worst.max.second, 100 * worst.rms.first, worst.rms.second));
+  }
+}
+
 void summarize(const SeriesReport& r, const std::string& output, Console* console) {
-  struct Worst {
-    std::pair<double, std::string> rms, max;  // and in which step
-  };
-  std::map<std::string, Worst> arrays;
+  WorstErrors worst;
   for (const StepReport& step : r.steps) {
     for (const StepArray& a : step.arrays) {
       console->detail(
           fmt::format("step {}: {} off by {:.3g} % in the mean of squares, {:.3g} % at "
                       "most (point {})",
                       step.label, a.name, 100 * a.rms, 100 * a.max, a.max_at));
-      Worst& worst = arrays[a.name];
-      worst.rms = std::max(worst.rms, {a.rms, step.label});
-      worst.max = std::max(worst.max, {a.max, step.label});
+      worst.add(a.name, step.label, a.rms, a.max);
     }
   }
   if (!r.shared) {
@@ -127,12 +137,7 @@ void summarize(const SeriesReport& r, const std::string& output, Console* consol
     return;
   }
   summarize(r.runs[0], console);
-  for (const auto& [name, worst] : arrays) {
-    console->say(fmt::format(
-        "{}: off by {:.3g} % of its range in a step at most (step {}), by up "
-        "to {:.3g} % in the mean of squares (step {})",
-        name, 100 * worst.max.first, worst.max.second, 100 * worst.rms.first, worst.rms.second));
-  }
+  worst.say(console);
   console->say(fmt::format("{} -> {}, on one mesh; in {:.2f} s",
                            format_count(r.steps.size(), "step"), output, r.total_seconds));
 }
