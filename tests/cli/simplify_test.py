@@ -105,7 +105,7 @@ class Options(FolderTest):
         path, out = self.generate("--jitter", "0.4", tets="3k"), self.folder / "out.vtu"
         stops = set()
         for chunk_tets in ("300", "500", "200k"):
-            for goal in ("20%", "33%", "50%"):
+            for goal in ("10%", "20%", "50%"):
                 arguments = ["simplify", path, "-o", out, "--reduction", goal, "--chunk-tets", chunk_tets]
                 report = report_of(*arguments)
                 stops.add(report["stop_reason"])

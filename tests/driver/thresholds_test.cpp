@@ -95,11 +95,11 @@ TEST(CostOfVariance, LiesBetweenTheFlatAndTheLastOnTheWay) {
   const CostHistogram costs = histogram({{1e-10, 60}, {1e-6, 30}, {1e-2, 10}});
   const double none = std::numeric_limits<double>::infinity();
   const auto between = [](double flat, double last) {
-    return std::sqrt(above(flat) * above(last)) / 4;
+    return 4 * std::sqrt(above(flat) * above(last));
   };
   EXPECT_DOUBLE_EQ(cost_of_variance(costs, {}, none), between(1e-10, 1e-2));
   EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 85, none), between(1e-10, 1e-6));
-  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 50, none), above(1e-10) / 4);
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 50, none), 4 * above(1e-10));
   EXPECT_DOUBLE_EQ(cost_of_variance(costs, 1'000'000, none), between(1e-10, 1e-2));
 }
 

@@ -21,7 +21,7 @@ constexpr double kEdge = 1e-6;
 constexpr double kAnything = 2;
 
 // So much of a squared bound at most is the gradients' variance to cost.
-constexpr double kVarianceOfBound = 1.0 / 16;
+constexpr double kVarianceOfBound = 1.0 / 64;
 
 // Infinite without fields.
 double squared_limits(const Tolerances& tolerances, double max_error) {

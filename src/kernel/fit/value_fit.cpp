@@ -7,6 +7,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "kernel/fusions.h"
+
 namespace tetfusion {
 
 namespace {
@@ -182,14 +184,10 @@ Point3 ValueFit<Real>::gradient_in(TetId tet) const {
 // All columns that are fitted later: what the mesh has at the place where the vertex will be.
 template <class Real>
 void ValueFit<Real>::take_values_along(VertexId v, const PlaceInTet& place) {
-  const Tet& tet = mesh_->tets[place.tet];
+  const Interpolation interpolation{v, mesh_->tets[place.tet], place.weights, v};
   const auto take = [&](auto* values, std::size_t width) {
     for (std::size_t k = 0; k < width; ++k) {
-      const double first = values[tet[0] * width + k];
-      double value = first;
-      for (std::size_t corner = 1; corner < 4; ++corner) {
-        value += place.weights[corner] * (values[tet[corner] * width + k] - first);
-      }
+      const double value = interpolate(interpolation, values, width, k);
       using T = std::remove_pointer_t<decltype(values)>;
       if (std::isfinite(value)) values[v * width + k] = static_cast<T>(value);
     }

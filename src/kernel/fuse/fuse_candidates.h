@@ -27,7 +27,7 @@ struct FuseCandidate {
 template <class Real>
 class FuseCandidates {
  public:
-  static constexpr std::size_t kMost = 12;
+  static constexpr std::size_t kMost = 8;
 
   // All outlive this.
   void begin(const FuseLimits& limits, const WorkMesh<Real>* mesh, FuseVertices<Real>* vertices,
