@@ -97,24 +97,33 @@ TEST(CostOfVariance, LiesBetweenTheFlatAndTheLastOnTheWay) {
   const auto between = [](double flat, double last) {
     return 4 * std::sqrt(above(flat) * above(last));
   };
-  EXPECT_DOUBLE_EQ(cost_of_variance(costs, {}, none), between(1e-10, 1e-2));
-  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 85, none), between(1e-10, 1e-6));
-  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 50, none), 4 * above(1e-10));
-  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 1'000'000, none), between(1e-10, 1e-2));
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, {}, 0, none), between(1e-10, 1e-2));
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 85, 0, none), between(1e-10, 1e-6));
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 50, 0, none), 4 * above(1e-10));
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 1'000'000, 0, none), between(1e-10, 1e-2));
+}
+
+TEST(CostOfVariance, IsLessWhereOnlyLengthsCost) {
+  const CostHistogram costs = histogram({{1e-10, 60}, {1e-8, 40}});
+  const double none = std::numeric_limits<double>::infinity();
+  const double flat = above(1e-10), last = above(1e-8);
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 90, last / 10, none), 4 * std::sqrt(flat * last));
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 90, last / 5, none), std::sqrt(flat * last) / 4);
+  EXPECT_DOUBLE_EQ(cost_of_variance(costs, 6 * 50, last / 10, none), flat / 4);
 }
 
 TEST(CostOfVariance, IsNoMoreThanItMay) {
   const CostHistogram costs = histogram({{1e-6, 60}, {1e-2, 40}});
   for (const double most : {1e-12, 1e-8, 1e-5, 1e-3}) {
-    EXPECT_LE(cost_of_variance(costs, {}, most), most);
-    EXPECT_LE(cost_of_variance(costs, 6 * 90, most), most);
+    EXPECT_LE(cost_of_variance(costs, {}, 0, most), most);
+    EXPECT_LE(cost_of_variance(costs, 6 * 90, 0, most), most);
   }
-  EXPECT_EQ(cost_of_variance(costs, {}, 0), 0);
+  EXPECT_EQ(cost_of_variance(costs, {}, 0, 0), 0);
 }
 
 TEST(CostOfVariance, IsNothingWhereNothingCosts) {
-  EXPECT_EQ(cost_of_variance({}, {}, 1), 0);
-  EXPECT_EQ(cost_of_variance({}, 600, 1), 0);
+  EXPECT_EQ(cost_of_variance({}, {}, 0, 1), 0);
+  EXPECT_EQ(cost_of_variance({}, 600, 0, 1), 0);
 }
 
 TEST(LargestCost, IsAboveAll) {

@@ -61,6 +61,7 @@ bool limits_errors(const BehaviourOptions& options, const Tolerances& tolerances
 
 ErrorLimits error_limits(const BehaviourOptions& options, const Tolerances& tolerances) {
   ErrorLimits limits;
+  limits.have_fields = !tolerances.empty();
   if (options.method != Method::kFuse) return limits;
   const bool own =
       std::ranges::any_of(tolerances, [](const auto& tolerance) { return tolerance.has_value(); });

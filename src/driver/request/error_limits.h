@@ -12,6 +12,7 @@
 namespace tetfusion {
 
 struct ErrorLimits {
+  bool have_fields = false;  // that steer
   // At any of the original's points, as a share of the range of a field that has no tolerance of
   // its own; infinity is none.
   double max_error = std::numeric_limits<double>::infinity();

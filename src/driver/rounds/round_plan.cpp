@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/resources.h"
+#include "kernel/quadrics/edge_costs.h"
 
 namespace tetfusion {
 
@@ -88,13 +89,18 @@ double unit_of(double diagonal) {
   return std::ldexp(1.0, -std::ilogb(diagonal));
 }
 
-// Of gradients, in the unit, so that it costs about so much across an edge of regular tetrahedra
-// that would fill the box. A power of two: no last bit of a cube root shows in the result.
-double gradient_variance(double cost, const Box& box, double unit, std::uint64_t tets) {
+// Of regular tetrahedra that would fill the box, squared, in the unit.
+double typical_edge_squared(const Box& box, double unit, std::uint64_t tets) {
   const double volume = (box.hi.x - box.lo.x) * unit * ((box.hi.y - box.lo.y) * unit) *
                         ((box.hi.z - box.lo.z) * unit);
   const double edge = std::cbrt(6 * std::numbers::sqrt2 * volume / static_cast<double>(tets));
-  const double variance = cost / (edge * edge);
+  return edge * edge;
+}
+
+// Of gradients, in the unit, so that it costs about so much across such an edge. A power of two: no
+// last bit of a cube root shows in the result.
+double gradient_variance(double cost, double edge_squared) {
+  const double variance = cost / edge_squared;
   return std::isnormal(variance) ? std::ldexp(1.0, std::ilogb(variance) + 1) : 0;
 }
 
@@ -170,9 +176,11 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
   const auto to_go = has_goal ? std::optional(quota) : std::nullopt;
   double threshold = next_threshold(state.costs, state.threshold, to_go);
   if (state.threshold.cost == 0) {
+    const double edge_squared = typical_edge_squared(box, settings->fuse.unit, tets);
     const double cost =
-        cost_of_variance(state.costs, to_go, of_weighted(errors_.max_variance, state));
-    settings->fuse.gradient_variance = gradient_variance(cost, box, settings->fuse.unit, tets);
+        cost_of_variance(state.costs, to_go, length_cost(errors_.have_fields) * edge_squared,
+                         of_weighted(errors_.max_variance, state));
+    settings->fuse.gradient_variance = gradient_variance(cost, edge_squared);
     threshold += kVarianceInFirst * cost;
   }
   settings->fuse.threshold = std::min(threshold, of_weighted(errors_.max_cost, state));

@@ -21,9 +21,12 @@ constexpr double kVerticesATet = 2.0 / 6;
 constexpr double kLittle = 1e-3;
 
 constexpr double kFusionsATet = 1.0 / 6;
-// With a quarter it takes a tenth more time, as more fusions are refused, for the same errors: what
-// it does to them to have short edges go first is made good in the end (kernel/fit).
-constexpr double kVarianceShare = 4;
+// A quarter takes a tenth more time, as more fusions are refused, for the same errors: what it does
+// to them to have short edges go first is made good in the end (kernel/fit). But where fields do
+// not bend at all on the way to the goal it would be all the error that there is.
+constexpr double kVarianceShare = 4, kVarianceShareUnbent = 0.25;
+// A long edge costs so much more than a typical one, by its length.
+constexpr double kLongEdge = 8;
 
 // The cost that so many vertices do not exceed.
 double quantile(const CostHistogram& costs, double vertices) {
@@ -52,14 +55,15 @@ double next_threshold(const CostHistogram& costs, const Threshold& last,
 }
 
 double cost_of_variance(const CostHistogram& costs, std::optional<std::uint64_t> tets_to_go,
-                        double most) {
+                        double length_cost, double most) {
   const auto all = static_cast<double>(std::accumulate(costs.begin(), costs.end(), 0ULL));
   double last = std::min(largest_cost(costs), most);
   if (tets_to_go) {
     last = std::min(last, quantile(costs, kFusionsATet * static_cast<double>(*tets_to_go)));
   }
   const double flat = std::min(quantile(costs, all / 2), last);
-  return std::min(kVarianceShare * std::sqrt(flat * last), most);
+  const double share = last > kLongEdge * length_cost ? kVarianceShare : kVarianceShareUnbent;
+  return std::min(share * std::sqrt(flat * last), most);
 }
 
 double largest_cost(const CostHistogram& costs) {

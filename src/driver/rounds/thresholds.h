@@ -21,9 +21,11 @@ double next_threshold(const CostHistogram& costs, const Threshold& last,
 // What the gradients' variance (FuseLimits) is to cost a fusion across a typical edge, where
 // `costs` are those of the mesh as it was read: more than fusions do where the fields hardly bend,
 // and, if they bend more elsewhere, less than the last ones on the way to the goal, so that it
-// decides between the former alone; and never more than `most`. 0 where no vertex costs anything.
+// decides between the former alone; less where none of these bends a field, and all costs what its
+// length does, as the typical edge, `length_cost`; and never more than `most`. 0 where no vertex
+// costs anything.
 double cost_of_variance(const CostHistogram& costs, std::optional<std::uint64_t> tets_to_go,
-                        double most);
+                        double length_cost, double most);
 
 // No vertex costs more; 0 without vertices.
 double largest_cost(const CostHistogram& costs);

@@ -14,10 +14,6 @@ namespace {
 constexpr float kPull = 2e-5F;
 constexpr float kReachSquared = 0.25F;  // half the edge
 
-// What an edge's squared length (in units of the mesh) adds to the cost, so that where fields do
-// not tell, short edges go first: an edge of a tenth of the mesh is worth an error of 1e-4.
-constexpr float kLengthCost = 1e-6F;
-
 // What between_lanes() works on: quadrics and what lies behind them, sums, differences.
 constexpr std::size_t lanes_for(std::size_t width) { return 2 * quadric_size(width) + 1 + width; }
 
@@ -44,7 +40,7 @@ template <class F>
 F cost_of(F squares, F weight, F length_squared, std::size_t width) {
   // What is less than nothing is so by rounding; what is no number stays that.
   const F mean = select(weight > 0.0F, select(squares <= 0.0F, F{}, squares) / weight, F{});
-  return mean + (width == 0 ? 1.0F : kLengthCost) * length_squared;
+  return mean + length_cost(width > 0) * length_squared;
 }
 
 }  // namespace
