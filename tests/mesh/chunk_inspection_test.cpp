@@ -97,10 +97,9 @@ Joined inspect_in_chunks(const Geometry& mesh, std::uint32_t chunks, const Chunk
   Joined joined;
   joined.flags.assign(point_count(mesh.points), kUnusedVertex);
   joined.tets.resize(mesh.tets.size());
-  ChunkInspector inspector;
   InterfaceInspection interface(seed % 3 == 0 ? 1000 : 1);
   for (Chunk& chunk : cut(mesh, chunks, chunk_of, seed)) {
-    ChunkFindings findings = inspector.inspect(
+    ChunkFindings findings = inspect_chunk(
         {&chunk.points, chunk.point_ids, chunk.on_interface, chunk.cell_ids}, &chunk.tets);
     for (std::size_t i = 0; i < chunk.point_ids.size(); ++i) {
       joined.flags[chunk.point_ids[i]] = findings.vertex_flags[i];
@@ -222,7 +221,7 @@ TEST(ChunkInspection, AChunkOfItsOwnReportsNothing) {
   testing::flip_winding(&mesh.tets[3]);
   const Vector<VertexId> ids = count_up<VertexId>(point_count(mesh.points));
   const Vector<std::uint8_t> own(ids.size(), kOwn);
-  ChunkFindings findings = ChunkInspector().inspect({&mesh.points, ids, own, {}}, &mesh.tets);
+  ChunkFindings findings = inspect_chunk({&mesh.points, ids, own, {}}, &mesh.tets);
   EXPECT_EQ(findings.rewound, 1u);
   EXPECT_EQ(findings.boundary_faces, 6u * 16 * 2);
   EXPECT_THAT(findings.interface.points, IsEmpty());
@@ -242,24 +241,11 @@ TEST(ChunkInspection, AChunkOfItsOwnReportsNothing) {
 TEST(ChunkInspection, NothingAtAll) {
   Points none = Vector<Vec3<float>>();
   Vector<Tet> tets;
-  ChunkFindings findings = ChunkInspector().inspect({&none, {}, {}, {}}, &tets);
+  ChunkFindings findings = inspect_chunk({&none, {}, {}, {}}, &tets);
   InterfaceInspection interface;
   interface.add(&findings);
   EXPECT_EQ(interface.finish().boundary_faces, 0u);
   EXPECT_THAT(InterfaceInspection().finish().ids, IsEmpty());
-}
-
-TEST(ChunkInspection, TheNextChunkMayBeSmaller) {
-  ChunkInspector inspector;
-  for (const std::uint32_t n : {6u, 1u, 3u}) {
-    Geometry mesh = testing::five_split_cube(n);
-    const Vector<VertexId> ids = count_up<VertexId>(point_count(mesh.points));
-    const Vector<std::uint8_t> own(ids.size(), kOwn);
-    const ChunkFindings findings = inspector.inspect({&mesh.points, ids, own, {}}, &mesh.tets);
-    EXPECT_EQ(findings.boundary_faces, 12u * n * n);
-    EXPECT_EQ(findings.nonmanifold_vertices, 0u);
-    EXPECT_DOUBLE_EQ(findings.volume, static_cast<double>(n * n * n));
-  }
 }
 
 TEST(ChunkInspection, AFoldBetweenChunksBreaksFreeVerticesToo) {
@@ -346,7 +332,7 @@ TEST(ChunkInspection, WithoutIdsCellsCountThroughTheChunks) {
   InterfaceInspection interface;
   for (Chunk& chunk : cut(
            mesh, 2, [](std::size_t t) { return t < 2 ? 0u : 1u; }, 3)) {
-    ChunkFindings findings = ChunkInspector().inspect(
+    ChunkFindings findings = inspect_chunk(
         {&chunk.points, chunk.point_ids, chunk.on_interface, {}}, &chunk.tets);
     interface.add(&findings);
   }
@@ -475,7 +461,7 @@ TEST(ChunkInspection, WhatIsSettledIsNotHeld) {
   InterfaceInspection interface(1);
   std::size_t most = 0;
   for (Chunk& chunk : cut(mesh, chunks, slab, 3)) {
-    ChunkFindings findings = ChunkInspector().inspect(
+    ChunkFindings findings = inspect_chunk(
         {&chunk.points, chunk.point_ids, chunk.on_interface, {}}, &chunk.tets);
     interface.add(&findings);
     most = std::max(most, interface.pending());
@@ -489,7 +475,7 @@ TEST(ChunkInspection, APointMustNotComeBack) {
   const Vector<VertexId> ids = count_up<VertexId>(4);
   const Vector<std::uint8_t> last(4, kSharedLast);
   InterfaceInspection interface;
-  ChunkFindings once = ChunkInspector().inspect({&mesh.points, ids, last, {}}, &mesh.tets);
+  ChunkFindings once = inspect_chunk({&mesh.points, ids, last, {}}, &mesh.tets);
   ChunkFindings twice = once;
   interface.add(&once);
   EXPECT_THROW(interface.add(&twice), std::logic_error);

@@ -62,7 +62,7 @@ class Examiner {
   };
 
   void judge_chunks(const ScatteredMesh<Real>& from);
-  Share judge_chunk(WorkMesh<Real>* mesh, ChunkInspector* inspector, UnionFind* surfaces);
+  Share judge_chunk(WorkMesh<Real>* mesh, UnionFind* surfaces);
   void take(const InterfaceVerdict& verdict);
   void count_points(const LowerPart<Real>& lower);
   bool is_good(VertexId v) const { return (flags_[v] & (kBrokenVertex | kUnusedVertex)) == 0; }
@@ -122,9 +122,8 @@ Examination Examiner<Real>::run(std::uint64_t chunk_tets, Scratch* scratch) {
 template <class Real>
 void Examiner<Real>::judge_chunks(const ScatteredMesh<Real>& from) {
   std::vector<ChunkLoader<Real>> loaders;
-  std::vector<ChunkInspector> inspectors(static_cast<std::size_t>(thread_count()));
-  std::vector<WorkMesh<Real>> meshes(inspectors.size());
-  for (std::size_t w = 0; w < inspectors.size(); ++w) loaders.emplace_back(meshes[w], from.box);
+  std::vector<WorkMesh<Real>> meshes(static_cast<std::size_t>(thread_count()));
+  for (const WorkMesh<Real>& mesh : meshes) loaders.emplace_back(mesh, from.box);
   UnionFind surfaces(points_);
   InterfaceInspection between;
   QualityMeter quality;
@@ -145,7 +144,7 @@ void Examiner<Real>::judge_chunks(const ScatteredMesh<Real>& from) {
     loaders[w].load(chunk, *from.tets, *from.points, &meshes[w]);
     from.tets->forget(chunk);
     from.points->forget(chunk);
-    join.put(c, judge_chunk(&meshes[w], &inspectors[w], &surfaces));
+    join.put(c, judge_chunk(&meshes[w], &surfaces));
     context_.report("inspecting", 0.12, 0.7, ++done, from.chunks);
   });
   const InterfaceVerdict verdict = between.finish();
@@ -162,10 +161,9 @@ void Examiner<Real>::judge_chunks(const ScatteredMesh<Real>& from) {
 
 template <class Real>
 typename Examiner<Real>::Share Examiner<Real>::judge_chunk(WorkMesh<Real>* mesh,
-                                                           ChunkInspector* inspector,
                                                            UnionFind* surfaces) {
   Share share;
-  share.findings = inspect_as_marked(mesh, true, inspector);
+  share.findings = inspect_as_marked(mesh, true);
   for (std::size_t v = 0; v < mesh->vertex_count(); ++v) {
     if (sharing_of(mesh->marks[v]) != kOwn) continue;
     flags_[mesh->point_ids[v]] = share.findings.vertex_flags[v];

@@ -157,7 +157,7 @@ void ExportChunks<Real>::for_each(double share, const Emit& emit) {
     } else {
       emit(chunk);
     }
-    join.put(c, inspect_as_marked(&chunk.mesh, false, &chunk.inspector));
+    join.put(c, inspect_as_marked(&chunk.mesh, false));
     if (job_.settings.has_numbers) chunk.mesh.cell_columns.push_back(number_column());
     job_.report(share * static_cast<double>(++done) / static_cast<double>(mesh.chunks));
   });

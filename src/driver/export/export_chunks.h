@@ -27,7 +27,6 @@ class ExportChunks {
     Vector<std::uint32_t> numbers;  // in the result, of each vertex
     Vector<std::uint32_t> own;      // its own vertices, in the order of their numbers
     ChunkGather<Real> gather;
-    ChunkInspector inspector;
     FitTools<Real> fit;
   };
   using Emit = std::function<void(const Chunk& chunk)>;

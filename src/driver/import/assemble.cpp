@@ -67,7 +67,6 @@ class Assembler {
   Vector<VertexId> thirds_;
   Vector<std::uint8_t> mixed_;  // of each vertex: its tetrahedra are of several regions
   WorkMesh<Real> mesh_;
-  ChunkInspector inspector_;
   ChunkScatter<Real> scatter_;
 };
 
@@ -104,7 +103,7 @@ void Assembler<Real>::inspect(ChunkShare* share) {
   for (std::size_t t = 0; parts_.numbered > 0 && t < mesh_.tets.size(); ++t) {
     thirds_.push_back(mesh_.tets[t][2]);
   }
-  share->findings = inspect_as_marked(&mesh_, false, &inspector_);
+  share->findings = inspect_as_marked(&mesh_, false);
   for (std::size_t t = 0; t < thirds_.size(); ++t) {
     if (mesh_.tets[t][2] != thirds_[t]) share->rewound.push_back(original_numbers(mesh_)[t]);
   }

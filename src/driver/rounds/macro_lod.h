@@ -27,13 +27,12 @@ inline std::uint8_t sharing_of(std::uint8_t marks) {
 // Judges a chunk whose vertices say by their marks how it shares them. Rewinds tetrahedra, and
 // leaves all else as it is.
 template <class Real>
-ChunkFindings inspect_as_marked(WorkMesh<Real>* mesh, bool wants_boundary,
-                                ChunkInspector* inspector) {
+ChunkFindings inspect_as_marked(WorkMesh<Real>* mesh, bool wants_boundary) {
   Vector<std::uint8_t> sharing(mesh->vertex_count());
   for (std::size_t v = 0; v < sharing.size(); ++v) sharing[v] = sharing_of(mesh->marks[v]);
   Points points = std::move(mesh->positions);
   ChunkFindings findings =
-      inspector->inspect({&points, mesh->point_ids, sharing, {}, wants_boundary}, &mesh->tets);
+      inspect_chunk({&points, mesh->point_ids, sharing, {}, wants_boundary}, &mesh->tets);
   mesh->positions = std::move(std::get<Vector<Vec3<Real>>>(points));
   return findings;
 }

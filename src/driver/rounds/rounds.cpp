@@ -52,13 +52,14 @@ void lock(const Vector<VertexId>& ids, WorkMesh<Real>* mesh) {
 
 template <class Real>
 PassStatistics run_greedy_passes(int passes, PassLimits limits,
-                                 std::span<const SteeringField> fields, GreedyPass<Real>* pass,
-                                 WorkMesh<Real>* mesh, FusionLog* log) {
+                                 std::span<const SteeringField> fields, WorkMesh<Real>* mesh,
+                                 FusionLog* log) {
+  GreedyPass<Real> pass;
   PassStatistics all;
   all.tets_before = mesh->tets.size();
   limits.number = kFirstPassNumber;
   for (int i = 0; i < passes; ++i, ++limits.number) {
-    const PassStatistics one = pass->run(limits, fields, mesh, log);
+    const PassStatistics one = pass.run(limits, fields, mesh, log);
     all.fused += one.fused;
     all.labelled = one.labelled;
     all.rejected = one.rejected;
@@ -86,18 +87,11 @@ Rounds<Real>::Rounds(const WorkMesh<Real>& layout, int threads, MemoryBudget* bu
 template <class Real>
 void Rounds<Real>::watch(std::function<void(std::uint64_t)> watcher) {
   watcher_ = std::move(watcher);
-  for (const auto& worker : workers_) {
-    worker->fuse.watch([this](std::uint64_t gone) {
-      const std::uint64_t all = gone_.fetch_add(gone, std::memory_order_relaxed) + gone;
-      watcher_(round_.tets - all);
-    });
-  }
 }
 
 template <class Real>
 void Rounds<Real>::release_memory() {
   for (auto& worker : workers_) worker = std::make_unique<Worker>(layout_);
-  if (watcher_) watch(std::move(watcher_));
 }
 
 template <class Real>
@@ -107,16 +101,14 @@ void Rounds<Real>::gather(const MacroLod<Real>& mesh, std::uint32_t chunk,
   lock(mesh.locks, out);
 }
 
-// Passes over one chunk, or the whole mesh; limits.quota is its own.
+// Passes over one chunk, or the whole mesh; limits.quota is its own. What they take is free again
+// in between, for whoever puts the next chunk together and inspects it.
 template <class Real>
-FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
-                                        FusionLog* log) {
-  Worker& tools = *workers_[worker];
+FuseStatistics Rounds<Real>::run_passes(PassLimits limits, WorkMesh<Real>* mesh, FusionLog* log) {
   const RoundSettings& settings = round_.settings;
   if (settings.method == Method::kTetFuse) {
     FuseStatistics statistics;
-    statistics.pass =
-        run_greedy_passes(settings.passes, limits, round_.fields, &tools.pass, mesh, log);
+    statistics.pass = run_greedy_passes(settings.passes, limits, round_.fields, mesh, log);
     return statistics;
   }
   FuseLimits fuse = settings.fuse;
@@ -128,15 +120,22 @@ FuseStatistics Rounds<Real>::run_passes(PassLimits limits, std::size_t worker, W
     fuse.marks_are_known = !settings.is_first;
   }
   if (settings.is_first) begin_quadrics(round_.fields, fuse.unit, mesh);
-  return settings.look ? tools.fuse.look(fuse, round_.fields, mesh)
-                       : tools.fuse.run(fuse, round_.fields, mesh, log);
+  FuseRound<Real> round;
+  if (settings.look) return round.look(fuse, round_.fields, mesh);
+  if (watcher_) {
+    round.watch([this](std::uint64_t gone) {
+      const std::uint64_t all = gone_.fetch_add(gone, std::memory_order_relaxed) + gone;
+      watcher_(round_.tets - all);
+    });
+  }
+  return round.run(fuse, round_.fields, mesh, log);
 }
 
 template <class Real>
 CostHistogram Rounds<Real>::look(const RoundSettings& settings,
                                  std::span<const SteeringField> fields, WorkMesh<Real>* mesh) {
   begin_quadrics(fields, settings.fuse.unit, mesh);
-  return workers_[0]->fuse.look(settings.fuse, fields, mesh).costs;
+  return FuseRound<Real>().look(settings.fuse, fields, mesh).costs;
 }
 
 // By the chunks that will have the vertices.
@@ -202,7 +201,7 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
   RoundStatistics statistics;
   FusionLog log;
   if (settings.method == Method::kTetFuse) {
-    statistics.pass = workers_[0]->pass.run(limits, fields, &whole, wanted(&log));
+    statistics.pass = GreedyPass<Real>().run(limits, fields, &whole, wanted(&log));
   } else {
     begin_round(settings, fields, mesh->tets);
     round_.facing = std::move(mesh->facing);
@@ -210,7 +209,7 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
       values_->add(0, whole);
       values_->end();
     }
-    const FuseStatistics all = run_passes(limits, 0, &whole, wanted(&log));
+    const FuseStatistics all = run_passes(limits, &whole, wanted(&log));
     mesh->facing = std::move(round_.next_facing);
     statistics.pass = all.pass;
     statistics.costs = all.costs;
@@ -293,7 +292,7 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
   Worker& tools = *workers_[worker];
   FusionLog log;
   if (puts_values_aside()) values_->add(chunk, *mesh);
-  const FuseStatistics statistics = run_passes(own, worker, mesh, wanted(&log));
+  const FuseStatistics statistics = run_passes(own, mesh, wanted(&log));
   if (logs_ != nullptr) logs_->add(chunk, log);
   result.pass = statistics.pass;
   if (is_in_turn) round_.quota_left -= result.pass.tets_before - result.pass.tets_after;

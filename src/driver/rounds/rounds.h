@@ -103,8 +103,6 @@ class Rounds {
   struct Worker {
     explicit Worker(const WorkMesh<Real>& layout) : mesh(layout) {}
     ChunkGather<Real> gather;
-    GreedyPass<Real> pass;
-    FuseRound<Real> fuse;
     ChunkScatter<Real> scatter;
     WorkMesh<Real> mesh;
   };
@@ -136,8 +134,7 @@ class Rounds {
   void begin_round(const RoundSettings& settings, std::span<const SteeringField> fields,
                    std::uint64_t tets);
   void make_whole(MacroLod<Real>* mesh);
-  FuseStatistics run_passes(PassLimits limits, std::size_t worker, WorkMesh<Real>* mesh,
-                            FusionLog* log);
+  FuseStatistics run_passes(PassLimits limits, WorkMesh<Real>* mesh, FusionLog* log);
   bool puts_values_aside() const { return values_ != nullptr && round_.settings.is_first; }
   FusionLog* wanted(FusionLog* log) const { return logs_ != nullptr ? log : nullptr; }
   void count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter);

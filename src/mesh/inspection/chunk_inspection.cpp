@@ -13,18 +13,15 @@
 
 namespace tetfusion {
 
-class ChunkInspector::Scratch {
+namespace {
+
+class ChunkInspector {
  public:
-  ChunkFindings run(const ChunkToInspect& chunk, Vector<Tet>* tets) {
-    chunk_ = &chunk;
-    tets_ = tets;
-    out_ = ChunkFindings();
+  ChunkInspector(const ChunkToInspect& chunk, Vector<Tet>* tets) : chunk_(chunk), tets_(tets) {}
+
+  ChunkFindings run() {
     out_.vertex_flags.assign(points(), 0);
     sums_.assign(points(), 0);
-    boundary_.clear();
-    pairs_.clear();
-    folds_.clear();
-    open_.clear();
     judge_cells();
     number_interface();
     judge_faces();
@@ -37,8 +34,8 @@ class ChunkInspector::Scratch {
   }
 
  private:
-  std::size_t points() const { return chunk_->point_ids.size(); }
-  bool is_free(VertexId v) const { return chunk_->on_interface[v] == kOwn; }
+  std::size_t points() const { return chunk_.point_ids.size(); }
+  bool is_free(VertexId v) const { return chunk_.on_interface[v] == kOwn; }
   void mark_cell(TetId t, std::uint8_t flag) {
     for (const VertexId v : (*tets_)[t]) out_.vertex_flags[v] |= flag;
   }
@@ -67,8 +64,8 @@ class ChunkInspector::Scratch {
   void judge_balls();
   void report();
 
-  const ChunkToInspect* chunk_ = nullptr;
-  Vector<Tet>* tets_ = nullptr;
+  const ChunkToInspect& chunk_;
+  Vector<Tet>* const tets_;
   ChunkFindings out_;
   bool regular_ = true;  // see is_regular()
   CellStates states_;
@@ -85,7 +82,7 @@ class ChunkInspector::Scratch {
   Vector<Cluster> clusters_;
 };
 
-void ChunkInspector::Scratch::judge_cells() {
+void ChunkInspector::judge_cells() {
   states_.resize(tets_->size());
   CompensatedSum six_volumes;
   const auto judge = [&](const auto& p) {
@@ -100,21 +97,21 @@ void ChunkInspector::Scratch::judge_cells() {
       }
     }
   };
-  std::visit(judge, *chunk_->points);
+  std::visit(judge, *chunk_.points);
   out_.volume = six_volumes.value() / 6;
 }
 
-void ChunkInspector::Scratch::number_interface() {
+void ChunkInspector::number_interface() {
   interface_number_.resize(points());
   for (std::size_t v = 0; v < points(); ++v) {
-    if (chunk_->on_interface[v] == kOwn) continue;
+    if (chunk_.on_interface[v] == kOwn) continue;
     interface_number_[v] = static_cast<std::uint32_t>(out_.interface.points.size());
     out_.interface.points.push_back(
-        {chunk_->point_ids[v], 0, 0, chunk_->on_interface[v] == kSharedLast, false});
+        {chunk_.point_ids[v], 0, 0, chunk_.on_interface[v] == kSharedLast, false});
   }
 }
 
-void ChunkInspector::Scratch::judge_faces() {
+void ChunkInspector::judge_faces() {
   matcher_.load(*tets_, {}, 0, static_cast<VertexId>(points()), points());
   sets_.reset(points() + tets_->size());
   for (VertexId v = 0; v < points(); ++v) {
@@ -130,7 +127,7 @@ void ChunkInspector::Scratch::judge_faces() {
   }
 }
 
-void ChunkInspector::Scratch::judge_free_star(VertexId v) {
+void ChunkInspector::judge_free_star(VertexId v) {
   matcher_.for_each_single([&](VertexId m, VertexId l) { add_boundary({v, m, l}); });
   const auto neighbours = matcher_.neighbours();
   sums_[v] += 2 * static_cast<std::int32_t>(neighbours.size());
@@ -141,7 +138,7 @@ void ChunkInspector::Scratch::judge_free_star(VertexId v) {
   }
 }
 
-void ChunkInspector::Scratch::judge_interface_star(VertexId v) {
+void ChunkInspector::judge_interface_star(VertexId v) {
   std::uint64_t shared = 0;  // neighbours on the interface too
   const auto neighbours = matcher_.neighbours();
   for (std::size_t i = 0; i < neighbours.size(); ++i) {
@@ -186,7 +183,7 @@ void ChunkInspector::Scratch::judge_interface_star(VertexId v) {
   }
 }
 
-void ChunkInspector::Scratch::judge_star_slowly(VertexId v) {
+void ChunkInspector::judge_star_slowly(VertexId v) {
   matcher_.for_each_face(v, [&](std::span<const FaceSide> sides) {
     if (is_free(v) || is_free(sides[0].middle()) || is_free(sides[0].largest())) {
       judge_free_face(v, sides);
@@ -212,21 +209,21 @@ void ChunkInspector::Scratch::judge_star_slowly(VertexId v) {
 }
 
 // Wound outwards, and with a free vertex, so that no other chunk knows of it.
-void ChunkInspector::Scratch::add_boundary(const Triangle& t) {
+void ChunkInspector::add_boundary(const Triangle& t) {
   for (const VertexId w : t) out_.vertex_flags[w] |= kBoundaryVertex;
   boundary_.push_back(t);
   ++out_.boundary_faces;
 }
 
-void ChunkInspector::Scratch::add_side(const Triangle& t, TetId cell, VertexId apex) {
+void ChunkInspector::add_side(const Triangle& t, TetId cell, VertexId apex) {
   out_.interface.sides.push_back(
       {{interface_number_[t[0]], interface_number_[t[1]], interface_number_[t[2]]},
-       chunk_->point_ids[apex],
+       chunk_.point_ids[apex],
        states_.has_volume(cell) ? cell : InterfaceFindings::kFlat});
   if (states_.has_volume(cell)) open_.push_back(cell);
 }
 
-void ChunkInspector::Scratch::add_pair(const Triangle& t, TetId a, TetId b) {
+void ChunkInspector::add_pair(const Triangle& t, TetId a, TetId b) {
   out_.interface.sides.push_back(
       {{interface_number_[t[0]], interface_number_[t[1]], interface_number_[t[2]]},
        kNoVertex,
@@ -235,7 +232,7 @@ void ChunkInspector::Scratch::add_pair(const Triangle& t, TetId a, TetId b) {
 }
 
 // Duplicates have the same vertices: if one is free, they are all here.
-void ChunkInspector::Scratch::find_duplicates(std::span<const FaceSide> sides) {
+void ChunkInspector::find_duplicates(std::span<const FaceSide> sides) {
   for_each_copy(sides, [&](TetId t) {
     const Tet& tet = (*tets_)[t];
     if (std::none_of(tet.begin(), tet.end(), [&](VertexId v) { return is_free(v); })) return;
@@ -244,7 +241,7 @@ void ChunkInspector::Scratch::find_duplicates(std::span<const FaceSide> sides) {
   });
 }
 
-void ChunkInspector::Scratch::judge_free_face(VertexId v, std::span<const FaceSide> sides) {
+void ChunkInspector::judge_free_face(VertexId v, std::span<const FaceSide> sides) {
   Triangle face{v, sides[0].middle(), sides[0].largest()};
   if (sides.size() == 1) {
     if (sides[0].odd != 0) std::swap(face[1], face[2]);
@@ -261,7 +258,7 @@ void ChunkInspector::Scratch::judge_free_face(VertexId v, std::span<const FaceSi
   }
 }
 
-void ChunkInspector::Scratch::judge_interface_face(VertexId v, std::span<const FaceSide> sides) {
+void ChunkInspector::judge_interface_face(VertexId v, std::span<const FaceSide> sides) {
   const Triangle face{v, sides[0].middle(), sides[0].largest()};
   find_duplicates(sides);
   if (sides.size() == 2 && sides[0].odd != sides[1].odd) {
@@ -275,7 +272,7 @@ void ChunkInspector::Scratch::judge_interface_face(VertexId v, std::span<const F
 }
 
 // All neighbours and all folds, of cells that have volume.
-void ChunkInspector::Scratch::find_neighbours() {
+void ChunkInspector::find_neighbours() {
   pairs_.clear();
   for (VertexId v = 0; v < points(); ++v) {
     matcher_.for_each_face(v, [&](std::span<const FaceSide> sides) {
@@ -290,7 +287,7 @@ void ChunkInspector::Scratch::find_neighbours() {
 }
 
 // What stands for the cell in sets_.
-std::uint32_t ChunkInspector::Scratch::element_of(TetId t) const {
+std::uint32_t ChunkInspector::element_of(TetId t) const {
   if (regular_) {
     for (const VertexId v : (*tets_)[t]) {
       if (is_free(v)) return v;
@@ -299,12 +296,10 @@ std::uint32_t ChunkInspector::Scratch::element_of(TetId t) const {
   return static_cast<std::uint32_t>(points()) + t;
 }
 
-std::uint32_t ChunkInspector::Scratch::cluster_of(TetId t) {
-  return cluster_at_[sets_.find(element_of(t))];
-}
+std::uint32_t ChunkInspector::cluster_of(TetId t) { return cluster_at_[sets_.find(element_of(t))]; }
 
 // Numbers the sets of cells, and sums them up.
-void ChunkInspector::Scratch::count_clusters() {
+void ChunkInspector::count_clusters() {
   cluster_at_.assign(points() + tets_->size(), kNoVertex);
   clusters_.clear();
   // Most cells are of the cluster of the cell before.
@@ -324,13 +319,13 @@ void ChunkInspector::Scratch::count_clusters() {
         clusters_.push_back({});
       }
     }
-    const std::uint64_t id = chunk_->cell_ids.empty() ? t : chunk_->cell_ids[t];
+    const std::uint64_t id = chunk_.cell_ids.empty() ? t : chunk_.cell_ids[t];
     sum.add({1, states_.is_rewound(t) ? 1u : 0u, id});
   }
   add_sum();
 }
 
-void ChunkInspector::Scratch::find_clusters() {
+void ChunkInspector::find_clusters() {
   if (!regular_) {
     sets_.reset(points() + tets_->size());
     find_neighbours();
@@ -350,8 +345,7 @@ void ChunkInspector::Scratch::find_clusters() {
 }
 
 // Of the clusters that are open; what is not is settled here.
-void ChunkInspector::Scratch::report_clusters(const Vector<Fold>& folds,
-                                              const Vector<std::uint8_t>& open) {
+void ChunkInspector::report_clusters(const Vector<Fold>& folds, const Vector<std::uint8_t>& open) {
   const Vector<std::uint8_t> inverted = find_inverted_clusters(clusters_, folds);
   Vector<std::uint32_t> reported(clusters_.size());
   auto& out = out_.interface;
@@ -377,7 +371,7 @@ void ChunkInspector::Scratch::report_clusters(const Vector<Fold>& folds,
     if (clusters_[c].cells > kMaxBrokenCluster) continue;
     if (open[c] != 0) {
       for (const VertexId v : (*tets_)[t]) {
-        out.members.push_back({reported[c], chunk_->point_ids[v]});
+        out.members.push_back({reported[c], chunk_.point_ids[v]});
       }
     } else if (inverted[c] != 0) {
       mark_cell(t, kBrokenVertex);
@@ -387,8 +381,8 @@ void ChunkInspector::Scratch::report_clusters(const Vector<Fold>& folds,
   out.members.erase(std::unique(out.members.begin(), out.members.end()), out.members.end());
 }
 
-void ChunkInspector::Scratch::judge_surface() {
-  const Surface surface = judge_surface_part({chunk_->on_interface, true}, boundary_);
+void ChunkInspector::judge_surface() {
+  const Surface surface = judge_surface_part({chunk_.on_interface, true}, boundary_);
   out_.boundary_vertices = surface.vertices;
   out_.boundary_edges = surface.edges;
   out_.nonmanifold_edges = surface.nonmanifold_edges;
@@ -397,14 +391,14 @@ void ChunkInspector::Scratch::judge_surface() {
   boundary_at_ = surface.offsets;
 }
 
-bool ChunkInspector::Scratch::ball_is_sound(VertexId v) const {
+bool ChunkInspector::ball_is_sound(VertexId v) const {
   const auto triangles = static_cast<std::int32_t>(boundary_at_[v + 1] - boundary_at_[v]);
   return sums_[v] == sum_of_sound_ball(triangles) || matcher_.cell_count(v) == 0;
 }
 
 // Whether nothing is wrong with any free vertex: all cells round it are then connected by faces
 // that use it.
-bool ChunkInspector::Scratch::is_regular() const {
+bool ChunkInspector::is_regular() const {
   for (VertexId v = 0; v < points(); ++v) {
     if (!is_free(v)) continue;
     if ((out_.vertex_flags[v] & kBrokenVertex) != 0 || !ball_is_sound(v)) return false;
@@ -413,19 +407,19 @@ bool ChunkInspector::Scratch::is_regular() const {
 }
 
 // Balls are judged only where nothing else is wrong.
-void ChunkInspector::Scratch::judge_balls() {
+void ChunkInspector::judge_balls() {
   for (VertexId v = 0; v < points(); ++v) {
     if (!is_free(v) || (out_.vertex_flags[v] & kBrokenVertex) != 0 || ball_is_sound(v)) continue;
     out_.vertex_flags[v] |= kBrokenVertex;
     ++out_.nonmanifold_vertices;
-    out_.interface.unsound_balls.push_back(chunk_->point_ids[v]);
+    out_.interface.unsound_balls.push_back(chunk_.point_ids[v]);
   }
 }
 
-void ChunkInspector::Scratch::report() {
+void ChunkInspector::report() {
   auto& out = out_.interface;
   out.cell_count = tets_->size();
-  out.cells_have_ids = !chunk_->cell_ids.empty();
+  out.cells_have_ids = !chunk_.cell_ids.empty();
   for (VertexId v = 0; v < points(); ++v) {
     const bool is_used = matcher_.cell_count(v) > 0 || (out_.vertex_flags[v] & kBrokenVertex) != 0;
     if (is_free(v)) {
@@ -438,17 +432,16 @@ void ChunkInspector::Scratch::report() {
     point.is_used = is_used;
   }
   for (const Triangle& t : boundary_) {
-    const Triangle by_id{chunk_->point_ids[t[0]], chunk_->point_ids[t[1]], chunk_->point_ids[t[2]]};
-    if (chunk_->wants_boundary) out_.boundary.push_back(by_id);
+    const Triangle by_id{chunk_.point_ids[t[0]], chunk_.point_ids[t[1]], chunk_.point_ids[t[2]]};
+    if (chunk_.wants_boundary) out_.boundary.push_back(by_id);
     if (!is_free(t[0]) || !is_free(t[1]) || !is_free(t[2])) out.triangles.push_back(by_id);
   }
 }
 
-ChunkInspector::ChunkInspector() : scratch_(std::make_unique<Scratch>()) {}
-ChunkInspector::~ChunkInspector() = default;
+}  // namespace
 
-ChunkFindings ChunkInspector::inspect(const ChunkToInspect& chunk, Vector<Tet>* tets) {
-  return scratch_->run(chunk, tets);
+ChunkFindings inspect_chunk(const ChunkToInspect& chunk, Vector<Tet>* tets) {
+  return ChunkInspector(chunk, tets).run();
 }
 
 }  // namespace tetfusion

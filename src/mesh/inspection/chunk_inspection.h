@@ -92,21 +92,9 @@ struct ChunkFindings : MeshCounts {
   InterfaceFindings interface;
 };
 
-// Inspects chunks one after the other and keeps its memory from one to the next; one a thread.
-class ChunkInspector {
- public:
-  ChunkInspector();
-  ~ChunkInspector();
-
-  // Rewinds the chunk's tetrahedra in place and judges it. Starts no threads. The points of `tets`
-  // index the chunk's, and must be in range; points and tetrahedra together are countable in 32
-  // bits. Fastest where near points have near indices.
-  // Keeps about 50 bytes a tetrahedron.
-  ChunkFindings inspect(const ChunkToInspect& chunk, Vector<Tet>* tets);
-
- private:
-  class Scratch;
-  std::unique_ptr<Scratch> scratch_;
-};
+// Rewinds the chunk's tetrahedra in place and judges it. Starts no threads. The points of `tets`
+// index the chunk's, and must be in range; points and tetrahedra together are countable in 32 bits.
+// Fastest where near points have near indices. Takes about 50 bytes a tetrahedron.
+ChunkFindings inspect_chunk(const ChunkToInspect& chunk, Vector<Tet>* tets);
 
 }  // namespace tetfusion
