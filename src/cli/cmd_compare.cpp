@@ -53,14 +53,8 @@ std::optional<double> take_bound(std::string_view option, const std::string& tex
 }
 
 Bounds take_bounds(const CompareArguments& a) {
-  Bounds bounds{take_bound("--max-rms", a.max_rms), take_bound("--max-error", a.max_error),
-                take_bound("--surface", a.surface), a.arrays,
-                take_bound("--interfaces", a.interfaces)};
-  if (!a.arrays.empty() && !bounds.max_rms && !bounds.max_error) {
-    throw Error(ErrorCode::kUsage,
-                "--array says for which arrays --max-rms and --max-error hold: give one of these");
-  }
-  return bounds;
+  return {take_bound("--max-rms", a.max_rms), take_bound("--max-error", a.max_error),
+          take_bound("--surface", a.surface), a.arrays, take_bound("--interfaces", a.interfaces)};
 }
 
 std::string percent(double share) {
@@ -377,6 +371,8 @@ CompareAnswer compare_pair(const CompareArguments& a, const StepPair& pair, cons
         "--interfaces: no cell array that is named like materials says several regions, "
         "so that there was nothing to hold against it");
   }
+  const bool limits_errors = bounds.max_rms || bounds.max_error;
+  if (!bounds.arrays.empty() && !limits_errors) keep_arrays(bounds.arrays, &comparison);
   CompareArguments named = a;
   named.original = pair.original.path;
   named.simplified = pair.simplified.path;
@@ -488,7 +484,8 @@ void add_bound_options(CLI::App& command, CompareArguments* a) {
   command
       .add_option("--array", a->arrays,
                   "The point array that the first two are for, or cell:NAME (may be repeated). "
-                  "Default: all floating-point point arrays")
+                  "Default: all floating-point point arrays. Without these two: the one that is "
+                  "shown")
       ->check(not_empty)
       ->allow_extra_args(false)
       ->group(kGroup);

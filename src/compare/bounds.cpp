@@ -124,6 +124,12 @@ void require_arrays(const Bounds& bounds, const MeshDescription& original) {
   }
 }
 
+void keep_arrays(const std::vector<std::string>& names, Comparison* comparison) {
+  std::erase_if(comparison->arrays, [&](const ArrayComparison& a) {
+    return std::ranges::find(names, name_of(a)) == names.end();
+  });
+}
+
 std::vector<BoundResult> judge_bounds(const Comparison& comparison, const Bounds& bounds) {
   std::vector<BoundResult> results;
   for (const ArrayComparison* a : bounded_arrays(comparison, bounds)) {

@@ -144,6 +144,9 @@ struct BoundResult {
 // such.
 void require_arrays(const Bounds& bounds, const MeshDescription& original);
 
+// Leaves those of the arrays that are named; of cells as "cell:NAME".
+void keep_arrays(const std::vector<std::string>& names, Comparison* comparison);
+
 // What rounding to the type of the array or the coordinates can do is not held against them. A
 // bound is broken, too, where the original's value is finite and the simplified mesh's is not, or
 // where no value of the original is finite, but some of the simplified mesh's; and by an array that

@@ -55,6 +55,21 @@ class Compare(FolderTest):
         self.assertIn(b"--array cell:p", said.stderr)
         run("compare", *alone, "--surface", "0")
 
+    def test_shows_the_arrays_that_are_named(self):
+        made = TinyVtu()
+        made.arrays.insert(1, ["CellData", "p", "Float64", 1, [i % 8 for i in range(len(made.tets))]])
+        original, simplified = self.pair(made, made)
+        report = self.folder / "report.json"
+        for wanted in (["cell:p"], ["temperature"], ["temperature", "cell:p"]):
+            named = [word for name in wanted for word in ("--array", name)]
+            text = run("compare", original, simplified, *named, "--surface", "0", "--report", report).decode()
+            shown = [array["name"] for array in json.loads(report.read_text())["arrays"]]
+            self.assertEqual(shown, [name.split(":")[-1] for name in wanted])
+            self.assertEqual("temperature" in text, "temperature" in wanted)
+        # A bound is for these, and all are shown.
+        run("compare", original, simplified, "--array", "cell:p", "--max-error", "0", "--report", report)
+        self.assertIn("temperature", [array["name"] for array in json.loads(report.read_text())["arrays"]])
+
     def test_parts_without_any_number(self):
         """Fields may be known in a part of the mesh alone, so that whole blocks have none."""
         original, simplified = TinyVtu(32), TinyVtu(32)
@@ -316,7 +331,7 @@ class Compare(FolderTest):
 
     def test_usage(self):
         original, simplified = self.changed()
-        for options in ([], ["--max-error", "-1%"], ["--max-rms", "much"], ["--surface", ""], ["--array", "temperature"],
+        for options in ([], ["--max-error", "-1%"], ["--max-rms", "much"], ["--surface", ""], ["--array", "pressure"],
                         ["--max-error", "1%", "--array", "pressure"], ["--max-error", "1%", "--array", "id"],
                         ["--report", original], ["--threads", "-1"]):
             files = [original, simplified] if options else [original]
