@@ -127,6 +127,9 @@ bool can_merge_points(const std::string& path) {
 }
 
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, const OpenOptions& options) {
+  if (options.drop_patches && !options.dropped_patches.empty()) {
+    refuse("--drop-patches leaves out all patches: give that, or --drop-patch for some of them");
+  }
   auto mesh = open_whole(path, options);
   if (options.dropped_patches.empty()) return mesh;
   return without_patches(std::move(mesh), options.dropped_patches);

@@ -36,8 +36,10 @@ std::optional<double> share_of(const char* option, const std::string& text) {
 void parse_goal(RefineArguments* a) {
   RefineRequest& r = a->request;
   r.reduction = share_of("--reduction", a->reduction);
-  r.max_error = share_of("--max-error", a->max_error);
-  r.max_rms = share_of("--max-rms", a->max_rms);
+  if (!a->max_error.empty()) {
+    r.max_error = parse_share_of_range("--max-error", a->max_error, "1%");
+  }
+  if (!a->max_rms.empty()) r.max_rms = parse_share_of_range("--max-rms", a->max_rms, "0.1%");
   if (!a->tets.empty()) r.tets = parse_tets("--tets", a->tets);
 }
 

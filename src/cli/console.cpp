@@ -275,6 +275,18 @@ void check_report_beside(const std::string& mesh, const std::string& path,
   check_report(path, others);
 }
 
+double parse_share_of_range(std::string_view option, const std::string& text,
+                            std::string_view example) {
+  const auto share = parse_share(text);
+  if (!share) refuse(fmt::format("{} {}: give a share, as in {}", option, text, example));
+  if (*share > 1) {
+    refuse(fmt::format("{} {}: that is {:.6g} % of the range; give 100% or less, as in 5% or 0.05",
+                       option, text, 100 * *share));
+  }
+  if (is_bare_one(text)) refuse(fmt::format("{} {}: give 100% or 1%", option, text));
+  return *share;
+}
+
 std::uint64_t parse_tets(const std::string& option, const std::string& text) {
   const auto count = parse_count(text);
   if (!count) {

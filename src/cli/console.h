@@ -118,6 +118,11 @@ void check_report(const std::string& path, const std::vector<std::string>& other
 void check_report_beside(const std::string& mesh, const std::string& path,
                          std::vector<std::string> others);
 
+// A share of a field's range, of "1%" or "0.01". Throws Error(kUsage), for more than all, too, and
+// for a bare 1, as 1% may be meant.
+double parse_share_of_range(std::string_view option, const std::string& text,
+                            std::string_view example);
+
 // A number of tetrahedra, of "100k" or "2M". Throws Error(kUsage).
 std::uint64_t parse_tets(const std::string& option, const std::string& text);
 

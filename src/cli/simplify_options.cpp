@@ -26,7 +26,11 @@ std::vector<double> parse_schedule(const std::string& option, const std::string&
       values.push_back(std::numeric_limits<double>::infinity());
       continue;
     }
-    const auto value = shares ? parse_share(part) : parse_number(part);
+    if (shares) {
+      values.push_back(parse_share_of_range(option, part, "2.5%"));
+      continue;
+    }
+    const auto value = parse_number(part);
     if (!value) refuse(fmt::format("{} {}: \"{}\" is no number", option, text, part));
     values.push_back(*value);
   }
@@ -90,18 +94,6 @@ void parse_boundary(const std::string& text, BehaviourOptions* behaviour) {
   behaviour->boundary_distance = *share;
 }
 
-// A share of a field's range.
-double parse_error(std::string_view option, const std::string& text, std::string_view example) {
-  const auto share = parse_share(text);
-  if (!share) refuse(fmt::format("{} {}: give a share, as in {}", option, text, example));
-  if (*share > 1) {
-    refuse(fmt::format("{} {}: that is {:.6g} % of the range; give 100% or less, as in 5% or 0.05",
-                       option, text, 100 * *share));
-  }
-  if (is_bare_one(text)) refuse(fmt::format("{} {}: give 100% or 1%", option, text));
-  return *share;
-}
-
 void parse_arguments(SimplifyArguments* a) {
   BehaviourOptions& b = a->request.behaviour;
   if (!a->min_quality.empty()) {
@@ -109,9 +101,9 @@ void parse_arguments(SimplifyArguments* a) {
     if (!floor) refuse(fmt::format("--min-quality {}: give a number, as in 0.1", a->min_quality));
     b.min_quality = *floor;
   }
-  if (!a->max_rms.empty()) b.max_rms = parse_error("--max-rms", a->max_rms, "0.1%");
+  if (!a->max_rms.empty()) b.max_rms = parse_share_of_range("--max-rms", a->max_rms, "0.1%");
   parse_boundary(a->boundary, &b);
-  if (!a->max_error.empty()) b.max_error = parse_error("--max-error", a->max_error, "1%");
+  if (!a->max_error.empty()) b.max_error = parse_share_of_range("--max-error", a->max_error, "1%");
   if (!a->reduction.empty()) {
     b.reduction = parse_share(a->reduction);
     if (!b.reduction)

@@ -109,6 +109,11 @@ void require_arrays(const Bounds& bounds, const MeshDescription& original) {
     const bool is_of_cells =
         name.starts_with(kOfCells) && has_numbers(original.cell_data, name.substr(kOfCells.size()));
     if (is_of_cells || has_numbers(original.point_data, name)) continue;
+    if (has_numbers(original.cell_data, name)) {
+      throw Error(
+          ErrorCode::kUsage,
+          fmt::format("--array {}: that is an array of cells: --array {}{}", name, kOfCells, name));
+    }
     throw Error(ErrorCode::kUsage, fmt::format("--array {}: {} has no numeric array of that name; "
                                                "see 'tetfusion info'",
                                                name, original.path));
@@ -127,6 +132,12 @@ void require_arrays(const Bounds& bounds, const MeshDescription& original) {
 void keep_arrays(const std::vector<std::string>& names, Comparison* comparison) {
   std::erase_if(comparison->arrays, [&](const ArrayComparison& a) {
     return std::ranges::find(names, name_of(a)) == names.end();
+  });
+  std::erase_if(comparison->missing_arrays, [&](const std::string& name) {
+    return std::ranges::find(names, name) == names.end();
+  });
+  std::erase_if(comparison->retyped_arrays, [&](const RetypedArray& array) {
+    return std::ranges::find(names, array.name) == names.end();
   });
 }
 

@@ -43,16 +43,20 @@ void interpolate_tuple(const Interpolation& fusion, std::size_t components, T* v
 }  // namespace
 
 double mean_of_finite(const std::array<double, 4>& values, const std::array<double, 4>& weights) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double sum = 0, weight = 0, other = std::numeric_limits<double>::quiet_NaN();
+  double least = kInfinity, most = -kInfinity;
   for (std::size_t i = 0; i < 4; ++i) {
     if (!std::isfinite(values[i])) {
       other = values[i];
     } else if (weights[i] > 0) {
       weight += weights[i];
       sum += weights[i] * values[i];
+      least = std::min(least, values[i]);
+      most = std::max(most, values[i]);
     }
   }
-  return weight >= 0.5 ? sum / weight : other;
+  return weight >= 0.5 ? std::clamp(sum / weight, least, most) : other;
 }
 
 void interpolate_point_column(std::span<const Interpolation> fusions, Column* column) {

@@ -250,7 +250,7 @@ std::unique_ptr<MeshSource> CombinedSteps::mesh() const {
   }
   if (!interest_->empty()) arrays.points.push_back(interest_->array());
   const MeshDescription& mesh = source->description();
-  const auto weights = find_array(mesh, options_.weight);
+  const auto weights = find_own_array(mesh, options_.weight);
   if (weights && weights->association == Association::kPoint) {
     arrays.points.push_back(own_array(mesh, Association::kPoint, weights->index));
   }

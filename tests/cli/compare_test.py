@@ -66,6 +66,9 @@ class Compare(FolderTest):
             shown = [array["name"] for array in json.loads(report.read_text())["arrays"]]
             self.assertEqual(shown, [name.split(":")[-1] for name in wanted])
             self.assertEqual("temperature" in text, "temperature" in wanted)
+        self.assertIn("--array cell:p", finish("compare", original, simplified, "--array", "p").stderr.decode())
+        run("compare", original, self.write(TinyVtu(), "lost.vtu"), "--array", "temperature", "--report", report)
+        self.assertEqual(json.loads(report.read_text())["missing_arrays"], [])
         # A bound is for these, and all are shown.
         run("compare", original, simplified, "--array", "cell:p", "--max-error", "0", "--report", report)
         self.assertIn("temperature", [array["name"] for array in json.loads(report.read_text())["arrays"]])

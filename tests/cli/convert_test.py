@@ -333,6 +333,9 @@ class DroppedPatches(FolderTest):
             self.assertIn(f"--drop-patch {name}: the mesh has no named blocks; of a cell array".encode(), said.stderr)
         bare = self.folder / "bare.vtu"
         run("convert", path, bare, "--drop-patches")
+        said = finish("convert", path, bare, "--drop-patches", "--drop-patch", "patch=1")
+        self.assertEqual(said.returncode, USAGE)
+        self.assertIn(b"--drop-patches leaves out all patches", said.stderr)
         for mesh in (path, bare):
             for command in (["info", mesh], ["convert", mesh, out], ["simplify", mesh, "-o", out, "--reduction", "80%"]):
                 said = finish(*command, "--drop-patch", "patch=2", "--drop-patch", "patch=9")

@@ -157,6 +157,8 @@ class Goals(FolderTest):
         refuses("--tets and --max-rms are 2 goals", "--max-rms", "1%", "--tets", "10k")
         refuses("--max-rms much", "--max-rms", "much")
         refuses("at least 0%", "--max-rms", "-1%")
+        refuses("--max-rms 5: that is 500 %", "--max-rms", "5")
+        refuses("--max-error 1: give 100% or 1%", "--max-error", "1")
         refuses("a sphere has a centre", "--roi", "sphere=1,2")
         refuses('no point array "nothing"; it has', "--roi", "nothing>1")
         back = self.simplify(path, "--method", "tetfuse", "--reduction", "30%")

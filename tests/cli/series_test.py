@@ -502,6 +502,10 @@ class Shared(SeriesTest):
                            for more in ([], ["--weight", "weight"]))
         right = [(Vtu(r["outputs"][1]).points[:, 0] > 5).sum() for r in (plain, weighted)]
         self.assertGreater(right[1], 1.1 * right[0])
+        # An array of cells may steer, by its means at points, and weigh as well.
+        parts = [self.generate("--time", str(time), tets="2k", name=f"part_{time}.vtu") for time in range(2)]
+        both = ["--array", "cell:region", "--weight", "cell:region", *GOAL]
+        self.assertEqual(len(self.simplify(parts, "--array", "front", *both, out="p_{step}.vtu")["outputs"]), 2)
         said = finish("simplify", *steps, "-o", self.folder / "x_{step}.vtu", *GOAL, "--weight", "none")
         self.assertEqual(said.returncode, USAGE)
 

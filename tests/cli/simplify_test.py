@@ -119,7 +119,8 @@ class Options(FolderTest):
         self.assertEqual(stops, {"goal", "saturated"})
 
     def test_shares_of_more_than_all(self):
-        for option, value in (("--max-error", "5"), ("--max-rms", "101%"), ("--reduction", "90")):
+        for option, value in (("--max-error", "5"), ("--max-rms", "101%"), ("--reduction", "90"),
+                              ("--scalar-tolerance", "5"), ("--scalar-tolerance", "1%,200%")):
             self.assertRegex(self.refused(option, value), "100%.*(5%|90%)")
 
     def test_levels_must_differ(self):

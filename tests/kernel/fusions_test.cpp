@@ -65,6 +65,21 @@ TEST(InterpolatePointColumn, FiniteValuesCountIfTheyHaveHalfOfTheWeight) {
   EXPECT_EQ(at({0.25, 0.25, 0.5, 0}, {1, 4, kNan, kNan}), 2.5F);
   EXPECT_EQ(at({0, 1, 0, 0}, {kNan, 4, kNan, kNan}), 4.0F);
   EXPECT_TRUE(std::isnan(at({0.75, 0.25, 0, 0}, {kNan, 4, 5, 6})));
+  constexpr float kMost = std::numeric_limits<float>::max();
+  EXPECT_EQ(at({0.5, 0.5, 0, 0}, {kMost, -kMost, 1, 1}), 0.0F);
+}
+
+TEST(InterpolatePointColumn, TheLargestValuesThatThereAreStayFinite) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  const auto at = [](const std::array<double, 4>& weights, const Vector<double>& values) {
+    Column column = make_column(1, values);
+    const Interpolation one{0, {0, 1, 2, 3}, weights, 0};
+    interpolate_point_column({&one, 1}, &column);
+    return values_of<double>(column)[0];
+  };
+  EXPECT_EQ(at({0.5, 0.5, 0, 0}, {kMost, -kMost, 1, 1}), 0);
+  // By rounding the weights may be more than one together.
+  EXPECT_EQ(at({1e-16, 0.5, 0.5, 3e-16}, {-kMost, kMost, kMost, kMost}), kMost);
 }
 
 // Passes take the columns along: linear fields stay linear, whatever vertices were fused into what,

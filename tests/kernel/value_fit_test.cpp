@@ -215,6 +215,18 @@ TEST(ValueFit, ErrorsBecomeSmaller) {
   }
 }
 
+TEST(ValueFit, TheLargestValuesThatThereAreStayFinite) {
+  WorkMesh<double> mesh = rough_box();
+  const double most = std::numeric_limits<double>::max();
+  std::size_t next = 0;
+  const auto samples = sample(mesh, 3, [&](const Vec3<double>&) {
+    return testing::uniform(9, next++) < 0.5 ? most : -most;
+  });
+  mesh.steering.assign(mesh.steering.size(), 0);
+  fit(samples, &mesh);
+  for (const double value : mesh.steering) EXPECT_TRUE(std::isfinite(value));
+}
+
 TEST(ValueFit, ALinearFieldStays) {
   WorkMesh<double> mesh = rough_box();
   const auto f = [](double x, double y, double z) { return 1e5 + 2 * x - 3 * y + 0.5 * z; };

@@ -24,18 +24,34 @@ Tolerances tolerances_of(const std::vector<SteeringChoice>& choices) {
   return tolerances;
 }
 
-std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name) {
+namespace {
+
+std::optional<SteeringChoice> find(const MeshDescription& mesh, const std::string& name,
+                                   bool for_steering) {
   constexpr std::string_view kCellPrefix = "cell:";
   SteeringChoice choice;
   choice.name = name;
   choice.index = mesh.point_data.find(name);
-  if (choice.index != AttributeSet::npos) return choice;
+  const bool is_there = choice.index != AttributeSet::npos;
+  if (is_there && (for_steering || !mesh.point_data.arrays[choice.index].steers_only)) {
+    return choice;
+  }
   if (name.starts_with(kCellPrefix)) {
     choice.association = Association::kCell;
     choice.index = mesh.cell_data.find(name.substr(kCellPrefix.size()));
     if (choice.index != AttributeSet::npos) return choice;
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name) {
+  return find(mesh, name, true);
+}
+
+std::optional<SteeringChoice> find_own_array(const MeshDescription& mesh, const std::string& name) {
+  return find(mesh, name, false);
 }
 
 namespace {

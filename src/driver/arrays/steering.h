@@ -28,6 +28,8 @@ Tolerances tolerances_of(const std::vector<SteeringChoice>& choices);
 
 // "NAME" of the points, "cell:NAME" of the cells.
 std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name);
+// The same, but none that is there for steering alone: "cell:NAME" is that of the cells then, too.
+std::optional<SteeringChoice> find_own_array(const MeshDescription& mesh, const std::string& name);
 
 // The name that stands for many.
 inline constexpr std::string_view kAllArrays = "all";

@@ -17,7 +17,7 @@ namespace tetfusion {
 namespace {
 
 SteeringChoice choose_weights(const std::string& name, const MeshDescription& mesh) {
-  const auto choice = find_array(mesh, name);
+  const auto choice = find_own_array(mesh, name);
   const auto is_scalar = [&](const AttributeSet& set) {
     const ArrayInfo& info = set.arrays[choice->index];
     return info.components == 1 && info.type != ValueType::kString;

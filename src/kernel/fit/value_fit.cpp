@@ -327,8 +327,9 @@ void ValueFit<Real>::move_values(double full_weight) {
   for (const VertexId v : vertices_) {
     const Move& move = moves_[v];
     if (!(move.weight > 0)) continue;
-    values_[v] = std::clamp(values_[v] + move.sum / std::max(move.weight, full_weight), move.least,
-                            move.most);
+    const double value = values_[v] + move.sum / std::max(move.weight, full_weight);
+    if (std::isnan(value)) continue;  // errors that large sum up to infinity, both ways
+    values_[v] = std::clamp(value, move.least, move.most);
   }
 }
 
