@@ -26,8 +26,8 @@ Tolerances tolerances_of(const std::vector<SteeringChoice>& choices) {
 
 namespace {
 
-std::optional<SteeringChoice> find(const MeshDescription& mesh, const std::string& name,
-                                   bool for_steering) {
+std::optional<SteeringChoice> find_named(const MeshDescription& mesh, const std::string& name,
+                                         bool for_steering) {
   constexpr std::string_view kCellPrefix = "cell:";
   SteeringChoice choice;
   choice.name = name;
@@ -47,11 +47,11 @@ std::optional<SteeringChoice> find(const MeshDescription& mesh, const std::strin
 }  // namespace
 
 std::optional<SteeringChoice> find_array(const MeshDescription& mesh, const std::string& name) {
-  return find(mesh, name, true);
+  return find_named(mesh, name, true);
 }
 
 std::optional<SteeringChoice> find_own_array(const MeshDescription& mesh, const std::string& name) {
-  return find(mesh, name, false);
+  return find_named(mesh, name, false);
 }
 
 namespace {
