@@ -52,31 +52,28 @@ TEST(CarryPointColumn, FiniteValuesCountIfThereAreTwo) {
   EXPECT_EQ(carried<double>(1, {1, kInfinity, 7, kInfinity, kInfinity})[1], kInfinity);
 }
 
+// Of four values.
+template <class T>
+T interpolated(const std::array<double, 4>& weights, const Vector<T>& values) {
+  Column column = make_column(1, values);
+  const Interpolation one{0, {0, 1, 2, 3}, weights, 0};
+  interpolate_point_column({&one, 1}, &column);
+  return values_of<T>(column)[0];
+}
+
 TEST(InterpolatePointColumn, FiniteValuesCountIfTheyHaveHalfOfTheWeight) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-  const auto at = [](const std::array<double, 4>& weights, const Vector<float>& values) {
-    Column column = make_column(1, values);
-    const Interpolation one{0, {0, 1, 2, 3}, weights, 0};
-    interpolate_point_column({&one, 1}, &column);
-    return values_of<float>(column)[0];
-  };
+  const auto at = interpolated<float>;
   EXPECT_EQ(at({0.25, 0.25, 0.25, 0.25}, {1, 2, 3, 4}), 2.5F);
   EXPECT_EQ(at({0.5, 0.25, 0.25, 0}, {kNan, 2, 4, 8}), 3.0F);
   EXPECT_EQ(at({0.25, 0.25, 0.5, 0}, {1, 4, kNan, kNan}), 2.5F);
   EXPECT_EQ(at({0, 1, 0, 0}, {kNan, 4, kNan, kNan}), 4.0F);
   EXPECT_TRUE(std::isnan(at({0.75, 0.25, 0, 0}, {kNan, 4, 5, 6})));
-  constexpr float kMost = std::numeric_limits<float>::max();
-  EXPECT_EQ(at({0.5, 0.5, 0, 0}, {kMost, -kMost, 1, 1}), 0.0F);
 }
 
 TEST(InterpolatePointColumn, TheLargestValuesThatThereAreStayFinite) {
   constexpr double kMost = std::numeric_limits<double>::max();
-  const auto at = [](const std::array<double, 4>& weights, const Vector<double>& values) {
-    Column column = make_column(1, values);
-    const Interpolation one{0, {0, 1, 2, 3}, weights, 0};
-    interpolate_point_column({&one, 1}, &column);
-    return values_of<double>(column)[0];
-  };
+  const auto at = interpolated<double>;
   EXPECT_EQ(at({0.5, 0.5, 0, 0}, {kMost, -kMost, 1, 1}), 0);
   // By rounding the weights may be more than one together.
   EXPECT_EQ(at({1e-16, 0.5, 0.5, 3e-16}, {-kMost, kMost, kMost, kMost}), kMost);

@@ -9,7 +9,6 @@
 
 #include "driver/export/export.h"
 #include "io/vtk/vtu_writer.h"
-#include "mesh/inspection/chunk_inspection.h"
 
 namespace tetfusion {
 
