@@ -5,6 +5,7 @@
 #include <span>
 
 #include "mesh/predicates.h"
+#include "mesh/vectors.h"
 
 namespace tetfusion {
 
@@ -66,37 +67,56 @@ double clipped(const TetCorners& tet, std::span<const HalfSpace> by) {
   }
 }
 
-Vec3<double> about(const Vec3<double>& origin, const Vec3<double>& p) {
-  return {p.x - origin.x, p.y - origin.y, p.z - origin.z};
+TetCorners about(const Vec3<double>& origin, const TetCorners& corners) {
+  TetCorners out;
+  for (std::size_t i = 0; i < 4; ++i) out[i] = difference(corners[i], origin);
+  return out;
 }
 
 }  // namespace
 
-OverlapTet::OverlapTet(const TetCorners& corners, const Vec3<double>& origin)
-    : corners_{about(origin, corners[0]), about(origin, corners[1]), about(origin, corners[2]),
-               about(origin, corners[3])},
-      least_(corners_[0]),
-      most_(corners_[0]),
-      sides_{through(corners_[1], corners_[2], corners_[3], corners_[0]),
-             through(corners_[0], corners_[2], corners_[3], corners_[1]),
-             through(corners_[0], corners_[1], corners_[3], corners_[2]),
-             through(corners_[0], corners_[1], corners_[2], corners_[3])} {
-  for (const Vec3<double>& p : corners_) {
+auto OverlapTet::lanes_of(const TetCorners& c) -> Lanes4 {
+  return {{{DoubleLanes{c[0].x, c[1].x}, DoubleLanes{c[2].x, c[3].x}},
+           {DoubleLanes{c[0].y, c[1].y}, DoubleLanes{c[2].y, c[3].y}},
+           {DoubleLanes{c[0].z, c[1].z}, DoubleLanes{c[2].z, c[3].z}}}};
+}
+
+auto OverlapTet::sides_of(const TetCorners& c) -> Sides {
+  return {through(c[1], c[2], c[3], c[0]), through(c[0], c[2], c[3], c[1]),
+          through(c[0], c[1], c[3], c[2]), through(c[0], c[1], c[2], c[3])};
+}
+
+OverlapTet::OverlapTet(const TetCorners& corners)
+    : origin_(corners[0]),
+      least_(corners[0]),
+      most_(corners[0]),
+      corners_(about(origin_, corners)),
+      lanes_(lanes_of(corners_)),
+      sides_(sides_of(corners_)) {
+  for (const Vec3<double>& p : corners) {
     least_ = {std::min(least_.x, p.x), std::min(least_.y, p.y), std::min(least_.z, p.z)};
     most_ = {std::max(most_.x, p.x), std::max(most_.y, p.y), std::max(most_.z, p.z)};
   }
-  const auto& c = corners_;
-  lanes_ = {{{DoubleLanes{c[0].x, c[1].x}, DoubleLanes{c[2].x, c[3].x}},
-             {DoubleLanes{c[0].y, c[1].y}, DoubleLanes{c[2].y, c[3].y}},
-             {DoubleLanes{c[0].z, c[1].z}, DoubleLanes{c[2].z, c[3].z}}}};
 }
 
-auto OverlapTet::cut(const OverlapTet& other) const -> Cut {
+bool OverlapTet::is_near(const TetCorners& other) const {
+  const auto meets = [&](double Vec3<double>::*axis) {
+    const auto [least, most] =
+        std::minmax({other[0].*axis, other[1].*axis, other[2].*axis, other[3].*axis});
+    return least < most_.*axis && least_.*axis < most;
+  };
+  return meets(&Vec3<double>::x) && meets(&Vec3<double>::y) && meets(&Vec3<double>::z);
+}
+
+auto OverlapTet::cut(const Lanes4& points, const Sides& by) -> Cut {
   Cut cut;
-  for (const HalfSpace& side : sides_) {
-    const auto [first, last] = side.heights(other.lanes_);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto [first, last] = by[i].heights(points);
     const auto behind = (first < 0.0) | (last < 0.0), before = (first > 0.0) | (last > 0.0);
-    if ((behind[0] | behind[1]) != 0) cut.sides[cut.count++] = side;
+    if ((behind[0] | behind[1]) != 0) {
+      cut.sides[cut.count++] = by[i];
+      cut.which |= 1u << i;
+    }
     cut.all = (before[0] | before[1]) == 0;
     if (cut.all) break;
   }
@@ -104,18 +124,17 @@ auto OverlapTet::cut(const OverlapTet& other) const -> Cut {
 }
 
 // Whichever is cut less is cut.
-double OverlapTet::with(const OverlapTet& other) const {
-  if (most_.x <= other.least_.x || other.most_.x <= least_.x || most_.y <= other.least_.y ||
-      other.most_.y <= least_.y || most_.z <= other.least_.z || other.most_.z <= least_.z) {
-    return 0;
-  }
-  const Cut of_other = cut(other);
-  if (of_other.all) return 0;
-  const Cut of_this = other.cut(*this);
-  if (of_this.all) return 0;
-  return of_this.count <= of_other.count
-             ? clipped(corners_, std::span(of_this.sides).first(of_this.count))
-             : clipped(other.corners_, std::span(of_other.sides).first(of_other.count));
+Overlap OverlapTet::with(const TetCorners& other) const {
+  if (!is_near(other)) return {};
+  const TetCorners corners = about(origin_, other);
+  const Cut of_other = cut(lanes_of(corners), sides_);
+  if (of_other.all) return {};
+  const Cut of_this = cut(lanes_, sides_of(corners));
+  if (of_this.all) return {};
+  const double volume = of_this.count <= of_other.count
+                            ? clipped(corners_, std::span(of_this.sides).first(of_this.count))
+                            : clipped(corners, std::span(of_other.sides).first(of_other.count));
+  return volume > 0 ? Overlap{volume, of_this.which} : Overlap{};
 }
 
 }  // namespace tetfusion

@@ -28,29 +28,46 @@ struct HalfSpace {
   }
 };
 
+struct Overlap {
+  // Six times the common volume, as the determinant of a tetrahedron is. Exact but for rounding of
+  // the order of the larger one's volume.
+  double volume = 0;
+  // Of the other one's faces, each by the corner opposite to it, those that may have something of
+  // the first one on their far side, as bits: all where there is no common volume.
+  unsigned crossed = 15;
+};
+
 // A tetrahedron of positive volume, ready to be held against many others.
 class OverlapTet {
  public:
-  // `origin` is a place near it: about that nothing is rounded to units of places far away.
-  OverlapTet(const TetCorners& corners, const Vec3<double>& origin);
+  explicit OverlapTet(const TetCorners& corners);
 
-  // Six times the common volume, as the determinant of a tetrahedron is. Exact but for rounding of
-  // the order of the larger one's volume. REQUIRES: the same origin.
-  double with(const OverlapTet& other) const;
+  // The other one has a positive volume, too.
+  Overlap with(const TetCorners& other) const;
+
+  // Do the boxes round them have something in common?
+  bool is_near(const TetCorners& other) const;
 
  private:
-  // Sides of it that have a part of the other one behind them.
+  // Four points, axis by axis.
+  using Lanes4 = std::array<std::array<DoubleLanes, 2>, 3>;
+  using Sides = std::array<HalfSpace, 4>;
+  // Sides that have a part of the other one behind them.
   struct Cut {
-    std::array<HalfSpace, 4> sides;
+    Sides sides;
     std::size_t count = 0;
-    bool all = false;  // one has all of it
+    unsigned which = 0;  // these, as bits
+    bool all = false;    // one has all of it
   };
-  Cut cut(const OverlapTet& other) const;
+  static Lanes4 lanes_of(const TetCorners& corners);
+  static Sides sides_of(const TetCorners& corners);
+  static Cut cut(const Lanes4& points, const Sides& by);
 
-  TetCorners corners_;
-  std::array<std::array<DoubleLanes, 2>, 3> lanes_;  // the same, axis by axis
+  Vec3<double> origin_;  // about that nothing is rounded to units of places far away
   Vec3<double> least_, most_;
-  std::array<HalfSpace, 4> sides_;  // it is what is in all of them
+  TetCorners corners_;  // from here on about the origin
+  Lanes4 lanes_;
+  Sides sides_;  // it is what is in all of them
 };
 
 }  // namespace tetfusion

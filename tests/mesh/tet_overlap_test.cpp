@@ -11,7 +11,7 @@ namespace tetfusion {
 namespace {
 
 double overlap(const TetCorners& a, const TetCorners& b) {
-  return OverlapTet(a, a[0]).with(OverlapTet(b, a[0]));
+  return OverlapTet(a).with(b).volume;
 }
 
 double volume(const TetCorners& t) { return determinant(t[0], t[1], t[2], t[3]).value; }

@@ -18,11 +18,6 @@ namespace {
 template <class T>
 constexpr double kExactness = std::is_same_v<T, float> ? 1e-7 : 1e-13;
 
-template <class Real>
-Vec3<double> to_double(const Vec3<Real>& p) {
-  return {p.x, p.y, p.z};
-}
-
 template <class T>
 bool all_finite(const Column& column) {
   const T* const rows = reinterpret_cast<const T*>(column.rows.data());
@@ -36,6 +31,7 @@ template <class Real>
 void FieldIntegrals<Real>::begin(bool stay, std::span<const SteeringField> fields,
                                  std::span<const std::uint32_t> regions, WorkMesh<Real>* mesh) {
   stay_ = stay;
+  transfer_.reset();
   fields_ = fields;
   mesh_ = mesh;
   steers_.assign(mesh->point_columns.size(), 0);
@@ -54,13 +50,6 @@ void FieldIntegrals<Real>::begin(bool stay, std::span<const SteeringField> field
         column.type == ValueType::kFloat32 ? all_finite<float>(column) : all_finite<double>(column);
     if (!finite) gap_columns_.push_back(c);
   }
-}
-
-template <class Real>
-TetCorners FieldIntegrals<Real>::corners(TetId t) const {
-  TetCorners out;
-  for (std::size_t i = 0; i < 4; ++i) out[i] = to_double(mesh_->positions[mesh_->tets[t][i]]);
-  return out;
 }
 
 // Volumes, six times.
@@ -189,58 +178,9 @@ bool FieldIntegrals<Real>::can_mix(const Column& column) const {
   return true;
 }
 
-// What each affected tetrahedron will have of the old ones.
-template <class Real>
-void FieldIntegrals<Real>::find_shares() {
-  begins_.assign(1, 0);
-  shares_.clear();
-  const Vec3<double> origin = to_double(joining_.position);
-  before_shapes_.clear();
-  for (const TetId t : old_tets_) before_shapes_.emplace_back(corners(t), origin);
-  for (const std::uint32_t entry : joining_.affected) {
-    TetCorners after = corners(entry >> 2);
-    after[entry & 3u] = origin;
-    const OverlapTet shape(after, origin);
-    const std::size_t begin = shares_.size();
-    double all = 0;
-    for (std::uint32_t i = 0; i < old_tets_.size(); ++i) {
-      const double volume = before_shapes_[i].with(shape);
-      if (!(volume > 0)) continue;
-      shares_.push_back({i, volume});
-      all += volume;
-    }
-    for (std::size_t s = begin; s < shares_.size(); ++s) shares_[s].weight /= all;
-    begins_.push_back(static_cast<std::uint32_t>(shares_.size()));
-  }
-}
-
-template <class Real>
-template <class T>
-void FieldIntegrals<Real>::mix_cells(Column* column) {
-  T* rows = reinterpret_cast<T*>(column->rows.data());
-  const std::size_t width = column->components;
-  mixed_.clear();
-  for (std::size_t i = 0; i + 1 < begins_.size(); ++i) {
-    for (std::size_t k = 0; k < width; ++k) {
-      const double origin{rows[old_tets_[i] * width + k]};
-      if (!std::isfinite(origin)) {  // as all of them are
-        mixed_.push_back(origin);
-        continue;
-      }
-      double value = origin;
-      for (std::uint32_t s = begins_[i]; s < begins_[i + 1]; ++s) {
-        value += shares_[s].weight * (rows[old_tets_[shares_[s].old] * width + k] - origin);
-      }
-      mixed_.push_back(value);
-    }
-  }
-  for (std::size_t i = 0; i < mixed_.size(); ++i) {
-    rows[old_tets_[i / width] * width + i % width] = static_cast<T>(mixed_[i]);
-  }
-}
-
 template <class Real>
 void FieldIntegrals<Real>::apply(VertexId kept, const Interpolation& interpolation) {
+  if (!mixed_columns_.empty() && !transfer_) transfer_.emplace(*mesh_);
   const double* found = rows_.data();
   for (std::size_t c = 0; c < steers_.size() && !joining_.fixed; ++c) {
     Column& column = mesh_->point_columns[c];
@@ -259,13 +199,12 @@ void FieldIntegrals<Real>::apply(VertexId kept, const Interpolation& interpolati
       }
     });
   }
-  if (mixed_columns_.empty()) return;
-  find_shares();
-  for (const std::uint32_t c : mixed_columns_) {
-    Column& column = mesh_->cell_columns[c];
-    if (column.type == ValueType::kFloat32) mix_cells<float>(&column);
-    if (column.type == ValueType::kFloat64) mix_cells<double>(&column);
-  }
+}
+
+template <class Real>
+void FieldIntegrals<Real>::finish() {
+  if (transfer_) transfer_->run(mixed_columns_, mesh_);
+  transfer_.reset();
 }
 
 template class FieldIntegrals<float>;

@@ -3,13 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "kernel/criteria.h"
+#include "kernel/fields/cell_transfer.h"
 #include "kernel/fusions.h"
 #include "kernel/joining.h"
-#include "mesh/tet_overlap.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
@@ -33,10 +34,13 @@ class FieldIntegrals {
   bool find(const Joining<Real>& joining, std::span<double> values);
 
   // To be called before the mesh changes, with what find() has found last. Writes the rows of the
-  // vertex that stays, but for columns that steer, and those of affected tetrahedra: what they take
-  // over of the old ones, by volume. Integers are those of the nearest vertex of the two, and stay
-  // in tetrahedra. Where there is no integral, the value is the interpolated one.
+  // vertex that stays, but for columns that steer. Integers are those of the nearest vertex of the
+  // two. Where there is no integral, the value is the interpolated one.
   void apply(VertexId kept, const Interpolation& interpolation);
+
+  // When no more fusions come. Writes the rows of tetrahedra that have changed: what they take over
+  // of what was there in the beginning, by volume. Integers stay.
+  void finish();
 
  private:
   // Component k of rows of `width`; how exact its type is.
@@ -47,23 +51,15 @@ class FieldIntegrals {
   struct Range {
     double least, most;
   };
-  struct Share {
-    std::uint32_t old;  // in old_tets_
-    double weight;      // of the new one
-  };
   // False: no value will do. The value is no number where there is no integral.
   template <class T>
   bool solve(const T* rows, const Values& of, double* value) const;
   template <class T>
   Range range_of(const T* rows, const Values& of) const;
   void measure();
-  void find_shares();
-  template <class T>
-  void mix_cells(Column* column);
   bool can_mix_cells() const;
   template <class T>
   bool can_mix(const Column& column) const;
-  TetCorners corners(TetId t) const;
 
   WorkMesh<Real>* mesh_ = nullptr;
   std::span<const SteeringField> fields_;
@@ -73,14 +69,11 @@ class FieldIntegrals {
   std::vector<std::uint8_t> steers_;          // of a point column
 
   Joining<Real> joining_;
-  std::vector<TetId> old_tets_;         // the affected ones first
-  std::vector<double> before_, after_;  // volumes of old tetrahedra, and of affected ones
-  double sum_ = 0;                      // of the latter
-  std::vector<double> rows_;            // what find() has found, column by column
-  std::vector<std::uint32_t> begins_;   // of each affected tetrahedron's shares; one more
-  std::vector<Share> shares_;
-  std::vector<OverlapTet> before_shapes_;
-  std::vector<double> mixed_;
+  std::vector<TetId> old_tets_;                 // the affected ones first
+  std::vector<double> before_, after_;          // volumes of old tetrahedra, and of affected ones
+  double sum_ = 0;                              // of the latter
+  std::vector<double> rows_;                    // what find() has found, column by column
+  std::optional<CellTransfer<Real>> transfer_;  // from the first fusion on
 };
 
 extern template class FieldIntegrals<float>;

@@ -18,7 +18,6 @@ constexpr int kWalkToNext = 16;
 constexpr double kInside = -1e-9;
 // Weights that are not negative sum up to no more where a point is near a tetrahedron.
 constexpr double kNearby = 1.2;
-constexpr TetId kUnknown = kNoTet - 1;  // no mesh has so many
 
 template <class Real>
 Vec3<double> mean_of(const std::array<Vec3<Real>, 4>& p) {
@@ -44,9 +43,7 @@ std::array<double, 4> weights_in(const Vec3<double>& p, const std::array<Vec3<Re
 
 template <class Real>
 std::uint64_t TetWalk<Real>::memory(std::uint64_t tets) {
-  // There are four times fewer vertices than tetrahedra, but in odd meshes.
-  constexpr std::uint64_t kTetBytes = 32 + sizeof(VertexId) / 4;
-  return tets * kTetBytes + StartGrid<Real>::memory(tets);
+  return TetNeighbours::memory(tets) + StartGrid<Real>::memory(tets);
 }
 
 template <class Real>
@@ -54,8 +51,7 @@ void TetWalk<Real>::begin(const WorkMesh<Real>& mesh) {
   mesh_ = &mesh;
   last_ = {};
   end_ = kNoTet;
-  build_vertex_tets(mesh.vertex_count(), mesh.tets, &balls_);
-  beyond_.assign(4 * mesh.tets.size(), kUnknown);
+  neighbours_.begin(mesh.vertex_count(), mesh.tets);
   starts_.begin(mesh);
 }
 
@@ -77,7 +73,7 @@ bool TetWalk<Real>::overlaps_itself() {
   constexpr double kDeep = 0.02;  // what is less deep inside touches only, as in contact
   std::vector<TetId> at_boundary;
   for (VertexId v = 0; v < mesh_->vertex_count(); ++v) {
-    const auto ball = balls_.of(v);
+    const auto ball = balls().of(v);
     if ((mesh_->marks[v] & kOnBoundary) == 0 || ball.empty()) continue;
     const TetId tet = ball[0] >> 2;
     if (determinant(mesh_->positions, mesh_->tets[tet]).sign() > 0) at_boundary.push_back(tet);
@@ -134,35 +130,12 @@ bool TetWalk<Real>::walk(TetId start, int longest, const Vec3<double>& point) {
         return false;
       }
       *furthest = 0;
-      next = beyond(t, static_cast<std::size_t>(furthest - left.begin()));
+      next = neighbours_.beyond(t, static_cast<std::size_t>(furthest - left.begin()));
     }
     before = t;
     t = next;
   }
   return false;
-}
-
-// The tetrahedron on the other side of the face without that corner.
-template <class Real>
-TetId TetWalk<Real>::beyond(TetId tet, std::size_t corner) {
-  TetId& known = beyond_[4 * std::size_t{tet} + corner];
-  if (known == kUnknown) known = find_beyond(tet, corner);
-  return known;
-}
-
-template <class Real>
-TetId TetWalk<Real>::find_beyond(TetId tet, std::size_t corner) const {
-  const Tet& here = mesh_->tets[tet];
-  const VertexId a = here[(corner + 1) & 3u], b = here[(corner + 2) & 3u],
-                 c = here[(corner + 3) & 3u];
-  for (const std::uint32_t entry : balls_.of(a)) {
-    const Tet& there = mesh_->tets[entry >> 2];
-    const auto has = [&](VertexId v) {
-      return there[0] == v || there[1] == v || there[2] == v || there[3] == v;
-    };
-    if (has(b) && has(c) && (entry >> 2) != tet) return entry >> 2;
-  }
-  return kNoTet;
 }
 
 template std::array<double, 4> weights_in(const Vec3<double>&, const std::array<Vec3<float>, 4>&);

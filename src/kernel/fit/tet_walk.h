@@ -4,9 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "base/vector.h"
 #include "kernel/fit/start_grid.h"
-#include "mesh/vertex_tets.h"
+#include "mesh/tet_neighbours.h"
 #include "mesh/work_mesh.h"
 
 namespace tetfusion {
@@ -51,7 +50,7 @@ class TetWalk {
   const Place& place() const { return last_; }
 
   // Of the mesh.
-  const VertexTets& balls() const { return balls_; }
+  const VertexTets& balls() const { return neighbours_.balls(); }
 
   // Bytes that takes for so many tetrahedra.
   static std::uint64_t memory(std::uint64_t tets);
@@ -62,12 +61,9 @@ class TetWalk {
 
   bool walk(TetId start, int longest, const Vec3<double>& point);
   bool place_nearby(const Vec3<double>& point);
-  TetId beyond(TetId tet, std::size_t corner);
-  TetId find_beyond(TetId tet, std::size_t corner) const;
 
   const WorkMesh<Real>* mesh_ = nullptr;
-  VertexTets balls_;
-  Vector<TetId> beyond_;  // each corner, where somebody has asked already; else kUnknown
+  TetNeighbours neighbours_;
   StartGrid<Real> starts_;
   Place last_{};
   TetId end_ = kNoTet;  // of the last walk, where it ended at a boundary

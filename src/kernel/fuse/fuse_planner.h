@@ -54,6 +54,8 @@ class FusePlanner {
   void apply();
   // ... and afterwards.
   void note_fused() { cavity_.note_fused(kept_); }
+  // When no more pairs come, and before what is deleted is dropped.
+  void finish() { values_.finish(); }
 
   // Of a vertex inside of the mesh that was fused to its place: are there better values() for it?
   bool may_refit() const { return values_.may_refit(); }

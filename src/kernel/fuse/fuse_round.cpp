@@ -78,6 +78,7 @@ FuseStatistics FuseRound<Real>::run(const FuseLimits& limits, std::span<const St
   notes_.begin(mesh, log);
   work();
   refit();
+  planner_.finish();
   FuseStatistics statistics;
   finish(&statistics);
   compact();

@@ -78,6 +78,9 @@ class FuseValues {
   // To be called before the mesh changes, when the pair is about to become one.
   void apply(VertexId kept);
 
+  // When no more pairs come.
+  void finish() { integrals_.finish(); }
+
  private:
   double best_at(VertexId v, const Offset& u, std::size_t k) const;
   double loss_at(VertexId x, const typename FuseCavity<Real>::Place& place) const;
