@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "mesh/hilbert.h"
 
@@ -43,6 +44,38 @@ void Box::add(const Box& other) {
   lo = {std::min(lo.x, other.lo.x), std::min(lo.y, other.lo.y), std::min(lo.z, other.lo.z)};
   hi = {std::max(hi.x, other.hi.x), std::max(hi.y, other.hi.y), std::max(hi.z, other.hi.z)};
 }
+
+template <class Real>
+Box without_outliers(const Box& box, std::span<const Vec3<Real>> samples) {
+  constexpr double kReach = 64;
+  constexpr std::size_t kOneIn = 100;  // may be far away, on each side
+  Box out = box;
+  const auto clip = [&](auto axis) {
+    std::vector<double> values;
+    for (const Vec3<Real>& p : samples) {
+      if (std::isfinite(p.*axis.first)) values.push_back(p.*axis.first);
+    }
+    if (values.empty()) return;
+    const auto value_at = [&](std::size_t rank) {
+      const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
+      std::nth_element(values.begin(), at, values.end());
+      return *at;
+    };
+    const double low = value_at(values.size() / kOneIn);
+    const double high = value_at(values.size() - 1 - values.size() / kOneIn);
+    if (!(high > low)) return;
+    const double reach = kReach * (high - low);
+    out.lo.*axis.second = std::max(out.lo.*axis.second, low - reach);
+    out.hi.*axis.second = std::min(out.hi.*axis.second, high + reach);
+  };
+  clip(std::pair(&Vec3<Real>::x, &Vec3<double>::x));
+  clip(std::pair(&Vec3<Real>::y, &Vec3<double>::y));
+  clip(std::pair(&Vec3<Real>::z, &Vec3<double>::z));
+  return out;
+}
+
+template Box without_outliers(const Box&, std::span<const Vec3<float>>);
+template Box without_outliers(const Box&, std::span<const Vec3<double>>);
 
 ShiftedCurve::ShiftedCurve(const Box& box, std::uint32_t round) {
   if (!(box.lo.x <= box.hi.x)) return;

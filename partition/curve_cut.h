@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "base/vector.h"
 #include "mesh/geometry.h"
@@ -18,6 +19,11 @@ struct Box {
   Vec3<double> lo;
   Vec3<double> hi;
 };
+
+// Where cuts are made: beyond 64 times the width of nearly all samples the box has nothing, as a
+// point far away would leave the curve one cell for all others.
+template <class Real>
+Box without_outliers(const Box& box, std::span<const Vec3<Real>> samples);
 
 // The curve through a cube of twice the box's extent, in which the box's place depends on the
 // round. Points outside the box are taken as on its surface.

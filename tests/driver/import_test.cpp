@@ -353,6 +353,22 @@ TEST_F(ImportMesh, APointFarAwayLeavesTheChunksAsLargeAsOthers) {
   for (const WorkMesh<double>& chunk : chunks) EXPECT_LT(chunk.tets.size(), 7000u);
 }
 
+// Nor does one that is used, in the cuts that follow.
+TEST_F(ImportMesh, AVertexFarAwayLeavesTheNextChunksAsLargeAsOthers) {
+  MeshFile file;
+  file.geometry = testing::five_split_cube(20, 0.1);
+  for (auto& p : std::get<Vector<Vec3<double>>>(file.geometry.points)) {
+    if (p.x == 20 && p.y == 20 && p.z == 20) p = {6e8, 6e8, 6e8};
+  }
+  file.write(path);
+  const Import<double> cut(path, {.chunk_tets = 5000, .first_round = true});
+  ASSERT_TRUE(cut.imported.first_round_done);
+  EXPECT_GT(cut.imported.box.hi.x, 5e8);
+  const auto chunks = cut.chunks();
+  EXPECT_GT(chunks.size(), 3u);
+  for (const WorkMesh<double>& chunk : chunks) EXPECT_LT(chunk.tets.size(), 7000u);
+}
+
 // So large that its cells, and its points, come in several windows.
 TEST_F(ImportMesh, TakesMeshesOfSeveralWindows) {
   MeshFile file;

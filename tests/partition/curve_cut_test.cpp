@@ -46,6 +46,17 @@ std::vector<std::size_t> sizes(const CurveCut& cut, const Vector<Vec3<double>>& 
   return out;
 }
 
+// One in a hundred may be far away, on each side; what is not has its place.
+TEST(Box, WithoutOutliers) {
+  Vector<Vec3<double>> points = random_points(1000);
+  points.push_back({1e9, 0, -50});
+  const Box box = without_outliers<double>(box_of(points), points);
+  EXPECT_GT(box.hi.x, 1);
+  EXPECT_LT(box.hi.x, 70);
+  EXPECT_EQ(box.lo.z, -50);
+  EXPECT_LE(box.hi.y, 1);
+}
+
 TEST(Box, BoundsFinitePoints) {
   Box box;
   box.add({1, 2, 3});

@@ -123,7 +123,8 @@ template <class Real>
 void Examiner<Real>::judge_chunks(const ScatteredMesh<Real>& from) {
   std::vector<ChunkLoader<Real>> loaders;
   std::vector<WorkMesh<Real>> meshes(static_cast<std::size_t>(thread_count()));
-  for (const WorkMesh<Real>& mesh : meshes) loaders.emplace_back(mesh, from.box);
+  const Box cut_box = without_outliers<Real>(from.box, from.samples);
+  for (const WorkMesh<Real>& mesh : meshes) loaders.emplace_back(mesh, cut_box);
   UnionFind surfaces(points_);
   InterfaceInspection between;
   QualityMeter quality;

@@ -52,7 +52,9 @@ template <class Real>
 class Assembler {
  public:
   explicit Assembler(const ChunkParts<Real>& parts)
-      : parts_(parts), loader_(parts.layout, parts.from.box), mesh_(parts.layout) {}
+      : parts_(parts),
+        loader_(parts.layout, without_outliers<Real>(parts.from.box, parts.from.samples)),
+        mesh_(parts.layout) {}
 
   ChunkShare assemble(std::uint32_t chunk);
   WorkMesh<Real>& mesh() { return mesh_; }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 
 #include "base/blocks.h"
@@ -55,37 +54,6 @@ void for_each_window(const ScatterJob<Real>& job, F f) {
                  });
 }
 
-// Where the first cut is made. A point far away, which perhaps nothing uses, would leave the curve
-// one cell for all others: beyond this many times the width of nearly all points it has none.
-template <class Real>
-Box box_to_cut(const ScatteredMesh<Real>& survey) {
-  constexpr double kReach = 64;
-  constexpr std::size_t kOneIn = 100;  // may be far away, on each side
-  Box box = survey.box;
-  const auto clip = [&](auto axis) {
-    std::vector<double> values;
-    for (const Vec3<Real>& p : survey.samples) {
-      if (std::isfinite(p.*axis.first)) values.push_back(p.*axis.first);
-    }
-    if (values.empty()) return;
-    const auto value_at = [&](std::size_t rank) {
-      const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
-      std::nth_element(values.begin(), at, values.end());
-      return *at;
-    };
-    const double low = value_at(values.size() / kOneIn);
-    const double high = value_at(values.size() - 1 - values.size() / kOneIn);
-    if (!(high > low)) return;
-    const double reach = kReach * (high - low);
-    box.lo.*axis.second = std::max(box.lo.*axis.second, low - reach);
-    box.hi.*axis.second = std::min(box.hi.*axis.second, high + reach);
-  };
-  clip(std::pair(&Vec3<Real>::x, &Vec3<double>::x));
-  clip(std::pair(&Vec3<Real>::y, &Vec3<double>::y));
-  clip(std::pair(&Vec3<Real>::z, &Vec3<double>::z));
-  return box;
-}
-
 // The box of all points, and every so-many-th of them.
 template <class Real>
 void survey_points(const ScatterJob<Real>& job, ScatteredMesh<Real>* out) {
@@ -115,7 +83,7 @@ void survey_points(const ScatterJob<Real>& job, ScatteredMesh<Real>* out) {
 template <class Real>
 void find_homes(const ScatteredMesh<Real>& survey, ScatterJob<Real>* job) {
   const std::uint64_t points = job->stream.points();
-  const ShiftedCurve curve(box_to_cut(survey), 0);
+  const ShiftedCurve curve(without_outliers<Real>(survey.box, survey.samples), 0);
   Vector<std::uint64_t> keys;
   for (const Vec3<Real>& p : survey.samples) keys.push_back(curve.key(p));
   CurveExcerpt excerpt;

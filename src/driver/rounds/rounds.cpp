@@ -273,7 +273,7 @@ void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits
       static_cast<std::uint32_t>(std::ceil(expected / static_cast<double>(settings.chunk_tets)));
   if (settings.method == Method::kFuse) round_.costs.resize(std::max(chunks, 1U));
   if (chunks <= 1) return;
-  const ShiftedCurve curve(settings.box, settings.number);
+  const ShiftedCurve curve(without_outliers<Real>(settings.box, samples), settings.number);
   Vector<std::uint64_t> keys;
   keys.reserve(samples.size());
   for (const Vec3<Real>& p : samples) keys.push_back(curve.key(p));
