@@ -95,7 +95,7 @@ class DiskPieces : public BucketPieces {
 };
 
 // Where they are many, which are small then: a process may have no more than so many mappings
-// (65,530 where nobody has said otherwise), and each thread has a bucket in hand.
+// (FORMAT.md), and each thread has a bucket in hand.
 class ReadPieces : public DiskPieces {
  public:
   ReadPieces(std::shared_ptr<const Generation> generation, std::vector<PieceOnDisk> pieces)
@@ -226,7 +226,7 @@ class MappedPieces : public DiskPieces {
 
 std::unique_ptr<BucketPieces> load_pieces(std::shared_ptr<const Generation> generation,
                                           std::vector<PieceOnDisk> pieces) {
-  constexpr std::size_t kMostMapped = 256;
+  constexpr std::size_t kMostMapped = 128;
   if (pieces.size() > kMostMapped) {
     return std::make_unique<ReadPieces>(std::move(generation), std::move(pieces));
   }

@@ -81,7 +81,7 @@ template <class Real>
 void write_steering_columns(std::span<const SteeringField> fields,
                             std::span<const VertexId> vertices, WorkMesh<Real>* mesh) {
   for (const SteeringField& f : fields) {
-    if (f.column == kNoColumn) continue;
+    if (!is_column(f, *mesh)) continue;
     Column& column = mesh->point_columns[f.column];
     visit_type(column.type, [&](auto zero) {
       using T = decltype(zero);

@@ -61,7 +61,13 @@ void interpolate_point_column(std::span<const Interpolation> fusions, Column* co
 // fusion may name a vertex that an earlier one names.
 void carry_point_column(std::span<const Fusion> fusions, Column* column);
 
-// Gives these vertices, in the floating-point columns that steer, their steering values.
+// Does the field steer by a floating-point column of points?
+template <class Real>
+bool is_column(const SteeringField& field, const WorkMesh<Real>& mesh) {
+  return field.column != kNoColumn && is_float(mesh.point_columns[field.column].type);
+}
+
+// Gives these vertices, in the columns that do so, their steering values.
 template <class Real>
 void write_steering_columns(std::span<const SteeringField> fields,
                             std::span<const VertexId> vertices, WorkMesh<Real>* mesh);

@@ -8,8 +8,7 @@ namespace tetfusion {
 
 namespace {
 
-// Those of incidence 0, but for locked ones (a carried cell may be all they have). The others' new
-// ids; their order is kept.
+// Those of incidence 0. The others' new ids; their order is kept.
 template <class Real>
 Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh) {
   Vector<VertexId> new_ids(mesh->vertex_count());
@@ -17,7 +16,7 @@ Vector<VertexId> drop_unused_vertices(WorkMesh<Real>* mesh) {
   const std::size_t width = mesh->steering_width;
   const std::size_t numbers = mesh->quadric_width;
   for (std::size_t v = 0; v < new_ids.size(); ++v) {
-    if (mesh->incidence[v] == 0 && (mesh->marks[v] & kLocked) == 0) continue;
+    if (mesh->incidence[v] == 0) continue;
     const VertexId to = kept++;
     new_ids[v] = to;
     if (to == v) continue;

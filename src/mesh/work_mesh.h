@@ -80,6 +80,11 @@ struct WorkMesh {
 template <class Real>
 void mark_near_boundary(WorkMesh<Real>* mesh);
 
+// In a chunk: a higher one has the vertex, too, and counts it.
+inline bool is_counted_elsewhere(std::uint8_t marks) {
+  return (marks & (kOnInterface | kLast)) == kOnInterface;
+}
+
 // A tetrahedron that is gone is marked in place.
 inline bool is_deleted(const Tet& tet) { return tet[0] == kNoVertex; }
 inline void mark_deleted(Tet* tet) { (*tet)[0] = kNoVertex; }

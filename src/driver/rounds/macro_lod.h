@@ -21,7 +21,7 @@ namespace tetfusion {
 // What a chunk's judge wants to know of a vertex with these marks.
 inline std::uint8_t sharing_of(std::uint8_t marks) {
   if ((marks & kOnInterface) == 0) return kOwn;
-  return (marks & kLast) != 0 ? kSharedLast : kShared;
+  return is_counted_elsewhere(marks) ? kShared : kSharedLast;
 }
 
 // Judges a chunk whose vertices say by their marks how it shares them. Rewinds tetrahedra, and

@@ -36,8 +36,7 @@ void FieldIntegrals<Real>::begin(bool stay, std::span<const SteeringField> field
   mesh_ = mesh;
   steers_.assign(mesh->point_columns.size(), 0);
   for (const SteeringField& f : fields) {
-    if (f.column != kNoColumn && is_float(mesh->point_columns[f.column].type))
-      steers_[f.column] = 1;
+    if (is_column(f, *mesh)) steers_[f.column] = 1;
   }
   mixed_columns_.clear();
   gap_columns_.clear();
@@ -125,7 +124,7 @@ bool FieldIntegrals<Real>::find(const Joining<Real>& joining, std::span<double> 
   joining_ = joining;
   measure();
   for (const SteeringField& f : fields_) {
-    if (f.column == kNoColumn || steers_[f.column] == 0) continue;
+    if (!is_column(f, *mesh_)) continue;
     const bool is_single = mesh_->point_columns[f.column].type == ValueType::kFloat32;
     const double exactness = is_single ? kExactness<float> : kExactness<double>;
     for (std::size_t k = f.first; k < f.first + f.count; ++k) {

@@ -27,8 +27,8 @@ class TetWalk {
     bool outside = false;  // of all tetrahedra
   };
 
-  // The mesh has tetrahedra, and they do not change as long as points are looked for, nor do the
-  // positions, but for find_again(); it outlives that.
+  // The mesh has tetrahedra, and they do not change as long as points are looked for; it outlives
+  // that. Where positions change, find() begins where they were: it may have further to go.
   void begin(const WorkMesh<Real>& mesh);
 
   // Looks where the point before was, then near the point, then around it, as there may be a crack

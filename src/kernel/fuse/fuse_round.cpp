@@ -27,11 +27,10 @@ constexpr double kIdleShare = 0.02;
 template <class Real>
 bool has_columns_to_interpolate(const FuseLimits& limits, std::span<const SteeringField> fields,
                                 const WorkMesh<Real>& mesh) {
-  std::size_t steering_columns = 0;
-  for (const SteeringField& f : fields) {
-    if (f.column != kNoColumn && is_float(mesh.point_columns[f.column].type)) ++steering_columns;
-  }
-  return !limits.keep_integrals && steering_columns < mesh.point_columns.size();
+  const auto steering_columns =
+      std::ranges::count_if(fields, [&](const SteeringField& f) { return is_column(f, mesh); });
+  return !limits.keep_integrals &&
+         static_cast<std::size_t>(steering_columns) < mesh.point_columns.size();
 }
 
 }  // namespace
@@ -40,6 +39,7 @@ template <class Real>
 void FuseRound<Real>::begin(const FuseLimits& limits, std::span<const SteeringField> fields,
                             WorkMesh<Real>* mesh) {
   limits_ = &limits;
+  threshold_ = static_cast<float>(limits.threshold);
   fields_ = fields;
   mesh_ = mesh;
   interpolates_ = has_columns_to_interpolate(limits, fields, *mesh);
@@ -105,9 +105,7 @@ void FuseRound<Real>::finish(FuseStatistics* statistics) {
     if (mesh_->incidence[v] == 0) continue;
     float least = 0, failed = 0;
     const Reject reason = look_back(v, &least, &failed);
-    // Of several chunks that have a vertex one counts it.
-    const bool is_elsewhere = (mesh_->marks[v] & (kOnInterface | kLast)) == kOnInterface;
-    if (!is_elsewhere) ++pass.rejected[static_cast<std::size_t>(reason)];
+    if (!is_counted_elsewhere(mesh_->marks[v])) ++pass.rejected[static_cast<std::size_t>(reason)];
     known_cost(mesh_, v) = failed > 0 ? -failed : least;
     if (least > 0) ++statistics->costs[cost_bin(least)];
     if (limits_->facing_after != nullptr) {
@@ -130,20 +128,19 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least, float* failed) {
     if ((marks & kOnInterface) != 0 && !stays_anyway) return Reject::kInterface;
     return on_boundary ? Reject::kBoundary : Reject::kLocked;
   }
-  const auto threshold = static_cast<float>(limits_->threshold);
   const float known = known_cost(mesh_, v);
   if (candidates_.are_known(v) || !(known > 0)) {
     if (!candidates_.are_known(v)) candidates_.judge(v);
     const bool has_failed = vertices_[v].failed >= vertices_[v].moved;
     candidates_.for_each(v, [&](const FuseCandidate& c) {
-      float* const cost = c.cost <= threshold && has_failed ? failed : least;
+      float* const cost = c.cost <= threshold_ && has_failed ? failed : least;
       if (*cost == 0) *cost = c.cost;
     });
   } else {
     *least = known;
   }
   if (*failed > 0) return static_cast<Reject>(vertices_[v].reason);
-  return *least > 0 && *least <= threshold && quota_is_met() ? Reject::kQuota : Reject::kError;
+  return *least > 0 && *least <= threshold_ && quota_is_met() ? Reject::kQuota : Reject::kError;
 }
 
 // Vertices take turns, those with the cheapest candidates first; but a block has an octave of turns
@@ -154,7 +151,7 @@ void FuseRound<Real>::work() {
   for (VertexId v = 0; v < vertices_.size(); ++v) {
     if (vertices_.may_move(v)) wait(v, std::abs(known_cost(mesh_, v)));
   }
-  const std::size_t end = CostQueue::bin_of(static_cast<float>(limits_->threshold)) + 1;
+  const std::size_t end = CostQueue::bin_of(threshold_) + 1;
   std::uint64_t removed_before = 0;
   do {
     removed_before = removed_;
@@ -186,7 +183,7 @@ bool FuseRound<Real>::begin_again() {
 // For the vertex's turn, if it comes in this round: a vertex that waits does so until then.
 template <class Real>
 bool FuseRound<Real>::wait(VertexId v, float cost) {
-  if (!(cost <= static_cast<float>(limits_->threshold))) return false;
+  if (!(cost <= threshold_)) return false;
   queue_.push(v, cost);
   return true;
 }
@@ -262,7 +259,7 @@ template <class Real>
 void FuseRound<Real>::visit(VertexId v) {
   if (!candidates_.are_known(v)) candidates_.judge(v);
   while (const FuseCandidate* c = candidates_.next(v)) {
-    if (c->cost > limits_->threshold) return;
+    if (c->cost > threshold_) return;
     if (CostQueue::bin_of(c->cost) > bin_ + kAhead) {
       queue_.push(v, c->cost);
       return;

@@ -84,6 +84,7 @@ class FuseRound {
   void compact();
 
   const FuseLimits* limits_ = nullptr;
+  float threshold_ = 0;  // of these, as costs are
   std::span<const SteeringField> fields_;
   WorkMesh<Real>* mesh_ = nullptr;
   bool interpolates_ = false;  // there are point columns that do not steer

@@ -60,7 +60,7 @@ class Sheets {
 
   // The rest is right for vertices with all their tetrahedra here.
   //
-  // Edges of the sheets' triangles opposite to v, in the order of its ball. A surface between two
+  // Edges of the sheets' triangles opposite to v, by their keys. A surface between two
   // regions looks out of the one that came first.
   const std::vector<SheetEdge>& edges_opposite(VertexId v);
   // Notes boundary triangles of the vertex, each once for all vertices. Those between vertices that
