@@ -18,6 +18,7 @@ constexpr std::uint32_t kCommit = 2;
 constexpr std::uint32_t kDurable = 3;
 constexpr std::uint32_t kKept = 4;
 constexpr std::uint32_t kForgotten = 5;
+constexpr std::uint32_t kEnd = 6;
 
 // More than any run writes: a fingerprint, and some records of a hundred bytes a round.
 constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20;
@@ -120,6 +121,11 @@ bool Manifest::take(std::uint32_t kind, std::span<const std::byte> payload) {
     }
     return true;
   }
+  if (kind == kEnd) {
+    commits_.clear();
+    kept_.clear();
+    return true;
+  }
   const std::string name = text_of(payload);
   if (kind == kForgotten) {
     std::erase_if(kept_, [&](const KeptGeneration& k) { return k.name == name; });
@@ -163,6 +169,8 @@ void Manifest::commit(const Commit& commit) {
 void Manifest::mark_durable(std::string_view name) {
   append(kDurable, std::as_bytes(std::span(name)));
 }
+
+void Manifest::end() { append(kEnd, {}); }
 
 int Manifest::sync() {
   return retry([&] { return file_system().fsync(file_.get()); }) == 0 ? 0 : errno;

@@ -51,6 +51,7 @@ class Manifest {
   void forget(std::string_view name);  // it belongs to nothing that is committed later
   void commit(const Commit& commit);  // with all that was kept before
   void mark_durable(std::string_view name);
+  void end();  // nobody needs what was committed
   int sync();  // 0 or errno
 
  private:

@@ -267,6 +267,12 @@ void remove_folder(const ScratchFolder& folder) {
 
 void DiskScratch::remove() {
   sync_.drop_all();
+  // Whoever finds what is left of it, if the rest is not reached, need not resume it.
+  try {
+    manifest_->end();
+  } catch (const Error&) {
+    // Its file goes, too.
+  }
   folder_->trim_spares(true);
   remove_folder(*folder_);
   ready_ = false;

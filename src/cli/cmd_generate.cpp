@@ -60,7 +60,7 @@ void add_shape_options(CLI::App& command, GenerateOptions* options) {
       ->capture_default_str();
   command
       .add_option("--grading", options->grading,
-                  "Largest cube over smallest one along each axis, 1 to 10000")
+                  "Largest cube over smallest one along each axis, where there are many; 1 to 10000")
       ->capture_default_str();
   command.add_flag("--shuffle", options->shuffle, "Points and tetrahedra in pseudo-random order");
   command.add_option("--seed", options->seed, "Seed of jitter and order, a whole number")

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/bit_set.h"
 #include "base/error.h"
 #include "base/name_list.h"
 #include "base/numbers.h"
@@ -23,6 +24,7 @@
 #include "cli/findings.h"
 #include "cli/listed_steps.h"
 #include "driver/arrays/regions.h"
+#include "driver/arrays/rows_in_use.h"
 #include "driver/arrays/steering.h"
 #include "driver/examine/examine.h"
 #include "io/formats/mesh_passes.h"
@@ -57,9 +59,26 @@ struct ArrayLine {
   std::vector<std::string> texts = {};                             // of an array of strings
 };
 
-// In windows, where the file can be read so.
+// Of a window whose first row has that number.
+void keep_rows(const BitSet& in_use, std::uint64_t first, DataArray* window) {
+  const std::uint64_t row_bytes = window->info.row_bytes();
+  std::uint64_t kept = 0;
+  for (std::uint64_t i = 0; i < window->info.tuples; ++i) {
+    if (!in_use.has(first + i)) continue;
+    if (kept != i) {
+      std::copy_n(window->bytes.data() + i * row_bytes, row_bytes,
+                  window->bytes.data() + kept * row_bytes);
+    }
+    ++kept;
+  }
+  window->info.tuples = kept;
+  window->bytes.resize(kept * row_bytes);
+}
+
+// In windows, where the file can be read so; of points those that tetrahedra use.
 ArrayStatistics measure_rows(const MeshStream& stream, Association association, std::size_t index,
-                             const ArrayInfo& info, const RunContext& context) {
+                             const ArrayInfo& info, const BitSet& in_use,
+                             const RunContext& context) {
   const std::uint64_t all = association == Association::kPoint ? stream.points() : stream.cells();
   ArrayStatistics statistics;
   statistics.components.resize(info.components);
@@ -69,6 +88,7 @@ ArrayStatistics measure_rows(const MeshStream& stream, Association association, 
     window.info.tuples = count;
     window.bytes.resize(window.info.values() * size_of(info.type));
     stream.read_rows(association, index, first, count, window.bytes);
+    if (association == Association::kPoint) keep_rows(in_use, first, &window);
     statistics.add(measure_array(window));
   };
   for_each_window(all, context, add, stream_window(info.row_bytes()));
@@ -89,6 +109,8 @@ std::vector<std::pair<std::int64_t, std::int64_t>> gmsh_groups(const DataArray& 
 std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& context) {
   const MeshDescription& mesh = source->description();
   const auto stream = source->stream();
+  BitSet in_use;
+  if (stream != nullptr) in_use = find_rows_in_use(*stream, Association::kPoint, context);
   const std::array<std::pair<Association, const AttributeSet*>, 3> sets{
       {{Association::kPoint, &mesh.point_data},
        {Association::kCell, &mesh.cell_data},
@@ -104,7 +126,7 @@ std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& cont
         if (name == line.info.name) line.active.push_back(attribute);
       }
       if (stream != nullptr && association != Association::kField) {
-        line.statistics = measure_rows(*stream, association, i, line.info, context);
+        line.statistics = measure_rows(*stream, association, i, line.info, in_use, context);
       } else {
         const DataArray array = source->read_array(association, i);
         line.statistics = measure_array(array);

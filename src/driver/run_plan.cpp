@@ -37,7 +37,6 @@ RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
   plan.input.path = request.input;
   plan.input.points = mesh.points;
   plan.input.tets = mesh.cells;
-  for (const SteeringChoice& choice : run.input.steering) plan.steering.push_back(choice.name);
   plan.regions = names_of_cell_arrays(mesh, run.input.regions);
   plan.chunks = block_count(mesh.cells, request.behaviour.chunk_tets);
   plan.needs = run.place.needs();
@@ -49,6 +48,7 @@ RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
   plan.threads = thread_count();
   plan.verifies = request.verify;
   Steering steering = read_steering(&run);
+  plan.steering = steering.names();
   plan.estimate = estimate_run(run, &steering, std::min(sample_tets, most_in_memory(run)), start);
   context.report("done", 1);
   return plan;

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Small meshes with a spot that something once went wrong at. Usage: odd_spots_test.py TETFUSION"""
+import math
+
 from harness import FolderTest, main, report_of, run
-from tiny_vtu import grid
+from tiny_vtu import TinyVtu, grid
 
 
 def wound(points, tet):
@@ -22,7 +24,49 @@ def legacy(points, tets, values, vertices=()):
     return "\n".join(lines + [""]).encode()
 
 
+def with_unused_point(changes):
+    """A cube of the point arrays, in this order, of which the last value is that of a point that no cell uses."""
+    mesh = TinyVtu(6)
+    mesh.array("Points")[4] += [20.0, 0.0, 0.0]
+    mesh.counts["NumberOfPoints"] = str(len(mesh.points) + 1)
+    mesh.remove("temperature")
+    for at, (name, value_of, last) in enumerate(changes):
+        mesh.arrays.insert(at, ["PointData", name, "Float64", 1, [value_of(p) for p in mesh.points] + [last]])
+    return mesh
+
+
 class OddSpots(FolderTest):
+    def test_what_a_point_that_no_cell_uses_has_does_not_count(self):
+        f = ("f", lambda p: math.sin(p[0]) + p[1] * p[2] / 9, 1e6)
+        constant = ("constant", lambda p: 1.0, 7.0)
+        path = self.write(with_unused_point([constant, f]))
+        run("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "50%", "--boundary", "planar")
+        self.assertEqual(report_of("simplify", path, "-o", self.folder / "out.vtu", "--reduction", "50%")["steering"], ["f"])
+        info = report_of("info", path)
+        self.assertEqual(info["steering"], ["f"])
+        ranges = {a["name"]: a["ranges"][0] for a in info["arrays"] if a["association"] == "point"}
+        self.assertEqual(ranges["constant"], [1, 1])
+        self.assertLess(ranges["f"][1], 10)
+        left = set()
+        for last in (1.0, 1e12, -1.0, float("nan")):
+            path = self.write(with_unused_point([f, ("w", lambda p: 10.0 if p[0] > 3 else 1.0, last)]))
+            run("simplify", path, "-o", self.folder / "out.vtu", "--array", "f", "--weight", "w", "--boundary", "planar",
+                "--reduction", "60%", "--encoding", "ascii")
+            left.add((self.folder / "out.vtu").read_bytes().split(b'Name="w"')[0])
+        self.assertEqual(len(left), 1)
+
+    def test_weights_of_other_cells_than_tetrahedra_do_not_count(self):
+        mesh = with_unused_point([("f", lambda p: p[0] * p[1], 0.0)])
+        cells = len(mesh.tets)
+        mesh.array("connectivity")[4] += [0, 1, 7]
+        mesh.array("offsets")[4].append(4 * cells + 3)
+        mesh.array("types")[4].append(5)
+        mesh.array("id")[4].append(cells)
+        mesh.counts["NumberOfCells"] = str(cells + 1)
+        mesh.arrays.insert(0, ["CellData", "w", "Float64", 1, [1.0 + c % 3 for c in range(cells)] + [float("nan")]])
+        run("simplify", self.write(mesh), "-o", self.folder / "out.vtu", "--array", "f", "--weight", "cell:w",
+            "--reduction", "30%", "--regions", "none")
+
     def test_a_bound_where_a_flat_cell_under_the_surface_goes(self):
         """v fuses into p, and the triangle (p, x, y) behind the cell that goes comes to the surface, under v."""
         for height, vy, boundary in ((1e-6, 0.0, "planar"), (1e-5, 0.3, "1%")):

@@ -186,6 +186,22 @@ TEST_F(DiskScratchTest, RemoveLeavesNothing) {
   EXPECT_FALSE(fs::exists(folder_));
 }
 
+// Killed while it was removed, it is no work that somebody else must go on with.
+TEST_F(DiskScratchTest, WhatIsLeftOfARemovalIsNoWork) {
+  {
+    testing::FaultyFileSystem system;
+    const auto scratch = open();
+    const auto one = run(scratch.get(), "one");
+    system.fail_all(testing::FaultyFileSystem::Call::kUnlink, EIO);
+    EXPECT_THROW(scratch->remove(), Error);
+  }
+  EXPECT_TRUE(fs::exists(folder_));
+  const auto scratch = open();
+  run(scratch.get(), "two").reset();
+  scratch->remove();
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
 TEST_F(DiskScratchTest, ARunThatCannotBeResumedLeavesNothing) {
   {
     const auto scratch = open();

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "driver/arrays/notices.h"
+#include "driver/arrays/rows_in_use.h"
 #include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
 #include "mesh/predicates.h"
@@ -151,11 +152,13 @@ std::vector<SteeringChoice> choices_by_default(const MeshDescription& mesh) {
 namespace {
 
 // Is there a row that differs from the first one, which is noted if none was before? Rows that are
-// not finite do not count.
-bool has_another_row(const ArrayInfo& info, std::span<const std::byte> rows,
-                     Vector<double>* first_row) {
+// not finite do not count, nor do those that are not in use, where that is known; the first of
+// these is number `first` there.
+bool has_another_row(const ArrayInfo& info, std::span<const std::byte> rows, std::uint64_t first,
+                     const BitSet& in_use, Vector<double>* first_row) {
   const Vector<double> values = to_doubles(info.type, rows);
   for (std::size_t i = 0; i < values.size(); i += info.components) {
+    if (!in_use.empty() && !in_use.has(first + i / info.components)) continue;
     const std::span<const double> row(values.data() + i, info.components);
     if (!std::ranges::all_of(row, [](double v) { return std::isfinite(v); })) continue;
     if (first_row->empty()) first_row->assign(row.begin(), row.end());
@@ -169,18 +172,27 @@ bool has_another_row(const ArrayInfo& info, std::span<const std::byte> rows,
 bool varies(std::size_t point_array, MeshSource* source, const MeshStream* stream,
             const RunContext& context) {
   const ArrayInfo& info = source->description().point_data.arrays[point_array];
-  Vector<double> first_row;
   if (stream == nullptr) {
     const DataArray array = source->read_array(Association::kPoint, point_array);
-    return has_another_row(info, array.bytes, &first_row);
+    Vector<double> first_row;
+    return has_another_row(info, array.bytes, 0, {}, &first_row);
   }
-  bool found = false;
-  for_each_window_of(*stream, Association::kPoint, point_array, info, context,
-                     [&](std::uint64_t, std::span<const std::byte> rows) {
-                       found = has_another_row(info, rows, &first_row);
-                       return !found;
-                     });
-  return found;
+  const auto varies_among = [&](const BitSet& in_use) {
+    Vector<double> first_row;
+    bool found = false;
+    for_each_window_of(*stream, Association::kPoint, point_array, info, context,
+                       [&](std::uint64_t first, std::span<const std::byte> rows) {
+                         found = has_another_row(info, rows, first, in_use, &first_row);
+                         return !found;
+                       });
+    return found;
+  };
+  // Few cells say it of most arrays.
+  constexpr std::uint64_t kFewCells = 1 << 14;
+  const auto among_cells = [&](std::uint64_t cells) {
+    return varies_among(find_rows_in_use(*stream, Association::kPoint, context, cells));
+  };
+  return varies_among({}) && (among_cells(kFewCells) || among_cells(stream->cells()));
 }
 
 namespace {

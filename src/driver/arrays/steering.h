@@ -44,8 +44,8 @@ std::vector<SteeringChoice> choose_steering(const MeshDescription& mesh,
 // point arrays in the file's order.
 std::vector<SteeringChoice> choices_by_default(const MeshDescription& mesh);
 
-// Does that array of the points have two finite values that differ? Without a stream it is read
-// whole.
+// Does that array of the points have two finite values that differ, at points that tetrahedra use?
+// Without a stream it is read whole, and all points count.
 bool varies(std::size_t point_array, MeshSource* source, const MeshStream* stream,
             const RunContext& context);
 

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "base/error.h"
+#include "driver/arrays/rows_in_use.h"
 #include "driver/arrays/steering.h"
 #include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
@@ -56,24 +57,26 @@ WeightScale scale_weights(const std::string& name, const MeshDescription& mesh,
   const ArrayInfo& info = (of_cells ? mesh.cell_data : mesh.point_data).arrays[choice.index];
   double largest = 0;
   double least = std::numeric_limits<double>::infinity();
-  const auto look = [&](std::uint64_t first, std::span<const std::byte> rows) {
-    const Vector<double> values = to_doubles(info.type, rows);
-    const auto wrong = std::find_if(values.begin(), values.end(), [](double value) {
-      return !(value >= 0 && value <= std::numeric_limits<float>::max());
-    });
-    if (wrong != values.end()) {
+  const BitSet in_use = find_rows_in_use(stream, choice.association, context);
+  const auto for_each_weight = [&](auto use) {
+    const auto look = [&](std::uint64_t first, std::span<const std::byte> rows) {
+      const Vector<double> values = to_doubles(info.type, rows);
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        if (in_use.has(first + i)) use(first + i, values[i]);
+      }
+    };
+    for_each_window_of(stream, choice.association, choice.index, info, context, look);
+  };
+  for_each_weight([&](std::uint64_t row, double value) {
+    if (!(value >= 0 && value <= std::numeric_limits<float>::max())) {
       throw Error(ErrorCode::kBadInput,
                   fmt::format("{}: --weight {}: {} {} has the value {}; weights are numbers from 0 "
                               "to 3.4e38",
-                              mesh.path, name, of_cells ? "cell" : "point",
-                              first + static_cast<std::uint64_t>(wrong - values.begin()), *wrong));
+                              mesh.path, name, of_cells ? "cell" : "point", row, value));
     }
-    for (const double value : values) {
-      largest = std::max(largest, value);
-      least = std::min(least, value);
-    }
-  };
-  for_each_window_of(stream, choice.association, choice.index, info, context, look);
+    largest = std::max(largest, value);
+    least = std::min(least, value);
+  });
   if (least == largest) {
     context.say(fmt::format("--weight {} is {} everywhere: all places count alike", name, least));
   }
@@ -81,13 +84,10 @@ WeightScale scale_weights(const std::string& name, const MeshDescription& mesh,
   // Of smaller ones the inverse would be infinite.
   out.scale = 1 / std::max(largest, std::numeric_limits<double>::min());
   double sum = 0, count = 0;
-  const auto add = [&](std::uint64_t, std::span<const std::byte> rows) {
-    for (const double value : to_doubles(info.type, rows)) {
-      sum += std::log2(std::max(value * out.scale, double{WeightColumn::kLeast}));
-      ++count;
-    }
-  };
-  for_each_window_of(stream, choice.association, choice.index, info, context, add);
+  for_each_weight([&](std::uint64_t, double value) {
+    sum += std::log2(std::max(value * out.scale, double{WeightColumn::kLeast}));
+    ++count;
+  });
   out.mean = std::exp2(sum / count);
   return out;
 }

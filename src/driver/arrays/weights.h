@@ -22,8 +22,8 @@ struct WeightScale {
   double mean = 1;   // then, the geometric one
 };
 
-// Both are 1 where there are no weights. Throws Error(kBadInput) where one is negative or not
-// finite.
+// Both are 1 where there are no weights. Those of points that no tetrahedron uses, and of other
+// cells than tetrahedra, do not count. Throws Error(kBadInput) where one is negative or not finite.
 WeightScale scale_weights(const std::string& name, const MeshDescription& mesh,
                           const MeshStream& stream, const RunContext& context);
 
