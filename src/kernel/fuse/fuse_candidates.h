@@ -38,7 +38,7 @@ class FuseCandidates {
   // enough.
   void judge(VertexId v, Edges edges = Edges::kOwn);
   // Has v been judged since it got its quadric?
-  bool are_known(VertexId v) const { return state(v).judged > state(v).changed; }
+  bool are_known(VertexId v) const { return state(v).is_judged(); }
 
   // The cheapest candidate of v that is neither used up nor out of date, nor refused by what is as
   // it was; those before are used up. Null: there is none.

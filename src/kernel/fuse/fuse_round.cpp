@@ -131,7 +131,7 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least, float* failed) {
   const float known = known_cost(mesh_, v);
   if (candidates_.are_known(v) || !(known > 0)) {
     if (!candidates_.are_known(v)) candidates_.judge(v);
-    const bool has_failed = vertices_[v].failed >= vertices_[v].moved;
+    const bool has_failed = vertices_[v].has_failed();
     candidates_.for_each(v, [&](const FuseCandidate& c) {
       float* const cost = c.cost <= threshold_ && has_failed ? failed : least;
       if (*cost == 0) *cost = c.cost;
@@ -237,7 +237,7 @@ bool FuseRound<Real>::ask_again(std::size_t block, Edges edges) {
     State& state = vertices_[v];
     state.listed = false;
     if (mesh_->incidence[v] == 0 || state.failed < state.changed) continue;
-    if (state.moved > state.failed) {
+    if (!state.has_failed()) {
       if (edges == Edges::kAll) candidates_.judge(v, edges);
       candidates_.begin_again(v);
       const FuseCandidate* c = candidates_.next(v);
@@ -296,7 +296,7 @@ void FuseRound<Real>::note_failure(VertexId v, Reject reason) {
   constexpr auto kBound = static_cast<std::uint8_t>(Reject::kDeviation);
   State& state = vertices_[v];
   if (reason == Reject::kDeviation) ++deviated_;
-  const bool keeps_reason = state.failed >= state.moved && state.reason == kBound;
+  const bool keeps_reason = state.has_failed() && state.reason == kBound;
   if (!keeps_reason) state.reason = static_cast<std::uint8_t>(reason);
   state.failed = vertices_.now();
   if (!state.listed) failures_[queue_.block_of(v)].push_back(v);
@@ -418,8 +418,8 @@ template <class Real>
 void FuseRound<Real>::refit() {
   if (deviated_ == 0 || notes_.are_wanted() || !planner_.may_refit()) return;
   for (VertexId v = 0; v < vertices_.size(); ++v) {
-    if (mesh_->incidence[v] == 0 || vertices_[v].moved == 1 || (mesh_->marks[v] & kMoved) == 0 ||
-        vertices_[v].kind != FuseVertices<Real>::kFree) {
+    if (mesh_->incidence[v] == 0 || vertices_[v].is_as_it_began() ||
+        (mesh_->marks[v] & kMoved) == 0 || vertices_[v].kind != FuseVertices<Real>::kFree) {
       continue;
     }
     if (planner_.refit(v)) take_refitted(v, mesh_->positions[v]);
@@ -451,7 +451,7 @@ void FuseRound<Real>::compact() {
   }
   Vector<VertexId> moved = refitted_;
   for (VertexId v = 0; v < vertices_.size(); ++v) {
-    if (vertices_[v].changed != 1 && vertices_.may_move(v)) moved.push_back(v);
+    if (vertices_[v].has_fused() && vertices_.may_move(v)) moved.push_back(v);
   }
   write_steering_columns(fields_, moved, &mesh);
   drop_deleted(&mesh);

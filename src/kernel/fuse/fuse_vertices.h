@@ -27,17 +27,23 @@ class FuseVertices {
   };
 
   // Of a vertex, in one place: whoever looks at a neighbour wants most of it. Events have numbers,
-  // ascending from 1.
+  // ascending from that of the beginning.
   struct State {
-    std::uint32_t stamp = 0;    // the last search for neighbours that has found it
-    std::uint32_t changed = 1;  // it got its quadric
-    std::uint32_t judged = 0;   // its candidates were chosen
-    std::uint32_t failed = 0;   // one of them could not be fused with
-    std::uint32_t moved = 1;    // its ball changed
+    static constexpr std::uint32_t kBeginning = 1;
+    std::uint32_t stamp = 0;             // the last search for neighbours that has found it
+    std::uint32_t changed = kBeginning;  // it got its quadric
+    std::uint32_t judged = 0;            // its candidates were chosen
+    std::uint32_t failed = 0;            // one of them could not be fused with
+    std::uint32_t moved = kBeginning;    // its ball changed
     Kind kind = kOut;
     std::uint8_t reason = 0;          // why the last fusion of it failed
     std::uint8_t next_candidate = 0;  // in its candidates: those before are used up
     bool listed = false;              // among the failures
+
+    bool is_judged() const { return judged > changed; }
+    bool has_failed() const { return failed >= moved; }  // and nothing near it has moved since
+    bool has_fused() const { return changed != kBeginning; }
+    bool is_as_it_began() const { return moved == kBeginning; }
   };
 
   // Both outlive this. Whoever fuses vertices tells of it: the mesh's incidence, balls() and the
