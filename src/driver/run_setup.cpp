@@ -133,15 +133,13 @@ WorkMesh<Real> run_layout(const BehaviourOptions& behaviour, const CarriedArrays
   return layout;
 }
 
-// Where surfaces move, which vertices between regions stay is the business of rounds.
 ImportSettings import_settings(const BehaviourOptions& behaviour, const CarriedArrays& carried,
                                const std::vector<std::size_t>& regions,
                                std::uint32_t steering_width) {
   ImportSettings settings;
   settings.chunk_tets = behaviour.chunk_tets;
   settings.quadric_width = quadric_width(behaviour, steering_width);
-  settings.has_deviations = settings.lock_coincident = surfaces_move(behaviour);
-  settings.lock_regions = !surfaces_move(behaviour);
+  settings.surfaces_move = surfaces_move(behaviour);
   const std::vector<std::uint32_t> columns = region_columns(carried, regions);
   settings.regions.assign(columns.begin(), columns.end());
   return settings;

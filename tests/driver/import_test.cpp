@@ -280,7 +280,7 @@ TEST_F(ImportMesh, LocksBetweenRegions) {
       locked += regions[v].size() > 1 ? 1 : 0;
     }
     EXPECT_GT(locked, 100u);
-    choice.lock_regions = false;
+    choice.surfaces_move = true;
     const auto counted = expect_same_in_chunks(file, choice);
     EXPECT_EQ(counted->imported.facts.locked_vertices, 0u);
     EXPECT_EQ(counted->imported.facts.between_regions, whole->imported.facts.between_regions);

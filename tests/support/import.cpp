@@ -34,8 +34,9 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
     const auto at = std::ranges::find(carried.cell_indices, i);
     import_settings.regions.push_back(static_cast<std::size_t>(at - carried.cell_indices.begin()));
   }
-  import_settings.lock_regions = choice.lock_regions;
+  import_settings.surfaces_move = choice.surfaces_move;
   layout = tetfusion::layout_of<Real>(carried, steering.width());
+  layout.has_deviations = choice.surfaces_move;
   rounds_ = std::make_unique<Rounds<Real>>(layout, thread_count(), &budget, scratch.get());
   FirstRound<Real> first;
   first.scattered = [&] { fields = steering.fields(); };

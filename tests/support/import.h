@@ -18,10 +18,10 @@ struct ImportChoice {
   std::vector<std::string> regions = {};
   bool on_disk = false;
   std::vector<std::string> steering = {};
-  bool first_round = false;  // done with the import, where that is possible
-  bool excerpt = false;      // with it
-  std::uint64_t window = 0;  // cells and points a window; 0: as many as usual
-  bool lock_regions = true;  // ImportSettings'
+  bool first_round = false;    // done with the import, where that is possible
+  bool excerpt = false;        // with it
+  std::uint64_t window = 0;    // cells and points a window; 0: as many as usual
+  bool surfaces_move = false;  // ImportSettings'
 };
 
 template <class Real>

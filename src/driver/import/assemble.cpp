@@ -127,7 +127,7 @@ void give_empty_quadrics(std::uint32_t width, WorkMesh<Real>* mesh) {
 // The mark of a vertex between regions.
 template <class Real>
 std::uint8_t lock_of_regions(const ChunkParts<Real>& parts) {
-  return parts.lock_regions ? std::uint8_t{kLocked} : std::uint8_t{0};
+  return parts.surfaces_move ? std::uint8_t{0} : std::uint8_t{kLocked};
 }
 
 // A tetrahedron's region is what all the region arrays together say.

@@ -44,9 +44,9 @@ template <class Real>
 struct ChunkParts {
   const WorkMesh<Real>& layout;  // empty: what a row holds
   const ScatteredMesh<Real>& from;
-  // Cell columns: a vertex where tetrahedra of different regions meet is counted, and locked.
+  // Cell columns: a vertex where tetrahedra of different regions meet is counted ...
   const std::vector<std::size_t>& regions;
-  bool lock_regions;       // else it is only counted
+  bool surfaces_move;      // ... and, where this is false, locked
   std::uint64_t numbered;  // of so many cells in all the last column has the numbers; 0: it has not
 
   std::uint64_t bytes(std::uint32_t chunk) const {

@@ -54,7 +54,7 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
   stream.differing_points();  // what that takes is given back before the tables are made
   WorkMesh<Real> layout = layout_of<Real>(input.carried, input.steering->width());
   layout.quadric_width = settings.quadric_width;
-  layout.has_deviations = settings.has_deviations;
+  layout.has_deviations = settings.surfaces_move;
   if (settings.keeps_numbers) layout.cell_columns.push_back(number_column());
   const auto scatter = [&] {
     auto scattered = scatter_mesh(input, settings, layout, place);
@@ -63,7 +63,7 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
     return scattered;
   };
   ScatteredMesh<Real> from = scatter();
-  const ChunkParts<Real> parts{layout, from, settings.regions, settings.lock_regions,
+  const ChunkParts<Real> parts{layout, from, settings.regions, settings.surfaces_move,
                                settings.keeps_numbers ? stream.cells() : 0};
   ImportedMesh<Real> out;
   Assembly<Real> assembly;
@@ -93,7 +93,7 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
   facts.ghost_cells = from.ghost_cells;
   facts.valueless_points = from.valueless_points;
   facts.coincident_points = from.coincident_points;
-  if (settings.lock_coincident) {
+  if (settings.surfaces_move) {
     const auto& types = from.lower.cells.types;
     facts.carried_triangles =
         static_cast<std::uint64_t>(std::count(types.begin(), types.end(), kVtkTriangle));

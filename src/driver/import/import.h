@@ -25,9 +25,7 @@ inline Column number_column() { return {value_type_of<TetId>(), 1, {}}; }
 
 struct ImportSettings : ScatterSettings {
   std::vector<std::size_t> regions;  // of CarriedArrays::cell_data: interfaces that stay
-  bool lock_regions = true;          // else vertices between regions are only counted
   std::uint32_t quadric_width = 0;   // WorkMesh::quadric_width of pieces
-  bool has_deviations = false;       // WorkMesh::has_deviations of pieces
   bool keeps_numbers = false;        // the last cell column is each cell's number in the stream
 };
 

@@ -52,9 +52,10 @@ struct ScatterSettings {
   BoundarySample* sample = nullptr;
   // Points that are locked; null: none. Outlives this.
   const RegionOfInterest* interest = nullptr;
-  // Points that share their place with another one are locked: the two sides of a crack, or of a
-  // contact, would move apart.
-  bool lock_coincident = false;
+  // Points that share their place with another one are locked then, as the two sides of a crack, or
+  // of a contact, would move apart; those between regions are not, but counted, as rounds decide
+  // which of them stay; and pieces have WorkMesh::deviations.
+  bool surfaces_move = false;
   // Makes an excerpt where there are several chunks. Not with a sample.
   bool excerpt = false;
 };

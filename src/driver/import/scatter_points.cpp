@@ -21,7 +21,7 @@ class PointScatterer {
         windows_(block_count(job.stream.points(), job.point_window.rows)) {}
 
   void run() {
-    if (job_.settings.lock_coincident) find_coincident();
+    if (job_.settings.surfaces_move) find_coincident();
     std::atomic<std::size_t> done{0};
     for_each_block(job_.stream.points(), job_.point_window.rows,
                    [&](std::size_t w, std::size_t begin, std::size_t end) {
