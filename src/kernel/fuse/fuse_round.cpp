@@ -201,6 +201,7 @@ void FuseRound<Real>::work_on(std::size_t block, std::size_t begin, std::size_t 
       if (++visits_ % kVisitsUntold == 0) tell_watcher();
     }
   }
+  // Whoever comes when the last octave is over has its turn in the next round (bench/TRIED.md).
   queue_.go_to(block, end);
 }
 
