@@ -12,7 +12,8 @@ import subprocess
 import sys
 import tempfile
 
-SUFFIXES = {".vtu", ".pvtu", ".vtk", ".vtm", ".msh", ".mesh", ".meshb", ".ele", ".e", ".exo", ".ex2", ".exii", ".g"}
+SUFFIXES = {".vtu", ".pvtu", ".vtk", ".vtm", ".msh", ".mesh", ".meshb", ".ele", ".e", ".exo", ".ex2", ".exii", ".g", ".case", ".cgns",
+            ".vti", ".vtkhdf", ".vtr", ".vts", ".xdmf", ".xmf"}
 WAYS = ["--reduction 50%",
         "--reduction 85% --boundary 0.5% --chunk-tets 700 --threads 2",
         "--reduction 90% --boundary planar --conserve --regions none",
