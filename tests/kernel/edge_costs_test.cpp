@@ -42,7 +42,8 @@ TEST(EdgeCosts, DoNotDependOnTheLane) {
       float alone = -1;
       costs.between(3, {&partners[i], 1}, &alone);
       EXPECT_EQ(together[i], alone);
-      const MergedQuadric& m = costs.merge(3, partners[i]);
+      MergedQuadric m;
+      costs.merge(3, partners[i], &m);
       const float squares = std::max(value_at(m.reduced, m.best), 0.0F);
       EXPECT_EQ(alone, squares / m.sum[kQuadricW] + 1e-6F * dot(m.edge.data(), m.edge));
       EXPECT_GT(alone, 0);
@@ -93,7 +94,9 @@ TEST(EdgeCosts, StayInThePlaneWhereAFieldBends) {
       for (const VertexId u : tet) {
         const Vec3<double>&p = s.mesh.positions[v], &q = s.mesh.positions[u];
         if (p.z != kPlane || q.z == kPlane) continue;
-        const Vec3<double> best = costs.position_at(v, costs.merge(v, u).best);
+        MergedQuadric m;
+        costs.merge(v, u, &m);
+        const Vec3<double> best = costs.position_at(v, m.best);
         EXPECT_NEAR(best.x, (p.x + q.x) / 2, 1e-3);
         EXPECT_NEAR(best.y, (p.y + q.y) / 2, 1e-3);
         EXPECT_NEAR(best.z, kPlane, 1e-4);

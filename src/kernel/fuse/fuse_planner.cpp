@@ -61,7 +61,7 @@ auto FusePlanner<Real>::plan(VertexId v, VertexId partner, std::uint64_t most_de
     return refused;
   }
   if (cavity_.deleted().size() > most_deleted) return FuseRefusal{Reject::kQuota};
-  if (!fixed && !values_.may_refuse()) values_.choose(joining_, cavity_);
+  if (!fixed && !values_.may_refuse()) values_.choose(joining_, merged_, cavity_);
   return std::nullopt;
 }
 
@@ -69,8 +69,9 @@ auto FusePlanner<Real>::plan(VertexId v, VertexId partner, std::uint64_t most_de
 template <class Real>
 auto FusePlanner<Real>::find_position() -> Verdict {
   const auto& [v, partner, fixed, position, affected, deleted] = joining_;
-  Verdict refused = ask(fixed ? mesh_->positions[partner]
-                              : edge_costs_->position_at(v, edge_costs_->merge(v, partner).best));
+  if (!fixed) edge_costs_->merge(v, partner, &merged_);
+  Verdict refused =
+      ask(fixed ? mesh_->positions[partner] : edge_costs_->position_at(v, merged_.best));
   if (!refused) return std::nullopt;
   const TetId obstacle = is_by_shape(refused->reason) ? cavity_.refused_by() : kNoTet;
   if (!fixed) {
@@ -91,13 +92,13 @@ auto FusePlanner<Real>::find_position_on_sheet() -> Verdict {
   const Along along = vertices_->along(v);
   if (!sheet_fusion_.choose(v, partner, fixed, along)) return FuseRefusal{Reject::kSurface};
   if (fixed) return ask(mesh_->positions[partner]);
-  const MergedQuadric& merged = edge_costs_->merge_on_sheet(v, partner, along);
-  Verdict refused = ask(sheet_fusion_.flattened(edge_costs_->position_at(v, merged.best)));
+  edge_costs_->merge_on_sheet(v, partner, along, &merged_);
+  Verdict refused = ask(sheet_fusion_.flattened(edge_costs_->position_at(v, merged_.best)));
   const float most = most_elsewhere();
   for (const float t : kElsewhere) {
     if (!refused) return std::nullopt;
     if (sheet_fusion_.may_never()) break;
-    if (!(value_at(merged.reduced, along_edge(merged, t)) <= most)) continue;
+    if (!(value_at(merged_.reduced, along_edge(merged_, t)) <= most)) continue;
     refused = ask(sheet_fusion_.on_edge(t));
   }
   return refused;
@@ -106,14 +107,13 @@ auto FusePlanner<Real>::find_position_on_sheet() -> Verdict {
 // Of a pair of whom both move: what they cost is the value of their merged quadric over this.
 template <class Real>
 float FusePlanner<Real>::weight() const {
-  return vertices_->is_on_sheet(joining_.v) ? 1 : edge_costs_->merged().sum[kQuadricW];
+  return vertices_->is_on_sheet(joining_.v) ? 1 : merged_.sum[kQuadricW];
 }
 
 // That value, where it is the largest that is still allowed at another position than the best.
 template <class Real>
 float FusePlanner<Real>::most_elsewhere() const {
-  const MergedQuadric& merged = edge_costs_->merged();
-  return std::min(kSlack * std::max(value_at(merged.reduced, merged.best), 1e-12F * weight()),
+  return std::min(kSlack * std::max(value_at(merged_.reduced, merged_.best), 1e-12F * weight()),
                   vertices_->threshold_for(joining_.v, joining_.partner) * weight());
 }
 
@@ -123,7 +123,7 @@ std::optional<Vec3<Real>> FusePlanner<Real>::push(Reject reason, float most) con
   if (!is_by_shape(reason)) return std::nullopt;
   const auto [direction, distance] = cavity_.obstacle();
   const Vec3<Real>& from = mesh_->positions[joining_.v];
-  const Reduced& reduced = edge_costs_->merged().reduced;
+  const Reduced& reduced = merged_.reduced;
   Offset u = edge_costs_->offset(from, joining_.position);
   const Offset step = cheapest_step(reduced, direction, distance, kPushPull);
   for (std::size_t i = 0; i < 3; ++i) u[i] += step[i];
@@ -142,10 +142,9 @@ bool FusePlanner<Real>::sliding_pays() {
 // it is, as suits layers and lattices. Else the refusal, which costs as much as the last of them.
 template <class Real>
 auto FusePlanner<Real>::slide(FuseRefusal refusal, float most) -> Verdict {
-  const MergedQuadric& merged = edge_costs_->merged();
   for (const float t : kElsewhere) {
-    const Offset u = along_edge(merged, t);
-    if (!(value_at(merged.reduced, u) <= most)) continue;
+    const Offset u = along_edge(merged_, t);
+    if (!(value_at(merged_.reduced, u) <= most)) continue;
     ++slides_;
     const Verdict refused = ask(edge_costs_->position_at(joining_.v, u));
     if (!refused) {
@@ -174,11 +173,12 @@ auto FusePlanner<Real>::judge() -> Verdict {
   const auto& [v, partner, fixed, position, affected, deleted] = joining_;
   const bool on_sheet = vertices_->is_on_sheet(v);
   if (on_sheet && !sheet_fusion_.allows(position)) return FuseRefusal{Reject::kSurface};
-  if (const auto dear = values_.find_loss(joining_, cavity_, vertices_->cost_factor(v, partner))) {
+  const float factor = vertices_->cost_factor(v, partner);
+  if (const auto dear = values_.find_loss(joining_, merged_, cavity_, factor)) {
     return FuseRefusal{Reject::kError, *dear};
   }
   if (values_.may_refuse()) {
-    if (const auto reason = values_.judge(joining_, cavity_)) return FuseRefusal{*reason};
+    if (const auto reason = values_.judge(joining_, merged_, cavity_)) return FuseRefusal{*reason};
   }
   // Round what is locked the mesh may be broken, and at the boundary it may overlap itself.
   const bool may_be_broken =
@@ -219,9 +219,8 @@ template <class Real>
 double FusePlanner<Real>::error(float cost) const {
   const auto& [v, partner, fixed, position, affected, deleted] = joining_;
   if (!fixed) {
-    const MergedQuadric& merged = edge_costs_->merged();
     const Offset u = edge_costs_->offset(mesh_->positions[v], position);
-    const float here = value_at(merged.reduced, u) / weight() * vertices_->cost_factor(v, partner);
+    const float here = value_at(merged_.reduced, u) / weight() * vertices_->cost_factor(v, partner);
     cost = std::max(cost, here);
   }
   return values_.error(cost);

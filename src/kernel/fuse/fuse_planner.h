@@ -42,6 +42,8 @@ class FusePlanner {
   std::optional<FuseRefusal> plan(VertexId v, VertexId partner, std::uint64_t most_deleted);
 
   const Joining<Real>& joining() const { return joining_; }
+  // Their quadrics, where both move.
+  const MergedQuadric& merged() const { return merged_; }
   // The vertex that stays: a fixed one, else the first of the two.
   VertexId kept() const { return kept_; }
   // Of the vertex that they become; a fixed one keeps what it has.
@@ -95,6 +97,7 @@ class FusePlanner {
 
   // The pair in hand; its lists are of use when the cavity has been found to be allowed.
   Joining<Real> joining_;
+  MergedQuadric merged_;  // where both move
   VertexId kept_ = kNoVertex;
 };
 

@@ -373,8 +373,8 @@ void FuseRound<Real>::merge_quadrics() {
     return;
   }
   std::fill_n(row, size, 0.0F);
-  edge_costs_.add_merged(v, position, planner_.values().data(), row);
-  if (on_sheet) edge_costs_.add_merged_sheet(v, position, row);
+  edge_costs_.add(planner_.merged(), v, position, planner_.values().data(), row);
+  if (on_sheet) edge_costs_.add_sheet(planner_.merged(), v, position, row);
   std::copy_n(planner_.values().data(), width, values);
   mesh_->positions[kept] = position;
 }

@@ -116,12 +116,13 @@ void FuseValues<Real>::begin(const FuseLimits& limits, std::span<const SteeringF
 
 template <class Real>
 std::optional<Reject> FuseValues<Real>::judge(const Joining<Real>& joining,
+                                              const MergedQuadric& merged,
                                               const FuseCavity<Real>& cavity) {
   if (joining.fixed) {
     std::copy_n(mesh_->steering.data() + joining.partner * width_, width_, values_.begin());
     least_ = most_ = values_;
   } else {
-    choose(joining, cavity);
+    choose(joining, merged, cavity);
   }
   if (integrals_.stay()) {
     if (!integrals_.find(joining, values_)) return Reject::kIntegral;
@@ -134,7 +135,8 @@ std::optional<Reject> FuseValues<Real>::judge(const Joining<Real>& joining,
 }
 
 template <class Real>
-void FuseValues<Real>::choose(const Joining<Real>& joining, const FuseCavity<Real>& cavity) {
+void FuseValues<Real>::choose(const Joining<Real>& joining, const MergedQuadric& merged,
+                              const FuseCavity<Real>& cavity) {
   const auto& [v, partner, fixed, position, affected, deleted] = joining;
   interpolation_ = cavity.interpolation();
   const Offset u = edge_costs_->offset(mesh_->positions[v], position);
@@ -143,7 +145,7 @@ void FuseValues<Real>::choose(const Joining<Real>& joining, const FuseCavity<Rea
   for (std::size_t k = 0; k < width_; ++k) {
     const double least = least_[k], most = most_[k];
     const double before = interpolate(interpolation_, steering, width_, k);
-    const double best = best_at(v, u, k);
+    const double best = best_at(merged, v, u, k);
     const bool same = std::abs(best - before) <= kSingle * (most - least);
     values_[k] = same ? before : std::clamp(best, least, most);
   }
@@ -151,13 +153,15 @@ void FuseValues<Real>::choose(const Joining<Real>& joining, const FuseCavity<Rea
 
 // By the quadrics of the two: what value k should be there.
 template <class Real>
-double FuseValues<Real>::best_at(VertexId v, const Offset& u, std::size_t k) const {
+double FuseValues<Real>::best_at(const MergedQuadric& merged, VertexId v, const Offset& u,
+                                 std::size_t k) const {
   return mesh_->steering[v * width_ + k] +
-         double{best_value(edge_costs_->merged().sum.data(), k, u)} / edge_costs_->scale(k);
+         double{best_value(merged.sum.data(), k, u)} / edge_costs_->scale(k);
 }
 
 template <class Real>
 std::optional<float> FuseValues<Real>::find_loss(const Joining<Real>& joining,
+                                                 const MergedQuadric& merged,
                                                  const FuseCavity<Real>& cavity, float weight) {
   loss_ = 0;
   const double threshold = limits_->threshold;
@@ -166,7 +170,7 @@ std::optional<float> FuseValues<Real>::find_loss(const Joining<Real>& joining,
     std::copy_n(mesh_->steering.data() + joining.partner * width_, width_, values_.begin());
   } else {
     const Offset u = edge_costs_->offset(mesh_->positions[joining.v], joining.position);
-    for (std::size_t k = 0; k < width_; ++k) values_[k] = best_at(joining.v, u, k);
+    for (std::size_t k = 0; k < width_; ++k) values_[k] = best_at(merged, joining.v, u, k);
   }
   const auto too_dear = [&](VertexId x, const typename FuseCavity<Real>::Place& place) {
     const double cost = kLossCost * loss_at(x, place) * double{weight};

@@ -21,8 +21,8 @@
 namespace tetfusion {
 
 // Of one pair after the other; the cavity is that of the pair, which has been found to be allowed,
-// and if both vertices move EdgeCosts has merged their quadrics last. Keeps its memory from mesh to
-// mesh. Not thread-safe.
+// and where both vertices move `merged` has their quadrics. Keeps its memory from mesh to mesh. Not
+// thread-safe.
 template <class Real>
 class FuseValues {
  public:
@@ -40,14 +40,16 @@ class FuseValues {
   // fields are so far off at one of the two places that the fusion should cost more than the round
   // may: what it should cost, above the threshold. `weight` multiplies costs. (Bounds look at more
   // points than these.)
-  std::optional<float> find_loss(const Joining<Real>& joining, const FuseCavity<Real>& cavity,
-                                 float weight);
+  std::optional<float> find_loss(const Joining<Real>& joining, const MergedQuadric& merged,
+                                 const FuseCavity<Real>& cavity, float weight);
 
   // Chooses the best values within those of the cavity, or the old fields' own, where the best are
   // the same but for single precision. The partner moves.
-  void choose(const Joining<Real>& joining, const FuseCavity<Real>& cavity);
+  void choose(const Joining<Real>& joining, const MergedQuadric& merged,
+              const FuseCavity<Real>& cavity);
   // The same of any partner, as far as bounds leave a choice, and what speaks against them.
-  std::optional<Reject> judge(const Joining<Real>& joining, const FuseCavity<Real>& cavity);
+  std::optional<Reject> judge(const Joining<Real>& joining, const MergedQuadric& merged,
+                              const FuseCavity<Real>& cavity);
 
   // Bounds speak against most of what is refused in the end. May vertices get better values and
   // places meanwhile, so that they leave more room? For that is PointErrors::refit() and what
@@ -82,7 +84,7 @@ class FuseValues {
   void finish() { integrals_.finish(); }
 
  private:
-  double best_at(VertexId v, const Offset& u, std::size_t k) const;
+  double best_at(const MergedQuadric& merged, VertexId v, const Offset& u, std::size_t k) const;
   double loss_at(VertexId x, const typename FuseCavity<Real>::Place& place) const;
 
   const FuseLimits* limits_ = nullptr;

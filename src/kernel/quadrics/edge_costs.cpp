@@ -60,7 +60,6 @@ void EdgeCosts<Real>::begin(const WorkMesh<Real>* mesh, std::span<const Steering
   }
   differences_.resize(width_);
   sum_.resize(quadric_size(width_));
-  merged_.sum.resize(quadric_size(width_));
   lanes_.resize(lanes_for(width_));
 }
 
@@ -166,22 +165,23 @@ float EdgeCosts<Real>::onto(VertexId v, VertexId partner) {
 }
 
 template <class Real>
-const MergedQuadric& EdgeCosts<Real>::merge(VertexId v, VertexId partner) {
-  MergedQuadric& m = merged_;
+void EdgeCosts<Real>::merge(VertexId v, VertexId partner, MergedQuadric* out) {
+  MergedQuadric& m = *out;
+  m.sum.resize(quadric_size(width_));
   m.edge = offset(mesh_->positions[v], mesh_->positions[partner]);
   std::copy_n(quadric(v), m.sum.size(), m.sum.begin());
   add_shifted(quadric(partner), {-m.edge[0], -m.edge[1], -m.edge[2]},
               differences(values(partner), values(v)), width_, m.sum.data());
   m.reduced = reduce(m.sum.data(), width_);
   m.best = best_on(m.reduced, m.edge);
-  return m;
 }
 
 // The mean of the fields' squares, and the weighted mean of the sheet's.
 template <class Real>
-const MergedQuadric& EdgeCosts<Real>::merge_on_sheet(VertexId v, VertexId partner, Along along) {
-  merge(v, partner);
-  MergedQuadric& m = merged_;
+void EdgeCosts<Real>::merge_on_sheet(VertexId v, VertexId partner, Along along,
+                                     MergedQuadric* out) {
+  merge(v, partner, out);
+  MergedQuadric& m = *out;
   std::copy_n(sheet_quadric(v), m.sheet.size(), m.sheet.begin());
   add_shifted(sheet_quadric(partner), {-m.edge[0], -m.edge[1], -m.edge[2]}, nullptr, 0,
               m.sheet.data());
@@ -197,12 +197,12 @@ const MergedQuadric& EdgeCosts<Real>::merge_on_sheet(VertexId v, VertexId partne
   }
   m.reduced.k = of_fields * m.reduced.k + of_sheet * m.sheet[kQuadricC];
   m.best = along == Along::kLine ? best_on_line(m.reduced, m.edge) : best_on(m.reduced, m.edge);
-  return m;
 }
 
 template <class Real>
 float EdgeCosts<Real>::between_on_sheet(VertexId v, VertexId partner, Along along) {
-  const MergedQuadric& m = merge_on_sheet(v, partner, along);
+  merge_on_sheet(v, partner, along, &on_sheet_);
+  const MergedQuadric& m = on_sheet_;
   return cost_of(value_at(m.reduced, m.best), 1.0F, dot(m.edge.data(), m.edge), width_);
 }
 
@@ -223,11 +223,11 @@ void EdgeCosts<Real>::add(VertexId v, const Vec3<Real>& position, const double* 
               row);
 }
 
-// What merge() gave, which is about v.
+// Which is about v.
 template <class Real>
-void EdgeCosts<Real>::add_merged(VertexId v, const Vec3<Real>& position, const double* at,
-                                 float* row) {
-  add_shifted(merged_.sum.data(), offset(mesh_->positions[v], position), differences(values(v), at),
+void EdgeCosts<Real>::add(const MergedQuadric& merged, VertexId v, const Vec3<Real>& position,
+                          const double* at, float* row) {
+  add_shifted(merged.sum.data(), offset(mesh_->positions[v], position), differences(values(v), at),
               width_, row);
 }
 
@@ -238,8 +238,9 @@ void EdgeCosts<Real>::add_sheet(VertexId v, const Vec3<Real>& position, float* r
 }
 
 template <class Real>
-void EdgeCosts<Real>::add_merged_sheet(VertexId v, const Vec3<Real>& position, float* row) {
-  add_shifted(merged_.sheet.data(), offset(mesh_->positions[v], position), nullptr, 0,
+void EdgeCosts<Real>::add_sheet(const MergedQuadric& merged, VertexId v, const Vec3<Real>& position,
+                                float* row) {
+  add_shifted(merged.sheet.data(), offset(mesh_->positions[v], position), nullptr, 0,
               row + quadric_size(width_));
 }
 

@@ -52,15 +52,16 @@ class EdgeCosts {
   float between_on_sheet(VertexId v, VertexId partner, Along along);
   float onto_on_sheet(VertexId v, VertexId partner);
 
-  // Good until the next call.
-  const MergedQuadric& merge(VertexId v, VertexId partner);
-  const MergedQuadric& merge_on_sheet(VertexId v, VertexId partner, Along along);
-  const MergedQuadric& merged() const { return merged_; }
+  // Of the two, if both may move; keeps the memory of *out.
+  void merge(VertexId v, VertexId partner, MergedQuadric* out);
+  void merge_on_sheet(VertexId v, VertexId partner, Along along, MergedQuadric* out);
   // Adds v's quadric to the row of a vertex that has this position and these values.
   void add(VertexId v, const Vec3<Real>& position, const double* values, float* row);
-  void add_merged(VertexId v, const Vec3<Real>& position, const double* values, float* row);
+  // The same of what v has been merged to.
+  void add(const MergedQuadric& merged, VertexId v, const Vec3<Real>& position,
+           const double* values, float* row);
   void add_sheet(VertexId v, const Vec3<Real>& position, float* row);
-  void add_merged_sheet(VertexId v, const Vec3<Real>& position, float* row);
+  void add_sheet(const MergedQuadric& merged, VertexId v, const Vec3<Real>& position, float* row);
 
   // One over the range of a steering value's field.
   float scale(std::size_t k) const { return scale_[k]; }
@@ -85,7 +86,7 @@ class EdgeCosts {
   std::size_t width_ = 0;
   std::vector<float> scale_, differences_, sum_;
   std::vector<Lanes> lanes_;  // of a group of partners: quadrics, sums, differences
-  MergedQuadric merged_;
+  MergedQuadric on_sheet_;    // of a pair whose costs are asked for
 };
 
 extern template class EdgeCosts<float>;
