@@ -18,7 +18,7 @@ WAYS = ["--reduction 50%",
         "--reduction 85% --boundary 0.5% --chunk-tets 700 --threads 2",
         "--reduction 90% --boundary planar --conserve --regions none",
         "--method tetfuse --chunk-tets 1000",
-        "--reduction 95% --boundary 2% --regions none --chunk-tets 1500 --threads 2 --memory 200M"]
+        "--reduction 95% --boundary 2% --regions none --chunk-tets 1500 --threads 2 --memory 500M"]
 REFUSED = (2, 3, 4)
 
 
