@@ -16,8 +16,10 @@
 #include <set>
 #include <span>
 #include <string>
+#include <type_traits>
 
 #include "base/error.h"
+#include "base/numbers.h"
 #include "vtk/versions/vtk_versions.h"
 
 namespace tetfusion {
@@ -107,18 +109,40 @@ ArrayInfo describe(vtkAbstractArray* array, const std::string& name, ValueType t
   return info;
 }
 
-void check_part(const std::string& path, const std::string& what, vtkAbstractArray* part,
-                std::uint64_t rows, const ArrayInfo& whole) {
+bool is_signed(ValueType type) {
+  return visit_type(type, [](auto zero) { return std::is_signed_v<decltype(zero)>; });
+}
+
+// That has all values of both.
+std::optional<ValueType> common_type(ValueType a, ValueType b) {
+  const ValueType narrow = size_of(a) < size_of(b) ? a : b, wide = narrow == a ? b : a;
+  if (narrow == wide) return wide;
+  if (is_float(narrow) != is_float(wide)) return std::nullopt;
+  const bool has_all = is_signed(wide) || !is_signed(narrow);
+  return has_all && size_of(narrow) < size_of(wide) ? std::optional(wide) : std::nullopt;
+}
+
+// Notes one more part of an array; its type becomes one that all parts have room in.
+void add_part(const std::string& path, const std::string& what, vtkAbstractArray* part,
+              std::uint64_t rows, ArrayInfo* whole) {
   if (static_cast<std::uint64_t>(part->GetNumberOfTuples()) != rows) {
     throw Error(ErrorCode::kBadInput, path + ": " + what + " has " +
                                           std::to_string(part->GetNumberOfTuples()) +
                                           " tuples for " + std::to_string(rows) + " rows");
   }
-  if (value_type(part) != whole.type ||
-      static_cast<std::uint32_t>(part->GetNumberOfComponents()) != whole.components) {
-    throw Error(ErrorCode::kBadInput,
-                path + ": " + what + " is of another type or width in another piece");
+  const ValueType type = *value_type(part);
+  const auto components = static_cast<std::uint32_t>(part->GetNumberOfComponents());
+  const auto common = common_type(type, whole->type);
+  if (!common || components != whole->components) {
+    const auto form = [](ValueType t, std::uint32_t n) {
+      return std::string(vtk_name(t)) + " with " + format_count(n, "component");
+    };
+    throw Error(ErrorCode::kBadInput, path + ": " + what + " is " +
+                                          form(whole->type, whole->components) +
+                                          " in one block and " + form(type, components) +
+                                          " in another: give them one type, or other names");
   }
+  whole->type = *common;
 }
 
 void collect_active(vtkDataSetAttributes* attributes, AttributeSet* set) {
@@ -157,23 +181,35 @@ void append_strings(vtkStringArray* strings, Vector<std::byte>* out) {
   }
 }
 
-// Copies a part's values to `to`, which has room for them.
+// Copies a part's values to `to`, which has room for them, as numbers of that type.
 void copy_values(vtkDataArray* part, ValueType type, std::byte* to) {
   const auto values = static_cast<std::uint64_t>(part->GetNumberOfValues());
   if (values == 0) return;
-  if (part->GetDataType() != VTK_BIT) {
-    vtkSmartPointer<vtkDataArray> array = part;
-    if (!part->HasStandardMemoryLayout()) array = vtk_version::in_standard_layout(part);
-    std::memcpy(to, array->GetVoidPointer(0), values * size_of(type));
+  if (part->GetDataType() == VTK_BIT) {
+    const int width = part->GetNumberOfComponents();
+    visit_type(type, [&](auto zero) {
+      auto* out = reinterpret_cast<decltype(zero)*>(to);
+      for (vtkIdType i = 0; i < part->GetNumberOfTuples(); ++i) {
+        for (int c = 0; c < width; ++c)
+          *out++ = static_cast<decltype(zero)>(part->GetComponent(i, c));
+      }
+    });
     return;
   }
-  const int width = part->GetNumberOfComponents();
-  visit_type(type, [&](auto zero) {
-    auto* out = reinterpret_cast<decltype(zero)*>(to);
-    for (vtkIdType i = 0; i < part->GetNumberOfTuples(); ++i) {
-      for (int c = 0; c < width; ++c)
-        *out++ = static_cast<decltype(zero)>(part->GetComponent(i, c));
-    }
+  vtkSmartPointer<vtkDataArray> array = part;
+  if (!part->HasStandardMemoryLayout()) array = vtk_version::in_standard_layout(part);
+  const void* from = array->GetVoidPointer(0);
+  const ValueType own = *value_type(part);
+  if (own == type) {
+    std::memcpy(to, from, values * size_of(type));
+    return;
+  }
+  visit_type(own, [&](auto own_zero) {
+    visit_type(type, [&](auto zero) {
+      const auto convert = [](auto value) { return static_cast<decltype(zero)>(value); };
+      const auto* begin = static_cast<const decltype(own_zero)*>(from);
+      std::transform(begin, begin + values, reinterpret_cast<decltype(zero)*>(to), convert);
+    });
   });
 }
 
@@ -238,8 +274,8 @@ ArrayTable collect_arrays(const std::string& path, const PieceList& list, Associ
         table.set.arrays.back().tuples = points ? list.points : list.cells;
         table.parts.emplace_back(pieces.size(), nullptr);
       }
-      check_part(path, std::string(kind) + " array '" + name + "'", array,
-                 rows_of(piece, association), table.set.arrays[at]);
+      add_part(path, std::string(kind) + " array '" + name + "'", array,
+               rows_of(piece, association), &table.set.arrays[at]);
       table.parts[at][k] = array;
     }
     collect_active(attributes, &table.set);

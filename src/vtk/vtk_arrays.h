@@ -25,9 +25,9 @@ struct ArrayTable {
   std::vector<std::string> left_out;
 };
 
-// The point or cell arrays. vtkGhostType is not among them. Throws
-// Error(kBadInput) if an array does not have a row for each point or cell, or differs in type
-// between pieces.
+// The point or cell arrays. vtkGhostType is not among them. Where pieces have an array in types of
+// the same kind, the wider one is that of all. Throws Error(kBadInput) if an array does not have a
+// row for each point or cell, or differs otherwise between pieces.
 ArrayTable collect_arrays(const std::string& path, const PieceList& list, Association association);
 
 // Field data: of arrays with one name the first one.

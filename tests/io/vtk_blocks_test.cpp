@@ -89,6 +89,40 @@ TEST_F(VtkBlocks, BlocksWithoutAnArrayGetNotANumber) {
   EXPECT_THAT(tag.as<std::int32_t>(), ElementsAre(0, 4));
 }
 
+TEST_F(VtkBlocks, ArraysOfOneKindTakeTheWiderType) {
+  const auto block = [](const char* points, const char* real, const char* whole) {
+    return piece_of_two(points, "<PointData>" + array_text(real, "heat", "0.1 0.2 0.3 0.4") +
+                                    array_text(whole, "tag", "200 201 202 203") + "</PointData>");
+  };
+  write("narrow.vtu", block(kFirstPoints, "Float32", "UInt8"));
+  write("wide.vtu", block(kSecondPoints, "Float64", "Int64"));
+  for (const bool narrow_first : {true, false}) {
+    const std::string path = write("both.vtm", narrow_first ? two_blocks("narrow.vtu", "wide.vtu")
+                                                            : two_blocks("wide.vtu", "narrow.vtu"));
+    const auto mesh = open_with_vtk(path);
+    const double of_narrow = 0.1F, of_wide = 0.4;  // the point that no other block has
+    EXPECT_EQ(values_at_points<double>(mesh.get(), "heat").back(),
+              narrow_first ? of_wide : of_narrow);
+    EXPECT_EQ(values_at_points<std::int64_t>(mesh.get(), "tag").back(), narrow_first ? 203 : 200);
+  }
+}
+
+TEST_F(VtkBlocks, ArraysThatHaveNoTypeInCommonAreRefused) {
+  const auto with = [](const char* points, const char* type) {
+    return piece_of_two(points,
+                        "<PointData>" + array_text(type, "heat", "1 2 3 4") + "</PointData>");
+  };
+  write("a.vtu", with(kFirstPoints, "Int64"));
+  for (const char* other : {"Float64", "UInt64"}) {
+    write("b.vtu", with(kSecondPoints, other));
+    const std::string path = write("both.vtm", two_blocks("a.vtu", "b.vtu"));
+    EXPECT_THAT([&] { open_with_vtk(path); },
+                ::testing::ThrowsMessage<Error>(HasSubstr(
+                    std::string("point array 'heat' is Int64 with 1 component in one block and ") +
+                    other + " with 1 component in another")));
+  }
+}
+
 TEST_F(VtkBlocks, SeamsTakeValuesFromTheFirstBlockThatHasThem) {
   write("plain.vtu", piece_of_two(kFirstPoints, ""));
   write("rich.vtu",
