@@ -30,6 +30,12 @@ class CornerVolumes {
   }
 
   const std::array<double, 4>& values() const { return values_; }
+  // The point lies inside. Of a point that is far away, beside the corners' distances from each
+  // other, not all are positive, but of none it is certain what it is: its box tells.
+  bool are_positive() const {
+    const auto& v = values_;
+    return std::min(std::min(v[0], v[1]), std::min(v[2], v[3])) > 0;
+  }
   // Whether the point is certainly beyond the face opposite to the corner.
   bool beyond(std::size_t corner) const {
     // Most corners are done here, without a bound on the error.
@@ -72,12 +78,21 @@ inline std::array<double, 4> weights_of(std::array<double, 4> shares) {
   return shares;
 }
 
+// Whether the point lies in the box round the corners.
+inline bool box_holds(const Corners& corners, const Point& p) {
+  const auto [left, right] = std::minmax({corners[0].x, corners[1].x, corners[2].x, corners[3].x});
+  const auto [front, back] = std::minmax({corners[0].y, corners[1].y, corners[2].y, corners[3].y});
+  const auto [low, high] = std::minmax({corners[0].z, corners[1].z, corners[2].z, corners[3].z});
+  return left <= p.x && p.x <= right && front <= p.y && p.y <= back && low <= p.z && p.z <= high;
+}
+
 // None if the point is certainly beyond one of the faces.
 inline std::optional<std::array<double, 4>> weights_in(const Corners& corners, const Point& p) {
   const CornerVolumes volumes(corners, p);
   for (std::size_t corner = 0; corner < 4; ++corner) {
     if (volumes.beyond(corner)) return std::nullopt;
   }
+  if (!volumes.are_positive() && !box_holds(corners, p)) return std::nullopt;
   return weights_of(volumes.values());
 }
 

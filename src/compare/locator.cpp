@@ -43,7 +43,8 @@ bool Locator::walk(const Point& p, TetId* tet, Place* place) const {
     const CornerVolumes volumes(mesh_.corners(*tet), p);
     const std::size_t exit = volumes.exit();
     if (exit == CornerVolumes::kNone) {
-      if (mesh_.flat[*tet] != 0) return false;
+      const bool inside = volumes.are_positive() || box_holds(mesh_.corners(*tet), p);
+      if (mesh_.flat[*tet] != 0 || !inside) return false;
       *place = {*tet, weights_of(volumes.values()), false, 0};
       return true;
     }

@@ -241,6 +241,31 @@ TEST(Locator, SeesACornerBehindANotch) {
   }
 }
 
+// Seen from far away volumes tell nothing certain.
+TEST(Locator, FindsWhatIsFarFromWhereItBegins) {
+  Geometry mesh = testing::five_split_cube(4, 0.2);
+  const Geometry other = testing::five_split_cube(4, 0.2, 9);
+  auto& points = std::get<Vector<Point>>(mesh.points);
+  const auto first = static_cast<VertexId>(points.size());
+  constexpr double kApart = 1e9;
+  for (const Point& p : std::get<Vector<Point>>(other.points)) {
+    points.push_back({p.x + kApart, p.y, p.z});
+  }
+  for (const Tet& t : other.tets) {
+    mesh.tets.push_back({t[0] + first, t[1] + first, t[2] + first, t[3] + first});
+  }
+  const SimplifiedMesh loaded = load(mesh);
+  const Locator locator(&loaded, ValueType::kFloat64);
+  LocatorHint hint;
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    Point p = random_point(3, i, 4);
+    if (i % 2 == 1) p.x += kApart;
+    const Place place = locator.locate(p, &hint);
+    EXPECT_FALSE(place.outside);
+    EXPECT_NEAR(length(at(loaded, place) - p), 0, 1e-6);
+  }
+}
+
 TEST(Locator, AFlatCellHoldsNothing) {
   Geometry mesh = testing::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}, {4, 4, 0}},
                                      {{0, 1, 2, 3}, {0, 1, 4, 2}});
