@@ -128,7 +128,7 @@ void FuseCandidates<Real>::keep_cheapest(VertexId v) {
     cheap += cost <= threshold ? 1 : 0;
     const float otherwise = cost <= threshold ? kNone.cost : cost;
     dear.partner = otherwise < dear.cost ? partner : dear.partner;
-    dear.cost = std::min(otherwise, dear.cost);
+    dear.cost = std::min(dear.cost, otherwise);  // in this order, for what is no number
   }
   ranks_.resize(cheap + kLanes);
   find_ranks(cheap, costs_.data(), ranks_.data());

@@ -179,9 +179,10 @@ std::optional<PatchDistance> measure(const PatchChange& change) {
 
 namespace {
 
-// What planes cut off a triangle leaves a polygon of one corner more for each of them, at most.
+// What three planes leave of a triangle. Each makes one corner more, or, where rounding tells of
+// more than two edges that it cuts, half as many again.
 struct Polygon {
-  std::array<Point3, 6> corners{};
+  std::array<Point3, 9> corners{};
   std::size_t count = 0;
 
   // Leaves what has dot(normal, x) <= most.
