@@ -2,7 +2,10 @@
 #pragma once
 
 #include <atomic>
+#include <bit>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 
 #include "base/vector.h"
 
@@ -23,6 +26,10 @@ class BitSet {
   // There is room for i, or for nothing.
   bool has(std::uint64_t i) const { return !empty() && (words_[i / 64] & bit(i)) != 0; }
 
+  std::uint64_t count() const {  // of those in the set
+    return std::transform_reduce(words_.begin(), words_.end(), std::uint64_t{0}, std::plus<>(),
+                                 [](std::uint64_t w) { return std::uint64_t(std::popcount(w)); });
+  }
   std::uint64_t bytes() const { return words_.size() * sizeof(std::uint64_t); }
 
  private:

@@ -1,5 +1,5 @@
-// The criteria of TetFusion (Chopra & Meyer 2002, sections 3.2-3.5), and a bound on volumes, one
-// function each. All are pure; each says true when the fusion must be refused.
+// The criteria of TetFusion (Chopra & Meyer 2002, sections 3.2-3.5), and a bound on volumes, as pure
+// functions: true when the fusion must be refused. And what passes count, and go by.
 #pragma once
 
 #include <algorithm>

@@ -57,7 +57,7 @@ struct WorkMesh {
   bool has_deviations = false;
   Vector<float> deviations;
   // Each vertex's id in the beginning: the same in every chunk that has the vertex. A fused one
-  // keeps one of its four.
+  // keeps one of those that became it.
   Vector<VertexId> point_ids;
   Vector<std::uint32_t> incidence;  // tetrahedra here that use the vertex
   Vector<std::uint16_t> changed;    // the last pass that changed the vertex's ball; 0: none yet

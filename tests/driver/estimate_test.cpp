@@ -175,6 +175,19 @@ TEST_F(Estimate, OfAMeshWithAllThatAMeshCanHave) {
   }
 }
 
+// They lie where the sample would be taken.
+TEST_F(Estimate, OfAMeshWithMostPointsUnused) {
+  testing::MeshFile file;
+  file.geometry = testing::corner_of_a_cube(32);
+  file.write(request.input);
+  request.behaviour.reduction = 0.3;
+  const RunEstimate e = estimate(4000);
+  EXPECT_EQ(e.tets, 5u * 16 * 16 * 16);
+  EXPECT_GT(e.sample_tets, 2000u);
+  EXPECT_LT(e.sample_tets, 8000u);
+  EXPECT_GT(e.reduction, 0.1);
+}
+
 // There is no place for the mesh on disk.
 TEST_F(Estimate, RefusesThePlaceThatTheRunWouldRefuse) {
   generate(LatticeKind::kFive, 3000);

@@ -369,6 +369,21 @@ TEST_F(ImportMesh, AVertexFarAwayLeavesTheNextChunksAsLargeAsOthers) {
   for (const WorkMesh<double>& chunk : chunks) EXPECT_LT(chunk.tets.size(), 7000u);
 }
 
+// What was cut out of a larger mesh often has all the points of that still.
+TEST_F(ImportMesh, PointsThatNobodyUsesLeaveTheChunksAsLargeAsOthers) {
+  MeshFile file;
+  file.geometry = testing::corner_of_a_cube(32);
+  file.write(path);
+  const Import<double> cut(path, {.chunk_tets = 5000});
+  EXPECT_EQ(cut.imported.facts.unused_points, 33u * 33 * 33 - 17 * 17 * 17);
+  const auto chunks = cut.chunks();
+  EXPECT_EQ(chunks.size(), 5u);
+  for (const WorkMesh<double>& chunk : chunks) {
+    EXPECT_GT(chunk.tets.size(), 3000u);
+    EXPECT_LT(chunk.tets.size(), 7000u);
+  }
+}
+
 // So large that its cells, and its points, come in several windows.
 TEST_F(ImportMesh, TakesMeshesOfSeveralWindows) {
   MeshFile file;

@@ -163,6 +163,17 @@ Geometry kuhn_box(std::uint32_t nx, std::uint32_t ny, std::uint32_t nz, double j
   });
 }
 
+Geometry corner_of_a_cube(std::uint32_t n) {
+  Geometry mesh = five_split_cube(n);
+  std::erase_if(mesh.tets, [&](const Tet& tet) {
+    return std::any_of(tet.begin(), tet.end(), [&](VertexId v) {
+      const Vec3<double> p = point(mesh, v);
+      return std::max({p.x, p.y, p.z}) > n / 2;
+    });
+  });
+  return mesh;
+}
+
 Geometry plate(std::uint32_t n) { return five_split_box(n, n, 1); }
 
 double uniform(std::uint64_t seed, std::uint64_t index) {

@@ -31,6 +31,8 @@ Geometry icosahedron_ball();
 Geometry five_split_box(std::uint32_t nx, std::uint32_t ny, std::uint32_t nz, double jitter = 0,
                         std::uint64_t seed = 1);
 Geometry five_split_cube(std::uint32_t n, double jitter = 0, std::uint64_t seed = 1);
+// The corner of such a cube that is half as wide, n even, with all points of the cube.
+Geometry corner_of_a_cube(std::uint32_t n);
 // The same box with each cube split in six round its diagonal (Kuhn).
 Geometry kuhn_box(std::uint32_t nx, std::uint32_t ny, std::uint32_t nz, double jitter = 0,
                   std::uint64_t seed = 1);

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <limits>
 #include <span>
 
 #include "base/blocks.h"
+#include "driver/arrays/rows_in_use.h"
 #include "driver/import/scatter_passes.h"
 #include "partition/curve_excerpt.h"
 
@@ -54,20 +57,31 @@ void for_each_window(const ScatterJob<Real>& job, F f) {
                  });
 }
 
-// The box of all points, and every so-many-th of them.
+// Points in use, where the numbers say that many may not be, as in what was cut out of a larger
+// mesh; else all of them, and the cells need not be read once more.
 template <class Real>
-void survey_points(const ScatterJob<Real>& job, ScatteredMesh<Real>* out) {
-  const std::uint64_t points = job.stream.points();
+BitSet points_to_cut_by(const ScatterJob<Real>& job) {
+  constexpr std::uint64_t kCellsAPoint = 4;  // about five or six where all are in use
+  if (job.chunks == 1 || kCellsAPoint * job.stream.points() <= job.stream.cells()) return {};
+  return find_rows_in_use(job.stream, Association::kPoint, job.context);
+}
+
+// The box of those points, and every so-many-th of them. Returns how many they are.
+template <class Real>
+std::uint64_t survey_points(const ScatterJob<Real>& job, ScatteredMesh<Real>* out) {
+  const BitSet wanted = points_to_cut_by(job);
+  const std::uint64_t points = wanted.empty() ? job.stream.points() : wanted.count();
   const std::uint64_t step =
       std::max<std::uint64_t>(1, points / (kSamplesPerChunk * std::uint64_t{job.chunks}));
   struct Window {
     Box box;
     Vector<Vec3<Real>> samples;
   };
-  std::vector<Window> windows(block_count(points, job.settings.point_window));
+  std::vector<Window> windows(block_count(job.stream.points(), job.settings.point_window));
   for_each_window(job, [&](std::size_t w, std::size_t first, const Vector<Vec3<Real>>& positions) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const Vec3<Real>& p = positions[i];
+      if (!wanted.empty() && !wanted.has(first + i)) continue;
       windows[w].box.add({p.x, p.y, p.z});
       if ((first + i) % step == 0) windows[w].samples.push_back(p);
     }
@@ -77,21 +91,34 @@ void survey_points(const ScatterJob<Real>& job, ScatteredMesh<Real>* out) {
     if (job.chunks == 1) continue;
     out->samples.insert(out->samples.end(), window.samples.begin(), window.samples.end());
   }
+  return points;
 }
 
-// The first cut: a point's chunk by its place on the curve.
+// The chunk nearest to the middle of those that have samples.
 template <class Real>
-void find_homes(const ScatteredMesh<Real>& survey, ScatterJob<Real>* job) {
-  const std::uint64_t points = job->stream.points();
+std::uint32_t middle_chunk(const CurveCut& cut, std::span<const Vec3<Real>> samples) {
+  const auto middle = static_cast<std::int64_t>(cut.chunks() / 2);
+  std::int64_t nearest = std::numeric_limits<std::uint32_t>::max();
+  for (const Vec3<Real>& p : samples) {
+    const auto chunk = static_cast<std::int64_t>(cut.chunk_of(p));
+    if (std::abs(chunk - middle) < std::abs(nearest - middle)) nearest = chunk;
+  }
+  return static_cast<std::uint32_t>(nearest);
+}
+
+// The first cut: a point's chunk by its place on the curve. So many points were surveyed.
+template <class Real>
+void find_homes(const ScatteredMesh<Real>& survey, std::uint64_t points, ScatterJob<Real>* job) {
   const ShiftedCurve curve(without_outliers<Real>(survey.box, survey.samples), 0);
   Vector<std::uint64_t> keys;
   for (const Vec3<Real>& p : survey.samples) keys.push_back(curve.key(p));
   CurveExcerpt excerpt;
   if (survey.has_excerpt) {
     excerpt = CurveExcerpt(points, job->settings.chunk_tets / kTetsAPoint, keys);
-    job->excerpt.resize(points);
+    job->excerpt.resize(job->stream.points());
   }
   const CurveCut cut(curve, job->chunks, std::move(keys));
+  if (job->settings.sample != nullptr) job->sampled = middle_chunk<Real>(cut, survey.samples);
   for_each_window(*job, [&](std::size_t, std::size_t first, const Vector<Vec3<Real>>& positions) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const auto v = static_cast<VertexId>(first + i);
@@ -128,8 +155,8 @@ ScatteredMesh<Real> scatter_mesh(const ImportInput& input, const ScatterSettings
   out.chunks = settings.sample != nullptr ? 1 : chunks;
   out.has_excerpt = settings.excerpt && chunks > 1;
   place.clock->begin("locate");
-  survey_points(job, &out);
-  if (chunks > 1) find_homes(out, &job);
+  const std::uint64_t points = survey_points(job, &out);
+  if (chunks > 1) find_homes(out, points, &job);
   place.clock->begin("scatter cells");
   out.tets = place.scratch->begin("tets");
   scatter_cells(&job, out.tets.get(), &out);

@@ -140,7 +140,7 @@ void CellScatterer<Real>::keep_sampled(Scratch* scratch) const {
   if (all_rows) cells.tet_rows.resize(cells.tets.size());
   std::size_t kept = 0;
   for (std::size_t t = 0; t < cells.tets.size(); ++t) {
-    if (!job_.is_sampled(chunk_of[t])) continue;
+    if (chunk_of[t] != job_.sampled) continue;
     cells.tets[kept] = cells.tets[t];
     cells.tet_rows[kept++] = all_rows ? t : cells.tet_rows[t];
   }

@@ -22,9 +22,8 @@ struct ScatterJob : ImportInput {
   VertexChunks table;  // of all chunks, and of the excerpt as number `chunks`
   BitSet excerpt;      // points of which an excerpt has all tetrahedra; empty: there is none
   InputWindow cell_window, point_window;
+  std::uint32_t sampled = 0;  // the chunk that is a sample, as number 0
 
-  // A sample is the chunk in the middle, as number 0.
-  bool is_sampled(std::uint32_t chunk) const { return chunk == chunks / 2; }
   std::uint32_t made_chunks() const {
     return settings.sample != nullptr ? 1 : chunks + (excerpt.empty() ? 0 : 1);
   }

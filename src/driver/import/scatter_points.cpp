@@ -181,8 +181,7 @@ std::size_t PointScatterer<Real>::find_chunks(VertexId v, std::uint32_t item,
   scratch->last_chunk[item] = chunks > 0 ? chunk_of[before + chunks - 1] : 0;
   if (job_.settings.sample != nullptr) {
     const auto begin = chunk_of.begin() + static_cast<std::ptrdiff_t>(before);
-    const bool is_sampled =
-        std::any_of(begin, chunk_of.end(), [&](std::uint32_t c) { return job_.is_sampled(c); });
+    const bool is_sampled = std::find(begin, chunk_of.end(), job_.sampled) != chunk_of.end();
     chunk_of.resize(before);
     if (is_sampled) chunk_of.push_back(0);
     scratch->last_chunk[item] = 0;

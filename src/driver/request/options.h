@@ -19,7 +19,8 @@ inline constexpr double kDefaultStretchFactor = 5;
 inline constexpr double kDefaultMaxError = 0.01;
 
 // Of a chunk: FuseVertices counts events in 32 bits, a chunk may turn out three times as large as
-// it is asked for, and LiveBalls packs a tetrahedron and its corner into 32 bits.
+// it is asked for (more only where cells are smaller than a millionth of the mesh), and LiveBalls
+// packs a tetrahedron and its corner into 32 bits.
 inline constexpr std::uint64_t kMaxChunkTets = std::uint64_t{1} << 27;
 
 // What may become of the boundary surface, and of surfaces between regions.

@@ -139,8 +139,9 @@ double bytes_of_phases(const MeshDescription& mesh, const SteeringBytes& steerin
           ? pieces.chunks * interface_vertices(static_cast<double>(chunk_tets)) * kInterface
           : 0;
   const auto mean = static_cast<double>(steering.point_mean);
-  // While the input is read: the chunk of each point, whether it is used, and means of cells.
-  const double of_points = (4 + 1.0 / 8 + mean) * points;
+  // While the input is read: the chunk of each point, whether it is the excerpt's, whether others
+  // lie in the same place, and means of cells.
+  const double of_points = (4 + 2.0 / 8 + mean) * points;
   // Before anything else these are made, of positions and weights.
   const double means = mean > 0 ? (4 * sizeof(double) + mean) * points : 0;
   const double excerpt = pieces.chunks > 1
