@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import types
 import unittest
 import weakref
@@ -346,6 +347,30 @@ class Runs(unittest.TestCase):
         logger.setLevel(logging.INFO)
         with self.assertRaises(ZeroDivisionError):
             simplify(mesh, 0.9)
+
+    def test_exceptions_when_all_is_done(self):
+        """Whenever they come, the next run works."""
+        def late(number, frame):
+            raise TimeoutError
+        self.addCleanup(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, late))
+        self.addCleanup(signal.setitimer, signal.ITIMER_REAL, 0)
+        mesh = box(2)
+        begin = time.perf_counter()
+        simplify(mesh, 0.1)
+        once = time.perf_counter() - begin
+        for i in range(600):
+            try:
+                signal.setitimer(signal.ITIMER_REAL, once * (0.5 + i % 100 / 80))
+                simplify(mesh, 0.1)
+                signal.setitimer(signal.ITIMER_REAL, 0)
+            except TimeoutError:
+                pass
+
+    def test_false_as_the_last_answer(self):
+        for _ in range(40):
+            with self.assertRaises(TetFusionError) as caught:
+                simplify(box(1), 0, progress=lambda share: False)
+            self.assertEqual(caught.exception.code, 130)
 
     def test_what_progress_raises_keeps_nothing_alive(self):
         class Rows(np.ndarray):

@@ -146,7 +146,7 @@ def _run(parts, options, has_goal, progress):
     inputs = _Inputs(parts)
     result = _native.simplify(inputs.mesh, options, progress or (lambda share: None), _log.info)
     if result.code != 0:
-        raise TetFusionError(result.code, "the run was ended" if result.code == 130 else result.message)
+        raise TetFusionError(result.code, "the run was ended" if result.code == _native.INTERRUPTED else result.message)
     report = json.loads(result.report)
     if has_goal and report["stop_reason"] != "goal":
         warnings.warn(report["stop_sentence"], TetFusionWarning, stacklevel=3)

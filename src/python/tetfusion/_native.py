@@ -100,6 +100,9 @@ for _function in ("message", "report", "version"):
 _library.tetfusion_free.restype = None
 
 
+INTERRUPTED = 130  # a code of the library's
+
+
 class Result:
     """Frees what the library has made when nobody refers to it any more."""
 
@@ -131,22 +134,27 @@ def simplify(mesh, options, tell, notice):
     The library works on a thread of its own, where no handlers of signals run: nothing may be thrown through it.
     """
     events = queue.SimpleQueue()
-    ended = threading.Event()
+    ended, done = threading.Event(), threading.Event()
     observer = Observer(None, _PROGRESS(lambda data, share, phase: events.put((tell, share))),
                         _CANCELLED(lambda data: ended.is_set() or _runs.ending),
                         _NOTICE(lambda data, text: events.put((notice, readable(text)))))
     made = []
-    turn = queue.SimpleQueue()  # whoever takes it is first: the thread, or what interrupts its start
-    turn.put(None)
+    order = []  # whoever comes first has its way: the thread, or what interrupts its start
+
+    def is_first(who):
+        order.append(who)
+        return order[0] == who
 
     def work():
         try:
-            if _take(turn) and _runs.begin():
+            if is_first("thread") and _runs.begin():
                 try:
-                    made.append(_library.tetfusion_simplify(ctypes.byref(mesh), options.encode(), ctypes.byref(observer)))
+                    address = _library.tetfusion_simplify(ctypes.byref(mesh), options.encode(), ctypes.byref(observer))
+                    made.append(Result(address) if address else None)
                 finally:
                     _runs.done()
         finally:
+            done.set()
             events.put(None)
     try:
         threading.Thread(target=work, name="tetfusion", daemon=True).start()
@@ -157,33 +165,24 @@ def simplify(mesh, options, tell, notice):
                 ended.set()
     except BaseException:
         ended.set()
-        _wait(events, turn)
-        for address in made:
-            _library.tetfusion_free(address)
+        _wait(lambda: is_first("caller") or done.wait())
         raise
     if _runs.ending and threading.current_thread().daemon:
         threading.Event().wait()  # Python ends, and this thread with it
     if not made:
         raise RuntimeError("Python ends")
-    if not made[0]:
+    if made[0] is None:
         raise MemoryError
-    return Result(made[0])
+    if ended.is_set():  # though all may be done
+        made[0].code = INTERRUPTED
+    return made[0]
 
 
-def _take(turn):
-    try:
-        turn.get_nowait()
-        return True
-    except queue.Empty:
-        return False
-
-
-def _wait(events, turn):
+def _wait(over):
     """Till the library has done with what it was given, if it has begun; another Ctrl-C does not change that."""
     while True:
         try:
-            while not _take(turn) and events.get() is not None:
-                pass
+            over()
             return
         except BaseException:
             pass
