@@ -257,9 +257,8 @@ struct Options {
   // With kFuse and a boundary that stays: integrals of floating-point arrays stay,
   // but for `regions`, whose values cells keep.
   bool conserve = false;
-  // For each fusion, one value a round and the last one repeated: shares of the range, > 0;
-  // factors,
-  // >= 1. Infinity is off. Default: off; with kTetFuse 0.025 and 5.
+  // For each fusion, one value a round and the last one repeated: shares of the range, in (0, 1];
+  // factors, >= 1. Infinity is off. Default: off; with kTetFuse 0.025 and 5.
   std::vector<double> scalar_tolerance, stretch_factor;
   double aspect_ratio = std::numeric_limits<double>::infinity();  // >= 1
   // No tetrahedron grows beyond this volume, > 0.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <limits>
 
 #include "base/error.h"
@@ -45,6 +46,11 @@ void check_tolerances(const Options& o) {
                             "at most 1, a share of its range",
                             array.name, *array.tolerance));
   }
+  for (const double share : o.scalar_tolerance) {
+    if (share <= 1 || std::isinf(share)) continue;
+    throw Error(ErrorCode::kUsage,
+                fmt::format("scalar_tolerance: {} is more than 1, the whole range", share));
+  }
 }
 
 Boundary to_boundary(BoundaryMode mode) {
@@ -53,9 +59,8 @@ Boundary to_boundary(BoundaryMode mode) {
 }
 
 std::string to_text(const SteeringArray& array) {
-  std::string text = (array.of_cells ? "cell:" : "") + array.name;
-  if (array.tolerance) text += fmt::format(":{}", *array.tolerance);
-  return text;
+  const std::string name = (array.of_cells ? "cell:" : "") + array.name;
+  return array.tolerance ? with_tolerance(name, *array.tolerance) : name;
 }
 
 void check_address(const void* data, std::size_t size, const std::string& what) {

@@ -58,6 +58,10 @@ def refuse(message):
     raise TetFusionError(2, message)
 
 
+def refuse_mesh(message):
+    raise TetFusionError(3, f"the mesh: {message}")
+
+
 def is_number(value):
     return isinstance(value, numbers.Real)
 

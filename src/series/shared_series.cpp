@@ -238,9 +238,9 @@ SimplifyRequest SharedSeries::job(std::optional<double> share) const {
       // No error is larger than the range. Where there is no goal a run without any bound takes
       // one by itself.
       const double wanted = std::min(share.value_or(1) * bound, 1.0);
-      if (share && (wanted < 1 || !has_goal())) text += fmt::format(":{}", wanted);
+      if (share && (wanted < 1 || !has_goal())) text = with_tolerance(text, wanted);
     } else if (array.tolerance) {
-      text += fmt::format(":{}", *array.tolerance);
+      text = with_tolerance(text, *array.tolerance);
     }
     b.arrays.push_back(std::move(text));
     largest = std::max(largest, sums.range(f));

@@ -170,6 +170,7 @@ option_case("report folder missing", ["-o", "{out}/a.vtu", "--report", "{out}/no
 option_case("unknown array", ["--array", "pressure"], USAGE, "pressure", "temperature")
 option_case("unknown cell array", ["--array", "cell:pressure"], USAGE, "pressure")
 option_case("unknown region array", ["--regions", "pressure"], USAGE, "pressure")
+option_case("a bound of one for an array", ["--array", "temperature:1"], USAGE, "--array temperature:1: give 100% or 1%")
 option_case("a bound of more than all for an array", ["--array", "temperature:150%"], USAGE, "at most 100% of the field's range")
 option_case("a bound of nothing for an array", ["--array", "temperature:0%"], USAGE, "temperature", "0.5%")
 option_case("chunks too large for fuse", ["--chunk-tets", "200M"], USAGE, "--chunk-tets", "134217728")

@@ -176,6 +176,9 @@ TEST_F(LibraryErrors, BadOptionsAreNamedInItsOwnWords) {
   };
   options.reduction = 1;
   EXPECT_EQ(message(), "reduction must be at least 0% and less than 100%");
+  options.method = Operation::kTetFuse;
+  options.scalar_tolerance = {0.1, 5};
+  EXPECT_THAT(message(), HasSubstr("scalar_tolerance: 5 is more than 1"));
   options.reduction = 0.5;
   options.tets = 5;
   EXPECT_EQ(message(), "reduction and tets are two goals: give one of them");

@@ -34,7 +34,7 @@ from tetfusion import Mesh, TetFusionError, TetFusionWarning, simplify  # noqa: 
 try:
     from vtkmodules.numpy_interface import dataset_adapter
     from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-    from vtkmodules.vtkCommonCore import vtkSOADataArrayTemplate, vtkStringArray
+    from vtkmodules.vtkCommonCore import vtkPoints, vtkSOADataArrayTemplate, vtkStringArray
     from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 except ImportError:
@@ -539,10 +539,25 @@ class Grids(unittest.TestCase):
         grid = Grid()
         grid.ShallowCopy(self.grid)
         self.assertEqual(simplify(grid, 0.5), ("wrapped", wrapped.GetNumberOfCells()))
-        for wrong in vtkPolyData(), vtkUnstructuredGrid(), vtkUnstructuredGrid:
+        for wrong, code in (vtkPolyData(), 2), (vtkUnstructuredGrid, 2), (vtkUnstructuredGrid(), 3):
             with self.assertRaises(TetFusionError) as caught:
                 simplify(wrong, 0.5)
-            self.assertEqual(caught.exception.code, 2)
+            self.assertEqual(caught.exception.code, code)
+
+    def test_ids_of_cells_that_were_split(self):
+        """They are several cells' then."""
+        points, cell = vtkPoints(), (0, 1, 3, 2, 4, 5, 7, 6)
+        for i in range(8):
+            points.InsertNextPoint(i & 1, i >> 1 & 1, i >> 2)
+        for split in False, True:
+            grid = vtkUnstructuredGrid()
+            grid.SetPoints(points)
+            grid.InsertNextCell(12, 8, cell) if split else grid.InsertNextCell(10, 4, (0, 1, 2, 4))
+            ids = numpy_to_vtk(np.array([7]), deep=1)
+            ids.SetName("ids")
+            grid.GetCellData().SetGlobalIds(ids)
+            data = simplify(grid, 0, tetrahedralize=True).GetCellData()
+            self.assertEqual((data.GetGlobalIds() is None, data.GetPedigreeIds() is not None), (split, split))
 
 
 class StandIn:
@@ -586,6 +601,8 @@ class Meshio(unittest.TestCase):
             self.assertIsInstance(simplify(Own(mesh.points, cells, point_data=mesh.point_data), 0.2), Own)
             with self.assertRaisesRegex(TetFusionError, "blocks are not alike"):
                 simplify(StandIn(mesh.points, cells, cell_data={"v": [np.zeros(len(rows) if i else (len(rows), 2)) for i, (_, rows) in enumerate(cells)]}), 0.2)
+            patches = [("tetra", mesh.cells), ("polygon", [[0, 1, 2, 3, 4]]), ("triangle10", [np.arange(10)])]
+            self.assertEqual([block.type for block in simplify(StandIn(mesh.points, patches), 0, drop_patches=True).cells], ["tetra"])
             with self.assertRaisesRegex(TetFusionError, "polygon5"):
                 simplify(StandIn(mesh.points, [("polygon5", mesh.cells[:, [0, 1, 2, 3, 0]])]), 0.5)
 

@@ -55,12 +55,18 @@ std::optional<SteeringChoice> find_own_array(const MeshDescription& mesh, const 
   return find_named(mesh, name, false);
 }
 
+// A bare one would be refused.
+std::string with_tolerance(const std::string& name, double tolerance) {
+  return tolerance == 1 ? name + ":100%" : fmt::format("{}:{}", name, tolerance);
+}
+
 namespace {
 
 // What is behind the last colon of what a user has given.
 double tolerance_in(const std::string& text) {
   const std::string share = text.substr(text.rfind(':') + 1);
   const auto tolerance = parse_share(share);
+  if (tolerance && is_bare_one(share)) refuse(fmt::format("--array {}: give 100% or 1%", text));
   if (tolerance && *tolerance > 0 && *tolerance <= 1) return *tolerance;
   throw Error(ErrorCode::kUsage,
               fmt::format("--array {}: the tolerance \"{}\" must be greater than 0% and at most "

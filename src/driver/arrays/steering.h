@@ -34,6 +34,9 @@ std::optional<SteeringChoice> find_own_array(const MeshDescription& mesh, const 
 // The name that stands for many.
 inline constexpr std::string_view kAllArrays = "all";
 
+// "NAME:0.005", as a user would give it.
+std::string with_tolerance(const std::string& name, double tolerance);
+
 // Resolves the user's names ("NAME", "NAME:0.5%", "cell:NAME"; "all" for the floating-point point
 // arrays that are not named besides, if no array is called so). Throws Error(kUsage) naming the
 // arrays there are, or for an array that is named twice.

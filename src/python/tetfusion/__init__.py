@@ -161,20 +161,20 @@ class _Inputs:
         self._like = {}  # of each array, by kind and name, the shape of its rows, and whether it is of bools
         points = self._numbers("points", parts["points"])
         if points.ndim != 2 or points.shape[1] != 3:
-            _refuse_mesh(f"points must have three columns, not the shape {points.shape}")
+            values.refuse_mesh(f"points must have three columns, not the shape {points.shape}")
         if points.dtype.kind != "f":
             points = self._numbers("points", points.astype(np.float64))
         cells = self._whole_numbers("cells", parts["cells"], (np.int32, np.int64))
         types, offsets = parts.get("types"), parts.get("offsets")
         if (types is None) != (offsets is None):
-            _refuse_mesh("types and offsets go together")
+            values.refuse_mesh("types and offsets go together")
         self._is_flat = types is not None
         if self._is_flat:
             types, offsets = self._whole_numbers("types", types, (np.uint8,)), self._whole_numbers("offsets", offsets, (cells.dtype,))
             if types.ndim != 1 or offsets.shape != (len(types) + 1,):
-                _refuse_mesh(f"offsets must be one more than types, not of the shape {offsets.shape} for {types.shape}")
+                values.refuse_mesh(f"offsets must be one more than types, not of the shape {offsets.shape} for {types.shape}")
         elif cells.ndim != 2 or cells.shape[1] != 4:
-            _refuse_mesh(f"cells must have four columns, not the shape {cells.shape}; other kinds need offsets and types")
+            values.refuse_mesh(f"cells must have four columns, not the shape {cells.shape}; other kinds need offsets and types")
         count = len(types) if self._is_flat else len(cells)
         self.mesh = _native.Mesh(points=_native.values_of(points), connectivity=_native.values_of(cells))
         if self._is_flat:
@@ -186,18 +186,18 @@ class _Inputs:
         active = parts.get("active_scalars")
         if active is not None:
             if values.text(active) not in point_data:
-                _refuse_mesh(f"active_scalars: there is no point array {active!r}")
+                values.refuse_mesh(f"active_scalars: there is no point array {active!r}")
             self.mesh.active_scalars = _bytes_of(values.text(active))
 
     def _numbers(self, what, given):
         if np.ma.is_masked(given):
-            _refuse_mesh(f"{what}: entries are masked; fill them, with nan perhaps")
+            values.refuse_mesh(f"{what}: entries are masked; fill them, with nan perhaps")
         try:
             array = np.asarray(given)
         except (TypeError, ValueError) as error:
-            _refuse_mesh(f"{what}: {error}")
+            values.refuse_mesh(f"{what}: {error}")
         if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8 or array.dtype == np.float16:
-            _refuse_mesh(f"{what}: numbers of type {array.dtype} are not taken; give float64, float32 or integers")
+            values.refuse_mesh(f"{what}: numbers of type {array.dtype} are not taken; give float64, float32 or integers")
         if array.dtype.kind == "b":
             array = array.view(np.uint8)
         array = np.require(array, array.dtype.newbyteorder("="), "CA")
@@ -212,7 +212,7 @@ class _Inputs:
         with np.errstate(invalid="ignore"):  # NaN
             taken = self._numbers(what, array.astype(kinds[-1]))
         if array.size and not np.array_equal(taken, array):
-            _refuse_mesh(f"{what} must be whole numbers that {taken.dtype} can hold")
+            values.refuse_mesh(f"{what} must be whole numbers that {taken.dtype} can hold")
         return taken
 
     def _take_ghosts(self, point_data, cell_data, count):
@@ -224,7 +224,7 @@ class _Inputs:
                 continue
             marks = self._whole_numbers(name, cell_data.pop(name), (np.uint8,))
             if marks.size != count:
-                _refuse_mesh(f"{name} must have {count} rows of one component")
+                values.refuse_mesh(f"{name} must have {count} rows of one component")
             marks = marks.reshape(-1) if name == "vtkGhostType" else (marks.reshape(-1) > 0).view(np.uint8)
             flags = marks if flags is None else flags | marks
         if flags is not None:
@@ -236,10 +236,10 @@ class _Inputs:
             what = f"{kind} array {name!r}"
             array = self._numbers(what, given)
             if array.ndim == 0 or len(array) != rows:
-                _refuse_mesh(f"{what} must have {rows} rows, not the shape {array.shape}")
+                values.refuse_mesh(f"{what} must have {rows} rows, not the shape {array.shape}")
             components = math.prod(array.shape[1:])
             if components == 0:
-                _refuse_mesh(f"{what} has no components")
+                values.refuse_mesh(f"{what} has no components")
             self._like[kind, name] = array.shape[1:], np.asarray(given).dtype.kind == "b"
             entry.name, entry.components, entry.values = _bytes_of(name), components, _native.values_of(array)
         self._kept.append(out)
@@ -268,11 +268,11 @@ def _named(what, arrays):
     """A dict of our own, with names as texts."""
     arrays = {} if arrays is None else arrays
     if not isinstance(arrays, collections.abc.Mapping):
-        _refuse_mesh(f"{what} must be a dict from names to arrays, not {type(arrays).__name__}")
+        values.refuse_mesh(f"{what} must be a dict from names to arrays, not {type(arrays).__name__}")
     named = {}
     for name, rows in arrays.items():
         if not isinstance(name, (str, bytes)) or not name or values.text(name) in named or "\0" in values.text(name):
-            _refuse_mesh(f"{what}: the name of an array cannot be {name!r}")
+            values.refuse_mesh(f"{what}: the name of an array cannot be {name!r}")
         _bytes_of(values.text(name))
         named[values.text(name)] = rows
     return named
@@ -282,8 +282,4 @@ def _bytes_of(name):
     try:
         return name.encode(errors="surrogateescape")
     except UnicodeEncodeError:
-        _refuse_mesh(f"the name of an array cannot be {name!r}")
-
-
-def _refuse_mesh(message):
-    raise TetFusionError(3, f"the mesh: {message}")
+        values.refuse_mesh(f"the name of an array cannot be {name!r}")

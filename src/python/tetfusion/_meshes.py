@@ -3,12 +3,12 @@ import warnings
 
 import numpy as np
 
-from ._option_values import TetFusionWarning, refuse, text
+from ._option_values import TetFusionWarning, refuse, refuse_mesh, text
 
 GHOST_MARKS = ("vtkGhostType", "vtkGhostLevels")
-_OF_MESHIO = {"vertex": 1, "line": 3, "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "wedge": 13, "pyramid": 14, "line3": 21,
+_OF_MESHIO = {"vertex": 1, "line": 3, "triangle": 5, "polygon": 7, "quad": 9, "tetra": 10, "hexahedron": 12, "wedge": 13, "pyramid": 14, "line3": 21,
               "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25, "wedge15": 26, "pyramid13": 27, "quad9": 28,
-              "hexahedron27": 29, "wedge18": 32, "triangle7": 34}
+              "hexahedron27": 29, "wedge18": 32, "triangle7": 34, "line4": 35, "triangle10": 69, "triangle15": 69}
 _OF_VTK = {number: name for name, number in _OF_MESHIO.items()}
 
 
@@ -41,7 +41,7 @@ class _Grid:
     def parts(self):
         grid = self._grid
         if grid.GetPoints() is None or grid.GetNumberOfCells() == 0:
-            refuse("the grid has no cells")
+            refuse_mesh("it has no cells")
         active = grid.GetPointData().GetScalars()
         point_data = self._arrays(grid.GetPointData(), "point")
         types = grid.GetCellTypesArray() if hasattr(grid, "GetCellTypesArray") else grid.GetCellTypes()  # since VTK 9.6
@@ -117,8 +117,14 @@ class _Grid:
             data.AddArray(array)
         for kind in range(before.NUM_ATTRIBUTES):
             active = before.GetAbstractAttribute(kind)
-            if active is not None and text(active.GetName()) in arrays:
-                data.SetActiveAttribute(active.GetName(), kind)
+            name = text(active.GetName()) if active is not None else None
+            if name not in arrays:
+                continue
+            if kind == before.GLOBALIDS and len(np.unique(arrays[name])) < len(arrays[name]):  # of cells that were split
+                if before.GetPedigreeIds() is None:
+                    data.SetActiveAttribute(active.GetName(), before.PEDIGREEIDS)
+                continue
+            data.SetActiveAttribute(active.GetName(), kind)
 
 
 def _name(name):
@@ -134,9 +140,9 @@ class _OfMeshio:
         blocks = [(block.type, np.asarray(block.data)) for block in self._mesh.cells if len(block.data) > 0]
         unknown = sorted({kind for kind, _ in blocks} - _OF_MESHIO.keys())
         if unknown:
-            refuse(f"cells of meshio's type {', '.join(unknown)} are not read")
+            refuse_mesh(f"cells of meshio's type {', '.join(unknown)} are not read")
         if not blocks:
-            refuse("the mesh has no cells")
+            refuse_mesh("it has no cells")
         for what in "point_sets", "cell_sets":
             for name in getattr(self._mesh, what, None) or {}:
                 warnings.warn(f"the {what} {name!r} is left out", TetFusionWarning, stacklevel=3)
@@ -151,7 +157,7 @@ class _OfMeshio:
         try:
             return np.concatenate([np.asarray(part) for part in parts if len(part) > 0])
         except ValueError as error:
-            refuse(f"cell_data {name!r}: its blocks are not alike: {error}")
+            refuse_mesh(f"cell_data {name!r}: its blocks are not alike: {error}")
 
     def whole(self, mesh):
         """Cells of one type after another are a block."""
