@@ -219,7 +219,7 @@ std::string in_words_of_library(const std::string& message) {
       }
     }
     if (is_option(name) || name == "array") {
-      out += name;
+      out += name == "array" ? "arrays" : name;
       i += 2 + name.size();
     } else {
       out += message[i++];

@@ -102,7 +102,7 @@ class Fuse(FolderTest):
         said = finish("simplify", path, "-o", out)
         self.assertEqual(said.returncode, 0)
         self.assertIn(b"array temperature has no two finite values that differ (as doubles): it does not steer\n", said.stderr)
-        self.assertIn(b"array flow steers (--array chooses others)\n", said.stderr)
+        self.assertIn(b"array flow steers (choose others with --array)\n", said.stderr)
         self.assertNotIn(b"whose errors nothing limits: flow", said.stderr)
         run("compare", path, out, "--max-error", "1%", "--array", "flow")
         for number, flow in enumerate(([math.nan] * len(mesh.points), [-1.0, *[math.inf] * (len(mesh.points) - 1)])):

@@ -211,7 +211,7 @@ class Report(FolderTest):
 
     def test_which_array_steers_is_said_where_nobody_chose_it(self):
         path, out = self.generate(), self.folder / "out.vtu"
-        notice = b"array temperature steers (--array chooses others)"
+        notice = b"array temperature steers (choose others with --array)"
         said = finish("simplify", path, "-o", out).stderr
         self.assertIn(notice, said)
         self.assertIn(b"arrays that follow it, whose errors nothing limits: front, velocity (--array", said)

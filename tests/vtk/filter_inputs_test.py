@@ -425,6 +425,16 @@ class Blocks(FilterTest):
                 vtktetfusion.simplify(blocks, 0.5)
             self.assertEqual(caught.exception.code, 3)
 
+    def test_an_input_of_a_wrong_type_leaves_no_result(self):
+        """Nor that of the input before."""
+        given = vtktetfusion.vtkTetFusion()
+        given.AddObserver("ErrorEvent", lambda *_: None)
+        for one, cells in (box(3), True), (vtkImageData(), False), (box(3), True):
+            given.SetInputDataObject(one)
+            given.Update()
+            self.assertEqual(given.GetOutput().GetNumberOfCells() > 0, cells)
+            self.assertEqual(given.GetErrorCode() == 0, cells)
+
     def test_composite_inputs_of_other_kinds(self):
         grid = box(4)
         names = ["fluid", None]

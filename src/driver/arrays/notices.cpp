@@ -179,7 +179,7 @@ void say_does_not_steer(const std::string& name, const RunContext& context) {
 void say_what_steers(std::vector<std::string> arrays, const MeshDescription& mesh,
                      const std::vector<std::size_t>& regions, const RunContext& context) {
   for (const std::string& name : arrays) {
-    context.say(fmt::format("array {} steers (--array chooses others)", name));
+    context.say(fmt::format("array {} steers (choose others with --array)", name));
   }
   for (const std::size_t i : regions) arrays.push_back("cell:" + mesh.cell_data.arrays[i].name);
   const std::vector<std::string> others = fields_beside(arrays, mesh);

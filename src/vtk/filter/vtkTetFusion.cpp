@@ -361,6 +361,7 @@ int vtkTetFusion::RequestDataObject(vtkInformation*, vtkInformationVector** inpu
     this->Fail(
         static_cast<int>(tetfusion::Code::kBadInput),
         std::string("the input is a ") + input->GetClassName() + ", and not a vtkUnstructuredGrid");
+    if (vtkDataObject* const old = vtkDataObject::GetData(outputVector)) old->Initialize();
     return 0;
   }
   const int type = blocks != nullptr ? blocks->GetDataObjectType() : VTK_UNSTRUCTURED_GRID;
