@@ -35,8 +35,6 @@ constexpr double kSaturatedWithoutGoal = 5e-3;
 constexpr std::uint64_t kSmallChunk = 100'000;
 // A round of tetfuse without a goal removes about so much of what the one before did.
 constexpr double kNextShare = 0.2;
-// A fusion of two neighbours is not tried while fewer tetrahedra are to go (FuseRound).
-constexpr std::uint64_t kSmallestFusion = 3;
 // Where the last round has left more of the mesh, the next one is thorough.
 constexpr double kHardlyLess = 0.9;
 // Most take so many: where fusions were refused for the goal's sake and fewer are to go, a further

@@ -26,6 +26,9 @@ struct WeightColumn {
   static constexpr float kLeast = 1e-6F;  // and no less counts then
 };
 
+// Tetrahedra round an edge inside: so many go at least.
+inline constexpr std::uint64_t kSmallestFusion = 3;
+
 struct FuseLimits {
   // No fusion costs more: the mean of the squared deviations, as shares of the fields' ranges, of
   // the fused vertex's fields from those of the original mesh that it stands for. A fusion is put

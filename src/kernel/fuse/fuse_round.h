@@ -65,8 +65,7 @@ class FuseRound {
   void visit(VertexId v);
   bool try_next(VertexId v, const FuseCandidate& candidate);
   void note_failure(VertexId v, Reject reason);
-  // An edge inside has three tetrahedra or more.
-  bool quota_is_met() const { return limits_->quota < removed_ + 3; }
+  bool quota_is_met() const { return limits_->quota < removed_ + kSmallestFusion; }
   bool wait(VertexId v, float cost);
   bool ask_again(std::size_t block, Edges edges);
   bool begin_again();
