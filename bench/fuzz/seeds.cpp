@@ -143,7 +143,7 @@ std::string manifest() {
 template <class Real>
 std::string state() {
   RunState<Real> s;
-  s.input.mesh.locks = {3, 17};
+  s.mesh.locks = {3, 17};
   s.input.lower.cells = {{5, 1}, {0, 3, 4}, {0, 1, 2, 3}};
   s.input.lower.loose_ids = {1, 2};
   s.fields = {{0, 1, 3.5, {}}, {1, 3, 0.75, 0.01}};

@@ -92,7 +92,7 @@ void pass_columns(Stream stream, Columns& columns) {
 
 template <class Stream, class State>
 void pass(Stream stream, State& state) {
-  auto& mesh = state.input.mesh;
+  auto& mesh = state.mesh;
   stream.value(mesh.tets);
   stream.value(mesh.removed);
   stream.value(mesh.chunks);
@@ -160,7 +160,7 @@ template <class Real>
 void load(std::span<const std::byte> bytes, RunState<Real>* state) {
   ByteReader reader(bytes);
   pass(Getting{&reader}, *state);
-  state->input.mesh.interface.index();
+  state->mesh.interface.index();
 }
 
 template Vector<std::byte> save(const RunState<float>&);

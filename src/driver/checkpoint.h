@@ -17,7 +17,8 @@ inline constexpr int kStateFormat = 8;
 
 template <class Real>
 struct RunState : RoundsState {
-  ImportedMesh<Real> input;  // `mesh` is the current macroLoD, its pieces apart
+  MacroLod<Real> mesh;  // as it is now; its pieces apart
+  ImportedInput<Real> input;
   std::vector<SteeringField> fields;
   std::vector<std::string> field_names;
   std::uint32_t steering_width = 0;

@@ -57,10 +57,10 @@ void Coarsening<Real>::begin(std::uint32_t steering_width) {
 template <class Real>
 void Coarsening<Real>::resume(Checkpoint left) {
   load(left.state, &state_);
-  state_.input.mesh.pieces = std::move(left.pieces);
+  state_.mesh.pieces = std::move(left.pieces);
   run_.context.say(fmt::format("going on after {}, with {} left",
                                format_count(state_.rounds.size(), "round"),
-                               format_count(state_.input.mesh.tets, "tetrahedron", "tetrahedra")));
+                               format_count(state_.mesh.tets, "tetrahedron", "tetrahedra")));
   begin(state_.steering_width);
   if (logs_) logs_->resume(state_.log_slices, &left);
   if (state_.values) state_.values->resume(state_.kept_values, &left);
@@ -90,15 +90,18 @@ void Coarsening<Real>::import() {
       options_.method == Method::kFuse && options_.boundary_rule == BoundaryRule::kVertices;
   RoundPlan plan;
   is_importing_ = true;
-  state_.input = import_mesh<Real>(
+  ImportedMesh<Real> imported = import_mesh<Real>(
       {*in.stream, in.carried, &steering}, settings, first_round(take_fields, &plan),
       {run_.context, &run_.clock, run_.place.budget(), run_.place.scratch()});
   is_importing_ = false;
+  first_round_done_ = imported.first_round_done;
+  state_.mesh = std::move(imported.mesh);
+  state_.input = std::move(imported);
   say_what_was_found();
   plan_output(state_.input.facts.tets);
-  if (state_.input.first_round_done) {
-    const InterfaceTable marks = std::move(state_.input.mesh.interface);
-    const RoundStatistics round = rounds_->end(&state_.input.mesh, marks);
+  if (first_round_done_) {
+    const InterfaceTable marks = std::move(state_.mesh.interface);
+    const RoundStatistics round = rounds_->end(&state_.mesh, marks);
     end_round(plan, round);
   } else {
     commit("import");
@@ -135,7 +138,7 @@ FirstRound<Real> Coarsening<Real>::first_round(std::function<void()> scattered, 
     plan_output(tets);
     state_.input.box = box;
     *plan = plan_round(tets, stages_.front().tets);
-    rounds_->begin(plan->settings, plan->limits, state_.fields, tets, std::move(shares), samples);
+    rounds_->begin(plan->settings, plan->limits, state_.fields, {tets, std::move(shares), samples});
   };
   first.work = [this](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
     rounds_->work(chunk, worker, mesh);
@@ -191,7 +194,7 @@ void Coarsening<Real>::say_what_was_found() const {
 
 template <class Real>
 bool Coarsening<Real>::reach(const std::optional<std::uint64_t>& goal) {
-  MacroLod<Real>& mesh = state_.input.mesh;
+  MacroLod<Real>& mesh = state_.mesh;
   while (!goal || mesh.tets > *goal) {
     if (state_.end != StageEnd::kOpen) return state_.end == StageEnd::kGoal;
     run_.context.report("fusing", share_done());
@@ -224,7 +227,7 @@ void Coarsening<Real>::end_round(const RoundPlan& plan, const RoundStatistics& r
 
 template <class Real>
 void Coarsening<Real>::commit(const std::string& generation) {
-  if (!run_.place.keeps_work() || state_.input.mesh.whole) return;
+  if (!run_.place.keeps_work() || state_.mesh.whole) return;
   if (logs_) state_.log_slices = logs_->keep();
   if (state_.values) state_.kept_values = state_.values->keep();
   run_.place.commit(generation, save(state_));
@@ -267,13 +270,13 @@ double share_of_way(std::uint64_t first, std::uint64_t tets,
 
 template <class Real>
 double Coarsening<Real>::share_done() const {
-  return share_done(state_.input.mesh.tets);
+  return share_done(state_.mesh.tets);
 }
 
 template <class Real>
 double Coarsening<Real>::share_done(std::uint64_t tets) const {
   const double share = share_of_way(input_tets_, tets, stages_.back().tets, state_.rounds.size());
-  return state_.input.first_round_done ? std::max(share, kAssembledWithWork) : share;
+  return first_round_done_ ? std::max(share, kAssembledWithWork) : share;
 }
 
 template class Coarsening<float>;

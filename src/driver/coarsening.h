@@ -66,6 +66,7 @@ class Coarsening {
   WorkMesh<Real> layout_;
   std::uint64_t input_tets_ = 0;
   bool is_importing_ = false;
+  bool first_round_done_ = false;     // by the import
   std::atomic<int> told_percent_{0};  // within rounds
   std::vector<Stage> stages_;
   RunState<Real> state_;

@@ -37,7 +37,7 @@ std::unique_ptr<FittedValues<Real>> fit_values(const RunState<Real>& state, Run*
   if (state.values == nullptr || state.values->chunks() == 0) return nullptr;
   const PhaseWithin phase("fit", run);
   return std::make_unique<FittedValues<Real>>(
-      *state.values, state.input.mesh,
+      *state.values, state.mesh,
       move_limits(run->request.behaviour, state.values->columns(), state.fields), thread_count(),
       run->place.scratch());
 }
@@ -52,7 +52,8 @@ void write_way_back(Run* run, const RunContext& context, Coarsening<Real>* coars
        .carried = run->input.carried,
        .errors = noted_errors(run->request.behaviour, tolerances_of(state.fields)),
        .source = run->input.source.get(),
-       .mesh = state.input,
+       .mesh = state.mesh,
+       .input = state.input,
        .logs = coarsening->logs(),
        .context = context,
        .budget = run->place.budget(),
@@ -150,7 +151,7 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
       if (map) map->finish();
     };
   }
-  done.mesh = export_mesh<Real>({.mesh = state.input.mesh,
+  done.mesh = export_mesh<Real>({.mesh = state.mesh,
                                  .layout = coarsening->layout(),
                                  .lower = state.input.lower,
                                  .carried = run->input.carried,

@@ -15,14 +15,15 @@ RunState<double> rich_state() {
   const testing::TempDir folder = testing::TempDir::in_memory();
   testing::rich_box(6).write(folder.file("in.vtu"));
   testing::Import<double> import(folder.file("in.vtu"), {.chunk_tets = 100});
+  state.mesh = std::move(import.imported.mesh);
   state.input = std::move(import.imported);
-  state.input.mesh.pieces.reset();
-  state.input.mesh.locks = {3, 17, 99};
+  state.mesh.pieces.reset();
+  state.mesh.locks = {3, 17, 99};
   state.input.rewound.resize(21);
   state.input.rewound[3] = state.input.rewound[16] = state.input.rewound[20] = true;
   state.input.facts.locked_vertices = 12;
-  state.input.mesh.facing.reset({{0, -1, 0.5}, {1, 2, 3}});
-  state.input.mesh.facing.cells()[70] = 9;
+  state.mesh.facing.reset({{0, -1, 0.5}, {1, 2, 3}});
+  state.mesh.facing.cells()[70] = 9;
   state.fields = {{0, 1, 3.5, {}}, {1, 3, 0.75, 0.01}};
   state.field_names = {"f", "", "cell:stress with a long name that does not fit into the string"};
   state.steering_width = 4;
@@ -44,14 +45,13 @@ TEST(Checkpoint, GivesBackWhatWasSaved) {
   RunState<double> loaded;
   load(bytes, &loaded);
   EXPECT_EQ(save(loaded), bytes);
-  EXPECT_EQ(loaded.input.mesh.tets, 1080u);
-  EXPECT_EQ(loaded.input.mesh.chunks, 11u);
-  EXPECT_EQ(loaded.input.mesh.interface.entries().size(),
-            state.input.mesh.interface.entries().size());
-  EXPECT_EQ(loaded.input.mesh.locks, (Vector<VertexId>{3, 17, 99}));
-  EXPECT_EQ(loaded.input.mesh.facing.cells(), state.input.mesh.facing.cells());
-  EXPECT_EQ(loaded.input.mesh.facing.box().lo, (Point3{0, -1, 0.5}));
-  EXPECT_EQ(loaded.input.mesh.samples.size(), state.input.mesh.samples.size());
+  EXPECT_EQ(loaded.mesh.tets, 1080u);
+  EXPECT_EQ(loaded.mesh.chunks, 11u);
+  EXPECT_EQ(loaded.mesh.interface.entries().size(), state.mesh.interface.entries().size());
+  EXPECT_EQ(loaded.mesh.locks, (Vector<VertexId>{3, 17, 99}));
+  EXPECT_EQ(loaded.mesh.facing.cells(), state.mesh.facing.cells());
+  EXPECT_EQ(loaded.mesh.facing.box().lo, (Point3{0, -1, 0.5}));
+  EXPECT_EQ(loaded.mesh.samples.size(), state.mesh.samples.size());
   EXPECT_EQ(loaded.input.box.hi.x, 6);
   EXPECT_EQ(loaded.input.rewound, state.input.rewound);
   EXPECT_EQ(loaded.input.facts.locked_vertices, 12u);
@@ -103,7 +103,7 @@ TEST(Checkpoint, RefusesBytesThatAreCutOff) {
 // Without the grid, whose cells are a megabyte that holds no sizes.
 TEST(Checkpoint, SizesThatAreTooLargeAreRefused) {
   RunState<double> state = rich_state();
-  state.input.mesh.facing = {};
+  state.mesh.facing = {};
   const Vector<std::byte> bytes = save(state);
   for (std::size_t at = 0; at + 8 <= bytes.size(); at += 8) {
     Vector<std::byte> damaged = bytes;

@@ -167,9 +167,9 @@ void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file) {
   std::vector<bool> known(stream->points());
   MemoryBudget::Reservation memory;
   ProgressiveWriter writer(file, describe(job.carried, job.errors, job.source));
-  const MacroLod<Real>& mesh = job.mesh.mesh;
-  const LowerPart<Real>& lower = job.mesh.lower;
-  const std::uint64_t tets = std::max<std::uint64_t>(job.mesh.facts.tets, 1);
+  const MacroLod<Real>& mesh = job.mesh;
+  const LowerPart<Real>& lower = job.input.lower;
+  const std::uint64_t tets = std::max<std::uint64_t>(job.input.facts.tets, 1);
   // Of the work, as far as it is told: the result, and half of that till it is sorted.
   const double base_share = static_cast<double>(mesh.tets) / static_cast<double>(tets);
   {
@@ -187,7 +187,7 @@ void write_progressive(const ProgressiveJob<Real>& job, OutputFile* file) {
   writer.put_lower(lower_rows(lower));
   put_fusions(tets - mesh.tets, context.part(base_share, 1), job.logs, &writer, &known);
   put_spare<Real>(job, *stream, known, &writer);
-  put_rewound(job.mesh.rewound, context, &writer);
+  put_rewound(job.input.rewound, context, &writer);
   writer.finish();
   file->finish();
 }

@@ -33,9 +33,10 @@ struct ProgressiveJob {
   const WorkMesh<Real>& layout;  // empty: what a row holds, but for cells' numbers
   const CarriedArrays& carried;
   FusionErrors errors;
-  MeshSource* source = nullptr;    // the input
-  const ImportedMesh<Real>& mesh;  // the result, imported with ImportSettings::keeps_numbers
-  FusionLogs* logs = nullptr;      // they are gone afterwards
+  MeshSource* source = nullptr;      // the input
+  const MacroLod<Real>& mesh;        // the result, imported with ImportSettings::keeps_numbers,
+  const ImportedInput<Real>& input;  // and what that has found out
+  FusionLogs* logs = nullptr;        // they are gone afterwards
   const RunContext& context;
   MemoryBudget* budget = nullptr;
   Scratch* scratch = nullptr;

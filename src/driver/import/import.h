@@ -45,17 +45,22 @@ struct FirstRound {
   ChunkWork<Real> work;
 };
 
+// What is known of the input, and what of it is not simplified.
 template <class Real>
-struct ImportedMesh {
-  // With `first_round_done` the interface table, with marks alone; the mesh is what that round ends
-  // with.
-  MacroLod<Real> mesh;
-  bool first_round_done = false;
+struct ImportedInput {
   Box box;
   LowerPart<Real> lower;
   InputFacts facts;
   std::uint64_t interesting_points = 0;
   std::vector<bool> rewound;  // Assembly's, with ImportSettings::keeps_numbers
+};
+
+template <class Real>
+struct ImportedMesh : ImportedInput<Real> {
+  // With `first_round_done` the interface table, with marks alone; the mesh is what that round ends
+  // with.
+  MacroLod<Real> mesh;
+  bool first_round_done = false;
 };
 
 // The first round is not done where the mesh is in one piece, and where it turns out, after the

@@ -230,9 +230,8 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
                                   MacroLod<Real>* mesh) {
   context.check();
   if (mesh->whole) return run_whole(settings, limits, fields, mesh);
-  RoundSettings own = settings;
-  own.removed = mesh->removed;
-  begin(own, limits, fields, mesh->tets, shares_of(settings, *mesh), mesh->samples);
+  begin(settings, limits, fields,
+        {mesh->tets, shares_of(settings, *mesh), mesh->samples, mesh->removed});
   round_.facing = std::move(mesh->facing);
   const auto work_on = [&](std::size_t c, std::size_t w) {
     context.check();
@@ -257,26 +256,25 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
 
 template <class Real>
 void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits,
-                         std::span<const SteeringField> fields, std::uint64_t tets,
-                         std::vector<std::uint64_t> shares, const Vector<Vec3<Real>>& samples) {
-  begin_round(settings, fields, tets);
+                         std::span<const SteeringField> fields, MeshInChunks<Real> mesh) {
+  begin_round(settings, fields, mesh.tets);
   round_.limits = limits;
   round_.quota_left = limits.quota;
-  round_.shares = std::move(shares);
+  round_.shares = std::move(mesh.shares);
   round_.results.resize(round_.shares.size() - 1);
   round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
-  if (logs_ != nullptr) logs_->begin(tets);
+  if (logs_ != nullptr) logs_->begin(mesh.tets);
   // By what the mesh will about have shrunk to.
-  const double expected = settings.shrink * static_cast<double>(tets) +
-                          static_cast<double>(settings.removed / kRemovedPerTet);
+  const double expected = settings.shrink * static_cast<double>(mesh.tets) +
+                          static_cast<double>(mesh.removed / kRemovedPerTet);
   const auto chunks =
       static_cast<std::uint32_t>(std::ceil(expected / static_cast<double>(settings.chunk_tets)));
   if (settings.method == Method::kFuse) round_.costs.resize(std::max(chunks, 1U));
   if (chunks <= 1) return;
-  const ShiftedCurve curve(without_outliers<Real>(settings.box, samples), settings.number);
+  const ShiftedCurve curve(without_outliers<Real>(settings.box, mesh.samples), settings.number);
   Vector<std::uint64_t> keys;
-  keys.reserve(samples.size());
-  for (const Vec3<Real>& p : samples) keys.push_back(curve.key(p));
+  keys.reserve(mesh.samples.size());
+  for (const Vec3<Real>& p : mesh.samples) keys.push_back(curve.key(p));
   round_.next_cut = CurveCut(curve, chunks, std::move(keys));
 }
 

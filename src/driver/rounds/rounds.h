@@ -44,10 +44,18 @@ struct RoundSettings {
   // Where the mesh is cut, a chunk that has been loaded is worked on until a pass fuses next to
   // nothing, but at most so often. Loading costs more than a pass.
   int passes = 1;
-  std::uint32_t number = 1;   // of the round; ascending from 1: it shifts the cut
-  std::uint64_t removed = 0;  // removed points of the mesh; Rounds::run() knows itself
+  std::uint32_t number = 1;  // of the round; ascending from 1: it shifts the cut
   double shrink =
       1;  // what the last round has left of the mesh: the next cut expects the same again
+};
+
+// What a round knows beforehand of a mesh whose chunks come one by one.
+template <class Real>
+struct MeshInChunks {
+  std::uint64_t tets = 0;
+  std::vector<std::uint64_t> shares;  // chunk c has about (shares[c + 1] - shares[c]) of the last
+  const Vector<Vec3<Real>>& samples;  // places in it, for the next cut
+  std::uint64_t removed = 0;          // MacroLod's
 };
 
 // Keeps the threads' scratch memory from round to round, unless it is told to release it.
@@ -65,15 +73,13 @@ class Rounds {
                       std::span<const SteeringField> fields, const RunContext& context,
                       MacroLod<Real>* mesh);
 
-  // The same, with chunks that somebody else brings: begin() a round over a mesh of so many
-  // tetrahedra, of which chunk c has about (shares[c + 1] - shares[c]) / shares.back(); work() on
-  // each chunk once, each worker below `threads` on one at a time (without limits.spread one
-  // chunk after another, in their order); and end() it, with the marks
-  // that vertices on the interface have got in the meantime. The fields live until then. A round
-  // that does not end leaves nothing but its generation, which is dropped.
+  // The same, with chunks that somebody else brings: begin() a round; work() on each chunk once,
+  // each worker below `threads` on one at a time (without limits.spread one chunk after another, in
+  // their order); and end() it, with the marks that vertices on the interface have got in the
+  // meantime. The fields live until then. A round that does not end leaves nothing but its
+  // generation, which is dropped.
   void begin(const RoundSettings& settings, const PassLimits& limits,
-             std::span<const SteeringField> fields, std::uint64_t tets,
-             std::vector<std::uint64_t> shares, const Vector<Vec3<Real>>& samples);
+             std::span<const SteeringField> fields, MeshInChunks<Real> mesh);
   void work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh);
   RoundStatistics end(MacroLod<Real>* mesh, const InterfaceTable& marks = {});
 
