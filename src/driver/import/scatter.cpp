@@ -61,7 +61,8 @@ void for_each_window(const ScatterJob<Real>& job, F f) {
 // mesh; else all of them, and the cells need not be read once more.
 template <class Real>
 BitSet points_to_cut_by(const ScatterJob<Real>& job) {
-  constexpr std::uint64_t kCellsAPoint = 4;  // about five or six where all are in use
+  // About five or six where all are in use, in plates of one layer of cells two and a half.
+  constexpr std::uint64_t kCellsAPoint = 2;
   if (job.chunks == 1 || kCellsAPoint * job.stream.points() <= job.stream.cells()) return {};
   return find_rows_in_use(job.stream, Association::kPoint, job.context);
 }
