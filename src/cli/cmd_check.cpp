@@ -214,7 +214,7 @@ Answer check(const CheckArguments& a) {
   }
 }
 
-// Every step of a list by itself; all of them must be valid.
+// Every step by itself; all of them must be valid.
 Answer check_steps(const CheckArguments& a) {
   if (!a.fixed.empty()) {
     throw Error(ErrorCode::kUsage,
@@ -234,7 +234,7 @@ Answer check_steps(const CheckArguments& a) {
     json["valid"] = found.valid;
     json.update(found.json);
     all.json["steps"].push_back(json);
-    all.text += found.text + "\n";
+    all.text += (step.time_step ? name_of(step) + ":\n" : "") + found.text + "\n";
   }
   all.text +=
       fmt::format("{} of {} invalid\n", format_count(invalid), format_count(steps.size(), "step"));
@@ -254,7 +254,10 @@ void run_check(const CheckArguments& a) {
                   "after --fix, or --quiet");
     }
   }
-  const Answer found = is_list_name(a.input) ? check_steps(a) : check(a);
+  // Of a file's own steps --fix takes one, the first unless --time-step says another.
+  const bool all_steps = is_list_name(a.input) ||
+                         (a.fixed.empty() && !a.open.time_step && has_own_steps(a.input, a.open));
+  const Answer found = all_steps ? check_steps(a) : check(a);
   if (!a.report.empty()) {
     Json json{{"version", version()}, {"path", a.input}, {"valid", found.valid}};
     json.update(found.json);
@@ -275,7 +278,9 @@ void add_check_command(CLI::App& app) {
       "out of range\n"
       "and coordinates that are not finite. Degenerate cells and a boundary that is no manifold "
       "are warnings.\n"
-      "Of a list of steps (.pvd, .series) each is looked at, or the one that --time-step says.");
+      "Of a list of steps (.pvd, .series), and of a file with several of its own, each is looked "
+      "at, or the one\n"
+      "that --time-step says.");
   add_input_options(*command, &a->input, &a->open, "all");
   add_report_option(*command, &a->report);
   command->add_flag("--strict", a->strict, "Fail on warnings, too");

@@ -305,7 +305,14 @@ StepPair pair_of_meshes(const CompareArguments& a) {
   return pair;
 }
 
-// Where one of them is a list: each step with the other's of that number.
+// A mesh beside a file of several steps is what became of the first, or of the one that is chosen.
+bool compares_steps(const CompareArguments& a) {
+  if (is_list_name(a.original) || is_list_name(a.simplified)) return true;
+  return !a.open.time_step && has_own_steps(a.original, a.open) &&
+         has_own_steps(a.simplified, a.open);
+}
+
+// Each step with the other's of that number.
 std::vector<StepPair> pairs_of_steps(const CompareArguments& a) {
   const std::vector<StepToRead> originals = steps_to_read(a.original, a.open);
   // One that is alone is what became of the step that --time-step says.
@@ -397,9 +404,10 @@ CompareAnswer join_steps(const CompareArguments& a, const std::vector<StepPair>&
     step.erase("version");
     if (pairs[i].original.time) step["time"] = *pairs[i].original.time;
     all.json["steps"].push_back(step);
-    all.text += answers[i].text + "\n";
+    all.text += (pairs[i].simplified.time_step ? name_of(pairs[i].simplified) + ":\n" : "") +
+                answers[i].text + "\n";
     for (const std::string& sentence : answers[i].broken) {
-      all.broken.push_back(fmt::format("{}: {}", pairs[i].simplified.path, sentence));
+      all.broken.push_back(fmt::format("{}: {}", name_of(pairs[i].simplified), sentence));
     }
     broken += answers[i].broken.empty() ? 0 : 1;
   }
@@ -413,7 +421,7 @@ CompareAnswer compare(CompareArguments a, const Bounds& bounds) {
   const RunContext context = console.context();
   a.open.memory = a.memory;
   a.open.cancelled = context.cancelled;
-  const bool is_series = is_list_name(a.original) || is_list_name(a.simplified);
+  const bool is_series = compares_steps(a);
   const std::vector<StepPair> pairs =
       is_series ? pairs_of_steps(a) : std::vector{pair_of_meshes(a)};
   const auto share = [&](std::size_t i) {
@@ -424,7 +432,7 @@ CompareAnswer compare(CompareArguments a, const Bounds& bounds) {
     RunContext part = context.part(share(i), share(i + 1));
     if (is_series) {
       part.notice = [&](std::string_view message) {
-        context.say(fmt::format("{}: {}", pairs[i].original.path, message));
+        context.say(fmt::format("{}: {}", name_of(pairs[i].original), message));
       };
     }
     answers.push_back(compare_pair(a, pairs[i], bounds, part, &console));

@@ -1,5 +1,7 @@
 #include "cli/listed_steps.h"
 
+#include <fmt/format.h>
+
 #include "io/open_mesh.h"
 #include "io/vtk/series_list.h"
 
@@ -21,6 +23,14 @@ std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOption
   if (steps.empty()) return {{input, {}, {}}};
   if (open.time_step) steps = {steps[choose_time_step(input, steps.size(), open.time_step)]};
   return steps;
+}
+
+bool has_own_steps(const std::string& input, const OpenOptions& open) {
+  return input != "-" && !is_list_name(input) && time_steps_of(input, open).size() > 1;
+}
+
+std::string name_of(const StepToRead& step) {
+  return step.time_step ? fmt::format("{}, time step {}", step.path, *step.time_step) : step.path;
 }
 
 void take_chosen_step(std::vector<std::string>* inputs, const std::string& output,
@@ -56,6 +66,7 @@ std::vector<std::string> files_of(const SeriesPlan& plan) {
 
 Json step_json(const StepToRead& step) {
   Json json{{"path", step.path}};
+  if (step.time_step) json["time_step"] = *step.time_step;
   if (step.time) json["time"] = *step.time;
   return json;
 }

@@ -32,6 +32,12 @@ struct StepToRead {
 // choose_time_step() throw.
 std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOptions& open);
 
+// Does the file have several time steps of its own?
+bool has_own_steps(const std::string& input, const OpenOptions& open);
+
+// The path, and of a file's own step which one.
+std::string name_of(const StepToRead& step);
+
 // Where the output is one mesh, and a step of a list is chosen: the step's file takes the list's
 // place, of which none is to be chosen then. Throws what steps_to_read() throws.
 void take_chosen_step(std::vector<std::string>* inputs, const std::string& output,

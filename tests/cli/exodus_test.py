@@ -2,6 +2,7 @@
 """Exodus II files, and the time steps that they have. Usage: exodus_test.py TETFUSION"""
 import itertools
 import os
+import shutil
 import signal
 import struct
 import subprocess
@@ -276,11 +277,21 @@ class OneStep(ExodusTest):
         path = self.steps()
         step = self.converted(path, 2)
         said = "of 4 time steps number 0 is read"
-        for arguments in (["check", path], ["compare", path, step], ["compare", step, path]):
+        for arguments in (["compare", path, step], ["compare", step, path]):
             self.assertIn(said, finish(*arguments).stderr.decode(), arguments)
             self.assertNotIn(said, finish(*arguments, "--time-step", "2").stderr.decode(), arguments)
         report = report_of("compare", step, path, "--time-step", "2")
         self.assertEqual(max(array["max"] for array in report["arrays"]), 0)
+
+    def test_check_and_compare_look_at_all_steps(self):
+        path, other = self.steps(), self.folder / "other.e"
+        shutil.copy(path, other)
+        for arguments in ["check", path], ["compare", path, other]:
+            told = finish(*arguments)
+            self.assertNotIn("is read", told.stderr.decode())
+            self.assertIn(f"{arguments[-1]}, time step 3:", told.stdout.decode())
+            self.assertEqual(len(report_of(*arguments)["steps"]), 4)
+            self.assertNotIn("steps", report_of(*arguments, "--time-step", "1"))
 
     def test_what_check_leaves_out_is_said_once(self):
         said = finish("check", self.steps(), "--fix", self.folder / "out.vtu").stderr
