@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "base/blocks.h"
@@ -236,6 +237,43 @@ CopyDifferences find_differences(const Vector<VertexId>& copy_of, const Vector<s
     }
   }
   return find_differences({stay, copies}, arrays, read);
+}
+
+namespace {
+
+ArrayInfo coordinates(ValueType type, std::uint64_t tuples) {
+  ArrayInfo info;
+  info.type = type;
+  info.components = 3;
+  info.tuples = tuples;
+  return info;
+}
+
+bool are_near(const CopyDifferences& differences) {
+  constexpr double kRounding = 1e-5;
+  return differences.largest.share <= kRounding;
+}
+
+}  // namespace
+
+bool lie_together(const JoinedPoints& points, ValueType point_type, std::uint64_t tuples,
+                  const ReadPointRows& read) {
+  const ArrayInfo info = coordinates(point_type, tuples);
+  return are_near(find_differences(points, {&info, 1}, read));
+}
+
+bool lie_together(const Vector<VertexId>& copy_of, const Vector<std::uint8_t>& used,
+                  const Points& positions) {
+  return std::visit(
+      [&](const auto& p) {
+        using Real = std::remove_cvref_t<decltype(p[0].x)>;
+        const auto read = [&](std::size_t, std::uint64_t first, std::uint64_t count) {
+          return std::as_bytes(std::span(p).subspan(first, count));
+        };
+        const ArrayInfo info = coordinates(value_type_of<Real>(), p.size());
+        return are_near(find_differences(copy_of, used, {&info, 1}, read));
+      },
+      positions);
 }
 
 }  // namespace tetfusion

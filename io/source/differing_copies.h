@@ -48,4 +48,12 @@ CopyDifferences find_differences(const JoinedPoints& points, std::span<const Arr
 CopyDifferences find_differences(const Vector<VertexId>& copy_of, const Vector<std::uint8_t>& used,
                                  std::span<const ArrayInfo> arrays, const ReadPointRows& read);
 
+// Do copies lie where the points lie that stand for them, but for rounding: a share of 1e-5 of the
+// diagonal of all that cells use? If not they were taken for copies by ids that are not global.
+// read() gives coordinates, as of an array; `tuples` is how many points there are.
+bool lie_together(const JoinedPoints& points, ValueType point_type, std::uint64_t tuples,
+                  const ReadPointRows& read);
+bool lie_together(const Vector<VertexId>& copy_of, const Vector<std::uint8_t>& used,
+                  const Points& positions);
+
 }  // namespace tetfusion

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/blocks.h"
+#include "io/source/differing_copies.h"
 
 namespace tetfusion {
 
@@ -107,7 +108,9 @@ std::size_t find_global_ids(const AttributeSet& point_data) {
   return AttributeSet::npos;
 }
 
-Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8_t>& used) {
+namespace {
+
+Vector<VertexId> match_by_keys(const PiecePoints& pieces, const Vector<std::uint8_t>& used) {
   const KeyOf key_of{pieces};
   Vector<VertexId> copy_of(used.size());
   Vector<std::uint64_t> hashes(used.size());
@@ -134,6 +137,16 @@ Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8
     match_bucket(pieces, std::span(records).subspan(begin, bucket_end[b] - begin), &copy_of);
   });
   return copy_of;
+}
+
+}  // namespace
+
+Vector<VertexId> match_points(const PiecePoints& pieces, const Vector<std::uint8_t>& used) {
+  Vector<VertexId> copy_of = match_by_keys(pieces, used);
+  if (pieces.global_ids.empty() || lie_together(copy_of, used, *pieces.points)) return copy_of;
+  PiecePoints by_places = pieces;
+  by_places.global_ids = {};
+  return match_by_keys(by_places, used);
 }
 
 Vector<VertexId> compact_points(const Vector<std::uint8_t>& used, const Vector<VertexId>& copy_of,

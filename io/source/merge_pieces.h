@@ -15,9 +15,10 @@
 namespace tetfusion {
 
 struct PiecePoints {
-  const Points* points = nullptr;              // all pieces, one after another
+  const Points* points = nullptr;              // of all pieces, one after another
   std::span<const std::uint64_t> piece_begin;  // first point of each piece; one entry more
-  std::span<const std::int64_t> global_ids;    // one a point, or empty: compare coordinates
+  std::span<const std::int64_t> global_ids;    // one a point, or empty: compare coordinates. Ids
+                                               // that points far from each other have do not count
   bool also_within = false;                    // points of one piece may be copies, too
 };
 

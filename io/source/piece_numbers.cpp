@@ -57,6 +57,13 @@ void PieceNumbers::find_copies(std::span<const std::uint64_t> piece_begin, const
   rank();
 }
 
+void PieceNumbers::forget_copies() {
+  for (const PointCopy& copy : copies_) {
+    bits_[copy.point / 64] |= std::uint64_t{1} << (copy.point % 64);
+  }
+  copies_ = {};
+}
+
 // One pass: the points whose keys fall into one bucket of `passes`.
 void PieceNumbers::match(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys,
                          bool also_within, std::uint64_t passes, std::uint64_t pass) {

@@ -34,6 +34,9 @@ class PieceNumbers {
   void find_copies(std::span<const std::uint64_t> piece_begin, const ReadKeys& keys,
                    std::uint64_t memory, bool also_within = false);
 
+  // As if it had not been called.
+  void forget_copies();
+
   std::uint64_t points() const { return ranks_.back(); }  // that have numbers of their own
   std::uint64_t merged() const { return copies_.size(); }
   std::uint64_t unused() const { return points_ - points() - merged(); }

@@ -94,6 +94,7 @@ class PiecesStream final : public MeshStream {
   void open(const std::vector<StreamPiece>& pieces, const OpenOptions& options);
   void find_used_points();
   void find_copies(bool merge_points);
+  void match(bool by_ids, bool also_within);
   const CopyDifferences& differences() const;
 
   // f(part, first within it, count) for each part that has some of a range.
@@ -199,15 +200,37 @@ void PiecesStream::find_used_points() {
 }
 
 void PiecesStream::find_copies(bool merge_points) {
+  // Points that are to be merged may have ids of their own.
+  if (!merge_points && find_global_ids(description_.point_data) != AttributeSet::npos) {
+    match(true, false);
+    const bool are_global = lie_together(
+        numbers_.joined(), description_.point_type, description_.points,
+        [&, rows = Vector<std::byte>()](std::size_t, std::uint64_t first,
+                                        std::uint64_t count) mutable {
+          const std::uint64_t stride = 3 * size_of(description_.point_type);
+          rows.resize(count * stride);
+          for_each_part(first, count, &Part::first_point,
+                        [&](const Part& part, std::uint64_t begin, std::uint64_t n) {
+                          const std::uint64_t at = part.first_point + begin - first;
+                          part.stream->read_points(
+                              begin, n, std::span(rows).subspan(at * stride, n * stride));
+                        });
+          return std::span<const std::byte>(rows);
+        });
+    if (are_global) return;
+    numbers_.forget_copies();
+  }
+  match(false, merge_points);
+}
+
+void PiecesStream::match(bool by_ids, bool also_within) {
   std::vector<std::uint64_t> begins;
   for (const auto& part : parts_) begins.push_back(part->first_point);
   begins.push_back(description_.points);
-  // Points that are to be merged may have ids of their own.
-  const std::size_t ids =
-      merge_points ? AttributeSet::npos : find_global_ids(description_.point_data);
   Vector<std::byte> rows;
   const auto of_ids = [&](const Part& part, std::uint64_t first, std::uint64_t count,
                           PointKey* out) {
+    const std::size_t ids = find_global_ids(description_.point_data);
     const ValueType type = description_.point_data.arrays[ids].type;
     rows.resize(count * size_of(type));
     part.stream->read_rows(Association::kPoint, ids, first, count, rows);
@@ -237,14 +260,14 @@ void PiecesStream::find_copies(bool merge_points) {
         for_each_part(first, count, &Part::first_point,
                       [&](const Part& part, std::uint64_t begin, std::uint64_t n) {
                         PointKey* const to = out + (part.first_point + begin - first);
-                        if (ids != AttributeSet::npos) {
+                        if (by_ids) {
                           of_ids(part, begin, n, to);
                         } else {
                           of_points(part, begin, n, to);
                         }
                       });
       },
-      std::max(kLeastMemory, kMemoryPerPoint * description_.points), merge_points);
+      std::max(kLeastMemory, kMemoryPerPoint * description_.points), also_within);
 }
 
 const CopyDifferences& PiecesStream::differences() const {

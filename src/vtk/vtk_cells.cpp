@@ -45,7 +45,7 @@ class CellConverter {
     const bool merges = options_.merge_points;  // whatever their ids
     if (begins.size() <= 2 && !merges) return use;
     const auto ids = merges ? std::vector<std::int64_t>() : global_point_ids(list_);
-    const Points points = ids.empty() ? all_points(list_) : Points();
+    const Points points = all_points(list_);
     use.copy_of = match_points({&points, begins, ids, merges}, without_centres(use.used));
     return use;
   }

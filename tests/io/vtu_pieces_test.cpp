@@ -94,7 +94,7 @@ TEST_F(VtuPieces, MergesPiecesByGlobalIds) {
     const std::string name = marked ? "ids" : "GlobalNodeIds";
     VtuText mesh;
     mesh.pieces = {tet_piece({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0.1}, {0, 1, 2, 3}),
-                   tet_piece({1, 1, 0, 0, 0, 0.2, 1, 0, 0.1, 0, 1, 0.1}, {0, 3, 2, 1})};
+                   tet_piece({1, 1, 0, 0, 0, 0.100001, 1, 0, 1e-6, 1e-6, 1, 0}, {0, 3, 2, 1})};
     mesh.pieces[0].point_data = {{name, "Int64", {10, 11, 12, 13}, 1, "", "DataArray"}};
     mesh.pieces[1].point_data = {{name, "Int64", {14, 13, 11, 12}, 1, "", "DataArray"}};
     if (marked) {
@@ -104,6 +104,24 @@ TEST_F(VtuPieces, MergesPiecesByGlobalIds) {
     EXPECT_THAT(tets(g), ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 2, 1, 3}));
     EXPECT_EQ(g.merged_points, 3u);
   }
+}
+
+// Each piece counts its points from one, as where results of two parts were put together.
+TEST_F(VtuPieces, IdsOfPointsThatLieApartAreNotGlobal) {
+  VtuText mesh;
+  mesh.pieces = {tet_piece({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0.1}, {0, 1, 2, 3}),
+                 tet_piece({1, 1, 0, 0, 0, 0.1, 1, 0, 0, 0, 1, 0}, {0, 3, 2, 1})};
+  for (VtuPieceText& p : mesh.pieces) {
+    p.point_data = {{"GlobalNodeIds", "Int64", {1, 2, 3, 4}, 1, "", "DataArray"}};
+  }
+  const Geometry g = read(mesh);
+  EXPECT_THAT(tets(g), ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 2, 1, 3}));  // by their places
+  const auto source = open(mesh);
+  const auto stream = open_stream(source.get());
+  EXPECT_EQ(stream->points(), 5u);
+  CellWindow window;
+  stream->read_cells(0, 2, &window);
+  EXPECT_THAT(window.tets, ElementsAre(Tet{0, 1, 2, 3}, Tet{4, 2, 1, 3}));
 }
 
 // The corners of each tetrahedron as coordinates.
