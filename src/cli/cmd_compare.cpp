@@ -375,8 +375,9 @@ CompareAnswer compare_pair(const CompareArguments& a, const StepPair& pair, cons
         return result.bound == "interfaces";
       })) {
     context.say(
-        "--interfaces: no cell array that is named like materials says several regions, "
-        "so that there was nothing to hold against it");
+        "--interfaces: no cell array that is named like materials says several regions (and no "
+        "more than 65,536, or 4096 of floating-point numbers), so that there was nothing to hold "
+        "against it");
   }
   const bool limits_errors = bounds.max_rms || bounds.max_error;
   if (!bounds.arrays.empty() && !limits_errors) keep_arrays(bounds.arrays, &comparison);

@@ -88,7 +88,7 @@ ArrayStatistics measure_rows(const MeshStream& stream, Association association, 
     window.info.tuples = count;
     window.bytes.resize(window.info.values() * size_of(info.type));
     stream.read_rows(association, index, first, count, window.bytes);
-    if (association == Association::kPoint) keep_rows(in_use, first, &window);
+    keep_rows(in_use, first, &window);
     statistics.add(measure_array(window));
   };
   for_each_window(all, context, add, stream_window(info.row_bytes()));
@@ -109,8 +109,13 @@ std::vector<std::pair<std::int64_t, std::int64_t>> gmsh_groups(const DataArray& 
 std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& context) {
   const MeshDescription& mesh = source->description();
   const auto stream = source->stream();
-  BitSet in_use;
-  if (stream != nullptr) in_use = find_rows_in_use(*stream, Association::kPoint, context);
+  BitSet points, cells;  // that count
+  if (stream != nullptr && !mesh.point_data.arrays.empty()) {
+    points = find_rows_in_use(*stream, Association::kPoint, context);
+  }
+  if (stream != nullptr && !mesh.cell_data.arrays.empty()) {
+    cells = find_rows_of_cells(*stream, context);
+  }
   const std::array<std::pair<Association, const AttributeSet*>, 3> sets{
       {{Association::kPoint, &mesh.point_data},
        {Association::kCell, &mesh.cell_data},
@@ -126,7 +131,9 @@ std::vector<ArrayLine> measure_arrays(MeshSource* source, const RunContext& cont
         if (name == line.info.name) line.active.push_back(attribute);
       }
       if (stream != nullptr && association != Association::kField) {
-        line.statistics = measure_rows(*stream, association, i, line.info, in_use, context);
+        line.statistics =
+            measure_rows(*stream, association, i, line.info,
+                         association == Association::kPoint ? points : cells, context);
       } else {
         const DataArray array = source->read_array(association, i);
         line.statistics = measure_array(array);

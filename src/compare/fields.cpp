@@ -78,13 +78,12 @@ int exponent_for(double largest) {
 namespace {
 
 template <class T>
-double difference(T value, std::int64_t base) {
-  if constexpr (std::is_floating_point_v<T>) return value;
-  if (base == 0) return static_cast<double>(value);
-  // Only integers of 64 bits have a base, which has the type's bits. Two may be 2^63 apart or more.
-  const auto from = static_cast<T>(base);
-  const auto a = static_cast<std::uint64_t>(value), b = static_cast<std::uint64_t>(from);
-  return value < from ? -static_cast<double>(b - a) : static_cast<double>(a - b);
+double difference(T value, WideInteger base) {
+  if constexpr (std::is_floating_point_v<T>) {
+    return value;
+  } else {
+    return static_cast<double>(WideInteger{value} - base);
+  }
 }
 
 }  // namespace

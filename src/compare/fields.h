@@ -15,6 +15,9 @@
 
 namespace tetfusion {
 
+// All integers of 64 bits, and their differences.
+__extension__ using WideInteger = __int128;
+
 // An array that both meshes have, with the same number of components.
 struct Field {
   ArrayInfo info;                    // the original's
@@ -24,7 +27,7 @@ struct Field {
   std::size_t offset;                // of its first component in a row
   std::size_t length = 0;            // where a row of a point has the Euclidean length of the value
   // Of integers of 64 bits, which doubles may not hold: values are counted from here.
-  std::int64_t base = 0;
+  WideInteger base = 0;
   // Of floating-point values, which are multiplied by 2^exponent: see exponent_for().
   int exponent = 0;
   double factor() const { return std::ldexp(1.0, exponent); }
@@ -68,7 +71,7 @@ struct RowTarget {
   std::size_t rows;
   std::span<const std::uint64_t> row_of;
   double* out;
-  std::int64_t base = 0;
+  WideInteger base = 0;
   double factor = 1;
 };
 void spread_values(const ArrayInfo& info, std::span<const std::byte> tuples,

@@ -34,7 +34,10 @@ void add_interfaces(MeshSource* original, MeshSource* simplified, const RunConte
     return SurfaceShares{d.max / unit, d.mean / unit, d.max_at};
   };
   for (ArrayComparison& a : comparison->arrays) {
-    if (a.association != Association::kCell || a.regions.size() < 2) continue;
+    // What is no number is a region, too.
+    const std::size_t others = a.non_finite + a.simplified_non_finite > 0 ? 1 : 0;
+    const bool has_several = !a.regions.empty() && a.regions.size() + others > 1;
+    if (a.association != Association::kCell || !has_several) continue;
     context.check();
     context.report("interfaces", 1);
     const SurfaceDistance found =

@@ -113,16 +113,34 @@ OriginalMesh::OriginalMesh(MeshSource* source, const FieldSet& point_fields,
       used_(stream_->points()) {}
 
 void OriginalMesh::choose_bases(Association association, FieldSet* fields) const {
-  const std::uint64_t rows =
-      association == Association::kPoint ? stream_->points() : stream_->cells();
-  for (Field& field : fields->fields) {
+  const auto is_long = [](const Field& field) {
     const ValueType type = field.info.type;
-    const bool is_long = type == ValueType::kInt64 || type == ValueType::kUInt64;
-    if (!is_long || !field.integer || rows == 0) continue;
-    Vector<std::byte> first(field.info.components * sizeof field.base);
-    stream_->read_rows(association, field.original, 0, 1, first);
-    std::memcpy(&field.base, first.data(), sizeof field.base);
+    return field.integer && (type == ValueType::kInt64 || type == ValueType::kUInt64);
+  };
+  if (std::ranges::none_of(fields->fields, is_long)) return;
+  const std::optional<std::uint64_t> row = first_row_in_use(association);
+  for (Field& field : fields->fields) {
+    if (!row || !is_long(field)) continue;
+    Vector<std::byte> tuple(field.info.row_bytes());
+    stream_->read_rows(association, field.original, *row, 1, tuple);
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, tuple.data(), sizeof bits);
+    field.base = field.info.type == ValueType::kInt64 ? WideInteger{static_cast<std::int64_t>(bits)}
+                                                      : WideInteger{bits};
   }
+}
+
+// That of the first tetrahedron, or of a corner of it.
+std::optional<std::uint64_t> OriginalMesh::first_row_in_use(Association association) const {
+  constexpr std::uint64_t kFew = 4096;
+  CellWindow window;
+  for (std::uint64_t first = 0; first < stream_->cells(); first += kFew) {
+    stream_->read_cells(first, std::min(kFew, stream_->cells() - first), &window);
+    if (window.tets.empty()) continue;
+    if (association == Association::kPoint) return window.tets[0][0];
+    return window.tet_rows.empty() ? first : window.tet_rows[0];
+  }
+  return std::nullopt;
 }
 
 void OriginalMesh::survey(std::size_t most_sides, const RunContext& context) {

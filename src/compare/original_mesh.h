@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "base/run_context.h"
@@ -77,7 +78,8 @@ class OriginalMesh {
   // Opens a stream over the source, which must outlive this.
   OriginalMesh(MeshSource* source, const FieldSet& point_fields, const FieldSet& cell_fields);
 
-  // Sets the bases of those of the fields that have integers of 64 bits.
+  // Sets the bases of those of the fields that have integers of 64 bits: what the first tetrahedron
+  // has, or its first corner.
   void choose_bases(Association association, FieldSet* fields) const;
 
   // Finds the boundary and what the mesh consists of: call it first. About `most_sides` sides of
@@ -101,6 +103,7 @@ class OriginalMesh {
   void for_each_cells(const std::function<void(const OriginalCells&, double share)>& take) const;
 
  private:
+  std::optional<std::uint64_t> first_row_in_use(Association association) const;
   void read_cells(const std::function<void(std::uint64_t, const CellWindow&, double)>& take) const;
   TriangleSet triangles_of(const Vector<CellSide>& sides) const;
   void gather(const PointSet& set, std::uint64_t first, std::uint64_t count, const FieldSet& fields,

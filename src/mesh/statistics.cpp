@@ -22,14 +22,16 @@ double length_of(std::span<const T> tuple) {
 template <class T>
 void measure_tuple(std::span<const T> tuple, ArrayStatistics* s) {
   double square = 0;
-  for (std::size_t k = 0; k < tuple.size(); ++k) {
-    const auto x = static_cast<double>(tuple[k]);
+  std::uint64_t non_finite = 0;
+  for (const T value : tuple) {
+    const auto x = static_cast<double>(value);
     square += x * x;
-    if (std::isfinite(x)) {
-      s->components[k].add(x);
-    } else {
-      ++s->non_finite;
-    }
+    if (!std::isfinite(x)) ++non_finite;
+  }
+  s->non_finite += non_finite;
+  if (non_finite > 0) return;
+  for (std::size_t k = 0; k < tuple.size(); ++k) {
+    s->components[k].add(static_cast<double>(tuple[k]));
   }
   const double length = std::isnormal(square) ? std::sqrt(square) : length_of(tuple);
   // A finite tuple may be longer than what can be told.

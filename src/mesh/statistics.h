@@ -27,9 +27,10 @@ struct Range {
 };
 
 struct ArrayStatistics {
-  std::vector<Range> components;  // one each
-  Range magnitude;                // Euclidean length of tuples whose values are all finite
-  std::uint64_t non_finite = 0;   // values
+  // Of tuples whose values are all finite: one for each component, and their Euclidean length.
+  std::vector<Range> components;
+  Range magnitude;
+  std::uint64_t non_finite = 0;  // values
 
   // Of the rows of both.
   void add(const ArrayStatistics& other);

@@ -342,6 +342,24 @@ TEST(Compare, IntegersAreThoseOfTheNearestCorner) {
   EXPECT_DOUBLE_EQ(id.differing, 0.2);
 }
 
+// Where nobody uses the first point, and where the other mesh has them in another type.
+TEST(Compare, LongIntegersAreCountedFromOneInUse) {
+  constexpr std::int64_t kFar = std::int64_t{1} << 60;
+  Split split;
+  points_of(&split.original).insert(points_of(&split.original).begin(), Point{9, 9, 9});
+  for (Tet& tet : split.original.geometry.tets) {
+    for (VertexId& v : tet) ++v;
+  }
+  split.original.point_arrays = {make_array<std::int64_t>(
+      "id", 6, 1, [](auto i, auto) { return i == 0 ? -1 : kFar + static_cast<std::int64_t>(i); })};
+  split.simplified.point_arrays = {make_array<std::uint64_t>(
+      "id", 4, 1, [](auto i, auto) { return std::uint64_t{kFar} + i + 1 + (i == 2 ? 8 : 0); })};
+  const ArrayComparison id = array_of(compare_files(split.original, split.simplified), "id");
+  EXPECT_EQ(id.range, 4);
+  EXPECT_EQ(id.max, 2.0);  // at the third corner
+  EXPECT_DOUBLE_EQ(id.differing, 0.4);
+}
+
 TEST(Compare, ValuesThatAreNotFinite) {
   MeshFile original = mesh_with(testing::five_split_cube(2), linear);
   original.point_arrays[0].as<double>()[7] = kNan;

@@ -26,4 +26,20 @@ BitSet find_rows_in_use(const MeshStream& stream, Association association,
   return in_use;
 }
 
+BitSet find_rows_of_cells(const MeshStream& stream, const RunContext& context) {
+  BitSet in_use;
+  in_use.resize(stream.cells());
+  CellWindow window;
+  const auto add = [&](std::uint64_t first, std::uint64_t count) {
+    stream.read_cells(first, count, &window);
+    if (window.tet_rows.empty()) {
+      for (std::uint64_t i = 0; i < window.tets.size(); ++i) in_use.set(first + i);
+    }
+    for (const std::uint64_t row : window.tet_rows) in_use.set(row);
+    for (const std::uint64_t row : window.lower_rows) in_use.set(row);
+  };
+  for_each_window(stream.cells(), context, add);
+  return in_use;
+}
+
 }  // namespace tetfusion

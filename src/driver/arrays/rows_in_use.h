@@ -16,4 +16,7 @@ BitSet find_rows_in_use(const MeshStream& stream, Association association,
                         const RunContext& context,
                         std::uint64_t cells = std::numeric_limits<std::uint64_t>::max());
 
+// Those of all cells but ghosts.
+BitSet find_rows_of_cells(const MeshStream& stream, const RunContext& context);
+
 }  // namespace tetfusion
