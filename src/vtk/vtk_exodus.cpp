@@ -91,6 +91,21 @@ class ExodusFile {
     return nodes;
   }
 
+  // Whether the library finds the values of all variables of the nodes. Where it does not it warns,
+  // and VTK takes what happens to lie in memory for the values.
+  bool has_nodal_values(std::size_t step) const {
+    int variables = 0;
+    if (ex_get_variable_param(file_, EX_NODAL, &variables) < 0) return false;
+    double one = 0;
+    for (int i = 1; i <= variables; ++i) {
+      if (ex_get_partial_var(file_, static_cast<int>(step) + 1, EX_NODAL, i, 1, 1, 1, &one) !=
+          EX_NOERR) {
+        return false;
+      }
+    }
+    return true;
+  }
+
  private:
   int file_ = -1;
 };
@@ -225,7 +240,15 @@ class ExodusReader : public FileReader {
     reader_->SetSqueezePoints(false);
     reader_->SetCacheSize(kCacheMebibytes);
     reader_->SetTimeStep(static_cast<int>(step));
-    if (!time_steps().empty()) choose_arrays();  // else results have names, but no values
+    if (!time_steps().empty()) {  // else results have names, but no values
+      if (!ExodusFile(path_).has_nodal_values(step)) {
+        throw Error(ErrorCode::kBadInput,
+                    path_ +
+                        ": the Exodus library does not find the values at the nodes, as in "
+                        "files that meshio writes: convert it to .vtu with what made it");
+      }
+      choose_arrays();
+    }
     for (int i = 0; i < reader_->GetNumberOfObjects(vtkExodusIIReader::ELEM_BLOCK); ++i) {
       reader_->SetObjectStatus(vtkExodusIIReader::ELEM_BLOCK, i, 1);
     }

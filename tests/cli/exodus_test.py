@@ -283,6 +283,20 @@ class OneStep(ExodusTest):
         report = report_of("compare", step, path, "--time-step", "2")
         self.assertEqual(max(array["max"] for array in report["arrays"]), 0)
 
+    def test_values_that_the_library_does_not_find_are_refused(self):
+        """It would give what lies in memory."""
+        try:
+            import meshio
+            import netCDF4  # noqa: F401: meshio needs it
+        except ImportError as error:
+            self.skipTest(str(error))
+        points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
+        path = self.folder / "meshio.e"
+        meshio.Mesh(points, [("tetra", np.array([[0, 1, 2, 3]]))], point_data={"T": np.arange(4.0)}).write(path)
+        self.assertIn("does not find the values at the nodes", self.refused("info", path, code=BAD))
+        meshio.Mesh(points, [("tetra", np.array([[0, 1, 2, 3]]))]).write(path)
+        run("info", path)
+
     def test_check_and_compare_look_at_all_steps(self):
         path, other = self.steps(), self.folder / "other.e"
         shutil.copy(path, other)
