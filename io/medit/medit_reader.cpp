@@ -1,6 +1,8 @@
 #include "io/medit/medit_reader.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -31,7 +33,10 @@ constexpr std::size_t kRowsPerBlock = 65536;
 class MeditReader final : public FormatReader {
  public:
   explicit MeditReader(MappedFile file) : file_{std::move(file)} {
-    read_guarded(file_.file, [&] { head_ = parse_medit_head(file_); });
+    read_guarded(file_.file, [&] {
+      head_ = parse_medit_head(file_);
+      has_floats_ = head_.float_coordinates() && (head_.binary || are_all_floats());
+    });
     describe();
   }
 
@@ -45,7 +50,7 @@ class MeditReader final : public FormatReader {
 
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) const override {
     read_guarded(file_.file, [&] {
-      if (head_.float_coordinates()) {
+      if (has_floats_) {
         read_vertices(first, count, reinterpret_cast<Vec3<float>*>(out));
       } else {
         read_vertices(first, count, reinterpret_cast<Vec3<double>*>(out));
@@ -101,7 +106,7 @@ class MeditReader final : public FormatReader {
     name_values_beside();
     d.points = head_.vertices.rows;
     for (const MeditSection& section : head_.cells) d.cells += section.rows;
-    d.point_type = head_.float_coordinates() ? ValueType::kFloat32 : ValueType::kFloat64;
+    d.point_type = has_floats_ ? ValueType::kFloat32 : ValueType::kFloat64;
     d.file_bytes = file_.file.size();
     d.spooled_checksum = file_.file.spooled_checksum();
     const ValueType type = head_.long_integers() ? ValueType::kInt64 : ValueType::kInt32;
@@ -112,6 +117,33 @@ class MeditReader final : public FormatReader {
       file_.fail(ErrorCode::kMemory,
                  std::to_string(d.points) + " points are more than can be held in memory at once");
     }
+  }
+
+  // A text of version 1 often has more digits than floats have.
+  bool are_all_floats() const {
+    Vector<Vec3<double>> points;
+    bool are_floats = true;
+    for (std::uint64_t first = 0; are_floats && first < head_.vertices.rows;
+         first += kRowsPerBlock) {
+      points.resize(std::min<std::uint64_t>(kRowsPerBlock, head_.vertices.rows - first));
+      read_vertices(first, points.size(), points.data());
+      are_floats = std::ranges::all_of(points, [](const Vec3<double>& p) {
+        return is_text_of_float(p.x) && is_text_of_float(p.y) && is_text_of_float(p.z);
+      });
+    }
+    return are_floats;
+  }
+
+  // With nine digits or more, or as short as can be.
+  static bool is_text_of_float(double x) {
+    constexpr double kNineDigits = 5e-9;
+    const auto single = static_cast<float>(x);
+    if (!(std::abs(x - double{single}) > kNineDigits * std::abs(x))) return true;
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.begin(), text.end(), single).ptr;
+    double back = 0;
+    std::from_chars(text.begin(), end, back);
+    return back == x;
   }
 
   // Values for the points lie in a file of their own, and may be a field or what mesh generators
@@ -290,6 +322,7 @@ class MeditReader final : public FormatReader {
 
   FormatFile file_;
   MeditHead head_;
+  bool has_floats_ = false;  // coordinates
   MeshDescription description_;
   mutable std::mutex mutex_;
   mutable std::map<const char*, std::unique_ptr<const TextTokens>> tokens_;  // by the section

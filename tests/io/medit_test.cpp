@@ -90,6 +90,23 @@ TEST_F(Medit, TheVersionOfATextSaysTheTypes) {
               ElementsAre(7, 0, 10, -99999999999, 30));
 }
 
+// As TetGen writes it.
+TEST_F(Medit, ATextOfVersion1KeepsItsDigits) {
+  std::string text = kText;
+  text.replace(text.find("Formatted 2"), 11, "Formatted 1");
+  const auto type_of = [&](const std::string& x) {
+    std::string with = text;
+    with.replace(with.find("1 0 0.1 2"), 9, x + " 0 0.1 2");
+    return open("a.mesh", with)->description().point_type;
+  };
+  for (const char* x : {"0.1", "0.100000001", "0.10000000149011612", "16777216", "3.1415927"}) {
+    EXPECT_EQ(type_of(x), ValueType::kFloat32) << x;
+  }
+  for (const char* x : {"5412345.1", "0.1000000002", "3.14159265", "1e300", "16777217"}) {
+    EXPECT_EQ(type_of(x), ValueType::kFloat64) << x;
+  }
+}
+
 TEST_F(Medit, NumbersOfOtherKinds) {
   std::string text = kText;
   text.replace(text.find("1 0 0.1 2"), 9, "+1.0D+00 0 0.1d0 +2");
