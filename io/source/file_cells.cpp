@@ -5,11 +5,13 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "base/blocks.h"
 #include "base/error.h"
 #include "io/source/cell_kinds.h"
+#include "mesh/predicates.h"
 #include "mesh/split_cells.h"
 
 namespace tetfusion {
@@ -52,8 +54,8 @@ struct Taken {
 
 class MixedTaker {
  public:
-  MixedTaker(const FileCells& cells, const Vector<VertexId>& new_ids)
-      : cells_(cells), new_ids_(new_ids) {}
+  MixedTaker(const FileCells& cells, const Vector<VertexId>& new_ids, const Points& points)
+      : cells_(cells), new_ids_(new_ids), points_(points) {}
 
   Taken take(std::size_t begin, std::size_t end) const {
     Taken out;
@@ -112,14 +114,32 @@ class MixedTaker {
     for (std::size_t k = 0; k < corners; ++k) ids[k] = id(cell, k);
     std::array<Tet, 6> tets{};
     const int count = split_cell(type, std::span(ids).first(corners), tets);
-    for (int k = 0; k < count; ++k) {
-      out->tets.push_back(tets[static_cast<std::size_t>(k)]);
+    const std::span<Tet> parts(tets.data(), static_cast<std::size_t>(count));
+    if (type == kVtkWedge) wind(parts);
+    for (const Tet& tet : parts) {
+      out->tets.push_back(tet);
       out->tet_source.push_back(cell);
     }
   }
 
+  // VTK sees the first triangle of a wedge from outside, but that of one of higher order from
+  // inside, as Exodus and CGNS do of all; its readers and its writer leave it so. Where the mesh
+  // has no points here cells stay as they come.
+  void wind(std::span<Tet> tets) const {
+    const double volume = std::visit(
+        [&](const auto& p) {
+          double sum = 0;
+          for (const Tet& tet : tets) sum += p.empty() ? 0 : determinant(p, tet).value;
+          return sum;
+        },
+        points_);
+    if (!(volume < 0)) return;
+    for (Tet& tet : tets) std::swap(tet[2], tet[3]);
+  }
+
   const FileCells& cells_;
   const Vector<VertexId>& new_ids_;
+  const Points& points_;
 };
 
 void append(const Taken& block, Geometry* mesh) {
@@ -143,7 +163,7 @@ void clear_if_identity(Vector<std::uint64_t>* source, std::uint64_t size) {
 
 void take_mixed(const std::string& path, const FileCells& cells, const Vector<VertexId>& new_ids,
                 Geometry* mesh) {
-  const MixedTaker taker(cells, new_ids);
+  const MixedTaker taker(cells, new_ids, mesh->points);
   std::vector<Taken> blocks(block_count(cells.types.size(), kCellsPerBlock));
   for_each_block(cells.types.size(), kCellsPerBlock,
                  [&](std::size_t b, std::size_t begin, std::size_t end) {

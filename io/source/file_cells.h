@@ -24,9 +24,9 @@ struct FileCells {
 };
 
 // Moves the cells into `mesh` under the points' new numbers (empty: as they are), splits what is to
-// be split, and fills tets, lower, tet_source, lower_source and ghost_cells. `path` is for
-// messages. Throws Error(kBadInput) when no tetrahedron is left, Error(kMemory) when there are too
-// many.
+// be split (wedges by their volume, if the mesh has its points), and fills tets, lower, tet_source,
+// lower_source and ghost_cells. `path` is for messages. Throws Error(kBadInput) when no tetrahedron
+// is left, Error(kMemory) when there are too many.
 void take_cells(const std::string& path, FileCells cells, const Vector<VertexId>& new_ids,
                 Geometry* mesh);
 

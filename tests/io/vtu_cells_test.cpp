@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/source/mesh_source.h"
+#include "mesh/predicates.h"
 #include "support/vtu_file_test.h"
 #include "support/vtu_text.h"
 
@@ -40,6 +41,24 @@ TEST_F(VtuCellKinds, DropsUnusedPoints) {
   EXPECT_THAT(tets(g), ElementsAre(Tet{0, 1, 2, 3}));
   EXPECT_EQ(plain(g.point_source), (std::vector<std::uint64_t>{1, 2, 4, 5}));
   EXPECT_EQ(coordinates<double>(g), (std::vector<double>{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}));
+}
+
+// VTK's wedge, the same as one of higher order, and as Exodus has it: one volume each.
+TEST_F(VtuCellKinds, WedgesAreWoundAsTheirPointsLie) {
+  const std::vector<double> points{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1};
+  const std::vector<std::vector<double>> orders{{0, 2, 1, 3, 5, 4}, {0, 1, 2, 3, 4, 5}};
+  for (const double type : {13.0, 73.0, 80.0}) {
+    for (const auto& order : orders) {
+      VtuText mesh;
+      mesh.pieces = {cell_piece(points, {type}, {order})};
+      const auto source = open(mesh, {.tetrahedralize = true, .linearize = true});
+      const Geometry g = source->read_geometry();
+      ASSERT_EQ(g.tets.size(), 3u);
+      for (const Tet& tet : g.tets) {
+        EXPECT_DOUBLE_EQ(determinant(std::get<Vector<Vec3<double>>>(g.points), tet).value, 1);
+      }
+    }
+  }
 }
 
 TEST_F(VtuCellKinds, CarriesCellsOfLowerDimension) {
