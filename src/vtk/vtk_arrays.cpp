@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -158,19 +159,18 @@ std::string leaves_out(const char* kind, const std::string& name, vtkAbstractArr
   return std::string(kind) + " array '" + name + "' (" + array->GetDataTypeAsString() + ")";
 }
 
-// Of points that an earlier piece brings its arrays are read.
-void leave_out_of_shared_points(const PieceList& list, ArrayTable* table) {
-  std::set<std::string> told;
+// Of each piece of the list its place among those that bring rows: where it brings no points, that
+// of the piece that has brought them.
+std::vector<std::size_t> places_of(const PieceList& list, Association association) {
+  std::vector<std::size_t> places;
+  std::map<std::uint64_t, std::size_t> with_points;  // by the first one's number
+  std::size_t next = 0;
   for (const Piece& piece : list.pieces) {
-    if (piece.brings_points) continue;
-    vtkDataSetAttributes* attributes = piece.data->GetPointData();
-    for (int i = 0; i < attributes->GetNumberOfArrays(); ++i) {
-      vtkAbstractArray* array = attributes->GetAbstractArray(i);
-      const std::string name = name_of(array, i);
-      if (is_ghost_array(name) || table->set.find(name) != AttributeSet::npos) continue;
-      if (told.insert(name).second) table->left_out.push_back(leaves_out("point", name, array));
-    }
+    const bool brings = association == Association::kCell || piece.brings_points;
+    places.push_back(brings ? next++ : with_points.at(piece.first_point));
+    if (brings && piece.points() > 0) with_points.emplace(piece.first_point, places.back());
   }
+  return places;
 }
 
 void append_strings(vtkStringArray* strings, Vector<std::byte>* out) {
@@ -254,9 +254,10 @@ ArrayTable collect_arrays(const std::string& path, const PieceList& list, Associ
   const bool points = association == Association::kPoint;
   const char* kind = points ? "point" : "cell";
   ArrayTable table;
-  const auto pieces = pieces_with_rows(list, association);
-  for (std::size_t k = 0; k < pieces.size(); ++k) {
-    const Piece& piece = *pieces[k];
+  const std::size_t with_rows = pieces_with_rows(list, association).size();
+  const std::vector<std::size_t> places = places_of(list, association);
+  for (std::size_t p = 0; p < list.pieces.size(); ++p) {
+    const Piece& piece = list.pieces[p];
     vtkDataSetAttributes* attributes = attributes_of(piece, association);
     for (int i = 0; i < attributes->GetNumberOfArrays(); ++i) {
       vtkAbstractArray* array = attributes->GetAbstractArray(i);
@@ -264,7 +265,9 @@ ArrayTable collect_arrays(const std::string& path, const PieceList& list, Associ
       if (is_ghost_array(name)) continue;
       const auto type = value_type(array);
       if (!type || *type == ValueType::kString || array->GetNumberOfComponents() < 1) {
-        table.left_out.push_back(leaves_out(kind, name, array));
+        if (!points || piece.brings_points) {
+          table.left_out.push_back(leaves_out(kind, name, array));
+        }
         continue;
       }
       std::size_t at = table.set.find(name);
@@ -272,15 +275,16 @@ ArrayTable collect_arrays(const std::string& path, const PieceList& list, Associ
         at = table.set.arrays.size();
         table.set.arrays.push_back(describe(array, name, *type));
         table.set.arrays.back().tuples = points ? list.points : list.cells;
-        table.parts.emplace_back(pieces.size(), nullptr);
+        table.parts.emplace_back(with_rows, nullptr);
       }
+      vtkAbstractArray*& part = table.parts[at][places[p]];
+      if (part != nullptr) continue;  // of points that an earlier piece has brought
       add_part(path, std::string(kind) + " array '" + name + "'", array,
                rows_of(piece, association), &table.set.arrays[at]);
-      table.parts[at][k] = array;
+      part = array;
     }
     collect_active(attributes, &table.set);
   }
-  if (points) leave_out_of_shared_points(list, &table);
   return table;
 }
 

@@ -154,6 +154,28 @@ TEST_F(XdmfGrids, GridsBesideOneAnotherAreBlocks) {
 }
 
 // As FEniCSx writes those of cells and faces: the cells are listed again, in another order.
+// The first one brings the points; what is known at them stands in the second.
+TEST_F(XdmfGrids, PointsOfSeveralGridsHaveTheArraysOfAll) {
+  const std::string points = "<Geometry GeometryType=\"XYZ\">" +
+                             data_item("Dimensions=\"5 3\"", "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1") +
+                             "</Geometry>";
+  const auto cells = [](const char* type, const std::string& item) {
+    return std::string("<Topology TopologyType=\"") + type + "\">" + item + "</Topology>";
+  };
+  const std::string path =
+      write("run.xdmf",
+            xdmf_text("<Grid Name=\"facets\">" +
+                      cells("Triangle", data_item("Dimensions=\"1 3\"", "0 1 2")) + points +
+                      "</Grid><Grid Name=\"volume\">" +
+                      cells("Tetrahedron", data_item("Dimensions=\"2 4\"", "0 1 2 3 1 2 3 4")) +
+                      points + "<Attribute Name=\"u\" Center=\"Node\">" +
+                      data_item("Dimensions=\"5\"", "1 2 3 4 5") + "</Attribute></Grid>"));
+  const auto mesh = open_mesh(path);
+  EXPECT_THAT(rows_of_array<double>(mesh.get(), Association::kPoint, "u"),
+              ElementsAre(1, 2, 3, 4, 5));
+  EXPECT_THAT(mesh->description().left_out, IsEmpty());
+}
+
 TEST_F(XdmfGrids, TagsOfCellsAreArraysOfTheMesh) {
   const std::string points = "<xi:include xpointer=\"xpointer(/Xdmf/Domain/Grid[1]/Geometry)\"/>";
   const auto tags = [&](const std::string& kind, const std::string& ids,
