@@ -512,9 +512,9 @@ void add_compare_command(CLI::App& app) {
       "cells. Integers are compared with the value at the nearest corner. Points outside the "
       "simplified mesh take\n"
       "the value at the nearest point of its surface, and count.\n"
-      "Of lists of steps (.pvd, .series) each step is compared with the other's of that number, or "
-      "those that\n"
-      "--time-step says.");
+      "Of lists of steps (.pvd, .series), and of two files with several of their own, each is "
+      "compared with the\n"
+      "other's of that number, or those that --time-step says.");
   command->add_option("ORIGINAL", a->original, "The mesh, or - for standard input")->required();
   command->add_option("SIMPLIFIED", a->simplified, "What became of it, or - for standard input")
       ->required();

@@ -18,8 +18,8 @@ namespace tetfusion {
 
 struct ArrayTable {
   AttributeSet set;
-  // For each array of the set its part in each piece that brings rows; null where the piece lacks
-  // it. For field data the one array.
+  // For each array of the set its part in each piece that brings rows; of points, where that piece
+  // lacks it, that of the next one with the same points, else null. For field data the one array.
   std::vector<std::vector<vtkAbstractArray*>> parts;
   // What MeshSource cannot hold: "point array 'label' (String)".
   std::vector<std::string> left_out;

@@ -6,8 +6,8 @@ import numpy as np
 from ._option_values import TetFusionWarning, refuse, refuse_mesh, text
 
 GHOST_MARKS = ("vtkGhostType", "vtkGhostLevels")
-_OF_MESHIO = {"vertex": 1, "line": 3, "triangle": 5, "polygon": 7, "quad": 9, "tetra": 10, "hexahedron": 12, "wedge": 13, "pyramid": 14, "line3": 21,
-              "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25, "wedge15": 26, "pyramid13": 27, "quad9": 28,
+_OF_MESHIO = {"vertex": 1, "line": 3, "triangle": 5, "polygon": 7, "quad": 9, "tetra": 10, "hexahedron": 12, "wedge": 13, "pyramid": 14,
+              "line3": 21, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25, "wedge15": 26, "pyramid13": 27, "quad9": 28,
               "hexahedron27": 29, "wedge18": 32, "triangle7": 34, "line4": 35, "triangle10": 69, "triangle15": 69}
 _OF_VTK = {number: name for name, number in _OF_MESHIO.items()}
 
