@@ -254,6 +254,11 @@ DataArray PvtuSource::read_array(Association association, std::size_t index) {
 
 }  // namespace
 
+std::vector<std::string> pieces_of_pvtu(const MappedFile& file) {
+  const pugi::xml_document list = parse_list(file);
+  return piece_paths(file, list.child("VTKFile").child("PUnstructuredGrid"));
+}
+
 std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions& options,
                                       std::string* why) {
   const pugi::xml_document list = parse_list(file);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "io/files/mapped_file.h"
 #include "io/source/mesh_source.h"
@@ -24,5 +25,9 @@ inline constexpr std::size_t kMaxPiecesRead = 512;
 // below the file's folder.
 std::unique_ptr<MeshSource> open_pvtu(const MappedFile& file, const OpenOptions& options,
                                       std::string* why);
+
+// The pieces that such a file names, in their order. Throws Error(kBadInput) for a file that is
+// damaged, or a piece that is missing or not below its folder.
+std::vector<std::string> pieces_of_pvtu(const MappedFile& file);
 
 }  // namespace tetfusion

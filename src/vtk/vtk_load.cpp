@@ -4,7 +4,6 @@
 #include <vtkGenericDataObjectReader.h>
 #include <vtkNew.h>
 #include <vtkXMLGenericDataObjectReader.h>
-#include <vtkXMLPUnstructuredGridReader.h>
 #include <vtkXMLPartitionedDataSetCollectionReader.h>
 #include <vtkXMLPartitionedDataSetReader.h>
 #include <vtkXMLUnstructuredGridReader.h>
@@ -13,8 +12,10 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "io/files/mapped_file.h"
 #include "io/foreign_format.h"
 #include "io/open_mesh.h"
+#include "io/vtk/pvtu_reader.h"
 #include "vtk/vtk_collect.h"
 #include "vtk/vtk_polyhedra.h"
 #include "vtk/vtk_reader.h"
@@ -47,13 +48,19 @@ void load_legacy(const std::string& path, const TrapScope& trap, LoadedFile* out
 }
 
 // Not appended: VTK's reader would forget which point came from where.
-template <class Reader>
 void load_grid(const std::string& path, const TrapScope& trap, LoadedFile* out) {
-  vtkNew<Reader> reader;
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
   reader->SetFileName(path.c_str());
   reader->UpdateInformation();
   trap.check(path);
   collect_pieces(reader, reader->GetNumberOfPieces(), path, trap, out);
+}
+
+// File by file: VTK's reader of the list takes its word for the types of arrays, and leaves out
+// those that it does not name.
+void load_listed_grids(const std::string& path, const TrapScope& trap, LoadedFile* out) {
+  out->files = pieces_of_pvtu(MappedFile::open(path));
+  for (const std::string& piece : out->files) load_grid(piece, trap, out);
 }
 
 // False where the file is of another type.
@@ -76,8 +83,7 @@ void load_any_xml(const std::string& path, const TrapScope& trap, LoadedFile* ou
   bool parallel = false;
   const int type = reader->ReadOutputType(path.c_str(), parallel);
   if (type == VTK_UNSTRUCTURED_GRID) {
-    if (parallel) return load_grid<vtkXMLPUnstructuredGridReader>(path, trap, out);
-    return load_grid<vtkXMLUnstructuredGridReader>(path, trap, out);
+    return parallel ? load_listed_grids(path, trap, out) : load_grid(path, trap, out);
   }
   reader->SetFileName(path.c_str());
   reader->Update();

@@ -58,6 +58,30 @@ TEST_F(VtkBlocks, MergesThePointsOfPieces) {
   EXPECT_THAT(g.point_source, ElementsAre(0, 1, 2, 3, 7));
 }
 
+// What the list says of arrays is not what they are, and it does not name all.
+TEST_F(VtkBlocks, TypesOfArraysAreThoseOfThePieces) {
+  const auto arrays = [](const std::string& type, const std::string& name) {
+    return "<PointData>" + array_text(type, "T", "1.5 2.5 3.5 4.5") + "</PointData><CellData>" +
+           array_text("Int32", name, "7") + "</CellData>";
+  };
+  write("a.vtu", piece_of_two(kFirstPoints, arrays("Float64", "tag")));
+  write("b.vtu", piece_of_two(kSecondPoints, arrays("Float32", "other")));
+  const std::string path = write("both.pvtu", R"(<VTKFile type="PUnstructuredGrid" version="1.0">
+<PUnstructuredGrid GhostLevel="0"><PPoints><PDataArray type="Float32" NumberOfComponents="3"/></PPoints>
+<PPointData><PDataArray type="Float32" Name="T"/></PPointData>
+<Piece Source="a.vtu"/><Piece Source="b.vtu"/></PUnstructuredGrid></VTKFile>)");
+  const auto mesh = open_with_vtk(path);
+  const MeshDescription& d = mesh->description();
+  EXPECT_EQ(d.files.size(), 2u);
+  ASSERT_EQ(d.point_data.arrays.size(), 1u);
+  EXPECT_EQ(d.point_data.arrays[0].type, ValueType::kFloat64);
+  EXPECT_THAT(mesh->read_array(Association::kPoint, 0).as<double>(),
+              ElementsAre(1.5, 2.5, 3.5, 4.5, 1.5, 2.5, 3.5, 4.5));
+  ASSERT_EQ(d.cell_data.arrays.size(), 2u);
+  EXPECT_THAT(mesh->read_array(Association::kCell, 0).as<std::int32_t>(), ElementsAre(7, 0));
+  EXPECT_THAT(mesh->read_array(Association::kCell, 1).as<std::int32_t>(), ElementsAre(0, 7));
+}
+
 // Doubles would make one of ids that follow one another beyond 2^53.
 TEST_F(VtkBlocks, GlobalIdsKeepAllTheirDigits) {
   const auto ids = [](int first) {
