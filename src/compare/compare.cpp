@@ -123,6 +123,7 @@ class Comparer {
     context_.report("surface", 0.1);
     original_.survey(sides_within(sides_ != 0 ? sides_ : 4 * kSideBytes * mesh.tets.size()),
                      context_);
+    original_.match_parts(mesh.parts, context_);
     context_.report_size(original_.tets());
     const SurfaceDistance surface = measure_surfaces(original_.boundary(), mesh.boundary);
     add_sizes(mesh);

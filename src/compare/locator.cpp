@@ -26,11 +26,13 @@ Locator::Locator(const SimplifiedMesh* mesh, ValueType coarsest_point_type)
   });
 }
 
-Place Locator::locate(const Point& p, LocatorHint* hint) const {
+Place Locator::locate(const Point& p, LocatorHint* hint, std::uint32_t part) const {
   Place place{};
-  if (hint->tet != kNoTet && walk(p, &hint->tet, &place)) return place;
-  const bool found = tree_.find(p, 0, [&](TetId t) { return holds(t, p, &place); });
-  if (!found && !find_close(p, &place)) place = find_on_boundary(p, hint);
+  const bool can_walk = hint->tet != kNoTet && is_in(hint->tet, part);  // which leaves no part
+  if (can_walk && walk(p, &hint->tet, &place)) return place;
+  const bool found =
+      tree_.find(p, 0, [&](TetId t) { return is_in(t, part) && holds(t, p, &place); });
+  if (!found && !find_close(p, part, &place)) place = find_on_boundary(p, part, hint);
   hint->tet = place.tet;
   return place;
 }
@@ -72,10 +74,10 @@ double Locator::rounding_in(const PointBox& box) const {
 // What is nearest in the tetrahedra round it, no farther than rounding explains. It lies on one of
 // the faces that the point is beyond: in a sliver, whose height may be no more than that rounding,
 // weights that are merely cut off at 0 would be those of another place.
-bool Locator::find_close(const Point& p, Place* place) const {
+bool Locator::find_close(const Point& p, std::uint32_t part, Place* place) const {
   double best = std::numeric_limits<double>::infinity();
   tree_.find(p, tolerance(p, largest_extent_), [&](TetId t) {
-    if (mesh_.flat[t] != 0) return false;
+    if (mesh_.flat[t] != 0 || !is_in(t, part)) return false;
     const Corners corners = mesh_.corners(t);
     PointBox box;
     for (const Point& c : corners) box.add(c);
@@ -95,8 +97,8 @@ bool Locator::find_close(const Point& p, Place* place) const {
   return best < std::numeric_limits<double>::infinity();
 }
 
-Place Locator::find_on_boundary(const Point& p, LocatorHint* hint) const {
-  const TriangleFinder::Found found = boundary_.nearest(p, hint->triangle);
+Place Locator::find_on_boundary(const Point& p, std::uint32_t part, LocatorHint* hint) const {
+  const TriangleFinder::Found found = boundary_.nearest(p, hint->triangle, part);
   hint->triangle = found.triangle;
   const std::uint32_t side = mesh_.boundary_sides[found.triangle];
   const auto& face = kFaceCorners[side % 4];

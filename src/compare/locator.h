@@ -39,22 +39,28 @@ class Locator {
  public:
   Locator(const SimplifiedMesh* mesh, ValueType coarsest_point_type);
 
-  Place locate(const Point& p, LocatorHint* hint) const;
+  // In a part of the mesh, or anywhere.
+  Place locate(const Point& p, LocatorHint* hint, std::uint32_t part = kAnyPart) const;
 
   // The distance that rounding explains at most, in a box.
   double rounding_in(const PointBox& box) const;
 
-  // Calls f(vertex) for all points of the mesh with the very coordinates of p.
+  // Calls f(vertex) for all points of the part with the very coordinates of p.
   template <class F>
-  void for_each_vertex_at(const Point& p, F f) const {
-    vertices_.for_each_at(p, f);
+  void for_each_vertex_at(const Point& p, std::uint32_t part, F f) const {
+    vertices_.for_each_at(p, [&](VertexId v) {
+      if (part == kAnyPart || mesh_.part_of_point(v) == part) f(v);
+    });
   }
 
  private:
+  bool is_in(TetId t, std::uint32_t part) const {
+    return part == kAnyPart || mesh_.part_of(t) == part;
+  }
   bool walk(const Point& p, TetId* tet, Place* place) const;
   bool holds(TetId t, const Point& p, Place* place) const;
-  bool find_close(const Point& p, Place* place) const;
-  Place find_on_boundary(const Point& p, LocatorHint* hint) const;
+  bool find_close(const Point& p, std::uint32_t part, Place* place) const;
+  Place find_on_boundary(const Point& p, std::uint32_t part, LocatorHint* hint) const;
   double tolerance(const Point& p, double extent) const;
 
   const SimplifiedMesh& mesh_;

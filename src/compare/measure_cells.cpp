@@ -103,7 +103,7 @@ class CellBlock {
     shape_ = shape_of({p[t[0]], p[t[1]], p[t[2]], p[t[3]]});
     volumes_.add(Pair{shape_.volume, shape_.error});
     centre_ = centre_of(window_, t);
-    place_ = meshes_.locator.locate(centre_, &hint_);
+    place_ = meshes_.locator.locate(centre_, &hint_, window_.points.part_of(t[0]));
     if (place_.outside) ++out_->outside;
     if (place_.tet != shaped_) {
       shaped_ = place_.tet;

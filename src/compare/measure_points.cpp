@@ -16,16 +16,16 @@ class PointBlock {
  public:
   PointBlock(const Meshes& meshes, PointMeasures* out) : meshes_(meshes), out_(out) {}
 
-  void measure(const Point& p, const double* row) {
+  void measure(const Point& p, std::uint32_t part, const double* row) {
     out_->box.add(p);
     vertices_.clear();
-    meshes_.locator.for_each_vertex_at(p, [&](VertexId v) {
+    meshes_.locator.for_each_vertex_at(p, part, [&](VertexId v) {
       // A crack's junction has a few. Where a mesh has collapsed, all would take forever.
       constexpr std::size_t kMost = 256;
       if (vertices_.size() < kMost) vertices_.push_back(v);
     });
     if (vertices_.empty()) {
-      place_ = meshes_.locator.locate(p, &hint_);
+      place_ = meshes_.locator.locate(p, &hint_, part);
       if (place_.outside) {
         ++out_->outside;
         out_->farthest = std::max(out_->farthest, place_.distance);
@@ -100,7 +100,8 @@ PointMeasures measure_points(const Meshes& meshes, const std::function<void(doub
           __builtin_prefetch(&window.points[order[k + kPointsAhead]]);
           __builtin_prefetch(window.rows.data() + order[k + kPointsAhead] * width);
         }
-        block.measure(window.points[order[k]], window.rows.data() + order[k] * width);
+        block.measure(window.points[order[k]], window.part_of(order[k]),
+                      window.rows.data() + order[k] * width);
       }
     });
     for (const PointMeasures& part : parts) sums.add(part);

@@ -166,6 +166,34 @@ void OriginalMesh::survey(std::size_t most_sides, const RunContext& context) {
   }
 }
 
+void OriginalMesh::match_parts(std::span<const PartFigures> simplified, const RunContext& context) {
+  if (simplified.empty()) return;
+  PartFinder finder(stream_->points());
+  read_cells([&](std::uint64_t, const CellWindow& window, double) {
+    context.check();
+    finder.add(window.tets);
+  });
+  std::uint32_t count = 0;
+  Vector<std::uint32_t> own = finder.parts([&](std::uint64_t p) { return used_.has(p); }, &count);
+  if (count != simplified.size()) return;
+  std::vector<PartFigures> figures(count);
+  PointSet set(stream_->points());
+  OriginalCells cells;
+  read_cells([&](std::uint64_t, const CellWindow& window, double) {
+    context.check();
+    gather_corners(window, {}, &set, &cells);
+    for (std::size_t t = 0; t < cells.tets.size(); ++t) {
+      Corners corners;
+      for (std::size_t i = 0; i < 4; ++i) corners[i] = cells.points.points[cells.tets[t][i]];
+      figures[own[window.tets[t][0]]].add(corners);
+    }
+  });
+  const Vector<std::uint32_t> match = find_counterparts(figures, simplified);
+  for (std::uint32_t& part : own) part = part == kAnyPart ? kAnyPart : match[part];
+  part_of_ = std::move(own);
+  for (const VertexId v : boundary_.point_ids) boundary_.parts.push_back(part_of_[v]);
+}
+
 TriangleSet OriginalMesh::find_interfaces(const std::vector<std::size_t>& cell_arrays,
                                           std::size_t most_sides, const RunContext& context) const {
   RegionLabels labels(source_->description(), cell_arrays);
@@ -229,25 +257,31 @@ void OriginalMesh::for_each_cells(
   PointSet set(stream_->points());
   OriginalCells cells;
   read_cells([&](std::uint64_t first, const CellWindow& window, double share) {
-    set.clear();
-    set.add(window.tets);
-    set.number();
-    gather(set, 0, stream_->points(), point_fields_, &cells.points);
-    cells.tets.resize(window.tets.size());
-    for_each_block(window.tets.size(), kTetsPerBlock,
-                   [&](std::size_t, std::size_t begin, std::size_t end) {
-                     for (std::size_t t = begin; t < end; ++t) {
-                       for (std::size_t i = 0; i < 4; ++i) {
-                         cells.tets[t][i] = static_cast<VertexId>(set.number_of(window.tets[t][i]));
-                       }
-                     }
-                   });
+    gather_corners(window, point_fields_, &set, &cells);
     cells.first_row = first;
     cells.tet_rows = window.tet_rows;
     const std::uint64_t count = std::min(window_, stream_->cells() - first);
     gather_cell_rows(first, count, window, &cells.cell_rows);
     take(cells, share);
   });
+}
+
+// The tetrahedra and the points that they use, which `set` becomes.
+void OriginalMesh::gather_corners(const CellWindow& window, const FieldSet& fields, PointSet* set,
+                                  OriginalCells* out) const {
+  set->clear();
+  set->add(window.tets);
+  set->number();
+  gather(*set, 0, stream_->points(), fields, &out->points);
+  out->tets.resize(window.tets.size());
+  for_each_block(window.tets.size(), kTetsPerBlock,
+                 [&](std::size_t, std::size_t begin, std::size_t end) {
+                   for (std::size_t t = begin; t < end; ++t) {
+                     for (std::size_t i = 0; i < 4; ++i) {
+                       out->tets[t][i] = static_cast<VertexId>(set->number_of(window.tets[t][i]));
+                     }
+                   }
+                 });
 }
 
 void OriginalMesh::gather(const PointSet& set, std::uint64_t first, std::uint64_t count,
@@ -261,6 +295,9 @@ void OriginalMesh::gather(const PointSet& set, std::uint64_t first, std::uint64_
   for_each_block(runs.size(), 1, [&](std::size_t r, std::size_t, std::size_t) {
     gather_run(set, runs[r].first, runs[r].count, fields, out, base);
   });
+  out->parts.clear();
+  if (part_of_.empty()) return;
+  for (const VertexId v : out->ids) out->parts.push_back(part_of_[v]);
 }
 
 void OriginalMesh::gather_run(const PointSet& set, std::uint64_t first, std::uint64_t count,

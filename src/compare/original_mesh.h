@@ -6,12 +6,14 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/run_context.h"
 #include "base/vector.h"
 #include "compare/face_match.h"
 #include "compare/fields.h"
+#include "compare/parts.h"
 #include "compare/point.h"
 #include "compare/triangles.h"
 #include "io/source/mesh_source.h"
@@ -62,6 +64,9 @@ struct OriginalPoints {
   Vector<VertexId> ids;  // of the stream, ascending
   Vector<Point> points;
   Vector<double> rows;  // of the point fields
+  // What part of the simplified mesh they became; empty where that is not known.
+  Vector<std::uint32_t> parts;
+  std::uint32_t part_of(std::size_t p) const { return parts.empty() ? kAnyPart : parts[p]; }
 };
 
 struct OriginalCells {
@@ -85,6 +90,9 @@ class OriginalMesh {
   // Finds the boundary and what the mesh consists of: call it first. About `most_sides` sides of
   // triangles are in memory at once.
   void survey(std::size_t most_sides, const RunContext& context);
+  // Looks for each part in those of the simplified mesh: windows, and the boundary, say then which
+  // they are of. Call it after survey(), if at all.
+  void match_parts(std::span<const PartFigures> simplified, const RunContext& context);
   std::uint64_t points() const { return used_.size(); }  // that a tetrahedron uses
   std::uint64_t all_points() const { return stream_->points(); }
   const MeshStream& stream() const { return *stream_; }
@@ -106,6 +114,8 @@ class OriginalMesh {
   std::optional<std::uint64_t> first_row_in_use(Association association) const;
   void read_cells(const std::function<void(std::uint64_t, const CellWindow&, double)>& take) const;
   TriangleSet triangles_of(const Vector<CellSide>& sides) const;
+  void gather_corners(const CellWindow& window, const FieldSet& fields, PointSet* set,
+                      OriginalCells* out) const;
   void gather(const PointSet& set, std::uint64_t first, std::uint64_t count, const FieldSet& fields,
               OriginalPoints* out) const;
   void gather_run(const PointSet& set, std::uint64_t first, std::uint64_t count,
@@ -121,6 +131,7 @@ class OriginalMesh {
   PointSet used_;
   std::uint64_t tets_ = 0;
   TriangleSet boundary_;
+  Vector<std::uint32_t> part_of_;  // of all points: the part of the simplified mesh, if known
 };
 
 }  // namespace tetfusion

@@ -31,6 +31,7 @@ class Loader {
     number_points();
     wind();
     link();
+    find_parts();
     take_boundary();
     geometry_.tets = {};
     geometry_.points = {};
@@ -155,6 +156,21 @@ class Loader {
     for (const CellSide& s : sides) mesh_.boundary_sides.push_back(s.side);
   }
 
+  void find_parts() {
+    PartFinder finder(mesh_.points.size());
+    finder.add(mesh_.tets);
+    std::uint32_t parts = 0;
+    mesh_.point_parts = finder.parts([](std::size_t) { return true; }, &parts);
+    if (parts == 1 || parts > kMostParts) {
+      mesh_.point_parts = {};
+      return;
+    }
+    mesh_.parts.resize(parts);
+    for (TetId t = 0; t < mesh_.tets.size(); ++t) {
+      mesh_.parts[mesh_.part_of(t)].add(mesh_.corners(t));
+    }
+  }
+
   void take_boundary() {
     Vector<std::uint32_t> number;
     number.assign(mesh_.points.size(), kNoVertex);
@@ -166,6 +182,7 @@ class Loader {
         if (number[v] == kNoVertex) {
           number[v] = static_cast<std::uint32_t>(boundary.points.size());
           boundary.points.push_back(mesh_.points[v]);
+          if (!mesh_.parts.empty()) boundary.parts.push_back(mesh_.point_parts[v]);
         }
         triangle[i] = number[v];
       }

@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "base/vector.h"
 #include "compare/fields.h"
+#include "compare/parts.h"
 #include "compare/point.h"
 #include "compare/triangles.h"
 #include "io/source/mesh_source.h"
@@ -20,8 +22,11 @@ struct SimplifiedMesh {
   // Behind the face opposite to each corner; kNoTet at the boundary, and where more than two
   // tetrahedra share the face.
   Vector<std::array<TetId, 4>> neighbours;
-  TriangleSet boundary;                      // ordered
-  Vector<std::uint32_t> boundary_sides;      // of each triangle: 4 * tetrahedron + opposite corner
+  TriangleSet boundary;                  // ordered
+  Vector<std::uint32_t> boundary_sides;  // of each triangle: 4 * tetrahedron + opposite corner
+  // What each point is part of, if there are several parts, and what these are recognised by.
+  Vector<std::uint32_t> point_parts;
+  std::vector<PartFigures> parts;
   Vector<std::uint32_t> point_ids, tet_ids;  // which points and tetrahedra of read_geometry()
   Vector<double> point_rows;                 // rows of the point fields, one a point
   Vector<double> cell_rows;                  // rows of the cell fields, one a tetrahedron
@@ -29,6 +34,10 @@ struct SimplifiedMesh {
   double volume = 0;
   double volume_error = 0;  // what rounding may have done to it at most
 
+  std::uint32_t part_of_point(VertexId v) const {
+    return point_parts.empty() ? kAnyPart : point_parts[v];
+  }
+  std::uint32_t part_of(TetId t) const { return part_of_point(tets[t][0]); }
   Corners corners(TetId t) const {
     const Tet& tet = tets[t];
     return {points[tet[0]], points[tet[1]], points[tet[2]], points[tet[3]]};

@@ -85,15 +85,25 @@ TriangleFinder::TriangleFinder(const TriangleSet* set) : set_(*set) {
   });
 }
 
-TriangleFinder::Found TriangleFinder::nearest(const Point& p, std::uint32_t hint) const {
-  Found best{hint, nearest_on_triangle(p, set_.corners(hint))};
+TriangleFinder::Found TriangleFinder::nearest(const Point& p, std::uint32_t hint,
+                                              std::uint32_t part) const {
+  Found best{hint, nearest_if(p, hint, part)};
   double squared = best.nearest.squared;
   tree_.find_nearest(p, &squared, [&](std::uint32_t t) {
-    const NearestOnTriangle found = nearest_on_triangle(p, set_.corners(t));
+    const NearestOnTriangle found = nearest_if(p, t, part);
     if (found.squared < best.nearest.squared) best = {t, found};
     return found.squared;
   });
-  return best;
+  const bool has_any = std::isfinite(best.nearest.squared) || part == kAnyPart;
+  return has_any ? best : nearest(p, hint);
+}
+
+NearestOnTriangle TriangleFinder::nearest_if(const Point& p, std::uint32_t triangle,
+                                             std::uint32_t part) const {
+  if (part != kAnyPart && !set_.parts.empty() && set_.part_of(triangle) != part) {
+    return {{}, std::numeric_limits<double>::infinity()};
+  }
+  return nearest_on_triangle(p, set_.corners(triangle));
 }
 
 namespace {
@@ -110,18 +120,19 @@ Vector<double> distances(std::size_t items, F measure) {
 }
 
 OneSidedDistance measure_one_side(const TriangleSet& from, const TriangleFinder& to) {
-  const auto distance = [&](const Point& p, std::uint32_t* hint) {
-    const TriangleFinder::Found found = to.nearest(p, *hint);
+  const auto distance = [&](const Point& p, std::uint32_t* hint, std::uint32_t part) {
+    const TriangleFinder::Found found = to.nearest(p, *hint, part);
     *hint = found.triangle;
     return std::sqrt(found.nearest.squared);
   };
   const Vector<double> of_points =
-      distances(from.points.size(),
-                [&](std::size_t i, std::uint32_t* hint) { return distance(from.points[i], hint); });
+      distances(from.points.size(), [&](std::size_t i, std::uint32_t* hint) {
+        return distance(from.points[i], hint, from.part_of_point(i));
+      });
   const Vector<double> of_centres =
       distances(from.triangles.size(), [&](std::size_t t, std::uint32_t* hint) {
         const auto [a, b, c] = from.corners(t);
-        return distance((1.0 / 3) * (a + b + c), hint);
+        return distance((1.0 / 3) * (a + b + c), hint, from.part_of(t));
       });
   OneSidedDistance result;
   const auto note = [&](double d, const Point& at) {

@@ -6,6 +6,7 @@
 
 #include "base/vector.h"
 #include "compare/box_tree.h"
+#include "compare/parts.h"
 #include "compare/point.h"
 
 namespace tetfusion {
@@ -23,11 +24,16 @@ struct TriangleSet {
   Vector<Point> points;
   Vector<VertexId> point_ids;  // which points of the mesh; empty where nobody knows
   Vector<std::array<std::uint32_t, 3>> triangles;
+  // Of the points: which part of the mesh they belong to, or of the one that it is held against;
+  // empty where that does not matter.
+  Vector<std::uint32_t> parts;
 
   std::array<Point, 3> corners(std::size_t t) const {
     const auto& ids = triangles[t];
     return {points[ids[0]], points[ids[1]], points[ids[2]]};
   }
+  std::uint32_t part_of_point(std::size_t p) const { return parts.empty() ? kAnyPart : parts[p]; }
+  std::uint32_t part_of(std::size_t t) const { return part_of_point(triangles[t][0]); }
 };
 
 // Puts the triangles into an order that keeps neighbours together, and returns which they were.
@@ -43,11 +49,14 @@ class TriangleFinder {
     std::uint32_t triangle;
     NearestOnTriangle nearest;
   };
-  // The set must not be empty. Where several are equally near, which one is returned depends on
-  // `hint`, any triangle: the nearer it is, the faster this is.
-  Found nearest(const Point& p, std::uint32_t hint) const;
+  // Of those of a part, if it has any, else of all. The set must not be empty. Where several are
+  // equally near, which one is returned depends on `hint`, any triangle: the nearer it is, the
+  // faster this is.
+  Found nearest(const Point& p, std::uint32_t hint, std::uint32_t part = kAnyPart) const;
 
  private:
+  NearestOnTriangle nearest_if(const Point& p, std::uint32_t triangle, std::uint32_t part) const;
+
   const TriangleSet& set_;
   BoxTree tree_;
 };
@@ -65,8 +74,8 @@ struct SurfaceDistance {
   OneSidedDistance first_to_second, second_to_first;
 };
 
-// From the corners and the centres of the triangles of each to the other. Where only one is empty
-// distances are infinite.
+// From the corners and the centres of the triangles of each to the other, part to part. Where only
+// one is empty distances are infinite.
 // Deterministic for any number of threads.
 SurfaceDistance measure_surfaces(const TriangleSet& first, const TriangleSet& second);
 

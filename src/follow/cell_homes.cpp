@@ -86,7 +86,7 @@ MapHome CellHomes::home_of(const OriginalCells& window, std::size_t i, const Poi
                            std::size_t row_width, LocatorHint* hint) const {
   const Determinant volume = determinant(window.points.points, window.tets[i]);
   if (volume.sign() == 0) return {};
-  const Place place = locator_.locate(centre, hint);
+  const Place place = locator_.locate(centre, hint, window.points.part_of(window.tets[i][0]));
   if (place.outside || mesh_.flat[place.tet] != 0) return {};
   const double* row = window.cell_rows.data() + i * row_width;
   const double* own = mesh_.cell_rows.data() + std::size_t{place.tet} * row_width;

@@ -51,6 +51,7 @@ class MapMaker {
   void run(std::uint64_t sides, bool wants_homes) {
     mesh_ = load_simplified(result_.get(), nothing_, regions_);
     original_.survey(sides_within(sides), context_);
+    original_.match_parts(mesh_.parts, context_);
     {
       const Locator locator(&mesh_, point_type_);
       put_places(locator);
@@ -192,7 +193,8 @@ void MapMaker::place_points(const OriginalPoints& window, const Locator& locator
                  [&](std::size_t, std::size_t begin, std::size_t end) {
                    LocatorHint hint;
                    for (std::size_t i = begin; i < end; ++i) {
-                     const Place place = locator.locate(window.points[order[i]], &hint);
+                     const Place place =
+                         locator.locate(window.points[order[i]], &hint, window.part_of(order[i]));
                      (*places)[order[i]] = place_in(place.tet, place.weights);
                    }
                  });
@@ -258,6 +260,7 @@ void MapMaker::find_new_points() {
             const int sign = determinant(window.points.points, tet).sign();
             if (sign == 0) continue;
             if (sign < 0) std::swap(tet[0], tet[1]);
+            const std::uint32_t part = window.points.part_of(tet[0]);
             Corners corners;
             PointBox box;
             for (std::size_t k = 0; k < 4; ++k) {
@@ -266,6 +269,7 @@ void MapMaker::find_new_points() {
             }
             tree.find(box.centre(), 0.5 * largest_part(box.extent()), [&](std::uint32_t item) {
               if (found[item]) return false;
+              if (part != kAnyPart && mesh_.part_of_point(points[item]) != part) return false;
               const auto weights = weights_in(corners, mesh_.points[points[item]]);
               if (!weights) return false;
               Tet ids;
@@ -294,7 +298,8 @@ void MapMaker::take_outside(const Vector<std::uint32_t>& points, const std::vect
   std::uint32_t hint = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (found[i]) continue;
-    const TriangleFinder::Found nearest = finder.nearest(mesh_.points[points[i]], hint);
+    const TriangleFinder::Found nearest =
+        finder.nearest(mesh_.points[points[i]], hint, mesh_.part_of_point(points[i]));
     hint = nearest.triangle;
     std::array<VertexId, 3> corners = boundary.triangles[nearest.triangle];
     for (VertexId& v : corners) v = boundary.point_ids[v];

@@ -302,10 +302,10 @@ TEST(Locator, AllPointsInOnePlace) {
       {{0, 1, 2, 3}, {4, 1, 5, 6}}));
   const Locator locator(&mesh, ValueType::kFloat64);
   std::vector<VertexId> found;
-  locator.for_each_vertex_at({0, 0, 0}, [&](VertexId v) { found.push_back(v); });
+  locator.for_each_vertex_at({0, 0, 0}, kAnyPart, [&](VertexId v) { found.push_back(v); });
   EXPECT_EQ(found.size(), 2u);
   found.clear();
-  locator.for_each_vertex_at({0, 0, 1e-300}, [&](VertexId v) { found.push_back(v); });
+  locator.for_each_vertex_at({0, 0, 1e-300}, kAnyPart, [&](VertexId v) { found.push_back(v); });
   EXPECT_TRUE(found.empty());
 }
 
