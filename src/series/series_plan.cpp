@@ -104,16 +104,22 @@ std::optional<std::string> label_in(const std::string& name, const std::string& 
 }
 
 // The arrays whose names are like that, with {step}: the labels of their steps, and their names.
-using LabelledArrays = std::vector<std::pair<std::string, std::string>>;
+struct LabelledArrays {
+  std::vector<std::pair<std::string, std::string>> steps;
+  std::vector<std::string> others;  // that are no steps: of p_0, p_1 and p_mean the last one
+};
 LabelledArrays find_labelled(const AttributeSet& set, const std::string& pattern) {
   LabelledArrays found;
   for (const ArrayInfo& array : set.arrays) {
-    if (const auto label = label_in(array.name, pattern)) found.emplace_back(*label, array.name);
+    const auto label = label_in(array.name, pattern);
+    if (label) found.steps.emplace_back(*label, array.name);
   }
-  // Of p_0, p_1 and p_mean the last is no step.
   const auto is_step = [](const auto& one) { return is_number_label(one.first); };
-  if (std::any_of(found.begin(), found.end(), is_step)) {
-    std::erase_if(found, [&](const auto& one) { return !is_step(one); });
+  if (std::any_of(found.steps.begin(), found.steps.end(), is_step)) {
+    std::erase_if(found.steps, [&](const auto& one) {
+      if (!is_step(one)) found.others.push_back(one.second);
+      return !is_step(one);
+    });
   }
   return found;
 }
@@ -124,7 +130,7 @@ LabelledArrays find_named(const AttributeSet& set, const std::string& name, std:
   *pattern = name;
   LabelledArrays found = find_labelled(set, name);
   const std::size_t colon = name.rfind(':');
-  if (found.empty() && colon != std::string::npos && colon > name.find(kStepField)) {
+  if (found.steps.empty() && colon != std::string::npos && colon > name.find(kStepField)) {
     *pattern = name.substr(0, colon);
     found = find_labelled(set, *pattern);
   }
@@ -134,7 +140,7 @@ LabelledArrays find_named(const AttributeSet& set, const std::string& name, std:
 // The steps are point arrays of one mesh. `names` are as the user has them, with {step} and maybe a
 // share behind.
 std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::string>& names,
-                                const OpenOptions& open) {
+                                const OpenOptions& open, const RunContext& context) {
   const auto source = open_mesh(path, open);
   const MeshDescription& mesh = source->description();
   std::vector<Step> steps;
@@ -147,10 +153,14 @@ std::vector<Step> find_steps_in(const std::string& path, const std::vector<std::
                       name, kStepField));
     }
     std::string pattern;
-    const LabelledArrays found = find_named(mesh.point_data, name, &pattern);
+    const auto [found, others] = find_named(mesh.point_data, name, &pattern);
     if (found.empty()) {
       refuse(fmt::format("{}: no point array is named like {}; the point arrays are: {}", path,
                          pattern, names_of(mesh.point_data)));
+    }
+    if (!others.empty()) {
+      context.say(fmt::format("named like {}, but no steps, as theirs are numbers: {}", pattern,
+                              fmt::join(others, ", ")));
     }
     if (first.empty()) {
       first = pattern;
@@ -369,8 +379,9 @@ SeriesPlan plan_series(const SeriesRequest& request, const RunContext& context) 
                            request.job.encoding,
                            open_options(request.job, "", context),
                            {request.job.map, request.job.also_written}};
-  std::vector<Step> steps = in_one_mesh ? find_steps_in(request.inputs[0], arrays, files.open)
-                                        : find_steps(request.inputs, files.open);
+  std::vector<Step> steps = in_one_mesh
+                                ? find_steps_in(request.inputs[0], arrays, files.open, context)
+                                : find_steps(request.inputs, files.open);
   if (in_one_mesh) refuse_step_as_interest(steps, request.job.behaviour.interest);
   return with_outputs(std::move(steps), names, files);
 }

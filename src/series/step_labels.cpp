@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <filesystem>
 #include <set>
 
@@ -135,13 +136,13 @@ std::string count_label(std::size_t i, std::size_t all) {
   return fmt::format("{:0{}}", i, std::to_string(all - 1).size());
 }
 
-bool is_number_label(const std::string& label) {
-  return label.size() < 19 && parse_number(label).has_value();
-}
+bool is_number_label(const std::string& label) { return parse_number(label).has_value(); }
 
 std::pair<double, std::uint64_t> number_in(const std::string& label) {
-  const bool is_whole = std::all_of(label.begin(), label.end(), is_digit);
-  return {*parse_number(label), is_whole ? std::stoull(label) : 0};
+  std::uint64_t whole = 0;
+  const char* const end = label.data() + label.size();
+  const auto read = std::from_chars(label.data(), end, whole);
+  return {*parse_number(label), read.ec == std::errc() && read.ptr == end ? whole : 0};
 }
 
 }  // namespace tetfusion

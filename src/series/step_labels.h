@@ -19,7 +19,7 @@ std::vector<std::string> label_steps(const std::vector<std::string>& paths);
 std::string count_label(std::size_t i, std::size_t all);
 
 bool is_number_label(const std::string& label);
-// Of such a label, to be compared: whole numbers to the last digit.
+// Of such a label, to be compared: whole numbers to the last digit, up to 2^64.
 std::pair<double, std::uint64_t> number_in(const std::string& label);
 
 }  // namespace tetfusion

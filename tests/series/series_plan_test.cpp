@@ -77,6 +77,18 @@ TEST(StepLabels, TellNumbersFromPartsOfNames) {
   EXPECT_THAT(label_steps({"2024-01-05.vtu", "2024-01-06.vtu"}), ElementsAre("05", "06"));
 }
 
+// As long as doubles, and whole numbers, are.
+TEST(StepLabels, AreNumbersOfAnyLength) {
+  for (const char* const label : {"0.30000000000000004", "18446744073709551615", "-0.1", "1e-05"}) {
+    EXPECT_TRUE(is_number_label(label)) << label;
+  }
+  EXPECT_FALSE(is_number_label("final"));
+  EXPECT_LT(number_in("0.2"), number_in("0.30000000000000004"));
+  EXPECT_LT(number_in("0.30000000000000004"), number_in("0.4"));
+  EXPECT_LT(number_in("18446744073709551614"), number_in("18446744073709551615"));
+  EXPECT_LT(number_in("999"), number_in("123456789012345678901234567890"));
+}
+
 TEST(StepLabels, CountWhereNamesTellNothing) {
   EXPECT_THAT(label_steps({"a/m.vtu", "a/m.vtu"}), ElementsAre("0", "1"));
   EXPECT_THAT(label_steps({"/m.vtu", "/m.vtu"}), ElementsAre("0", "1"));
