@@ -2,10 +2,27 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+
 #include "io/open_mesh.h"
 #include "io/vtk/series_list.h"
 
 namespace tetfusion {
+
+namespace {
+
+// As a list of them has them, which has no times where these do not tell all steps apart.
+void sort_by_time(std::vector<StepToRead>* steps) {
+  std::set<double> times;
+  for (const StepToRead& step : *steps) {
+    if (std::isfinite(*step.time)) times.insert(*step.time);
+  }
+  if (times.size() == steps->size()) std::ranges::stable_sort(*steps, {}, &StepToRead::time);
+}
+
+}  // namespace
 
 std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOptions& open) {
   std::vector<StepToRead> steps;
@@ -21,7 +38,8 @@ std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOption
     }
   }
   if (steps.empty()) return {{input, {}, {}}};
-  if (open.time_step) steps = {steps[choose_time_step(input, steps.size(), open.time_step)]};
+  if (open.time_step) return {steps[choose_time_step(input, steps.size(), open.time_step)]};
+  if (!is_list) sort_by_time(&steps);
   return steps;
 }
 

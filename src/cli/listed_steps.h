@@ -26,10 +26,10 @@ struct StepToRead {
   }
 };
 
-// All that a list names, in the order of times; those that a file has itself, if it has more than
-// one; else the file, whose time_step nobody has chosen. With open.time_step the one that it says,
-// where there are several to choose from. Throws what read_series_list(), time_steps_of() and
-// choose_time_step() throw.
+// All that a list names, or that a file has itself, if it has more than one, in the order of times;
+// else the file, whose time_step nobody has chosen. With open.time_step the one that it says, where
+// there are several to choose from: of a file's own as it counts them. Throws what
+// read_series_list(), time_steps_of() and choose_time_step() throw.
 std::vector<StepToRead> steps_to_read(const std::string& input, const OpenOptions& open);
 
 // Does the file have several time steps of its own?

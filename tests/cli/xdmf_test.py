@@ -297,6 +297,16 @@ class Dialects(XdmfTest):
         self.expect_steps(path)
         self.assertIn("the time steps from 0.1 to 0.25 (the first of 3, at 0, is read; --time-step", self.converted(path)[1])
 
+    def test_steps_whose_times_descend_are_held_against_those_of_their_time(self):
+        path, out = self.meshio(), self.folder / "out.pvd"
+        text = path.read_text()
+        for time in TIMES:
+            text = text.replace(f'<Time Value="{time}" />', f'<Time Value="{1 - time}" />')
+        path.write_text(text)
+        run("convert", path, out, "--quiet")
+        report = report_of("compare", path, out, "--max-error", "0.001%")
+        self.assertEqual([step["time"] for step in report["steps"]], sorted(1 - time for time in TIMES))
+
     def test_fenicsx(self):
         mesh = self.expect_steps(self.fenicsx(functions=("heat", "number")))
         self.assertNotIn("block", mesh.arrays["cell"])
