@@ -170,6 +170,13 @@ class Fuse(FolderTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn(b"cell array lab may be regions, too", result.stderr)
 
+    def test_an_array_that_is_called_none(self):
+        mesh = TinyVtu()
+        mesh.array("id")[1:] = "none", "Int32", 1, [i % 2 for i in range(len(mesh.tets))]
+        options = ["simplify", self.write(mesh), "-o", self.folder / "out.vtu", "--reduction", "10%"]
+        self.assertIn(b"(--regions cell:none keeps them)", finish(*options).stderr)
+        self.assertEqual(report_of(*options, "--regions", "cell:none", "--quiet")["regions"], ["none"])
+
     def test_cells_with_points_of_their_own(self):
         mesh, soup = TinyVtu(), TinyVtu()
         points = [mesh.points[v] for tet in mesh.tets for v in tet]

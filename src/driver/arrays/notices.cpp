@@ -297,6 +297,11 @@ void say_what_is_odd(const InputFacts& facts, const MeshDescription& mesh, bool 
       "do not matter: --drop-patches, or --drop-patch NAME for one)");
 }
 
+// As --regions wants it.
+static std::string as_option(const std::string& name) {
+  return name == "none" ? "cell:none" : in_a_shell(name);
+}
+
 void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream,
                            std::uint64_t tets, const std::vector<std::size_t>& regions,
                            bool by_name, const RunContext& context) {
@@ -309,7 +314,7 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
                             may_be_partition(arrays[i])
                                 ? "if it is a partition of a parallel run: --regions none"
                                 : "--regions none switches that off"));
-    taken += fmt::format("--regions {} ", in_a_shell(arrays[i].name));
+    taken += fmt::format("--regions {} ", as_option(arrays[i].name));
   }
   if (by_name) return;
   std::vector<std::string> others;
@@ -319,7 +324,7 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
       context.say(fmt::format(
           "cell array {} has floating-point numbers, and may be a field: its interfaces are not "
           "kept (if its values say regions, {}--regions {} keeps them)",
-          array.name, taken, in_a_shell(array.name)));
+          array.name, taken, as_option(array.name)));
     }
     if (may_be_region(array) && !has_coarser(mesh, labels, regions, array) &&
         labels.have_several(i, array) && !labels.tell_cells_apart(i, array)) {
@@ -330,7 +335,7 @@ void say_which_are_regions(const MeshDescription& mesh, const MeshStream& stream
     context.say(
         fmt::format("cell array {} may be regions, too: its interfaces are not kept ({}--regions "
                     "{} keeps them)",
-                    others[0], taken, in_a_shell(others[0])));
+                    others[0], taken, as_option(others[0])));
   } else if (!others.empty()) {
     context.say(fmt::format(
         "cell arrays {} may be regions, too: their interfaces are not kept ({}--regions NAME keeps "
