@@ -209,6 +209,14 @@ std::pair<std::string, std::string> describe_ends(const Range& range, ValueType 
   return ends;
 }
 
+// Statistics are doubles, and different integers may be one of them.
+bool is_rounded(const ArrayLine& line) {
+  const auto is_far = [](const Range& r) {
+    return std::max(std::abs(r.min), std::abs(r.max)) >= 0x1p53;
+  };
+  return !is_float(line.info.type) && std::ranges::any_of(line.statistics.components, is_far);
+}
+
 std::string describe_range(const ArrayLine& line) {
   if (!line.texts.empty()) return describe_texts(line.texts);
   if (!line.groups.empty()) return describe_groups(line);
@@ -221,11 +229,8 @@ std::string describe_range(const ArrayLine& line) {
   if (range.empty()) {
     text = "no finite values";
   } else if (s.constant() && scalar) {
-    // Statistics are doubles: from here on different integers may be one of them.
-    const bool rounded =
-        !is_float(line.info.type) && std::max(std::abs(range.min), std::abs(range.max)) >= 0x1p53;
     text = fmt::format("{}{}", describe_ends({range.min, range.min}, line.info.type).first,
-                       rounded ? ", rounded" : " everywhere");
+                       is_rounded(line) ? ", rounded" : " everywhere");
   } else {
     // Lengths are no integers.
     const auto [least, most] = describe_ends(range, scalar ? line.info.type : ValueType::kFloat64);
@@ -339,6 +344,11 @@ std::string table(const MeshDescription& mesh, const std::vector<std::string>& n
 
 Json range_json(const Range& range) { return range.empty() ? Json() : Json{range.min, range.max}; }
 
+Json constant_json(const ArrayLine& line) {
+  const bool is_constant = line.statistics.constant();
+  return is_constant && is_rounded(line) ? Json() : Json(is_constant);
+}
+
 Json arrays_json(const std::vector<ArrayLine>& lines) {
   Json arrays = Json::array();
   for (const ArrayLine& line : lines) {
@@ -356,7 +366,7 @@ Json arrays_json(const std::vector<ArrayLine>& lines) {
                       {"magnitude", range_json(line.statistics.magnitude)},
                       {"range", line.statistics.diagonal()},
                       {"non_finite", line.statistics.non_finite},
-                      {"constant", line.statistics.constant()}});
+                      {"constant", constant_json(line)}});
     if (line.info.type == ValueType::kString) arrays.back()["texts"] = line.texts;
     for (const auto& [tag, dimension] : line.groups) {
       arrays.back()["groups"].push_back({{"tag", tag}, {"dimension", dimension}});

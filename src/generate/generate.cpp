@@ -40,7 +40,7 @@ float temperature(const Vec3<double>& p) {
 // A step of width 0.03, shaped like a hyperbolic tangent.
 float front(const Vec3<double>& p, double time) {
   const double radius = std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
-  const double s = (radius - (0.2 + 0.1 * time)) / 0.03;
+  const double s = std::clamp((radius - (0.2 + 0.1 * time)) / 0.03, -1e100, 1e100);
   return static_cast<float>(0.5 + 0.5 * (s / std::sqrt(1 + s * s)));
 }
 

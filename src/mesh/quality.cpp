@@ -53,20 +53,40 @@ Shape shape_of(const Edges& edges) {
   const double ratio = sum > 0 ? std::copysign(12 * root * root, half_volume3) / sum : 0;
   const double cosine =
       largest_cosine({cross(bc, bd), cross(ad, ac), cross(ab, ad), cross(ac, ab)});
-  return {ratio, cosine, *longest, *shortest};
+  const double aspect =
+      *shortest > 0 ? std::sqrt(*longest / *shortest) : std::numeric_limits<double>::infinity();
+  return {ratio, cosine, std::sqrt(*longest), std::sqrt(*shortest), aspect};
 }
 
-// With a longest edge of one to two.
-void scale_to_one(Edges* edges) {
-  double longest = 0;
-  for (const Vector3& e : *edges) {
-    longest = std::max({longest, std::abs(e.x), std::abs(e.y), std::abs(e.z)});
-  }
-  if (!(longest > 0) || !std::isfinite(longest)) return;
-  const int power = -std::ilogb(longest);
-  for (Vector3& e : *edges) {
-    e = {std::scalbn(e.x, power), std::scalbn(e.y, power), std::scalbn(e.z, power)};
-  }
+template <class Real>
+Edges edges_of(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c, const Vec3<Real>& d) {
+  return {difference(b, a), difference(c, a), difference(d, a),
+          difference(c, b), difference(d, b), difference(d, c)};
+}
+
+Vector3 times_power(const Vector3& v, int power) {
+  return {std::scalbn(v.x, power), std::scalbn(v.y, power), std::scalbn(v.z, power)};
+}
+
+// In a unit in which all corners are below one, and then the longest edge is: fourth powers of
+// edges would leave the range of double precision.
+Shape shape_in_own_unit(std::array<Vector3, 4> corners) {
+  const auto power_for = [](const auto& vectors) {
+    double largest = 0;
+    for (const Vector3& v : vectors) {
+      largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    }
+    return largest > 0 && std::isfinite(largest) ? -std::ilogb(largest) - 1 : 0;
+  };
+  const int first = power_for(corners);
+  for (Vector3& p : corners) p = times_power(p, first);
+  Edges edges = edges_of(corners[0], corners[1], corners[2], corners[3]);
+  const int then = power_for(edges);
+  for (Vector3& e : edges) e = times_power(e, then);
+  Shape shape = shape_of(edges);
+  shape.longest = std::scalbn(shape.longest, -first - then);
+  shape.shortest = std::scalbn(shape.shortest, -first - then);
+  return shape;
 }
 
 }  // namespace
@@ -74,15 +94,10 @@ void scale_to_one(Edges* edges) {
 template <class Real>
 Shape measure_shape(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c,
                     const Vec3<Real>& d) {
-  Edges edges{difference(b, a), difference(c, a), difference(d, a),
-              difference(c, b), difference(d, b), difference(d, c)};
-  const Shape shape = shape_of(edges);
-  if (shape.longest_squared > 1e-100 && shape.longest_squared < 1e100) return shape;
-  // Fourth powers of edges would leave the range of double precision.
-  scale_to_one(&edges);
-  const Shape scaled = shape_of(edges);
-  return {scaled.mean_ratio, scaled.min_dihedral_cosine, shape.longest_squared,
-          shape.shortest_squared};
+  const Shape shape = shape_of(edges_of(a, b, c, d));
+  if (shape.longest > 1e-50 && shape.longest < 1e50) return shape;
+  const auto wide = [](const Vec3<Real>& p) { return Vector3{p.x, p.y, p.z}; };
+  return shape_in_own_unit({wide(a), wide(b), wide(c), wide(d)});
 }
 
 template Shape measure_shape(const Vec3<float>&, const Vec3<float>&, const Vec3<float>&,
@@ -137,11 +152,9 @@ void QualityMeter::measure(const Vector<Vec3<Real>>& points, std::span<const Tet
     angles_.add(angle);
     ++extremes_.mean_ratio_bins[coarse_bin(static_cast<float>(s.mean_ratio), 1.0 / kQualityBins)];
     ++extremes_.dihedral_bins[coarse_bin(static_cast<float>(angle), 5)];
-    extremes_.longest_edge = std::max(extremes_.longest_edge, s.longest_squared);
-    extremes_.shortest_edge = std::min(extremes_.shortest_edge, s.shortest_squared);
-    const double aspect = s.shortest_squared > 0 ? s.longest_squared / s.shortest_squared
-                                                 : std::numeric_limits<double>::infinity();
-    extremes_.max_aspect = std::max(extremes_.max_aspect, aspect);
+    extremes_.longest_edge = std::max(extremes_.longest_edge, s.longest);
+    extremes_.shortest_edge = std::min(extremes_.shortest_edge, s.shortest);
+    extremes_.max_aspect = std::max(extremes_.max_aspect, s.aspect);
   }
   cells_ += tets.size();
 }
@@ -168,9 +181,6 @@ Quality QualityMeter::quality() const {
   Quality quality = extremes_;
   quality.mean_ratio = ratios_.distribution(cells_);
   quality.min_dihedral_deg = angles_.distribution(cells_);
-  quality.longest_edge = std::sqrt(extremes_.longest_edge);
-  quality.shortest_edge = std::sqrt(extremes_.shortest_edge);
-  quality.max_aspect = std::sqrt(extremes_.max_aspect);
   return quality;
 }
 

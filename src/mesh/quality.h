@@ -20,8 +20,9 @@ struct Shape {
   double mean_ratio;  // 12 (3 V)^(2/3) / sum of the squared edges: 1 for a regular one, 0 for a
                       // flat one, negative where the volume is
   double min_dihedral_cosine;  // of its smallest dihedral angle; 1 for one with a face without area
-  double longest_squared;      // edges
-  double shortest_squared;
+  double longest;              // edges
+  double shortest;
+  double aspect;  // the ratio of these; infinite at an edge without length
 };
 
 // A measure over all cells.
@@ -80,7 +81,7 @@ class QualityMeter {
 
   std::uint64_t cells_ = 0;
   Values ratios_, angles_;
-  Quality extremes_;  // the coarse bins; squares of lengths and of the aspect
+  Quality extremes_;  // the coarse bins, lengths and the aspect
 };
 
 // Of the whole mesh, on as many threads as there are. Deterministic for any number of them.

@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "base/numbers.h"
-#include "compare/measure.h"
 #include "io/source/stream_windows.h"
 #include "mesh/array_names.h"
 #include "series/series_plan.h"
@@ -32,6 +31,18 @@ Vector<double> read_rows(const MeshStream& stream, std::size_t index, const Arra
   stream.read_rows(Association::kPoint, index, first, count, rows);
   Vector<double> values(count * info.components);
   spread_values(info, rows, {info.components, 0, count, {}, values.data()});
+  return values;
+}
+
+// What values are multiplied by, so that their range and its inverse are numbers.
+double scale_for(double range) {
+  if (!std::isfinite(range)) return 0x1p-4;
+  return range > 0 && range < std::numeric_limits<double>::min() ? 0x1p200 : 1;
+}
+
+FieldValues scaled(FieldValues values, double scale) {
+  for (Range& range : values.ranges) range = {scale * range.min, scale * range.max};
+  values.largest *= scale;
   return values;
 }
 
@@ -92,9 +103,9 @@ CombinedFields::Source CombinedFields::find(const SteeringChoice& array, std::ui
   return source;
 }
 
-// The diagonal of the box of the components, at points that are used.
-std::optional<double> CombinedFields::measure(const Source& source, const MeshStream& stream,
-                                              const RunContext& context) const {
+// Of the components, at points that are used.
+std::optional<FieldValues> CombinedFields::measure(const Source& source, const MeshStream& stream,
+                                                   const RunContext& context) const {
   const std::size_t width = source.info.components;
   FieldValues all{std::vector<Range>(width), 0};
   bool has_some = false;
@@ -108,7 +119,7 @@ std::optional<double> CombinedFields::measure(const Source& source, const MeshSt
     }
   });
   if (!has_some) return std::nullopt;
-  return all.diagonal();
+  return all;
 }
 
 void CombinedFields::add(std::size_t step, const MeshDescription& mesh, const MeshStream& stream,
@@ -117,17 +128,16 @@ void CombinedFields::add(std::size_t step, const MeshDescription& mesh, const Me
   for (std::size_t a = 0; a < arrays_.size(); ++a) {
     const std::size_t field = a * fields_ + sum_of(step);
     const Source source = find(arrays_[a], infos_[field].components, mesh);
-    const std::optional<double> range = measure(source, stream, context);
+    const std::optional<FieldValues> values = measure(source, stream, context);
     // A step without any value has none to lose.
-    if (!range) continue;
+    if (!values) continue;
     // A field without a range may still have points without a value, which are to have none.
-    // The inverse of a range that is next to nothing would be infinite.
-    const bool is_tiny = *range > 0 && *range < std::numeric_limits<double>::min();
-    const double scale = is_tiny ? 0x1p200 : 1;
-    const double factor = *range > 0 ? sign_of(step, way_) / (*range * scale) : 0;
+    const double scale = scale_for(values->diagonal());
+    const double range = scaled(*values, scale).diagonal();
+    const double factor = range > 0 ? sign_of(step, way_) / range : 0;
     for_each_window(used_->points(), context, [&](std::uint64_t first, std::uint64_t count) {
       Vector<double> rows = read_rows(stream, source.index, source.info, first, count);
-      if (is_tiny) std::ranges::for_each(rows, [&](double& value) { value *= scale; });
+      if (scale != 1) std::ranges::for_each(rows, [&](double& value) { value *= scale; });
       add_rows(field, first, rows, factor);
       if (alone == alone_.end()) return;
       const auto place = static_cast<std::size_t>(alone - alone_.begin());

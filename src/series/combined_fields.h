@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/run_context.h"
+#include "compare/measure.h"
 #include "compare/original_mesh.h"
 #include "driver/arrays/steering.h"
 #include "io/files/row_file.h"
@@ -61,8 +62,8 @@ class CombinedFields {
   Source find(const SteeringChoice& array, std::uint32_t components,
               const MeshDescription& mesh) const;
   // Nothing where no point has a value.
-  std::optional<double> measure(const Source& source, const MeshStream& stream,
-                                const RunContext& context) const;
+  std::optional<FieldValues> measure(const Source& source, const MeshStream& stream,
+                                     const RunContext& context) const;
   void add_rows(std::size_t field, std::uint64_t first, const Vector<double>& rows, double factor);
   void take_gaps(std::size_t from, std::size_t to, const RunContext& context);
   std::uint64_t offset(std::size_t field, std::uint64_t row) const {

@@ -34,6 +34,11 @@ class Generate(FolderTest):
         of_points = [m.arrays["point"]["temperature"][1][np.lexsort(m.points.T)] for m in (a, b)]
         np.testing.assert_array_equal(*of_points)
 
+    def test_long_after_the_front_has_passed(self):
+        for time in ("1e100", "1e200", "1e308"):
+            front = Vtu(self.generate("--time", time, tets="2k")).arrays["point"]["front"][1]
+            self.assertEqual(np.abs(front).max(), 0)
+
     def test_bytes_depend_on_the_seed_alone(self):
         options = ["--jitter", "0.4", "--shuffle", "--grading", "3"]
         one = self.generate(*options, "--threads", "1", "--seed", "7").read_bytes()

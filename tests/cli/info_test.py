@@ -68,6 +68,10 @@ class Info(FolderTest):
                 ("same", "Int64", [123456789] * count, "123456789 everywhere")):
             mesh.arrays[0][1:] = name, kind, 1, values
             self.assertRegex(run("info", self.write(mesh)).decode(), rf"{name} +{kind} +{told}\n")
+        mesh.arrays[0][1:] = "far", "Int64", 1, [2**60 + i % 2 for i in range(count)]
+        path = self.write(mesh)
+        self.assertIn(", rounded\n", run("info", path).decode())
+        self.assertIsNone(next(a for a in report_of("info", path)["arrays"] if a["name"] == "far")["constant"])
         empty = TinyVtu().bytes().replace(b"<Piece", b'<FieldData><DataArray type="Float64" Name="nothing" NumberOfTuples="0" format="ascii">'
                                           b"</DataArray></FieldData><Piece", 1)
         self.assertRegex(run("info", self.write(empty)).decode(), r"nothing +Float64 +empty\n")

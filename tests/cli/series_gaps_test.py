@@ -80,6 +80,17 @@ class Interest(SeriesTest):
         left = [self.simplify(some, "--array", "bump", "--max-error", "3%")["output"]["tets"] for some in (steps, large)]
         self.assertLess(abs(left[0] - left[1]), 0.05 * left[1])
 
+    def test_a_range_above_the_largest_number(self):
+        scale = {"huge": 1.6e308, "plain": 1.0}
+        left = []
+        for name, factor in scale.items():
+            steps = self.steps(3, name=name + "_{:03d}.vtu", make=lambda mesh, time: with_arrays(
+                mesh, bump=("Float64", factor * np.sin(4 * np.array(mesh.points)[:, 0] / 10 + time))))
+            report = self.simplify(steps, "--array", "bump", "--max-error", "3%")
+            left.append(report["output"]["tets"])
+            self.assertLess(left[-1], 0.7 * report["input"]["tets"])
+        self.assertLess(abs(left[0] - left[1]), 0.05 * left[1])
+
 
 class OneOfAList(SeriesTest):
     def test_a_step_of_a_list_stands_for_itself(self):
@@ -142,6 +153,9 @@ class Words(SeriesTest):
         said = finish("simplify", *one, "-o", self.folder / "o.vtu", "--array", "n_{step}", "--reduction", "9%").stderr.decode()
         self.assertIn("name another array", said)
         self.assertNotIn("--series each", said)
+        mean = [self.write(with_arrays(jittered(10), **arrays, p_mean=arrays["p_000"]), "mean.vtu")]
+        said = self.said(mean, "--array", "p_{step}", "--reduction", "9%", out="o.vtu")
+        self.assertIn("named like p_{step}, but no steps, as theirs are numbers: p_mean", said)
         said = self.said(one, "--array", "p_00{step}", "--roi", "p_001>0.5", code=USAGE, out="o.vtu")
         self.assertIn("--roi 'p_00{step}>0.5' is for each of them", said)
         said = self.said(self.steps(2), "--series", "each", "--map", self.folder / "o.map", "--reduction", "9%", code=USAGE)

@@ -74,14 +74,28 @@ TEST(Quality, MeanRatiosBoundAngles) {
 }
 
 TEST(Quality, ScaleDoesNotMatter) {
-  for (const double scale : {1e-200, 1e-60, 1e60, 1e100, 1e150, 1e200}) {
+  const Quality plain = measure_quality(regular());
+  for (const double scale : {1e-300, 1e-200, 1e-60, 1e60, 1e100, 1e150, 1e200, 1e307}) {
     Geometry mesh = regular();
     for (auto& p : std::get<Vector<Vec3<double>>>(mesh.points))
       p = {scale * p.x, scale * p.y, scale * p.z};
     const Quality q = measure_quality(mesh);
     EXPECT_NEAR(q.mean_ratio.mean, 1, 1e-12);
     EXPECT_NEAR(q.min_dihedral_deg.mean, 70.528779, 1e-5);
+    EXPECT_NEAR(q.longest_edge / scale, plain.longest_edge, 1e-12);
+    EXPECT_NEAR(q.shortest_edge / scale, plain.shortest_edge, 1e-12);
+    EXPECT_NEAR(q.max_aspect, 1, 1e-12);
   }
+}
+
+TEST(Quality, OfCoordinatesWhoseDifferencesAreTooLarge) {
+  constexpr double kFar = 1.2e308;
+  const Quality q = measure_quality(make_mesh(
+      {{kFar, kFar, kFar}, {kFar, -kFar, -kFar}, {-kFar, kFar, -kFar}, {-kFar, -kFar, kFar}},
+      {{0, 2, 1, 3}}));
+  EXPECT_NEAR(std::abs(q.mean_ratio.mean), 1, 1e-12);
+  EXPECT_NEAR(q.max_aspect, 1, 1e-12);
+  EXPECT_TRUE(std::isinf(q.longest_edge));  // it is above the largest number
 }
 
 TEST(Quality, FlatAndPointLikeCells) {
