@@ -116,6 +116,7 @@ CurveCut::CurveCut(const ShiftedCurve& curve, Vector<std::uint64_t> first_keys)
 }
 
 std::uint32_t CurveCut::chunk_of_key(std::uint64_t key) const {
+  if (first_keys_.empty()) return 0;
   const std::uint64_t slot = key >> (3 * kHilbertBits - kTableBits);
   // The cuts in this part of the curve: mostly none.
   const auto* begin = first_keys_.data() + table_[slot];

@@ -63,7 +63,7 @@ class CurveCut {
   std::uint32_t chunk_of(const Vec3<Real>& p) const {
     return first_keys_.empty() ? 0 : chunk_of_key(curve_.key(p));
   }
-  // Of a place on the curve, where there are several chunks.
+  // Of a place on the curve.
   std::uint32_t chunk_of_key(std::uint64_t key) const;
 
  private:

@@ -30,6 +30,16 @@ class BitSet {
     return std::transform_reduce(words_.begin(), words_.end(), std::uint64_t{0}, std::plus<>(),
                                  [](std::uint64_t w) { return std::uint64_t(std::popcount(w)); });
   }
+  // Of those from `begin` on and below `end`, for which there is room.
+  std::uint64_t count(std::uint64_t begin, std::uint64_t end) const {
+    std::uint64_t sum = 0;
+    for (; begin < end && begin % 64 != 0; ++begin) sum += has(begin) ? 1 : 0;
+    for (; begin + 64 <= end; begin += 64) {
+      sum += static_cast<std::uint64_t>(std::popcount(words_[begin / 64]));
+    }
+    for (; begin < end; ++begin) sum += has(begin) ? 1 : 0;
+    return sum;
+  }
   std::uint64_t bytes() const { return words_.size() * sizeof(std::uint64_t); }
 
  private:

@@ -384,6 +384,24 @@ TEST_F(ImportMesh, PointsThatNobodyUsesLeaveTheChunksAsLargeAsOthers) {
   }
 }
 
+// The numbers of points in use say nothing: every seventh is looked at, and of none is the number
+// a multiple of seven.
+TEST_F(ImportMesh, CutsByEverySoManyPointsInUse) {
+  MeshFile file;
+  file.geometry = testing::five_split_cube(32, 0.1);
+  auto& points = std::get<Vector<Vec3<double>>>(file.geometry.points);
+  Vector<Vec3<double>> spread(7 * points.size(), Vec3<double>{1, 1, 1});
+  for (std::size_t p = 0; p < points.size(); ++p) spread[7 * p + 1] = points[p];
+  points = std::move(spread);
+  for (Tet& t : file.geometry.tets) {
+    for (VertexId& v : t) v = 7 * v + 1;
+  }
+  file.write(path);
+  const auto chunks = Import<double>(path, {.chunk_tets = 20'000}).chunks();
+  EXPECT_EQ(chunks.size(), 9u);
+  for (const WorkMesh<double>& chunk : chunks) EXPECT_LT(chunk.tets.size(), 24'000u);
+}
+
 // So large that its cells, and its points, come in several windows.
 TEST_F(ImportMesh, TakesMeshesOfSeveralWindows) {
   MeshFile file;

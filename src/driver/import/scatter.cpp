@@ -75,16 +75,24 @@ std::uint64_t survey_points(const ScatterJob<Real>& job, ScatteredMesh<Real>* ou
   const std::uint64_t step =
       std::max<std::uint64_t>(1, points / (kSamplesPerChunk * std::uint64_t{job.chunks}));
   struct Window {
+    std::uint64_t before = 0;  // points of windows before it
     Box box;
     Vector<Vec3<Real>> samples;
   };
-  std::vector<Window> windows(block_count(job.stream.points(), job.settings.point_window));
+  const std::uint64_t rows = job.settings.point_window;
+  std::vector<Window> windows(block_count(job.stream.points(), rows));
+  for (std::size_t w = 1; w < windows.size(); ++w) {
+    const std::uint64_t begin = (w - 1) * rows;
+    windows[w].before =
+        windows[w - 1].before + (wanted.empty() ? rows : wanted.count(begin, begin + rows));
+  }
   for_each_window(job, [&](std::size_t w, std::size_t first, const Vector<Vec3<Real>>& positions) {
+    std::uint64_t number = windows[w].before;
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const Vec3<Real>& p = positions[i];
       if (!wanted.empty() && !wanted.has(first + i)) continue;
       windows[w].box.add({p.x, p.y, p.z});
-      if ((first + i) % step == 0) windows[w].samples.push_back(p);
+      if (number++ % step == 0) windows[w].samples.push_back(p);
     }
   });
   for (const Window& window : windows) {
