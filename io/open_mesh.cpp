@@ -70,8 +70,10 @@ std::unique_ptr<MeshSource> open_whole(const std::string& path, const OpenOption
     return open_with_vtk(path, options);
   }
   const bool standard_input = path == "-";
-  MappedFile file = standard_input ? MappedFile::spool(STDIN_FILENO, path, options.spool_folder)
-                                   : MappedFile::open(path, options.spool_folder);
+  const std::string& folder = options.spool_folder;
+  MappedFile file = standard_input
+                        ? MappedFile::spool(STDIN_FILENO, path, folder, options.cancelled)
+                        : MappedFile::open(path, folder, options.cancelled);
   const std::string_view text(reinterpret_cast<const char*>(file.bytes().data()), file.size());
   refuse_unread_formats(path, file.bytes(), false);
   const FormatGuess guess = guess_format(path, file.bytes());

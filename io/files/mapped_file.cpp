@@ -72,7 +72,8 @@ MappedFile::MappedFile(std::string path, int fd, std::uint64_t size)
   guard_ = guard_mapping(p, size_);
 }
 
-MappedFile MappedFile::open(const std::string& path, const std::string& spool_folder) {
+MappedFile MappedFile::open(const std::string& path, const std::string& spool_folder,
+                            const std::atomic<bool>* cancelled) {
   Descriptor fd(
       retry([&] { return file_system().openat(AT_FDCWD, path.c_str(), O_RDONLY | O_CLOEXEC, 0); }));
   if (!fd) fail(path + ": cannot open the file", errno);
@@ -81,7 +82,7 @@ MappedFile MappedFile::open(const std::string& path, const std::string& spool_fo
   if (S_ISDIR(status.st_mode)) {
     throw Error(ErrorCode::kIo, path + ": is a folder, not a file");
   }
-  if (!S_ISREG(status.st_mode)) return spool(fd.get(), path, spool_folder);
+  if (!S_ISREG(status.st_mode)) return spool(fd.get(), path, spool_folder, cancelled);
   return of_descriptor(fd.release(), path);
 }
 
@@ -93,7 +94,8 @@ MappedFile MappedFile::of_descriptor(int fd, const std::string& name) {
   return MappedFile(name, taken.release(), static_cast<std::uint64_t>(status.st_size));
 }
 
-MappedFile MappedFile::spool(int fd, const std::string& name, const std::string& folder) {
+MappedFile MappedFile::spool(int fd, const std::string& name, const std::string& folder,
+                             const std::atomic<bool>* cancelled) {
   const Spool to(name, folder);
   Descriptor copy(open_nameless(to.folder));
   if (!copy) to.fail_creating(errno);
@@ -102,7 +104,7 @@ MappedFile MappedFile::spool(int fd, const std::string& name, const std::string&
   std::uint64_t size = 0;
   for (;;) {
     const ssize_t n = file_system().read(fd, buffer.data(), buffer.size());
-    if (n < 0 && errno == EINTR) {
+    if ((n < 0 && errno == EINTR) || (cancelled != nullptr && *cancelled)) {
       throw Error(ErrorCode::kInterrupted, name + ": interrupted while reading");
     }
     if (n < 0) fail(name + ": reading failed after " + std::to_string(size) + " bytes", errno);

@@ -1,6 +1,7 @@
 // A whole file, mapped for reading: the one place where this room's readers make system calls.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -17,12 +18,15 @@ class MappedFile {
   // Maps a regular file; anything that can only be read once (a pipe, a terminal) is spooled first.
   // Throws Error(kIo) when there is no such file, it may not be read or is a folder, and
   // Error(kBadInput) when it is empty.
-  static MappedFile open(const std::string& path, const std::string& spool_folder = {});
+  static MappedFile open(const std::string& path, const std::string& spool_folder = {},
+                         const std::atomic<bool>* cancelled = nullptr);
 
   // Copies all that can be read from `fd` to a nameless file and maps that. `name` is what messages
   // call it. The copy lies on the disk of `folder`, which need not exist as long as the one that is
   // to hold it does; without one in $TMPDIR or /tmp. Does not close `fd`.
-  static MappedFile spool(int fd, const std::string& name, const std::string& folder = {});
+  // Throws Error(kInterrupted) when a signal comes while it waits, or `cancelled` becomes true.
+  static MappedFile spool(int fd, const std::string& name, const std::string& folder = {},
+                          const std::atomic<bool>* cancelled = nullptr);
 
   // Maps a regular file that is open, and takes the descriptor. Throws as open() does.
   static MappedFile of_descriptor(int fd, const std::string& name);

@@ -64,7 +64,8 @@ struct OpenOptions {
   // try ends when it takes twice as much, but 256 MiB are always free to it. 0: as much as the
   // machine has to spare. Other files' readers do not look at it.
   std::uint64_t memory = 0;
-  // RunContext::cancelled: becomes true when the caller wants that try to end.
+  // RunContext::cancelled: becomes true when the caller wants that try, or the copy of what can be
+  // read only once, to end.
   const std::atomic<bool>* cancelled = nullptr;
   // Points with the same coordinates are one, with the values of the first, before cells are split.
   // Throws Error(kUsage) for Medit's, Gmsh's and TetGen's files.

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <filesystem>
 #include <string>
@@ -152,6 +153,17 @@ TEST(MappedFile, SpoolsToTheDiskOfTheFolder) {
     EXPECT_TRUE(std::filesystem::is_empty(dir.path() / "there"));
   }
   EXPECT_THROW(spool_text("", dir.file("neither/nor")), Error);
+}
+
+// As long as bytes come it never waits.
+TEST(MappedFile, StopsSpoolingWhenItIsCancelled) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const std::atomic<bool> cancelled = true;
+  EXPECT_EQ(::write(ends[1], "some", 4), 4);
+  EXPECT_THROW(MappedFile::spool(ends[0], "-", {}, &cancelled), Error);
+  ::close(ends[0]);
+  ::close(ends[1]);
 }
 
 // A full disk is named with the folder, and what to do.
