@@ -143,6 +143,7 @@ FirstRound<Real> Coarsening<Real>::first_round(std::function<void()> scattered, 
   first.work = [this](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
     rounds_->work(chunk, worker, mesh);
   };
+  first.drop = [this] { rounds_->drop(); };
   return first;
 }
 

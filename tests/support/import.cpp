@@ -50,6 +50,7 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
     first.work = [&](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
       rounds_->work(chunk, worker, mesh);
     };
+    first.drop = [&] { rounds_->drop(); };
   }
   import_settings.excerpt = choice.excerpt;
   first.look = [&](const Box&, std::uint64_t, WorkMesh<Real>* mesh) { excerpt = std::move(*mesh); };

@@ -72,6 +72,7 @@ ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& s
     out.first_round_done = assembly.mesh.locks.empty();
     if (!out.first_round_done) {
       // In vain, and what was worked on is not there any more.
+      first_round.drop();
       assembly = {};
       from = {};  // the names of its stores are free again
       from = scatter();

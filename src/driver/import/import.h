@@ -43,6 +43,8 @@ struct FirstRound {
                      const Vector<Vec3<Real>>& samples)>
       begin;
   ChunkWork<Real> work;
+  // Called where the round was in vain; the chunks are put together once more then.
+  std::function<void()> drop;
 };
 
 // What is known of the input, and what of it is not simplified.
@@ -64,8 +66,8 @@ struct ImportedMesh : ImportedInput<Real> {
 };
 
 // The first round is not done where the mesh is in one piece, and where it turns out, after the
-// chunks, that something is broken between them which vertices that were free belong to: `begin`
-// may have been called, and what it began must be dropped. Throws Error.
+// chunks, that something is broken between them which vertices that were free belong to. Throws
+// Error.
 template <class Real>
 ImportedMesh<Real> import_mesh(const ImportInput& input, const ImportSettings& settings,
                                const FirstRound<Real>& first_round, const ImportPlace& place);

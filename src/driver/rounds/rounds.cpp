@@ -313,6 +313,13 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
 }
 
 template <class Real>
+void Rounds<Real>::drop() {
+  if (puts_values_aside()) values_->begin();
+  if (logs_ != nullptr) logs_->begin(0);
+  round_ = {};
+}
+
+template <class Real>
 RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& marks) {
   MacroLod<Real> next;
   if (puts_values_aside()) values_->end();

@@ -76,12 +76,12 @@ class Rounds {
   // The same, with chunks that somebody else brings: begin() a round; work() on each chunk once,
   // each worker below `threads` on one at a time (without limits.spread one chunk after another, in
   // their order); and end() it, with the marks that vertices on the interface have got in the
-  // meantime. The fields live until then. A round that does not end leaves nothing but its
-  // generation, which is dropped.
+  // meantime; or drop() it, and all that it has put aside. The fields live until then.
   void begin(const RoundSettings& settings, const PassLimits& limits,
              std::span<const SteeringField> fields, MeshInChunks<Real> mesh);
   void work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh);
   RoundStatistics end(MacroLod<Real>* mesh, const InterfaceTable& marks = {});
+  void drop();
 
   // What fusions cost in a part of a mesh in which nothing has fused yet.
   CostHistogram look(const RoundSettings& settings, std::span<const SteeringField> fields,
