@@ -19,12 +19,16 @@ namespace tetfusion {
 
 namespace {
 
+// The scratch folder would stand where one of them is to be, when all work is done.
 void check_outputs(const SimplifyRequest& request) {
+  std::vector<std::string> names{request.progressive, request.also_written};
   for (const Stage& stage : plan_stages(request, kMaxTets)) {
     check_export(stage.path, request.encoding);
     if (!stage.map.empty()) check_output_path(stage.map);
+    names.insert(names.end(), {stage.path, stage.map});
   }
   if (!request.progressive.empty()) check_output_path(request.progressive);
+  refuse_same_file("--scratch", scratch_folder(request), names);
 }
 
 RunInput open_input(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
