@@ -94,7 +94,7 @@ std::string table(const std::string& path, const Examination& examination,
                    samples.empty() ? "" : ": ", samples);
   }
   fmt::format_to(out, "  {:<34}{:>14}\n", "parts connected by faces",
-                 mesh.components ? format_count(*mesh.components) : "not counted");
+                 format_count(mesh.components));
   fmt::format_to(out, "  {:<34}{:>14}\n", "boundary surfaces",
                  format_count(mesh.surface_components));
   fmt::format_to(out, "  {:<34}{:>14}\n", "Euler number of the boundary", mesh.surface_euler());

@@ -320,8 +320,7 @@ std::string table(const MeshDescription& mesh, const std::vector<std::string>& n
   fmt::format_to(out, "points        {} ({})\n", format_count(i.points), vtk_name(mesh.point_type));
   fmt::format_to(out, "cells         {}{}\n", format_count(i.tets, "tetrahedron", "tetrahedra"),
                  describe_lower(i));
-  fmt::format_to(out, "parts         {}, connected by faces{}\n",
-                 i.components ? format_count(*i.components) : "not counted",
+  fmt::format_to(out, "parts         {}, connected by faces{}\n", format_count(i.components),
                  i.tets > 1 && i.boundary_faces == 4 * i.tets
                      ? ": each tetrahedron has points of its own (--merge-points)"
                      : "");

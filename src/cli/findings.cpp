@@ -72,7 +72,7 @@ Json counts_json(const InspectionSummary& m) {
   return {{"points", m.points},
           {"tets", m.tets},
           {"lower_cells", m.lower_cells()},
-          {"components", m.components ? Json(*m.components) : Json()},
+          {"components", m.components},
           {"boundary_triangles", m.boundary_faces},
           {"boundary_edges", m.boundary_edges},
           {"boundary_points", m.boundary_vertices},

@@ -28,7 +28,8 @@ constexpr std::uint64_t kCellWindow = std::uint64_t{1} << 19;
 constexpr std::uint64_t kPointWindow = std::uint64_t{1} << 18;
 // Of a point, beside what scattering needs: flags, and two forests one after the other.
 constexpr std::uint64_t kExtraPointBytes = 5;
-constexpr std::size_t kMostOddCells = std::size_t{1} << 22;
+// Of an odd cell: itself, its sides, and inspecting a mesh of all of them; 130 measured.
+constexpr std::uint64_t kOddCellBytes = 140;
 
 void unite_corners(const std::array<VertexId, 3>& triangle, UnionFind* sets) {
   sets->unite(triangle[0], triangle[1]);
@@ -88,6 +89,7 @@ class Examiner {
   // dimension.
   Vector<std::uint8_t> flags_;
   Vector<OddCell> odd_;
+  MemoryBudget::Reservation odd_memory_;
   FirstIds coincident_;
   Examination out_;
 };
@@ -213,7 +215,9 @@ void Examiner<Real>::look_at_cells() {
   UnionFind sets(points_);
   const std::size_t windows = block_count(stream_.cells(), kCellWindow);
   std::vector<Vector<OddCell>> found(windows);
-  std::atomic<std::size_t> done{0}, count{0};
+  const std::uint64_t most = budget_->free() / kOddCellBytes;  // beyond that they are counted
+  std::atomic<std::size_t> done{0};
+  std::atomic<std::uint64_t> count{0};
   for_each_block(
       stream_.cells(), kCellWindow, [&](std::size_t w, std::size_t begin, std::size_t end) {
         context_.check();
@@ -229,13 +233,12 @@ void Examiner<Real>::look_at_cells() {
             if (good != kNoVertex) sets.unite(good, v);
             good = v;
           }
-          if (!is_odd || count > kMostOddCells) continue;
-          ++count;
+          if (!is_odd || ++count > most) continue;
           found[w].push_back({t, cells.tet_rows.empty() ? begin + i : cells.tet_rows[i]});
         }
         context_.report("inspecting", 0.7, 0.9, ++done, windows);
       });
-  if (count > kMostOddCells) return;
+  odd_memory_ = budget_->reserve(count * kOddCellBytes, "what is odd about the mesh");
   for (Vector<OddCell>& cells : found) {
     odd_.insert(odd_.end(), cells.begin(), cells.end());
     cells = {};

@@ -26,11 +26,10 @@ struct Examination {
 
 // Counts and measures are those of inspect() and measure_quality() on the whole mesh (but for the
 // last digits of sums), for any number of threads and any memory. In chunks that takes the memory
-// of a few chunks, nine bytes a point and what grows with the interfaces between chunks; 24 bytes
-// for each cell that uses a point with which something is wrong, of the first four million of them:
-// where there are more, neither components nor samples are known. Samples of inverted cells are
-// missing where a part of the mesh decides which cells are the inverted ones that is larger than
-// what lies round them; those of points, where the file has several pieces.
+// of a few chunks, nine bytes a point and what grows with the interfaces between chunks; and 140
+// bytes for each cell that uses a point with which something is wrong. Samples of inverted cells
+// are missing where a part of the mesh decides which cells are the inverted ones that is larger
+// than what lies round them; those of points, where the file has several pieces.
 //
 // Throws InvalidMesh where the mesh cannot be judged, Error(kMemory) where the memory does not do.
 Examination examine(MeshSource* source, const ExamineOptions& options, const RunContext& context);

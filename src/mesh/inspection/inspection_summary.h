@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "mesh/inspection/inspect.h"
@@ -22,8 +21,7 @@ struct InspectionSummary : MeshCounts {
   std::uint64_t ghost_cells = 0;  // another piece's cells, left out
   std::uint64_t coincident_points = 0;
 
-  // Of the cells, connected by faces; none: so many cells are odd that it was not found out.
-  std::optional<std::uint64_t> components;
+  std::uint64_t components = 0;          // of the cells, connected by faces
   std::uint64_t surface_components = 0;  // of the boundary, connected by vertices
 
   double volume = 0;
