@@ -15,9 +15,10 @@ MeshOutput::MeshOutput(const std::string& path, Encoding encoding, bool is_read,
       file_(path, is_read ? OutputFile::Access::kPatch : VtuWriter::access(this->encoding())) {}
 
 void MeshOutput::commit(const std::function<void(double)>& progress,
-                        const std::function<void(std::string_view)>& tell) {
+                        const std::function<void(std::string_view)>& tell,
+                        const std::function<void()>& before_name) {
   if (is_vtu_) {
-    file_.commit();
+    file_.commit(before_name);
     return;
   }
   const auto source = open_vtu(file_.read_back());
@@ -25,6 +26,7 @@ void MeshOutput::commit(const std::function<void(double)>& progress,
   options.encoding = encoding_;
   options.label = label_;
   options.tell = tell;
+  options.before_name = before_name;
   if (progress) {
     options.progress = [&](double share) { progress(vtu_share() + (1 - vtu_share()) * share); };
   }

@@ -26,9 +26,10 @@ class MeshOutput {
   double vtu_share() const { return is_vtu_ ? 1 : 0.5; }
 
   // Call once, last, when the .vtu is complete. `progress` is called with shares from vtu_share()
-  // on; `tell` as that of WriteOptions.
+  // on; `tell` and `before_name` as those of WriteOptions.
   void commit(const std::function<void(double)>& progress = {},
-              const std::function<void(std::string_view)>& tell = {});
+              const std::function<void(std::string_view)>& tell = {},
+              const std::function<void()>& before_name = {});
 
  private:
   std::string path_;

@@ -50,6 +50,7 @@ std::uint64_t write_mesh(MeshSource* source, const std::string& path, const Writ
       options.tell(fmt::format("{} has no place for {}: left out", path,
                                format_count(vertices, "vertex cell")));
     }
+    if (options.before_name) options.before_name();
     write_tetgen(&mesh, path, options.progress);
     return mesh.tets();
   }
@@ -62,7 +63,7 @@ std::uint64_t write_mesh(MeshSource* source, const std::string& path, const Writ
   } else {
     write_medit(&mesh, &file, format == MeshFormat::kMeditBinary, options.progress);
   }
-  file.commit();
+  file.commit(options.before_name);
   return mesh.tets();
 }
 

@@ -24,6 +24,9 @@ struct WriteOptions {
   // Told, as sentences, of cells that the format has no place for, and of arrays whose values do
   // not let them be what the format has for them; may be empty.
   std::function<void(std::string_view)> tell = {};
+  // Called when the file is whole, before it has its name (of several files: before they are
+  // written); may throw: the old file stays then. May be empty.
+  std::function<void()> before_name = {};
 
   // Sets progress and tell(): writing is what is left of a run when that share is done. The context
   // outlives what is written.

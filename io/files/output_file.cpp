@@ -316,9 +316,12 @@ void OutputFile::finish() {
   if (retry([&] { return system.fsync(fd_); }) != 0) fail("syncing", errno);
 }
 
-void OutputFile::commit() {
+void OutputFile::commit(const std::function<void()>& before_name) {
   if (!finished_) finish();
-  if (target_.empty()) return;
+  if (target_.empty()) {
+    if (before_name) before_name();
+    return;
+  }
   FileSystem& system = file_system();
   if (nameless_) {
     temporary_ =
@@ -326,6 +329,7 @@ void OutputFile::commit() {
     if (temporary_.empty()) fail("naming", errno);
   }
   close(&fd_);
+  if (before_name) before_name();
   if (system.renameat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, target_.c_str()) != 0) {
     fail("renaming a temporary file to", errno);
   }

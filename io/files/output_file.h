@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -69,8 +70,10 @@ class OutputFile {
   // name. Nothing but commit() may follow.
   void finish();
 
-  // Makes the file durable and gives it its name. Call once, last.
-  void commit();
+  // Makes the file durable and gives it its name. Call once, last. Where other files are to have
+  // their names first `before_name` gives them these: it is called when little can fail any more,
+  // and what it throws leaves the target as it was.
+  void commit(const std::function<void()>& before_name = {});
 
  private:
   void open_temporary();

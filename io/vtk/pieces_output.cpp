@@ -18,8 +18,8 @@
 #include "io/files/mapped_file.h"
 #include "io/files/output_file.h"
 #include "io/formats/suffix.h"
-#include "io/vtk/vtu_markup.h"
 #include "io/formats/xml_text.h"
+#include "io/vtk/vtu_markup.h"
 
 namespace tetfusion {
 
@@ -269,7 +269,8 @@ std::string PiecesOutput::path_to_read(const VtuLayout& layout, std::uint32_t pi
   return index;
 }
 
-void PiecesOutput::commit(const VtuLayout& layout, std::uint32_t pieces) {
+void PiecesOutput::commit(const VtuLayout& layout, std::uint32_t pieces,
+                          const std::function<void()>& before_name) {
   const std::string folder = std::filesystem::path(folder_).filename().string();
   const std::string content = text(layout, pieces, folder + "/");
   file_system().unlinkat(AT_FDCWD, (folder_ + "/" + kIndex).c_str(), 0);
@@ -277,7 +278,7 @@ void PiecesOutput::commit(const VtuLayout& layout, std::uint32_t pieces) {
   file.append(content.data(), content.size());
   // As long as the file names the old folder, its marker counts for nothing.
   if (!old_folder_.empty()) give_up(old_folder_);
-  file.commit();
+  file.commit(before_name);
   remove_marker(folder_);
   folder_.clear();
   marker_.close();

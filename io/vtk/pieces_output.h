@@ -12,6 +12,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "io/files/file_system.h"
@@ -46,7 +47,9 @@ class PiecesOutput {
   std::string path_to_read(const VtuLayout& layout, std::uint32_t pieces) const;
 
   // All pieces are written. `layout` has the arrays of each; its counts do not matter. Call once.
-  void commit(const VtuLayout& layout, std::uint32_t pieces);
+  // `before_name` as of OutputFile::commit().
+  void commit(const VtuLayout& layout, std::uint32_t pieces,
+              const std::function<void()>& before_name = {});
 
  private:
   std::string text(const VtuLayout& layout, std::uint32_t pieces, const std::string& folder) const;

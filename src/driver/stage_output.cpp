@@ -151,6 +151,15 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
       if (map) map->finish();
     };
   }
+  // Before the output, which may have the input's name: the way back is all that is left of it
+  // then.
+  const auto name_others = [&] {
+    if (map) map->commit();
+    if (way_back) way_back->commit();
+    map.reset();
+    way_back.reset();
+  };
+  out.before_name = name_others;
   done.mesh = export_mesh<Real>({.mesh = state.mesh,
                                  .layout = coarsening->layout(),
                                  .lower = state.input.lower,
@@ -162,8 +171,7 @@ StageOutput write_stage(const Stage& stage, bool is_last, Run* run, Coarsening<R
                                  .budget = run->place.budget(),
                                  .scratch = run->place.scratch()});
   if (fitted) run->clock.move("write", "fit", fitted->seconds() / thread_count());
-  if (map) map->commit();
-  if (way_back) way_back->commit();
+  if (run->sink != nullptr) name_others();
   return done;
 }
 

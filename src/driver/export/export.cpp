@@ -49,7 +49,8 @@ class Exporter {
     writer.finish();
     if (inspect) inspect(output.file()->path_to_read(), chunks_.summary());
     output.commit([this](double done) { job_.report(done); },
-                  [this](std::string_view what) { job_.context.say(what); });
+                  [this](std::string_view what) { job_.context.say(what); },
+                  job_.settings.before_name);
     return chunks_.summary();
   }
 

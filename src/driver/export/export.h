@@ -40,6 +40,8 @@ struct ExportSettings {
   // Called when all is written, but has no name yet, with a path where it can be read. May throw:
   // the old file stays then.
   std::function<void(const std::string& path, const MeshSummary& written)> inspect = {};
+  // WriteOptions::before_name, after inspect(). Not called where the mesh goes to a sink.
+  std::function<void()> before_name = {};
   std::string label = {};  // WriteOptions::label
 };
 

@@ -231,7 +231,7 @@ class PiecesExporter {
     if (job_.settings.inspect) {
       job_.settings.inspect(output_.path_to_read(layout, pieces), chunks_.summary());
     }
-    output_.commit(layout, pieces);
+    output_.commit(layout, pieces, job_.settings.before_name);
     return chunks_.summary();
   }
 
