@@ -11,7 +11,7 @@ namespace tetfusion {
 
 namespace {
 
-constexpr std::size_t kTetsPerBlock = 8192;
+constexpr std::size_t kTetsToJoin = 8192;
 
 // Lengths, in a unit in which all of them are small.
 struct Signature {
@@ -102,7 +102,7 @@ Vector<std::uint32_t> find_counterparts(std::span<const PartFigures> from,
 }
 
 void PartFinder::add(std::span<const Tet> tets) {
-  for_each_block(tets.size(), kTetsPerBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+  for_each_block(tets.size(), kTetsToJoin, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       for (std::size_t k = 1; k < 4; ++k) sets_.unite(tets[t][0], tets[t][k]);
     }
