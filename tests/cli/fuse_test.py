@@ -5,6 +5,7 @@ import itertools
 import math
 
 import numpy as np
+from follow_test import jittered, with_arrays
 from harness import INVALID, USAGE, FolderTest, finish, least_memory, main, report_of, run, sanitized, size_of
 from independent_check import Vtu, judge_pair, load
 from sample_meshes import rebuilt
@@ -169,6 +170,20 @@ class Fuse(FolderTest):
         result = finish("simplify", self.write(mesh), "-o", self.folder / "out.vtu", "--reduction", "10%")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn(b"cell array lab may be regions, too", result.stderr)
+
+    def test_a_linear_array_stays_linear_beside_another(self):
+        """Where a bound holds, points are moved and fitted for the sake of the other one, too."""
+        linear = np.array([0.3, -0.2, 0.5])
+        for seed in range(6):
+            mesh = jittered(9, seed)
+            points = np.array(mesh.points)
+            mesh = with_arrays(mesh, s=("Float64", np.sin(0.8 * points[:, 0]) + points[:, 1]**2 / 81),
+                               lin=("Float64", points @ linear + 1))
+            mesh.array("Points")[2] = "Float64"
+            out, _ = self.fuse(self.write(mesh), "--array", "s", "--array", "lin", "--max-error", "0.5%")
+            result = Vtu(out)
+            off = np.abs(result.arrays["point"]["lin"][1].ravel() - (result.points @ linear + 1))
+            self.assertLess(off.max(), 1e-12)
 
     def test_an_array_that_is_called_none(self):
         mesh = TinyVtu()

@@ -209,6 +209,7 @@ template <class Real>
 bool PointErrors<Real>::refit(VertexId v, std::span<const std::uint32_t> ball,
                               std::span<double> values) {
   cavity_.set_anew({v, v, false, mesh_->positions[v], ball, {}});
+  std::copy_n(mesh_->steering.data() + v * width_, width_, values.begin());
   const bool fits = fit(values);
   cavity_.forget_surface();
   return fits && !std::equal(values.begin(), values.end(), mesh_->steering.data() + v * width_);
@@ -221,10 +222,8 @@ bool PointErrors<Real>::fit(std::span<double> values) {
   are_all_known_ = points > 0;
   for (std::uint32_t i = 0; are_all_known_ && i < points; ++i) are_all_known_ = cavity_.locate(i);
   if (!are_all_known_) return false;
-  const double* const own = mesh_->steering.data() + cavity_.joining().v * width_;
-  std::copy_n(own, width_, values.begin());
-  low_.assign(own, own + width_);
-  high_.assign(own, own + width_);
+  low_.assign(values.begin(), values.end());
+  high_ = low_;
   for (const Bound& bound : fields_) approach(bound, values);
   return std::ranges::all_of(cavity_.places(),
                              [this](const Place& place) { return narrow(place); }) &&

@@ -51,8 +51,8 @@ class PointErrors {
   bool refit(VertexId v, std::span<const std::uint32_t> ball, std::span<double> values);
   // Then, with what values the mesh has by now: where it should rather be.
   std::optional<Vec3<Real>> wished_position();
-  // Then, of such a place, or another one where no tetrahedron turns over: finds values with which
-  // the errors are smaller there. False if there are none.
+  // Then, of such a place, or another one where no tetrahedron turns over, with the values that the
+  // mesh has there now: finds others with which the errors are smaller. False if there are none.
   bool refit_at(const Vec3<Real>& position, std::span<const std::uint32_t> ball,
                 std::span<double> values);
 

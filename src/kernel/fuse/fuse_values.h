@@ -65,6 +65,9 @@ class FuseValues {
   // In a cavity of that vertex alone.
   bool refit_at(const Vec3<Real>& position, const FuseCavity<Real>& cavity) {
     interpolation_ = cavity.interpolation();
+    for (std::size_t k = 0; k < width_; ++k) {
+      values_[k] = interpolate(interpolation_, mesh_->steering.data(), width_, k);
+    }
     return errors_.refit_at(position, cavity.affected(), values_);
   }
   // To be called before the mesh changes, with what refit_at() has found.
