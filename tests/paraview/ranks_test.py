@@ -9,7 +9,7 @@ import unittest
 import numpy as np
 
 try:
-    from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
+    from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkIdTypeArray, vtkPoints
     from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkUnstructuredGrid
 except ImportError:
     VTK_TETRA = None
@@ -84,28 +84,48 @@ class OneRank:
         return np.array([values])
 
 
+def tetrahedron(**arrays):
+    """One, of the first four of the points that the arrays have values for."""
+    grid = vtkUnstructuredGrid()
+    points = vtkPoints()
+    for p in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (9, 9, 9))[:len(next(iter(arrays.values())))]:
+        points.InsertNextPoint(p)
+    grid.SetPoints(points)
+    grid.InsertNextCell(VTK_TETRA, 4, range(4))
+    for name, numbers in arrays.items():
+        array = vtkDoubleArray()
+        array.SetName(name)
+        for number in numbers:
+            array.InsertNextValue(number)
+        grid.GetPointData().AddArray(array)
+    return grid
+
+
 @unittest.skipIf(VTK_TETRA is None, "VTK for Python is not installed")
 class Steering(unittest.TestCase):
     def test_the_first_array_that_varies_has_the_bound(self):
         from tetfusion_ranks.steering import bounds_of_arrays
-        grid = vtkUnstructuredGrid()
-        points = vtkPoints()
-        for p in (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1):
-            points.InsertNextPoint(p)
-        grid.SetPoints(points)
-        grid.InsertNextCell(VTK_TETRA, 4, range(4))
-        for name, numbers in ("same", [1, 1, 1, 1]), ("p", [0, 1, 2, 3]), ("q", [0, 1, 2, 3]):
-            array = vtkDoubleArray()
-            array.SetName(name)
-            for number in numbers:
-                array.InsertNextValue(number)
-            grid.GetPointData().AddArray(array)
+        grid = tetrahedron(same=[1, 1, 1, 1], p=[0, 1, 2, 3], q=[0, 1, 2, 3])
         options = argparse.Namespace(array=[])
         self.assertEqual(bounds_of_arrays(grid, options, 0.01, OneRank()), {"p": 0.01})
         grid.GetPointData().SetActiveScalars("q")
         self.assertEqual(bounds_of_arrays(grid, options, 0.01, OneRank()), {"q": 0.01})
         options.array = ["same", "p"]
         self.assertEqual(bounds_of_arrays(grid, options, 0.01, OneRank()), {"same": None, "p": 0.01})
+
+    def test_a_point_of_no_cell_widens_no_range(self):
+        from tetfusion_ranks.grids import IDS, join_by_ids
+        from tetfusion_ranks.steering import extent
+        grid = tetrahedron(p=[0, 1, 2, 3, 1e6])
+        ids = vtkIdTypeArray()
+        ids.SetName(IDS)
+        for id in 7, 5, 6, 9, 8:
+            ids.InsertNextValue(id)
+        grid.GetPointData().SetGlobalIds(ids)
+        joined = join_by_ids(grid)
+        self.assertEqual(joined.GetNumberOfPoints(), 4)
+        self.assertEqual([joined.GetPoint(joined.GetCell(0).GetPointId(k)) for k in range(4)], [grid.GetPoint(k) for k in range(4)])
+        self.assertEqual(extent(joined, "p"), [0, 3])
 
 
 if __name__ == "__main__":

@@ -32,28 +32,35 @@ def whole_box(grid, ranks):
     return [f(rows[:, i]) for i, f in enumerate((min, max) * 3)]
 
 
+def copy_rows(data, rows, out):
+    """These rows of all arrays of `data`, in this order."""
+    kept, places = vtkIdList(), vtkIdList()
+    for place, row in enumerate(rows):
+        kept.InsertNextId(int(row))
+        places.InsertNextId(place)
+    out.CopyAllOn()
+    out.CopyAllocate(data, len(rows))
+    out.CopyData(data, kept, places)
+
+
 def join_by_ids(grid, anew=False):
-    """The grid with one point for each global id; `anew`: a copy where it is that already."""
+    """The grid with one point for each global id that cells use; `anew`: a copy where it is that already."""
     if cells_of(grid) == 0:
         return grid
-    _, first, place = np.unique(ids_of(grid), return_index=True, return_inverse=True)
+    used, corners = np.unique(vtk_to_numpy(grid.GetCells().GetConnectivityArray()), return_inverse=True)
+    _, first, place = np.unique(ids_of(grid)[used], return_index=True, return_inverse=True)
     if first.size == grid.GetNumberOfPoints() and not anew:
         return grid
+    first = used[first]
     out = vtkUnstructuredGrid()
     points = vtkPoints()
     points.SetData(numpy_to_vtk(vtk_to_numpy(grid.GetPoints().GetData())[first], deep=1))
     out.SetPoints(points)
-    corners = place.ravel()[vtk_to_numpy(grid.GetCells().GetConnectivityArray())].astype(np.int64)
+    corners = place.ravel()[corners.ravel()].astype(np.int64)
     cells = vtkCellArray()
     cells.SetData(numpy_to_vtk(vtk_to_numpy(grid.GetCells().GetOffsetsArray()).astype(np.int64), deep=1), numpy_to_vtk(corners, deep=1))
     out.SetCells(types_of(grid), cells)
-    kept = vtkIdList()
-    kept.SetNumberOfIds(first.size)
-    for to, of in enumerate(first):
-        kept.SetId(to, int(of))
-    out.GetPointData().CopyAllOn()
-    out.GetPointData().CopyAllocate(grid.GetPointData(), first.size)
-    out.GetPointData().CopyData(grid.GetPointData(), kept)
+    copy_rows(grid.GetPointData(), first, out.GetPointData())
     out.GetCellData().ShallowCopy(grid.GetCellData())
     out.GetFieldData().ShallowCopy(grid.GetFieldData())
     return out
@@ -71,13 +78,7 @@ def take_cells(grid, chosen):
     cells.SetData(numpy_to_vtk(offsets.astype(np.int64), deep=1), numpy_to_vtk(corners.ravel().astype(np.int64), deep=1))
     out.SetCells(numpy_to_vtk(vtk_to_numpy(types_of(grid))[chosen], deep=1), cells)
     for to, data, rows in ((out.GetPointData(), grid.GetPointData(), used), (out.GetCellData(), grid.GetCellData(), np.flatnonzero(chosen))):
-        ids = vtkIdList()
-        ids.SetNumberOfIds(rows.size)
-        for i, row in enumerate(rows):
-            ids.SetId(i, int(row))
-        to.CopyAllOn()
-        to.CopyAllocate(data, rows.size)
-        to.CopyData(data, ids)
+        copy_rows(data, rows, to)
         for kind in range(to.NUM_ATTRIBUTES):  # legacy files would have those first
             to.SetActiveAttribute(-1, kind)
     out.GetFieldData().ShallowCopy(grid.GetFieldData())
