@@ -251,6 +251,10 @@ struct Options {
   Operation method = Operation::kFuse;
   BoundaryMode boundary = BoundaryMode::kExact;  // kTetFuse: kExact
   double boundary_distance = 0;  // a share of the diagonal of the bounding box, in (0, 1)
+  // With a boundary that is not kExact: where two triangles of a surface meet whose normals are so
+  // many degrees apart, or more, the edge is sharp, and stays; in (0, 180], of which the last is
+  // none. Default: 40.
+  std::optional<double> feature_angle;
   // With kFuse: no new tetrahedron has a lower mean ratio, or, where the input has one below it,
   // one that is lower than that by more than a twentieth; in [0, 1). Default: 0.22.
   std::optional<double> min_quality;

@@ -246,6 +246,7 @@ Options choose_options(Numbers* n, const Mesh& mesh) {
   }
   if (n->chance(0.1)) o.stretch_factor = n->between(1.2, 8);
   if (n->chance(0.1)) o.aspect_ratio = n->between(1.5, 10);
+  if (o.surface != Surface::kExact && n->chance(0.3)) o.feature_angle = n->between(1, 180);
   return o;
 }
 
@@ -268,6 +269,7 @@ std::string Options::command() const {
   if (fuse) text << " --min-quality " << min_quality;
   if (surface == Surface::kPlanar) text << " --boundary planar";
   if (surface == Surface::kWithin) text << " --boundary " << distance;
+  add("--feature-angle", feature_angle);
   if (boundary_tets) text << " --boundary-rule tets";
   if (conserve) text << " --conserve";
   if (!regions) text << " --regions none";

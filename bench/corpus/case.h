@@ -21,6 +21,7 @@ struct Options {
   double min_quality = 0.22;
   Surface surface = Surface::kExact;
   double distance = 0;  // kWithin: share of the diagonal
+  std::optional<double> feature_angle;
   bool conserve = false;
   bool regions = true;  // false: none
   std::uint64_t chunk_tets = 200'000;

@@ -38,6 +38,7 @@ tetfusion::SimplifyRequest request_of(const Options& o, const std::string& folde
   if (o.surface == Surface::kPlanar) b.boundary = tetfusion::Boundary::kPlanar;
   if (o.surface == Surface::kWithin) b.boundary = tetfusion::Boundary::kWithin;
   b.boundary_distance = o.distance;
+  b.feature_angle = o.feature_angle;
   b.conserve = o.conserve;
   if (!o.regions) b.regions = std::vector<std::string>{};
   b.chunk_tets = o.chunk_tets;

@@ -103,6 +103,14 @@ void parse_arguments(SimplifyArguments* a) {
   }
   if (!a->max_rms.empty()) b.max_rms = parse_share_of_range("--max-rms", a->max_rms, "0.1%");
   parse_boundary(a->boundary, &b);
+  if (a->feature_angle == "off") {
+    b.feature_angle = 180;
+  } else if (!a->feature_angle.empty()) {
+    b.feature_angle = parse_number(a->feature_angle);
+    if (!b.feature_angle) {
+      refuse(fmt::format("--feature-angle {}: give degrees, as in 40, or off", a->feature_angle));
+    }
+  }
   if (!a->max_error.empty()) b.max_error = parse_share_of_range("--max-error", a->max_error, "1%");
   if (!a->reduction.empty()) {
     b.reduction = parse_share(a->reduction);
@@ -289,6 +297,13 @@ void add_method_options(CLI::App& command, SimplifyArguments* a) {
           "the new one")
       ->check(not_empty)
       ->capture_default_str()
+      ->group(kCriteriaGroup);
+  command
+      .add_option("--feature-angle", a->feature_angle,
+                  "With a surface that may move: where it is bent by so many degrees or "
+                  "more between two triangles there is a sharp edge, which stays, and so do the "
+                  "corners where such edges meet; or off. Default: 40")
+      ->check(not_empty)
       ->group(kCriteriaGroup);
 }
 

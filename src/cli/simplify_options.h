@@ -19,6 +19,7 @@ struct SimplifyArguments {
   std::string boundary = "exact";
   std::string reduction, tets, max_error, max_rms, min_quality, lods, chunk_tets, report;
   std::string scalar_tolerance, stretch_factor;
+  std::string feature_angle;
   std::string aspect_ratio = "off";
   std::string max_volume = "off";
   std::vector<std::string> regions;

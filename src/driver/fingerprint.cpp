@@ -68,16 +68,17 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
   [[maybe_unused]] const auto& [method, boundary_rule, reduction, tets, scalar_tolerance,
                                 stretch_factor, aspect_ratio, max_volume, min_quality, max_rms,
                                 give_up_rms, max_error, conserve, boundary, boundary_distance,
-                                arrays, regions, interest, fit_values, weight, lods, chunk_tets,
-                                original_ids, tetrahedralize, linearize, merge_points, drop_patches,
-                                dropped_patches, time_step] = b;
+                                feature_angle, arrays, regions, interest, fit_values, weight, lods,
+                                chunk_tets, original_ids, tetrahedralize, linearize, merge_points,
+                                drop_patches, dropped_patches, time_step] = b;
   std::string text = fmt::format("program: tetfusion {}, state {}\n", version(), kStateFormat);
   text +=
       fmt::format("method: {}\nminimum quality: {}\nmaximum rms: {}\n", static_cast<int>(b.method),
                   b.min_quality, b.max_rms ? fmt::format("{}", *b.max_rms) : "none");
   text += fmt::format("give up: {}\n", b.give_up_rms.value_or(0));
   text += fmt::format("conserve: {}\nfit values: {}\n", b.conserve, b.fit_values);
-  text += fmt::format("boundary: {} {}\n", static_cast<int>(b.boundary), b.boundary_distance);
+  text += fmt::format("boundary: {} {}\nfeature angle: {}\n", static_cast<int>(b.boundary),
+                      b.boundary_distance, b.feature_angle.value_or(kFeatureAngle));
   text +=
       fmt::format("maximum error: {}\n", b.max_error ? fmt::format("{}", *b.max_error) : "none");
   text += fmt::format("boundary rule: {}\n", static_cast<int>(b.boundary_rule));

@@ -138,6 +138,7 @@ SimplifyReport simplify_mesh(const SimplifyRequest& request, std::unique_ptr<Mes
   report.method = request.behaviour.method;
   report.boundary = request.behaviour.boundary;
   report.boundary_distance = request.behaviour.boundary_distance;
+  report.feature_angle = request.behaviour.feature_angle.value_or(kFeatureAngle);
   report.threads = thread_count();
   try {
     const MeshDescription& mesh = run.input.description();

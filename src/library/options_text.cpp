@@ -121,6 +121,7 @@ const std::map<std::string, Take, std::less<>>& takers() {
                                                             {"within", BoundaryMode::kWithin}},
                                                            "\"exact\", \"planar\" or \"within\""))},
       {"boundary_distance", into(&O::boundary_distance, number_of)},
+      {"feature_angle", into(&O::feature_angle, number_of)},
       {"min_quality", into(&O::min_quality, number_of)},
       {"conserve", into(&O::conserve, flag_of)},
       {"scalar_tolerance", into(&O::scalar_tolerance, each(number_of))},

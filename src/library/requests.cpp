@@ -118,6 +118,7 @@ SimplifyRequest to_request(const Options& o) {
   b.conserve = o.conserve;
   b.boundary = to_boundary(o.boundary);
   if (o.boundary == BoundaryMode::kWithin) b.boundary_distance = o.boundary_distance;
+  b.feature_angle = o.feature_angle;
   for (const SteeringArray& array : o.arrays) b.arrays.push_back(to_text(array));
   b.regions = o.regions;
   b.interest = o.roi;

@@ -15,6 +15,7 @@ OPTIONS = """\
     method: "fuse", the default, or "tetfuse", the operation of the paper.
     boundary: "exact", the default, "planar", or how far it may move, as a share of the diagonal of the bounding box, as in
         0.005 or "0.5%"; from 0.1 on only with a percent sign, as "10%", since 0.5 may stand for 0.5 %.
+    feature_angle: where the surface may move, edges at which it bends by so many degrees or more stay; in (0, 180]; default 40.
     min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
     conserve: the integrals of all floating-point arrays stay; cells keep the values of regions.
     scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.

@@ -11,7 +11,7 @@ READING = ["--tetrahedralize", "--linearize", "--merge-points", "--drop-patches"
 OPTIONS = {
     "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio", "--max-volume",
                            "--roi", "--weight", "--method", "--max-error", "--max-rms", "--min-quality", "--conserve", "--boundary-rule",
-                           "--boundary", "--array", "--regions", "--lods", "--series", "--encoding", "--pieces", "--report", "--strict",
+                           "--boundary", "--feature-angle", "--array", "--regions", "--lods", "--series", "--encoding", "--pieces", "--report", "--strict",
                            "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run", "--verify", "--original-ids", "--map",
                            "--progressive"],
     "refine": ["--output", "--tets", "--reduction", "--max-error", "--max-rms", "--roi", "--encoding", "--report", "--memory", "--scratch"],

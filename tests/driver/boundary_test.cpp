@@ -23,6 +23,7 @@ using testing::distance_between;
 using testing::five_split_cube;
 using ::testing::HasSubstr;
 using testing::MeshFile;
+using ::testing::Not;
 using testing::point_array;
 using testing::surface_of;
 using testing::TempDir;
@@ -253,6 +254,51 @@ TEST_F(BoundaryRun, WithRegionsEverywhereNothingFuses) {
     EXPECT_EQ(report.stop_reason, StopReason::kSaturated);
     EXPECT_EQ(report.output.tets, report.input.tets);
   }
+}
+
+// A ball cut from a lattice: its surface is bent everywhere, and nothing but that holds it.
+TEST_F(BoundaryRun, ARoughSurfaceGoesWhereNothingIsSharp) {
+  MeshFile file;
+  file.geometry = five_split_cube(12, 0.2, 3);
+  std::erase_if(file.geometry.tets, [&](const Tet& t) {
+    P centre{-6, -6, -6};
+    for (const VertexId v : t) {
+      const P p = testing::point(file.geometry, v);
+      centre = {centre.x + p.x / 4, centre.y + p.y / 4, centre.z + p.z / 4};
+    }
+    return std::hypot(centre.x, centre.y, centre.z) > 5.6;
+  });
+  file.point_arrays.push_back(
+      point_array<float>(file, "f", [](const P& p) { return p.x + std::sin(p.y); }));
+  const auto before = surface_of(testing::to_work_mesh(file.geometry));
+  request.behaviour.boundary = Boundary::kWithin;
+  request.behaviour.boundary_distance = 0.2;
+  request.behaviour.reduction = 0.99;
+  request.behaviour.chunk_tets = 2500;
+  SimplifyReport report = run(file);
+  const std::uint64_t with_edges = report.output.boundary_triangles;
+  EXPECT_GT(with_edges, before.size() / 2);
+  EXPECT_THAT(report.stop_sentence(), HasSubstr("lies at a corner of the surface"));
+  EXPECT_THAT(report.stop_sentence(), HasSubstr("With a larger feature angle fewer edges"));
+  request.behaviour.feature_angle = 180;
+  report = run(file);
+  EXPECT_THAT(report.stop_sentence(), Not(HasSubstr("feature angle")));
+  EXPECT_LT(report.output.boundary_triangles, with_edges * 4 / 5);
+  EXPECT_LE(distance_between(before, surface_of(result())) / diagonal(file.geometry),
+            report.rounds.back().deviation);
+}
+
+TEST_F(BoundaryRun, RefusesAnglesThatAreNone) {
+  const MeshFile file = wavy_box(3);
+  request.behaviour.boundary = Boundary::kPlanar;
+  for (const double angle : {0.0, -1.0, 181.0, std::nan("")}) {
+    request.behaviour.feature_angle = angle;
+    EXPECT_THAT(refusal(file), HasSubstr("--feature-angle must")) << angle;
+  }
+  request.behaviour.feature_angle = 60;
+  EXPECT_EQ(refusal(file), "none");
+  request.behaviour.boundary = Boundary::kExact;
+  EXPECT_THAT(refusal(file), HasSubstr("--feature-angle is for a surface that may move"));
 }
 
 TEST_F(BoundaryRun, RefusesDistancesThatAreNone) {

@@ -44,6 +44,7 @@ TEST(Fingerprint, KnowsEachOption) {
       [](auto r) { r->behaviour.conserve = true; },
       [](auto r) { r->behaviour.boundary = Boundary::kWithin; },
       [](auto r) { r->behaviour.boundary_distance = 0.1; },
+      [](auto r) { r->behaviour.feature_angle = 90; },
       [](auto r) { r->behaviour.arrays = {"f"}; },
       [](auto r) { r->behaviour.regions.emplace(); },
       [](auto r) { r->behaviour.regions = {"f"}; },

@@ -103,7 +103,7 @@ void for_each_fusion(std::uint64_t seed, F f) {
   FuseCavity<double> cavity;
   cavity.begin(&mesh, &balls, 0, 1);
   Sheets<double> sheets;
-  sheets.begin(&mesh, &balls, {});
+  sheets.begin(&mesh, &balls, {}, kFeatureAngle);
   SheetFan fan;
   NearSurface<double> surface;
   surface.begin(&mesh, &balls, 1, 1);

@@ -27,9 +27,10 @@ using testing::to_work_mesh;
 
 // Sheets of a mesh that does not change.
 struct Fixed {
-  explicit Fixed(WorkMesh<double> m, std::vector<std::uint32_t> regions = {}) : mesh(std::move(m)) {
+  explicit Fixed(WorkMesh<double> m, std::vector<std::uint32_t> regions = {}, double angle = 40)
+      : mesh(std::move(m)) {
     balls.reset(mesh.vertex_count(), mesh.tets);
-    sheets.begin(&mesh, &balls, regions);
+    sheets.begin(&mesh, &balls, regions, angle);
   }
   WorkMesh<double> mesh;
   LiveBalls balls;
@@ -48,6 +49,21 @@ TEST(Sheets, PlacesOnACube) {
     const std::array<SheetFeature, 4> expected{SheetFeature::kNone, SheetFeature::kSmooth,
                                                SheetFeature::kLine, SheetFeature::kCorner};
     EXPECT_EQ(f.sheets.feature(v), expected[sides(f.mesh.positions[v], 4)]) << v;
+  }
+}
+
+// Its edges are bent by 90 degrees.
+TEST(Sheets, TheFeatureAngleSaysWhatIsSharp) {
+  for (const auto& [angle, corner] :
+       {std::pair(89.0, SheetFeature::kCorner), {91.0, SheetFeature::kSmooth}}) {
+    Fixed f(to_work_mesh(five_split_cube(3, 0.2, 3)), {}, angle);
+    int corners = 0;
+    for (VertexId v = 0; v < f.mesh.vertex_count(); ++v) {
+      if (sides(f.mesh.positions[v], 3) < 3) continue;
+      EXPECT_EQ(f.sheets.feature(v), corner) << angle;
+      ++corners;
+    }
+    EXPECT_EQ(corners, 8);
   }
 }
 

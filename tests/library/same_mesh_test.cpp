@@ -179,6 +179,7 @@ TEST_F(SameMesh, EveryOptionReachesTheDriver) {
   options.arrays = {{"f", false, {}}, {"stress", true, 0.03}};
   options.regions.emplace();
   options.boundary = BoundaryMode::kPlanar;
+  options.feature_angle = 100;
   options.min_quality = 0.1;
   options.aspect_ratio = 20;
   options.max_volume = 1.5;
@@ -189,6 +190,7 @@ TEST_F(SameMesh, EveryOptionReachesTheDriver) {
   same.arrays = {"f", "cell:stress:0.03"};
   same.regions.emplace();
   same.boundary = Boundary::kPlanar;
+  same.feature_angle = 100;
   same.min_quality = 0.1;
   same.aspect_ratio = 20;
   same.max_volume = 1.5;

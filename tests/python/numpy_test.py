@@ -242,7 +242,8 @@ class Options(unittest.TestCase):
                 ({"arrays": "none such"}, "none such"), ({"arrays": 3}, "arrays: give"), ({"arrays": {"wave": -1}}, "greater than 0"), \
                 ({"regions": "none such"}, "none such"), ({"regions": [1]}, "regions: give"), ({"roi": "cube"}, "cube"), \
                 ({"threads": -1}, "threads"), ({"memory": "much"}, "give bytes"), ({"scratch": 3}, "path of a folder"), \
-                ({"weight": 1}, "weight cannot be 1"), ({"min_quality": "good"}, "min_quality must be a number"), \
+                ({"weight": 1}, "weight cannot be 1"), ({"feature_angle": 60}, "for a surface that may move"), \
+                ({"min_quality": "good"}, "min_quality must be a number"), \
                 ({"progress": 1}, "give a function"), ({"stretch_factor": [2, "x"]}, "stretch_factor must be a number"), \
                 ({"boundary": True}, "boundary must be one of"), ({"arrays": {"wave": True}}, "bound of wave"), \
                 ({"arrays": {"wave": 10**400}}, "tolerance"), ({"aspect_ratio": [[1]]}, "aspect_ratio cannot be"), \

@@ -198,6 +198,9 @@ class Function(FilterTest):
                                 ({"memory": "0"}, "memory cannot be '0'"),
                                 ({"scratch": 5}, "scratch cannot be 5"),
                                 ({"weight": 5}, "weight cannot be 5"),
+                                ({"feature_angle": 60}, "feature_angle is for a surface that may move"),
+                                ({"feature_angle": "60", "boundary": "planar"}, "feature_angle cannot be '60'"),
+                                ({"feature_angle": 0, "boundary": "planar"}, "feature_angle must be more than 0"),
                                 ({"min_quality": 0.3, "method": "tetfuse"}, "min_quality belongs to method fuse")):
             with self.subTest(arguments=arguments), self.assertRaises(TetFusionError) as caught:
                 vtktetfusion.simplify(grid, **arguments)

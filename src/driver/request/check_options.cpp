@@ -83,6 +83,15 @@ void check_criteria(const BehaviourOptions& b) {
   if (b.boundary == Boundary::kWithin && !(b.boundary_distance > 0 && b.boundary_distance < 1)) {
     refuse("--boundary must be a share of the diagonal, more than 0% and less than 100%");
   }
+  if (!b.feature_angle) return;
+  if (!(*b.feature_angle > 0 && *b.feature_angle <= 180)) {
+    refuse("--feature-angle must be more than 0 and at most 180 degrees");
+  }
+  if (b.boundary == Boundary::kExact) {
+    refuse(
+        "--feature-angle is for a surface that may move: give --boundary planar or a distance as "
+        "well, or leave the option out");
+  }
 }
 
 void check_method(const BehaviourOptions& b) {

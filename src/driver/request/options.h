@@ -73,6 +73,10 @@ struct BehaviourOptions {
   // With kFuse; kWithin: by this share of the diagonal of the bounding box, > 0.
   Boundary boundary = Boundary::kExact;
   double boundary_distance = 0;
+  // With a boundary that is not kExact: where two triangles of a surface meet whose normals are so
+  // many degrees apart, or more, it has a sharp edge, which stays; in (0, 180], of which the last
+  // is none. Absent: kFeatureAngle.
+  std::optional<double> feature_angle;
 
   // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". The share
   // stands in the place of scalar_tolerance or max_error. Empty: the active scalars, else the first

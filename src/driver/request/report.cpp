@@ -120,17 +120,26 @@ std::string SimplifyReport::reason_of_locks() const {
 }
 
 std::string SimplifyReport::in_words(Reject reason) const {
-  return reason == Reject::kLocked ? "a vertex of theirs " + reason_of_locks()
-                                   : std::string(reason_in_words(reason));
+  if (reason == Reject::kLocked) return "a vertex of theirs " + reason_of_locks();
+  if (reason == Reject::kBoundary && boundary != Boundary::kExact) {
+    return "a vertex of theirs lies at a corner of the surface, or where it is odd, and stays";
+  }
+  return std::string(reason_in_words(reason));
 }
 
-// The boundary stays anyway; the question is what holds the others back.
+bool SimplifyReport::is_for_sharp_edges(Reject reason) const {
+  if (boundary != Boundary::kWithin || feature_angle >= 180) return false;
+  return reason == Reject::kBoundary || (reason == Reject::kLocked && facts.between_regions > 0);
+}
+
+// A boundary that is exact stays anyway; the question is what holds the others back.
 std::string SimplifyReport::reasons_of_vertices(const PassStatistics& last) const {
   std::vector<std::pair<std::uint64_t, Reject>> reasons;
   std::uint64_t all = 0;
   for (std::size_t i = 0; i < last.rejected.size(); ++i) {
     const auto reason = static_cast<Reject>(i);
-    if (reason == Reject::kBoundary || last.rejected[i] == 0) continue;
+    const bool stays_anyway = reason == Reject::kBoundary && boundary == Boundary::kExact;
+    if (stays_anyway || last.rejected[i] == 0) continue;
     reasons.emplace_back(last.rejected[i], reason);
     all += last.rejected[i];
   }
@@ -138,13 +147,17 @@ std::string SimplifyReport::reasons_of_vertices(const PassStatistics& last) cons
   const auto more = [](const auto& a, const auto& b) { return a.first > b.first; };
   std::stable_sort(reasons.begin(), reasons.end(), more);
   std::string because;
+  bool has_sharp_edges = false;
   for (std::size_t i = 0; i < std::min<std::size_t>(reasons.size(), 3); ++i) {
     const auto& [count, reason] = reasons[i];
     if (2 * count < reasons[0].first) break;
     because += fmt::format("{}{} {}because {}", i == 0 ? "" : "; ", format_count(count),
                            i == 0 ? "may not be fused " : "", in_words(reason));
+    has_sharp_edges |= is_for_sharp_edges(reason);
   }
-  return fmt::format("of {} left inside, {}.", format_count(all, "vertex", "vertices"), because);
+  return fmt::format("of {} left{}, {}.{}", format_count(all, "vertex", "vertices"),
+                     boundary == Boundary::kExact ? " inside" : "", because,
+                     has_sharp_edges ? " With a larger feature angle fewer edges are sharp." : "");
 }
 
 std::string SimplifyReport::reasons_of_tets(const PassStatistics& last) const {

@@ -51,6 +51,7 @@ struct SimplifyReport {
   bool has_goal = false;
   Boundary boundary = Boundary::kExact;
   double boundary_distance = 0;  // of kWithin
+  double feature_angle = kFeatureAngle;
   std::vector<RoundSummary> rounds;
   std::vector<Verification> verified;     // of the outputs that were verified
   std::map<std::string, double> seconds;  // by phase
@@ -66,6 +67,8 @@ struct SimplifyReport {
 
  private:
   std::string reason_of_locks() const;  // as far as it is known
+  // A larger feature angle may help with it.
+  bool is_for_sharp_edges(Reject reason) const;
   std::string in_words(Reject reason) const;
   // What was in the way, of a round of fuse, and of a pass of tetfuse.
   std::string reasons_of_vertices(const PassStatistics& last) const;

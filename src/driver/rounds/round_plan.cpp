@@ -160,6 +160,7 @@ void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t q
     const double width = diagonal * settings->fuse.unit;
     settings->fuse.max_deviation = (within ? options_.boundary_distance : flatness_) * width;
     settings->fuse.sheet_weight = kSurfaceCost / (width * width);
+    settings->fuse.feature_angle = options_.feature_angle.value_or(kFeatureAngle);
     if (!state.rounds.empty())
       settings->fuse.deviation_before = state.rounds.back().deviation * width;
   }

@@ -29,6 +29,9 @@ struct WeightColumn {
 // Tetrahedra round an edge inside: so many go at least.
 inline constexpr std::uint64_t kSmallestFusion = 3;
 
+// Degrees between the normals of two triangles of a sheet.
+inline constexpr double kFeatureAngle = 40;
+
 struct FuseLimits {
   // No fusion costs more: the mean of the squared deviations, as shares of the fields' ranges, of
   // the fused vertex's fields from those of the original mesh that it stands for. A fusion is put
@@ -59,8 +62,9 @@ struct FuseLimits {
   double max_deviation = -1;
   // So far has one moved at most when the round begins.
   double deviation_before = 0;
-  double sheet_weight = 0;             // as in EdgeCosts::begin()
-  std::vector<std::uint32_t> regions;  // cell columns: sheets lie where their values differ
+  double sheet_weight = 0;               // as in EdgeCosts::begin()
+  double feature_angle = kFeatureAngle;  // as in Sheets::begin()
+  std::vector<std::uint32_t> regions;    // cell columns: sheets lie where their values differ
   WeightColumn weights;
   // Ways the boundary looks at the beginning of the round: no part of it rises where another part
   // that faces it may be in reach, unless all that are there are this mesh's own, and lie

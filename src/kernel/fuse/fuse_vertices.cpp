@@ -50,7 +50,7 @@ auto FuseVertices<Real>::kind_on_sheet(VertexId v) -> Kind {
 
 template <class Real>
 void FuseVertices<Real>::begin_sheets() {
-  sheets_.begin(mesh_, &balls_, limits_->regions);
+  sheets_.begin(mesh_, &balls_, limits_->regions, limits_->feature_angle);
   if (limits_->sheets_rest) return;
   const std::size_t at = quadric_size(mesh_->steering_width);
   for (VertexId v = 0; v < mesh_->vertex_count(); ++v) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "kernel/point3.h"
@@ -57,9 +58,10 @@ bool SheetFan::turn_to(VertexId u) {
 
 template <class Real>
 void Sheets<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
-                         std::span<const std::uint32_t> region_columns) {
+                         std::span<const std::uint32_t> region_columns, double feature_angle) {
   mesh_ = mesh;
   balls_ = balls;
+  feature_cosine_ = std::cos(feature_angle / 180 * std::numbers::pi);
   kept_fans_.resize(kKeptFans);
   for (KeptFan& kept : kept_fans_) kept.vertex = kNoVertex;
   region_.clear();
@@ -215,7 +217,7 @@ void Sheets<Real>::mark_edges(VertexId v, SheetFan* fan) const {
     next = to(fan->at(i + 1));
     const Point3 normal = cross(spoke, next);
     const double most = std::sqrt(dot(normal, normal)) * std::sqrt(dot(before, before));
-    fan->sharp[i] = dot(normal, before) > kFeatureAngleCosine * most ? 0 : 1;
+    fan->sharp[i] = dot(normal, before) > feature_cosine_ * most ? 0 : 1;
     fan->sharp_edges += fan->sharp[i];
     before = normal;
   }

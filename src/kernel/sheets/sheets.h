@@ -16,9 +16,6 @@
 
 namespace tetfusion {
 
-// Two triangles that meet at an edge make it a sharp one if their normals are further apart.
-inline constexpr double kFeatureAngleCosine = 0.766;  // 40 degrees
-
 // An edge from a vertex, on a sheet whose normal is on the right-hand side: from, to are the next
 // two corners of a triangle.
 struct SheetEdge {
@@ -50,10 +47,11 @@ enum class SheetFeature : std::uint8_t {
 template <class Real>
 class Sheets {
  public:
-  // Regions are made by these cell columns. The mesh and its balls outlive this; whoever changes
-  // them leaves the tetrahedra's numbers.
+  // Regions are made by these cell columns. Two triangles that meet at an edge make it a sharp one
+  // if their normals are so many degrees apart, or more. The mesh and its balls outlive this;
+  // whoever changes them leaves the tetrahedra's numbers.
   void begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
-             std::span<const std::uint32_t> region_columns);
+             std::span<const std::uint32_t> region_columns, double feature_angle);
 
   // Does the vertex lie between regions, as far as this mesh knows?
   bool is_between_regions(VertexId v) const { return mixed_[v] != 0; }
@@ -125,6 +123,7 @@ class Sheets {
 
   const WorkMesh<Real>* mesh_ = nullptr;
   LiveBalls* balls_ = nullptr;
+  double feature_cosine_ = 1;
   Vector<std::uint32_t> region_;  // of a tetrahedron; none: there is one region
   Vector<std::uint8_t> mixed_;
   std::vector<Face> faces_;

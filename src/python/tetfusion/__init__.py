@@ -46,7 +46,7 @@ class Mesh:
     report: dict = dataclasses.field(default=None, repr=False)
 
 
-def simplify(mesh, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=None, method=None, boundary=None,
+def simplify(mesh, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=None, method=None, boundary=None, feature_angle=None,
              min_quality=None, conserve=None, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
              boundary_tets_stay=None, arrays=None, regions=None, roi=None, weight=None, original_ids=None, tetrahedralize=None,
              linearize=None, drop_patches=None, drop_patch=None, threads=None, memory=None, scratch=None, chunk_tets=None, progress=None):
@@ -68,7 +68,8 @@ def simplify(mesh, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     if progress is not None and not callable(progress):
         values.refuse(f"progress: give a function that takes a share, not {progress!r}")
     options = {"reduction": values.share(reduction), "tets": values.count(tets), "max_error": values.share(max_error),
-               "max_rms": values.share(max_rms), "strict": values.flag(strict), "method": method, "min_quality": min_quality,
+               "max_rms": values.share(max_rms), "strict": values.flag(strict), "method": method,
+               "feature_angle": feature_angle, "min_quality": min_quality,
                "conserve": values.flag(conserve), "scalar_tolerance": _shares(scalar_tolerance),
                "stretch_factor": stretch_factor, "aspect_ratio": aspect_ratio, "max_volume": max_volume,
                "boundary_tets_stay": values.flag(boundary_tets_stay), "weight": values.text(weight),

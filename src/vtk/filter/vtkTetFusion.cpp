@@ -205,6 +205,7 @@ tetfusion::Options vtkTetFusion::Internals::options(vtkTetFusion* filter) const 
   o.method = fuse ? tetfusion::Operation::kFuse : tetfusion::Operation::kTetFuse;
   o.boundary = boundary_mode(filter->BoundaryMode);
   o.boundary_distance = filter->BoundaryTolerance;
+  if (filter->BoundaryMode != EXACT) o.feature_angle = filter->FeatureAngle;
   if (fuse || filter->MinimumQuality != kUsualQuality) o.min_quality = filter->MinimumQuality;
   o.conserve = filter->Conserve;
   if (filter->ScalarTolerance != 0) o.scalar_tolerance = {filter->ScalarTolerance};
@@ -528,6 +529,7 @@ void vtkTetFusion::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Method: " << name_of_method(this->Method) << "\n";
   os << indent << "BoundaryMode: " << name_of_mode(this->BoundaryMode) << "\n";
   os << indent << "BoundaryTolerance: " << this->BoundaryTolerance << "\n";
+  os << indent << "FeatureAngle: " << this->FeatureAngle << "\n";
   os << indent << "MinimumQuality: " << this->MinimumQuality << "\n";
   os << indent << "Conserve: " << this->Conserve << "\n";
   os << indent << "ScalarTolerance: " << this->ScalarTolerance << "\n";

@@ -124,6 +124,16 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
+   * With BoundaryMode PLANAR and WITHIN: where two triangles of a surface meet whose normals are so
+   * many degrees apart, or more, the edge is sharp, and stays; in (0, 180], of which the last is
+   * none. Default: 40.
+   */
+  vtkSetMacro(FeatureAngle, double);
+  vtkGetMacro(FeatureAngle, double);
+  ///@}
+
+  ///@{
+  /**
    * With Method FUSE: no new tetrahedron has a lower mean ratio (1 is regular, 0 flat), unless
    * there was a worse one in its place; in [0, 1). Default: 0.22; with TETFUSE another value is an
    * error.
@@ -380,6 +390,7 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   int Method = FUSE;
   int BoundaryMode = EXACT;
   double BoundaryTolerance = 0.001;
+  double FeatureAngle = 40;
   double MinimumQuality = 0.22;
   bool Conserve = false;
   double ScalarTolerance = 0;

@@ -44,7 +44,7 @@ os.register_at_fork(after_in_child=_begin_in_child)
 _USER_ERROR = 40000  # vtkErrorCode::UserError, which Python does not have
 
 
-def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=None, method=None, boundary=None,
+def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, strict=None, method=None, boundary=None, feature_angle=None,
              min_quality=None, conserve=None, scalar_tolerance=None, stretch_factor=None, aspect_ratio=None, max_volume=None,
              boundary_tets_stay=None, arrays=None, regions=None, roi=None, weight=None, original_ids=None, tetrahedralize=None,
              linearize=None, drop_patches=None, drop_patch=None, threads=None, memory=None, scratch=None, chunk_tets=None, progress=None):
@@ -64,6 +64,8 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     method = "fuse" if method is None else method
     if min_quality is not None and isinstance(method, str) and method == "tetfuse":
         values.refuse("min_quality belongs to method fuse")
+    if feature_angle is not None and boundary in (None, "exact"):
+        values.refuse("feature_angle is for a surface that may move: give boundary as well")
     if progress is not None and not callable(progress):
         values.refuse(f"progress: give a function that takes a share, not {progress!r}")
     grid_of_vtk = getattr(grid, "VTKObject", grid)
@@ -73,6 +75,7 @@ def simplify(grid, reduction=None, *, tets=None, max_error=None, max_rms=None, s
     run.SetInputDataObject(grid_of_vtk)
     given = {"reduction": ("TargetReduction", values.share(reduction)), "tets": ("NumberOfTetsOutput", values.count(tets)),
              "max_error": ("MaximumError", values.share(max_error)), "max_rms": ("MaximumRMS", values.share(max_rms)),
+             "feature_angle": ("FeatureAngle", values.numeric(feature_angle)),
              "min_quality": ("MinimumQuality", values.numeric(min_quality)),
              "scalar_tolerance": ("ScalarTolerance", values.share(scalar_tolerance)),
              "stretch_factor": ("StretchFactor", values.numeric(stretch_factor)),

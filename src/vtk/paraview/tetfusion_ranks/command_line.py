@@ -38,6 +38,7 @@ def parse(arguments):
                         "where there is no goal")
     parser.add_argument("--boundary", type=boundary, default="exact", help="exact, planar, or how far it may move, a share of the "
                         "bounding box's diagonal, in both passes together")
+    parser.add_argument("--feature-angle", type=float, help="edges at which a surface that may move bends by so many degrees or more stay")
     parser.add_argument("--array", action="append", default=[], metavar="NAME", help="steers; cell:NAME is one of the cells; again and again")
     parser.add_argument("--regions", action="append", metavar="NAME", help="cell array whose interfaces stay, or none; again and again")
     parser.add_argument("--roi", action="append", default=[], metavar="REGION", help="region where the mesh stays; again and again")
@@ -54,6 +55,8 @@ def parse(arguments):
         parser.error("--reduction must be less than 100%, as in 80% or 0.8")
     if options.min_quality is not None and options.method == "tetfuse":
         parser.error("--min-quality belongs to --method fuse")
+    if options.feature_angle is not None and options.boundary == "exact":
+        parser.error("--feature-angle is for a surface that may move: give --boundary as well")
     if not options.output.endswith(".pvtu"):
         parser.error(f"the output {options.output} must be called .pvtu")
     if pathlib.Path(options.input).suffix not in (".vtu", ".pvtu"):

@@ -26,8 +26,8 @@ def simplify(grid, options, goal, error, passes, ranks, box):
     surface = options.boundary
     if not isinstance(surface, str):
         # Of a small part it may be so much that it needs a percent sign.
-        surface = f"{100 * min(surface / passes * diagonal(box) / diagonal(grid.GetBounds()), 0.999)}%" if cells_of(grid) else "exact"
+        surface = f"{100 * min(surface / passes * diagonal(box) / diagonal(grid.GetBounds()), 0.999)}%" if cells_of(grid) else "planar"
     return vtktetfusion.simplify(
-        grid, reduction=goal, tets=tets, arrays=arrays, boundary=surface, regions=regions, roi=options.roi, weight=options.weight,
-        min_quality=options.min_quality, conserve=options.conserve, method=options.method, threads=options.threads or ranks.threads(),
-        memory=options.memory, scratch=options.scratch)
+        grid, reduction=goal, tets=tets, arrays=arrays, boundary=surface, feature_angle=options.feature_angle, regions=regions,
+        roi=options.roi, weight=options.weight, min_quality=options.min_quality, conserve=options.conserve, method=options.method,
+        threads=options.threads or ranks.threads(), memory=options.memory, scratch=options.scratch)
