@@ -87,6 +87,10 @@ constexpr UnreadFormat kUnreadFormats[] = {
      "is an EnSight server-of-servers file, which is not read: give the .case files that it names"},
     {"", "master_server", ".sos",
      "is an EnSight server-of-servers file, which is not read: give the .case files that it names"},
+    // VTK 9.1's reader crashes.
+    {"", "type=\"vtkHierarchicalBoxDataSet\"", "",
+     "is a mesh with refined blocks (AMR), which is not read: let ParaView save it as an "
+     "unstructured grid, as .vtu"},
     // VTK 9.1 reads some of them, and hangs or crashes with those that list faces of a boundary.
     {"", "** GAMBIT NEUTRAL FILE", "",
      "is a GAMBIT neutral file, which is not read: let the program that made it export another "

@@ -12,6 +12,21 @@ namespace tetfusion {
 
 namespace {
 
+// Other programs call theirs .msh, too, and this is how they begin.
+const char* whose_mesh(std::string_view line) {
+  if (line.starts_with("(")) {
+    return ". This is a Fluent mesh, it seems: ParaView converts it to .vtu";
+  }
+  if (line.starts_with("MESH ")) {
+    return ". This is a mesh of GiD, it seems, which is not read: let it export .vtu or another "
+           "format";
+  }
+  if (line.find_first_not_of("0123456789 \t\r") == line.npos) {
+    return ". This is a mesh of FreeFem, it seems: let it save a .mesh";
+  }
+  return "";
+}
+
 using EntityKey = std::pair<int, std::int64_t>;
 
 GmshLayout layout_of(std::string_view version) {
@@ -55,11 +70,9 @@ class GmshHeadParser {
     if (begin == text->npos) return false;
     text->remove_prefix(begin);
     if ((*text)[0] != '$') {
-      const bool is_fluent = (*text)[0] == '(';
-      file_.fail_in_line(
-          text->data(),
-          "expected a section, as $Nodes, found " + quoted(text->substr(0, text->find('\n'))) +
-              (is_fluent ? ". This is a Fluent mesh, it seems: ParaView converts it to .vtu" : ""));
+      const std::string_view line = text->substr(0, text->find('\n'));
+      file_.fail_in_line(text->data(), "expected a section, as $Nodes, found " + quoted(line) +
+                                           (head_.version.empty() ? whose_mesh(line) : ""));
     }
     std::size_t line = std::min(text->find('\n'), text->size());
     std::string_view name = text->substr(1, line - 1);

@@ -3,6 +3,7 @@
 #ifdef TETFUSION_HAS_EXODUS
 #include <vtkCell.h>
 #include <vtkCellArray.h>
+#include <vtkCharArray.h>
 #include <vtkDataArray.h>
 #include <vtkExodusIIReader.h>
 #include <vtkIntArray.h>
@@ -14,6 +15,7 @@
 #include <vtkUnstructuredGrid.h>
 #include <vtk_exodusII.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstdint>
@@ -221,6 +223,21 @@ void require_whole(const std::string& path, std::uint64_t steps) {
                   " bytes, and by its header has values up to byte " + std::to_string(length));
 }
 
+// VTK's rows of characters, as QA_Records, have whatever lay in memory behind the end of a text.
+void clear_behind_texts(LoadedFile* out) {
+  for (const auto& data : out->field_data) {
+    for (int i = 0; i < data->GetNumberOfArrays(); ++i) {
+      auto* const texts = vtkCharArray::SafeDownCast(data->GetAbstractArray(i));
+      if (texts == nullptr) continue;
+      const auto width = static_cast<std::size_t>(texts->GetNumberOfComponents());
+      for (vtkIdType t = 0; t < texts->GetNumberOfTuples(); ++t) {
+        char* const text = texts->GetPointer(t * texts->GetNumberOfComponents());
+        std::fill(std::find(text, text + width, '\0'), text + width, '\0');
+      }
+    }
+  }
+}
+
 class ExodusReader : public FileReader {
  public:
   ExodusReader(const std::string& path, const TrapScope& trap) : path_(path), trap_(trap) {
@@ -257,6 +274,7 @@ class ExodusReader : public FileReader {
     collect(reader_->GetOutput(), path_, out);
     share_points(path_, *out);
     mend_curved_elements(path_, *out);
+    clear_behind_texts(out);
     tell_of_blocks(reader_, out);
     tell_of_sets(reader_, out);
     tell_of_attributes(path_, reader_, out);

@@ -110,8 +110,8 @@ def netcdf(dimensions, attributes, variables):
     return head(begins) + b"".join(parts)
 
 
-def exodus_of_blocks(points, blocks, names=()):
-    """Blocks of (element type, rows of nodes counted from 0), and what they are called."""
+def exodus_of_blocks(points, blocks, names=(), programs=()):
+    """Blocks of (element type, rows of nodes counted from 0), what they are called, and who made the file in which version, when."""
     dimensions = {"len_string": 33, "time_step": 0, "num_dim": 3, "num_nodes": len(points), "num_elem": sum(len(rows) for _, rows in blocks),
                   "num_el_blk": len(blocks)}
     variables = {f"coord{axis}": (["num_nodes"], np.ascontiguousarray(points[:, k], dtype="f8"), {}) for k, axis in enumerate("xyz")}
@@ -119,12 +119,16 @@ def exodus_of_blocks(points, blocks, names=()):
     if names:
         letters = b"".join(name.encode().ljust(33, b"\0") for name in names)
         variables["eb_names"] = ["num_el_blk", "len_string"], np.frombuffer(letters, dtype="S1"), {}
+    if programs:
+        letters = b"".join(text.encode().ljust(33, b"\0") for program in programs for text in program)
+        dimensions |= {"len_name": 129, "four": 4, "num_qa_rec": len(programs)}
+        variables["qa_records"] = ["num_qa_rec", "four", "len_string"], np.frombuffer(letters, dtype="S1"), {}
     for number, (kind, rows) in enumerate(blocks, 1):
         rows = np.asarray(rows, dtype="i4")
         dimensions[f"num_el_in_blk{number}"], dimensions[f"num_nod_per_el{number}"] = rows.shape
         variables[f"connect{number}"] = [f"num_el_in_blk{number}", f"num_nod_per_el{number}"], rows + 1, {"elem_type": kind}
     attributes = {"api_version": np.float32(5.14), "version": np.float32(5.14), "floating_point_word_size": np.int32(8),
-                  "file_size": np.int32(1)}
+                  "file_size": np.int32(1), "maximum_name_length": np.int32(128 if programs else 32)}
     return netcdf(dimensions, attributes, variables)
 
 
@@ -362,6 +366,20 @@ class Blocks(ExodusTest):
         self.assertEqual(by_name["ElementBlockIds"]["tuples"], 2)
         self.assertEqual(by_name["energy"]["ranges"], [[7.5, 7.5]])  # a global variable
         self.assertEqual(by_name["ObjectId"]["ranges"], [[7, 12]])
+
+
+class Texts(ExodusTest):
+    def test_nothing_lies_behind_their_ends(self):
+        """VTK leaves there what lay in memory, where names may be longer than texts."""
+        mesh = TinyVtu(2)
+        path = self.write(exodus_of_blocks(np.array(mesh.points, dtype="f8"), [("TETRA", mesh.tets)],
+                                           programs=[("mesher", "1.5", "11/30/26", "12:00:00")]), "run.e")
+        results = []
+        for filling in "17", "99":
+            run("convert", path, self.folder / "out.vtu", "--encoding", "inline", env={**os.environ, "MALLOC_PERTURB_": filling})
+            results.append((self.folder / "out.vtu").read_bytes())
+        self.assertIn(b"QA_Records", results[0])
+        self.assertEqual(results[0], results[1])
 
 
 class CurvedElements(ExodusTest):

@@ -99,6 +99,9 @@ TEST(UnreadFormats, AreRefusedWithWhatToDo) {
   EXPECT_THAT(told("a.su2", "NDIME= 3\n"), to_vtu("SU2", "meshio"));
   EXPECT_THAT(told("a.neu", "        CONTROL INFO 1.2.1\n** GAMBIT NEUTRAL FILE\n"),
               AllOf(HasSubstr("GAMBIT"), HasSubstr("Exodus")));
+  EXPECT_THAT(
+      told("a.vtm", "<?xml version=\"1.0\"?>\n<VTKFile type=\"vtkHierarchicalBoxDataSet\">"),
+      to_vtu("AMR", "ParaView"));
   EXPECT_THAT(told("a.sos", "FORMAT\ntype: master_server gold\n"), HasSubstr("server-of-servers"));
   EXPECT_THAT(told("a.gz", "\x1f\x8b\x08"), HasSubstr("unpack it"));
   // Contents that say a format come before the name.

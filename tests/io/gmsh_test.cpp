@@ -344,6 +344,9 @@ TEST_F(Gmsh, SaysWhatIsWrongAndWhere) {
                "more elements than the 4 announced");
   expect_error("a.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", "there are no $Nodes");
   expect_error("a.msh", "hello", "expected a section");
+  expect_error("a.msh", "(1 \"a grid\")\n", "This is a Fluent mesh, it seems");
+  expect_error("a.msh", "MESH dimension 3 ElemType Tetrahedra Nnode 4\n", "a mesh of GiD");
+  expect_error("a.msh", " 726 1287 163\n 0.5 1 0\n", "let it save a .mesh");
   expect_error("a.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n", "there are no $Elements");
 }
 
