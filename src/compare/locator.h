@@ -4,11 +4,11 @@
 #include <array>
 #include <cstdint>
 
-#include "compare/box_tree.h"
 #include "compare/point.h"
 #include "compare/point_table.h"
 #include "compare/simplified_mesh.h"
 #include "compare/triangles.h"
+#include "mesh/box_tree.h"
 
 namespace tetfusion {
 

@@ -15,6 +15,7 @@
 #include "compare/locator.h"
 #include "compare/original_mesh.h"
 #include "compare/simplified_mesh.h"
+#include "compare/sorted_by_key.h"
 #include "mesh/statistics.h"
 
 namespace tetfusion {

@@ -3,8 +3,9 @@
 #include <cmath>
 
 #include "base/blocks.h"
-#include "compare/box_tree.h"
 #include "compare/hilbert_curve.h"
+#include "compare/sorted_by_key.h"
+#include "mesh/box_tree.h"
 #include "mesh/predicates.h"
 
 namespace tetfusion {

@@ -10,6 +10,7 @@
 #include "base/sums.h"
 #include "compare/face_match.h"
 #include "compare/hilbert_curve.h"
+#include "compare/sorted_by_key.h"
 #include "mesh/faces.h"
 #include "mesh/predicates.h"
 

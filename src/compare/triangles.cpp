@@ -9,6 +9,7 @@
 #include "base/sums.h"
 #include "compare/hilbert_curve.h"
 #include "compare/point_table.h"
+#include "compare/sorted_by_key.h"
 
 namespace tetfusion {
 

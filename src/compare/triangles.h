@@ -5,9 +5,9 @@
 #include <cstdint>
 
 #include "base/vector.h"
-#include "compare/box_tree.h"
 #include "compare/parts.h"
 #include "compare/point.h"
+#include "mesh/box_tree.h"
 
 namespace tetfusion {
 

@@ -90,6 +90,20 @@ class Contacts(FolderTest):
             _, temperature = self.compare(other, again)
             self.assertLess(temperature["max"], 1e-6)
 
+    def test_cells_have_means_where_parts_do_not_overlap(self):
+        """One block is driven into the other, and cells have the height of their middles."""
+        mesh = contact(cells=(12, 10), depth=0.3)
+        heights = np.array(mesh.points)[:, 2][np.array(mesh.tets)].mean(axis=1)
+        mesh.arrays.insert(1, ["CellData", "height", "Float64", 1, heights.tolist()])
+        path = self.write(mesh, "deep.vtu")
+        run("simplify", path, "-o", self.out, "--reduction", "70%", "--quiet")
+        out = Vtu(self.out)
+        middles = out.points[:, 2][out.tets].mean(axis=1)
+        off = np.abs(np.squeeze(out.arrays["cell"]["height"][1]) - middles)
+        apart = (middles < -0.3) | (middles > 0.3)  # in one of them alone
+        self.assertGreater(apart.sum(), 1000)
+        self.assertLess(off[apart].mean(), 0.016)  # 0.021 without
+
     def test_many_parts(self):
         """Cubes that touch at their sides, and cubes within cubes, each with a value of its own."""
         mesh = TinyVtu(1)

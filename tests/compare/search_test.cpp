@@ -7,12 +7,13 @@
 #include <map>
 #include <vector>
 
-#include "compare/box_tree.h"
 #include "compare/face_match.h"
 #include "compare/locator.h"
 #include "compare/simplified_mesh.h"
+#include "compare/sorted_by_key.h"
 #include "compare/triangles.h"
 #include "io/open_mesh.h"
+#include "mesh/box_tree.h"
 #include "support/mesh_file.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"

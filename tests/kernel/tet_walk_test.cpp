@@ -69,7 +69,7 @@ TEST(TetWalk, FindsWhatIsBetweenCracks) {
     lost += walk.find(centre_of(mesh.positions, mesh.tets[t])) ? 0 : 1;
   }
   EXPECT_LT(lost, 10);
-  EXPECT_FALSE(walk.overlaps_itself());
+  EXPECT_FALSE(walk.leave_out_overlaps());
 }
 
 TEST(TetWalk, SeesWhatLiesOverEachOther) {
@@ -82,8 +82,33 @@ TEST(TetWalk, SeesWhatLiesOverEachOther) {
     const WorkMesh<double> mesh = two_cubes(apart);
     TetWalk<double> walk;
     walk.begin(mesh);
-    EXPECT_EQ(walk.overlaps_itself(), expected) << apart;
+    EXPECT_EQ(walk.leave_out_overlaps(), expected) << apart;
   }
+}
+
+// Where both are, a place does not say to which a point belongs; elsewhere it does.
+TEST(TetWalk, FindsNothingWhereTwoPartsLieOverEachOther) {
+  const WorkMesh<double> mesh = two_cubes(4.5);
+  TetWalk<double> walk;
+  walk.begin(mesh);
+  ASSERT_TRUE(walk.leave_out_overlaps());
+  int found = 0, left_out = 0;
+  for (TetId t = 0; t < mesh.tets.size(); ++t) {
+    const P centre = centre_of(mesh.positions, mesh.tets[t]);
+    const bool is_in_both = centre.x > 4.5 && centre.x < 6;
+    EXPECT_EQ(walk.find(centre), !is_in_both) << centre.x;
+    EXPECT_EQ(walk.find_from(centre, centre), !is_in_both) << centre.x;
+    if (!is_in_both) {
+      EXPECT_EQ(walk.place().tet, t);
+    }
+    ++(is_in_both ? left_out : found);
+  }
+  EXPECT_GT(found, 1000);
+  EXPECT_GT(left_out, 300);
+  // Corners belong to many, which touch.
+  EXPECT_TRUE(walk.find(mesh.positions[0]));
+  walk.begin(mesh);
+  EXPECT_TRUE(walk.find({5, 3, 3}));
 }
 
 }  // namespace

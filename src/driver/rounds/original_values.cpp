@@ -234,10 +234,9 @@ void FittedValues<Real>::fit(std::uint32_t chunk, FitTools<Real>* tools, WorkMes
   if (mesh->tets.empty()) return;
   const double start = wall_seconds();
   tools->walk.begin(*mesh);
-  if (!tools->walk.overlaps_itself()) {
-    if (points_) fit_points(chunk, tools, mesh);
-    if (cells_) average_cells(chunk, tools, mesh);
-  }
+  tools->walk.leave_out_overlaps();
+  if (points_) fit_points(chunk, tools, mesh);
+  if (cells_) average_cells(chunk, tools, mesh);
   const std::lock_guard lock(seconds_mutex_);
   seconds_ += wall_seconds() - start;
 }

@@ -20,6 +20,11 @@ constexpr double kInside = -1e-9;
 constexpr double kNearby = 1.2;
 
 template <class Real>
+Vec3<double> in_double(const Vec3<Real>& p) {
+  return {p.x, p.y, p.z};
+}
+
+template <class Real>
 Vec3<double> mean_of(const std::array<Vec3<Real>, 4>& p) {
   return {0.25 * p[0].x + 0.25 * p[1].x + 0.25 * p[2].x + 0.25 * p[3].x,
           0.25 * p[0].y + 0.25 * p[1].y + 0.25 * p[2].y + 0.25 * p[3].y,
@@ -43,7 +48,7 @@ std::array<double, 4> weights_in(const Vec3<double>& p, const std::array<Vec3<Re
 
 template <class Real>
 std::uint64_t TetWalk<Real>::memory(std::uint64_t tets) {
-  return TetNeighbours::memory(tets) + StartGrid<Real>::memory(tets);
+  return TetNeighbours::memory(tets) + StartGrid<Real>::memory(tets) + BoxTree::memory(tets);
 }
 
 template <class Real>
@@ -53,17 +58,46 @@ void TetWalk<Real>::begin(const WorkMesh<Real>& mesh) {
   end_ = kNoTet;
   neighbours_.begin(mesh.vertex_count(), mesh.tets);
   starts_.begin(mesh);
+  overlaps_.clear();
+}
+
+template <class Real>
+bool TetWalk<Real>::find(const Vec3<double>& point) {
+  return look_for(point) && (overlaps_.empty() || !is_in_another(point));
 }
 
 // From near the point where there are gaps on the way, or cells without volume.
 template <class Real>
-bool TetWalk<Real>::find(const Vec3<double>& point) {
+bool TetWalk<Real>::look_for(const Vec3<double>& point) {
   if (walk(last_.tet, kWalkToNext, point)) return true;
   const TetId start = starts_.near(point);
   if (start == kNoTet) return false;
   if (walk(start, kWalkFromStart, point)) return true;
   return starts_.any_around(
       point, [&](TetId other) { return other != start && walk(other, kWalkFromStart, point); });
+}
+
+template <class Real>
+bool TetWalk<Real>::leave_out_overlaps() {
+  if (!overlaps_itself()) return false;
+  overlaps_.build_alone(mesh_->tets.size(), in_double(mesh_->positions[0]), [&](std::size_t t) {
+    PointBox box;
+    for (const VertexId v : mesh_->tets[t]) box.add(in_double(mesh_->positions[v]));
+    return box;
+  });
+  return true;
+}
+
+// Than the one where it was found last, and those that touch it.
+template <class Real>
+bool TetWalk<Real>::is_in_another(const Vec3<double>& point) const {
+  const Tet& own = mesh_->tets[last_.tet];
+  return overlaps_.find(point, 0, [&](std::size_t t) {
+    const Tet& other = mesh_->tets[t];
+    if (std::ranges::find_first_of(own, other) != own.end()) return false;
+    const std::array<double, 4> w = weights_in(point, corners(mesh_->positions, other));
+    return std::min({w[0], w[1], w[2], w[3]}) >= kInside;
+  });
 }
 
 // Walks to places in order find now the one, now the other of two parts that lie over each other.
@@ -81,7 +115,7 @@ bool TetWalk<Real>::overlaps_itself() {
   const std::size_t step = at_boundary.size() / kEnough + 1;
   for (std::size_t i = 0; i < at_boundary.size(); i += step) {
     const auto centre = mean_of(corners(mesh_->positions, mesh_->tets[at_boundary[i]]));
-    if (!find(centre) || last_.tet == at_boundary[i]) continue;
+    if (!look_for(centre) || last_.tet == at_boundary[i]) continue;
     const auto& [b, c, d] = last_.weights;
     if (std::min({1 - b - c - d, b, c, d}) > kDeep) return true;
   }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "kernel/fit/start_grid.h"
+#include "mesh/box_tree.h"
 #include "mesh/tet_neighbours.h"
 #include "mesh/work_mesh.h"
 
@@ -43,8 +44,9 @@ class TetWalk {
   bool find_again(TetId tet, const Vec3<double>& point) { return walk(tet, kWalkFromStart, point); }
 
   // Does a tetrahedron at the boundary have its centre well inside another one, of thousands that
-  // are looked at? Of what lies over each other nobody can say where a point belongs.
-  bool overlaps_itself();
+  // are looked at? Where parts lie over each other nobody can say to which of them a point belongs:
+  // then points are not found from here on that several tetrahedra have which touch nowhere.
+  bool leave_out_overlaps();
 
   // Of the point that was found last.
   const Place& place() const { return last_; }
@@ -59,12 +61,16 @@ class TetWalk {
   // Longer walks from the grid's start are lost: more is hardly ever needed.
   static constexpr int kWalkFromStart = 64;
 
+  bool overlaps_itself();
+  bool look_for(const Vec3<double>& point);
+  bool is_in_another(const Vec3<double>& point) const;
   bool walk(TetId start, int longest, const Vec3<double>& point);
   bool place_nearby(const Vec3<double>& point);
 
   const WorkMesh<Real>* mesh_ = nullptr;
   TetNeighbours neighbours_;
   StartGrid<Real> starts_;
+  BoxTree overlaps_;  // of the tetrahedra; empty: there are none
   Place last_{};
   TetId end_ = kNoTet;  // of the last walk, where it ended at a boundary
 };

@@ -1,4 +1,4 @@
-#include "compare/point.h"
+#include "compare/sorted_by_key.h"
 
 #include <array>
 #include <utility>
@@ -7,12 +7,6 @@
 #include "base/blocks.h"
 
 namespace tetfusion {
-
-PointBox box_of(std::span<const Point> points) {
-  PointBox box;
-  for (const Point& p : points) box.add(p);
-  return box;
-}
 
 // By one digit after the other, the lowest first, each time in blocks: first how often each of them
 // has each digit, and so where it begins to put those.

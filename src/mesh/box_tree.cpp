@@ -1,4 +1,4 @@
-#include "compare/box_tree.h"
+#include "mesh/box_tree.h"
 
 #include <cmath>
 
@@ -19,7 +19,7 @@ float round_up(double x) {
 }  // namespace
 
 BoxTree::Box BoxTree::narrow(const PointBox& box) const {
-  const Point low = box.low - origin_, high = box.high - origin_;
+  const Vec3<double> low = difference(box.low, origin_), high = difference(box.high, origin_);
   return {{round_down(low.x), round_down(low.y), round_down(low.z)},
           {round_up(high.x), round_up(high.y), round_up(high.z)}};
 }
@@ -36,23 +36,19 @@ void BoxTree::begin_levels(std::size_t items) {
   boxes_.resize(all);
 }
 
-void BoxTree::join_levels() {
-  for (std::size_t level = 1; level < levels_; ++level) {
-    const Box* below = boxes_.data() + begins_[level - 1];
-    Box* boxes = boxes_.data() + begins_[level];
-    for_each_block(counts_[level], kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        Box box = below[i * kFan];
-        const std::size_t last = std::min(i * kFan + kFan, counts_[level - 1]);
-        for (std::size_t child = i * kFan + 1; child < last; ++child) {
-          for (std::size_t axis = 0; axis < 3; ++axis) {
-            box.low[axis] = std::min(box.low[axis], below[child].low[axis]);
-            box.high[axis] = std::max(box.high[axis], below[child].high[axis]);
-          }
-        }
-        boxes[i] = box;
+void BoxTree::join_boxes(std::size_t level, std::size_t begin, std::size_t end) {
+  const Box* below = boxes_.data() + begins_[level - 1];
+  Box* boxes = boxes_.data() + begins_[level];
+  for (std::size_t i = begin; i < end; ++i) {
+    Box box = below[i * kFan];
+    const std::size_t last = std::min(i * kFan + kFan, counts_[level - 1]);
+    for (std::size_t child = i * kFan + 1; child < last; ++child) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.low[axis] = std::min(box.low[axis], below[child].low[axis]);
+        box.high[axis] = std::max(box.high[axis], below[child].high[axis]);
       }
-    });
+    }
+    boxes[i] = box;
   }
 }
 

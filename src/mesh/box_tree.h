@@ -10,7 +10,8 @@
 
 #include "base/blocks.h"
 #include "base/vector.h"
-#include "compare/point.h"
+#include "mesh/point_box.h"
+#include "mesh/vectors.h"
 
 namespace tetfusion {
 
@@ -18,25 +19,42 @@ namespace tetfusion {
 class BoxTree {
  public:
   // box_of(item) is the PointBox of each of `items` items, fewer than 2^32; it is called from
-  // several threads. 28 bytes an item.
+  // several threads.
   template <class BoxOf>
-  void build(std::size_t items, const Point& origin, BoxOf box_of) {
+  void build(std::size_t items, const Vec3<double>& origin, BoxOf box_of) {
     origin_ = origin;
     begin_levels(items);
     for_each_block(items, kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) boxes_[i] = narrow(box_of(i));
     });
-    join_levels();
+    for (std::size_t level = 1; level < levels_; ++level) {
+      for_each_block(counts_[level], kBlock, [&](std::size_t, std::size_t begin, std::size_t end) {
+        join_boxes(level, begin, end);
+      });
+    }
   }
+  // The same on the calling thread alone.
+  template <class BoxOf>
+  void build_alone(std::size_t items, const Vec3<double>& origin, BoxOf box_of) {
+    origin_ = origin;
+    begin_levels(items);
+    for (std::size_t i = 0; i < items; ++i) boxes_[i] = narrow(box_of(i));
+    for (std::size_t level = 1; level < levels_; ++level) join_boxes(level, 0, counts_[level]);
+  }
+  void clear() { levels_ = 0; }
 
   bool empty() const { return levels_ == 0; }
+  // Bytes that it takes.
+  static constexpr std::uint64_t memory(std::uint64_t items) {
+    return (items * kFan / (kFan - 1) + kDepth) * sizeof(Box);
+  }
 
   // Calls accept(item) for the items whose boxes, larger by `margin` on all sides, hold the point,
   // in ascending order, until it returns true. Returns whether it did.
   template <class F>
-  bool find(const Point& p, double margin, F accept) const {
+  bool find(const Vec3<double>& p, double margin, F accept) const {
     if (empty()) return false;
-    const Point at = p - origin_;
+    const Vec3<double> at = difference(p, origin_);
     std::array<Node, kDepth * kFan> stack;
     std::size_t size = 0;
     push_level_above(&stack, &size);
@@ -60,9 +78,9 @@ class BoxTree {
   // Calls measure(item), which returns the square of the item's distance from the point, for items
   // that may be nearer than *squared, which becomes the least.
   template <class F>
-  void find_nearest(const Point& p, double* squared, F measure) const {
+  void find_nearest(const Vec3<double>& p, double* squared, F measure) const {
     if (empty()) return;
-    const Point at = p - origin_;
+    const Vec3<double> at = difference(p, origin_);
     std::array<Node, kDepth * kFan> stack;
     std::size_t size = 0;
     push_level_above(&stack, &size);
@@ -102,7 +120,7 @@ class BoxTree {
     double squared;
   };
 
-  static bool holds(const Box& box, const Point& p, double margin) {
+  static bool holds(const Box& box, const Vec3<double>& p, double margin) {
     return p.x >= box.low[0] - margin && p.x <= box.high[0] + margin &&
            p.y >= box.low[1] - margin && p.y <= box.high[1] + margin &&
            p.z >= box.low[2] - margin && p.z <= box.high[2] + margin;
@@ -110,7 +128,7 @@ class BoxTree {
   static double beyond(double x, double low, double high) {
     return x < low ? low - x : x > high ? x - high : 0;
   }
-  static double squared_distance(const Box& box, const Point& p) {
+  static double squared_distance(const Box& box, const Vec3<double>& p) {
     const double x = beyond(p.x, box.low[0], box.high[0]);
     const double y = beyond(p.y, box.low[1], box.high[1]);
     const double z = beyond(p.z, box.low[2], box.high[2]);
@@ -123,9 +141,10 @@ class BoxTree {
 
   Box narrow(const PointBox& box) const;
   void begin_levels(std::size_t items);
-  void join_levels();
+  // Of a level, from the one below.
+  void join_boxes(std::size_t level, std::size_t begin, std::size_t end);
 
-  Point origin_{};
+  Vec3<double> origin_{};
   Vector<Box> boxes_;  // of the items, then of eight of them each, and so on
   std::size_t levels_ = 0;
   std::array<std::size_t, kDepth> begins_{};
