@@ -141,7 +141,8 @@ void add_refine_command(CLI::App& app) {
   command
       ->add_option("--max-rms", a->max_rms,
                    "The coarsest level of which no fusion was estimated to leave a larger root of "
-                   "the mean square, as a share of the range; not of --method tetfuse")
+                   "the mean square, as a share of the range; of a run that measured no errors, but not of "
+                   "--method tetfuse")
       ->check(not_empty)
       ->group("Goal");
   command

@@ -144,6 +144,12 @@ void Job::check_errors_are_known() const {
                     "--reduction",
                     request_.input));
   }
+  if (request_.max_rms && known == FusionErrors::kLargest) {
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{}: the run that wrote the file measured errors at points: give "
+                            "--max-error",
+                            request_.input));
+  }
 }
 
 // What the output's format has no place for.

@@ -164,6 +164,8 @@ class Goals(FolderTest):
         back = self.simplify(path, "--method", "tetfuse", "--reduction", "30%")
         refuses("knew of no errors", "--max-rms", "1%")
         refuses("knew of no errors", "--max-error", "1%")
+        back = self.simplify(path, "--reduction", "50%", "--max-error", "100%")
+        refuses("measured errors at points: give --max-error", "--max-rms", "1%")
 
 
 if __name__ == "__main__":
