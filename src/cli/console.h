@@ -64,7 +64,7 @@ CLI::Option* add_choice(CLI::App& command, const char* option, T* value,
                         const std::map<std::string, T>& names, const char* help) {
   std::vector<std::string> all;
   for (const auto& [name, what] : names) all.push_back(name);
-  return command.add_option_function<std::string>(
+  CLI::Option* const added = command.add_option_function<std::string>(
       option,
       [=](const std::string& text) {
         const auto same = [&](const auto& entry) {
@@ -78,6 +78,7 @@ CLI::Option* add_choice(CLI::App& command, const char* option, T* value,
         *value = found->second;
       },
       help);
+  return added->type_name(fmt::format("TEXT:{{{}}}", fmt::join(all, ",")));
 }
 // Adds --encoding.
 void add_encoding_option(CLI::App& command, Encoding* encoding);
