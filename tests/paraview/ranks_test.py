@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Of the run on several processes what needs no ParaView. Usage: ranks_test.py"""
 import argparse
+import contextlib
+import io
 import pathlib
 import sys
 import tempfile
@@ -74,6 +76,19 @@ class CommandLine(unittest.TestCase):
             with self.assertRaises(argparse.ArgumentTypeError) as refused:
                 command_line.boundary(text)
             self.assertIn(told, str(refused.exception))
+
+
+    def test_numbers_are_those_of_the_command(self):
+        def parsed(*options):
+            return command_line.parse(["in.vtu", "-o", "out.pvtu", *options])
+        self.assertEqual([parsed("--memory", text).memory for text in ("2G", "2g", "1.5MiB", "4096")], [2 << 30, 2 << 30, 3 << 19, 4096])
+        self.assertEqual([parsed("--max-error", text).max_error for text in ("1%", "0.01", "100%")], [0.01, 0.01, 1])
+        for options in ("--memory=-5", "--memory=0", "--memory=much", "--max-error=1", "--max-error=5", "--max-error=0", "--boundary=0",
+                        "--boundary=200%", "--threads=-1", "--feature-angle=60", "--reduction=1"):
+            with self.subTest(options), contextlib.redirect_stderr(io.StringIO()) as said, self.assertRaises(SystemExit) as ended:
+                parsed(options)
+            self.assertEqual(ended.exception.code, 2)
+            self.assertIn(options.partition("=")[0], said.getvalue())
 
 
 class OneRank:

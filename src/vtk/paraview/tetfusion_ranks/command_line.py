@@ -12,16 +12,38 @@ def share(text):
     return value
 
 
+def share_of_range(text):
+    """0.01 or 1%"""
+    value = share(text)
+    if value == 1 and not text.endswith("%"):
+        raise argparse.ArgumentTypeError("give 100% or 1%, whichever is meant by 1")
+    if not 0 < value <= 1:
+        raise ValueError
+    return value
+
+
 def byte_count(text):
-    """2G, 500M, or a number of bytes"""
-    units = {"K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
-    return int(float(text[:-1]) * units[text[-1]]) if text[-1:] in units else int(text)
+    """2G, 500MiB, or a number of bytes"""
+    number = text.removesuffix("iB")
+    power = "kmgt".find(number[-1:].lower()) + 1 if number else 0
+    count = int(float(number[:-1]) * 1024 ** power) if power else int(text)
+    if count < 1:
+        raise ValueError
+    return count
+
+
+def thread_count(text):
+    if int(text) < 0:
+        raise ValueError
+    return int(text)
 
 
 def boundary(text):
     if text in ("exact", "planar"):
         return text
     distance = share(text)
+    if not 0 < distance < 1:
+        raise ValueError
     if distance >= 0.1 and not text.endswith("%"):  # as the command and the filter's package do
         raise argparse.ArgumentTypeError(f"{text} is {100 * distance:.6g} % of the diagonal; give {text}% or {100 * distance:.6g}%, "
                                          "whichever is meant")
@@ -34,7 +56,7 @@ def parse(arguments):
     parser.add_argument("input", help="a .vtu or .pvtu that ParaView reads: version 5.11 on Debian 12 no appended data, of any program")
     parser.add_argument("-o", "--output", required=True, help="the .pvtu to be written; its pieces go to a folder beside it")
     parser.add_argument("--reduction", type=share, help="the share of the tetrahedra that is to go")
-    parser.add_argument("--max-error", type=share, help="largest error of the steering arrays, a share of their ranges; default 1%% "
+    parser.add_argument("--max-error", type=share_of_range, help="largest error of the steering arrays, a share of their ranges; default 1%% "
                         "where there is no goal")
     parser.add_argument("--boundary", type=boundary, default="exact", help="exact, planar, or how far it may move, a share of the "
                         "bounding box's diagonal, in both passes together")
@@ -42,12 +64,12 @@ def parse(arguments):
     parser.add_argument("--array", action="append", default=[], metavar="NAME", help="steers; cell:NAME is one of the cells; again and again")
     parser.add_argument("--regions", action="append", metavar="NAME", help="cell array whose interfaces stay, or none; again and again")
     parser.add_argument("--roi", action="append", default=[], metavar="REGION", help="region where the mesh stays; again and again")
-    parser.add_argument("--weight", metavar="NAME", help="point array: errors count so many times as much there, so that the mesh stays finer; "
-                        "not with --method tetfuse")
+    parser.add_argument("--weight", metavar="NAME", help="point array, or cell:NAME: errors count so many times as much there, so that the mesh "
+                        "stays finer; not with --method tetfuse")
     parser.add_argument("--min-quality", type=float, help="lowest mean ratio of new tetrahedra")
     parser.add_argument("--conserve", action="store_true", help="integrals of the arrays stay")
     parser.add_argument("--method", choices=("fuse", "tetfuse"), default="fuse")
-    parser.add_argument("--threads", type=int, default=0, help="of each rank; default: the processors of a machine, shared among its ranks")
+    parser.add_argument("--threads", type=thread_count, default=0, help="of each rank; default: the processors of a machine, shared among its ranks")
     parser.add_argument("--memory", type=byte_count, default=0, help="that each rank may take beside its part, as in 2G")
     parser.add_argument("--scratch", help="folder that is there, for what does not fit")
     options = parser.parse_args(arguments)
