@@ -18,7 +18,12 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR})
 
 set(documents ${CMAKE_INSTALL_DATADIR}/doc/tetfusion)
 install(FILES LICENSE DESTINATION ${documents} RENAME copyright COMPONENT command)
-install(FILES README.md CHANGELOG.md src/cli/MANUAL.md src/cli/FORMATS.md DESTINATION ${documents} COMPONENT command)
+# As they lie here, so that they find each other.
+file(GLOB_RECURSE pages CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} src/*.md partition/*.md io/*.md bench/*.md tests/*.md)
+foreach(page README.md CHANGELOG.md src/tetfusion.h src/tetfusion_c.h ${pages})
+  get_filename_component(folder ${page} DIRECTORY)
+  install(FILES ${page} DESTINATION ${documents}/${folder} COMPONENT command)
+endforeach()
 include(CPack)
 cpack_add_component_group(main)
 cpack_add_component_group(vtk)

@@ -275,7 +275,8 @@ struct Options {
   std::vector<SteeringArray> arrays;
   // Arrays of the cells, of one component, whose interfaces stay, as `boundary` says;
   // floating-point numbers tell regions apart where they differ. Default: those of integers that
-  // are named like material, region, physical, tissue, block, zone, part, label. Empty: none.
+  // are named like material, region, physical, tissue, block, zone, part, label, and ObjectId,
+  // medit:ref and tetgen:ref. Empty: none.
   std::optional<std::vector<std::string>> regions;
   // Where the mesh stays as it is, as in "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS",
   // "pressure>0.5".

@@ -18,12 +18,14 @@ OPTIONS = """\
     feature_angle: where the surface may move, edges at which it bends by so many degrees or more stay; in (0, 180]; default 40.
     min_quality: the lowest mean ratio of a new tetrahedron, in [0, 1); default 0.22.
     conserve: the integrals of all floating-point arrays stay; cells keep the values of regions.
-    scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off.
+    scalar_tolerance, stretch_factor, aspect_ratio, max_volume: bounds for each fusion; math.inf is off. A list for the first two has one
+        value a round, the last one repeated (but not in vtktetfusion).
     boundary_tets_stay: with "tetfuse", no tetrahedron that touches the boundary is fused.
     arrays: what steers: a name, or a list of names, "cell:NAME" for an array of the cells, or a dict from names to the largest error
         of each, in (0, 1] (None: no other than max_error); "all": the floating-point arrays of the points that are not named besides.
         Default: the active scalars, else the first floating-point array of the points, of these the first that is not the same everywhere.
-    regions: names of cell arrays of one component whose interfaces are kept, or "none"; default: those of integers named like materials.
+    regions: names of cell arrays of one component whose interfaces are kept, or "none"; default: those of integers named like materials,
+        and ObjectId, medit:ref and tetgen:ref.
     roi: where the mesh stays as it is: a text, or a list of them, "box=X0,X1,Y0,Y1,Z0,Z1", "sphere=X,Y,Z,RADIUS" or "pressure>0.5".
     weight: the name of a point array, or "cell:NAME": errors count so many times as much there, so that the mesh stays finer.
     original_ids: the result has the point array OriginalPointIds: the number that a point which stayed has in the input, -1 of a new one.

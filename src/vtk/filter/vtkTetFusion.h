@@ -9,7 +9,7 @@
  *
  * Which arrays steer is set with SetInputArrayToProcess() (indices 0, 1, ...) or
  * AddSteeringArray(); without either it is the active scalars of the points, else the first
- * floating-point point array. With no goal (TargetReduction, NumberOfTetsOutput) and no limit the
+ * floating-point point array, of these the first that is not the same everywhere. With no goal (TargetReduction, NumberOfTetsOutput) and no limit the
  * mesh is simplified as far as it goes with no steering field off by more than 1 % of its range at
  * any point of the input.
  *
@@ -62,7 +62,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   ///@{
   /**
    * At no point of the input is a steering field off by more than this share of its range, in
-   * (0, 1], as in 0.01. 0, the default: anything with a goal or MaximumRMS, else 0.01.
+   * (0, 1], as in 0.01. 0, the default: anything with a goal, MaximumRMS or a tolerance
+   * of a steering array, else 0.01.
    */
   vtkSetMacro(MaximumError, double);
   vtkGetMacro(MaximumError, double);
@@ -134,8 +135,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
 
   ///@{
   /**
-   * With Method FUSE: no new tetrahedron has a lower mean ratio (1 is regular, 0 flat), unless
-   * there was a worse one in its place; in [0, 1). Default: 0.22; with TETFUSE another value is an
+   * With Method FUSE: no new tetrahedron has a lower mean ratio (1 is regular, 0 flat), or, where
+   * the input has one below it, one that is lower than that by more than a twentieth; in [0, 1). Default: 0.22; with TETFUSE another value is an
    * error.
    */
   vtkSetMacro(MinimumQuality, double);
@@ -222,7 +223,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   /**
    * Are the interfaces between regions kept, as BoundaryMode says? Regions are told apart by the
    * cell arrays of one component that were added; where none was, by those of integers named like
-   * material, region, physical, tissue, block, zone, part, label. Default: yes.
+   * material, region, physical, tissue, block, zone, part, label, and ObjectId, medit:ref and
+   * tetgen:ref. Default: yes.
    */
   vtkSetMacro(KeepRegions, bool);
   vtkGetMacro(KeepRegions, bool);
