@@ -6,6 +6,11 @@
 namespace tetfusion {
 
 template <class Real>
+Vec3<double> in_double(const Vec3<Real>& p) {
+  return {p.x, p.y, p.z};
+}
+
+template <class Real>
 Vec3<double> difference(const Vec3<Real>& a, const Vec3<Real>& b) {
   return {double{a.x} - b.x, double{a.y} - b.y, double{a.z} - b.z};
 }

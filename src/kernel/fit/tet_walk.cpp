@@ -7,6 +7,7 @@
 #include "kernel/criteria.h"
 #include "kernel/point3.h"
 #include "mesh/predicates.h"
+#include "mesh/vectors.h"
 
 namespace tetfusion {
 
@@ -18,11 +19,6 @@ constexpr int kWalkToNext = 16;
 constexpr double kInside = -1e-9;
 // Weights that are not negative sum up to no more where a point is near a tetrahedron.
 constexpr double kNearby = 1.2;
-
-template <class Real>
-Vec3<double> in_double(const Vec3<Real>& p) {
-  return {p.x, p.y, p.z};
-}
 
 template <class Real>
 Vec3<double> mean_of(const std::array<Vec3<Real>, 4>& p) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "kernel/fusions.h"
+#include "mesh/vectors.h"
 
 namespace tetfusion {
 
@@ -29,11 +30,6 @@ constexpr double kInfluence = 1.0 / 16;
 constexpr double kFullWeight = 0.5;
 
 constexpr double kNoCeiling = -1;
-
-template <class Real>
-Vec3<double> in_double(const Vec3<Real>& p) {
-  return {p.x, p.y, p.z};
-}
 
 std::array<double, 4> all_weights(const std::array<double, 3>& last_three) {
   const auto& [b, c, d] = last_three;
