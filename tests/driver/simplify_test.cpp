@@ -353,9 +353,9 @@ TEST_F(Simplify, SaysWhyVerticesStay) {
   request.behaviour.interest = {};
   EXPECT_THAT(run(file).stop_sentence(), HasSubstr("lies between regions of material, and stays."));
   request.behaviour.boundary = Boundary::kPlanar;
-  EXPECT_THAT(
-      run(file).stop_sentence(),
-      HasSubstr("lies at an edge, a corner or a step between regions of material, and stays"));
+  EXPECT_THAT(run(file).stop_sentence(),
+              HasSubstr("lies at an edge, a corner, a rim or a step between regions of "
+                        "material, and stays"));
   // One region has nothing between it and another one.
   file.cell_arrays = {
       make_array<std::int32_t>("material", file.cells(), 1, [](auto, auto) { return 7; })};

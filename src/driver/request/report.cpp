@@ -102,7 +102,7 @@ std::string SimplifyReport::reason_of_locks() const {
     // Where they may move edges and corners stay, and a mesh of voxels has nothing else.
     places.push_back(
         fmt::format("{}between regions of {}",
-                    boundary == Boundary::kExact ? "" : "at an edge, a corner or a step ",
+                    boundary == Boundary::kExact ? "" : "at an edge, a corner, a rim or a step ",
                     fmt::join(regions, ", ")));
   }
   if (has_interest) places.emplace_back("in the region of interest");
@@ -128,8 +128,11 @@ std::string SimplifyReport::in_words(Reject reason) const {
 }
 
 bool SimplifyReport::is_for_sharp_edges(Reject reason) const {
-  if (boundary != Boundary::kWithin || feature_angle >= 180) return false;
-  return reason == Reject::kBoundary || (reason == Reject::kLocked && facts.between_regions > 0);
+  constexpr double kHardlyAny = 120;  // edges are sharper
+  if (boundary != Boundary::kWithin || feature_angle >= kHardlyAny) return false;
+  const bool are_between_regions =
+      facts.between_regions > 0 && facts.carried_vertices == 0 && !has_interest;
+  return reason == Reject::kBoundary || (reason == Reject::kLocked && are_between_regions);
 }
 
 // A boundary that is exact stays anyway; the question is what holds the others back.
@@ -155,9 +158,10 @@ std::string SimplifyReport::reasons_of_vertices(const PassStatistics& last) cons
                            i == 0 ? "may not be fused " : "", in_words(reason));
     has_sharp_edges |= is_for_sharp_edges(reason);
   }
-  return fmt::format("of {} left{}, {}.{}", format_count(all, "vertex", "vertices"),
-                     boundary == Boundary::kExact ? " inside" : "", because,
-                     has_sharp_edges ? " With a larger feature angle fewer edges are sharp." : "");
+  return fmt::format(
+      "of {} left{}, {}.{}", format_count(all, "vertex", "vertices"),
+      boundary == Boundary::kExact ? " inside" : "", because,
+      has_sharp_edges ? " More may go with a larger feature angle and a larger distance." : "");
 }
 
 std::string SimplifyReport::reasons_of_tets(const PassStatistics& last) const {

@@ -55,9 +55,12 @@ void FuseCandidates<Real>::find_partners_on_sheet(VertexId v) {
   partners_.clear();
   const bool is_line = vertices_->along(v) == Along::kLine;
   if (!vertices_->sheets().find_fan(v, &fan_) || (is_line && fan_.sharp_edges != 2)) return;
+  // A larger feature angle makes corners, where lines end, parts of their sheets.
+  const bool may_end = limits_->feature_angle > kFeatureAngle;
   for (std::size_t i = 0; i < fan_.size(); ++i) {
     const VertexId u = fan_.ring[i];
-    const bool leaves_line = fan_.sharp[i] == 0 || state(u).kind == FuseVertices<Real>::kOnSheet;
+    const bool is_inside = state(u).kind == FuseVertices<Real>::kOnSheet;
+    const bool leaves_line = fan_.sharp[i] == 0 || (is_inside && !may_end);
     if (is_line && leaves_line) continue;
     partners_.push_back(u);
   }

@@ -9,6 +9,7 @@
 #include "kernel/criteria.h"
 #include "kernel/paper_bounds.h"
 #include "kernel/sheets/facing_grid.h"
+#include "kernel/sheets/feature_angle.h"
 
 namespace tetfusion {
 
@@ -28,9 +29,6 @@ struct WeightColumn {
 
 // Tetrahedra round an edge inside: so many go at least.
 inline constexpr std::uint64_t kSmallestFusion = 3;
-
-// Degrees between the normals of two triangles of a sheet.
-inline constexpr double kFeatureAngle = 40;
 
 struct FuseLimits {
   // No fusion costs more: the mean of the squared deviations, as shares of the fields' ranges, of

@@ -9,12 +9,16 @@
 
 #include "kernel/point3.h"
 #include "kernel/quadrics/quadric.h"
+#include "kernel/sheets/feature_angle.h"
 #include "mesh/faces.h"
 #include "mesh/regions/region_numbers.h"
 
 namespace tetfusion {
 
 namespace {
+
+// An edge that is bent by as much as the feature angle is sharp however its points are rounded.
+constexpr double kRounding = 0.01;  // degrees
 
 // Of the three faces at each corner, the other two corners: from outside the corner, from, to go
 // round the right way.
@@ -61,7 +65,11 @@ void Sheets<Real>::begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
                          std::span<const std::uint32_t> region_columns, double feature_angle) {
   mesh_ = mesh;
   balls_ = balls;
-  feature_cosine_ = std::cos(feature_angle / 180 * std::numbers::pi);
+  const auto cosine = [](double angle) {
+    return std::cos(std::max(angle - kRounding, 0.0) / 180 * std::numbers::pi);
+  };
+  feature_cosine_ = cosine(feature_angle);
+  line_cosine_ = cosine(std::min(feature_angle, kFeatureAngle));
   kept_fans_.resize(kKeptFans);
   for (KeptFan& kept : kept_fans_) kept.vertex = kNoVertex;
   region_.clear();
@@ -201,14 +209,13 @@ bool Sheets<Real>::look_for_fan(VertexId v, SheetFan* fan) {
 }
 
 template <class Real>
-void Sheets<Real>::mark_edges(VertexId v, SheetFan* fan) const {
+void Sheets<Real>::mark_edges(VertexId v, SheetFan* fan) {
   const auto to = [&](VertexId u) {
     const Vec3<Real>&p = mesh_->positions[v], &q = mesh_->positions[u];
     return Point3{double{q.x} - p.x, double{q.y} - p.y, double{q.z} - p.z};
   };
   const std::size_t n = fan->size();
-  fan->sharp.assign(n, 0);
-  fan->sharp_edges = 0;
+  bends_.resize(n);
   Point3 spoke = to(fan->ring[n - 1]);
   Point3 next = to(fan->ring[0]);
   Point3 before = cross(spoke, next);
@@ -217,10 +224,24 @@ void Sheets<Real>::mark_edges(VertexId v, SheetFan* fan) const {
     next = to(fan->at(i + 1));
     const Point3 normal = cross(spoke, next);
     const double most = std::sqrt(dot(normal, normal)) * std::sqrt(dot(before, before));
-    fan->sharp[i] = dot(normal, before) > feature_cosine_ * most ? 0 : 1;
-    fan->sharp_edges += fan->sharp[i];
+    bends_[i] = dot(normal, before) / most;
     before = normal;
   }
+  const auto mark = [&](double cosine) {
+    fan->sharp.resize(n);
+    for (std::size_t i = 0; i < n; ++i) fan->sharp[i] = bends_[i] > cosine ? 0 : 1;
+    fan->sharp_edges = static_cast<std::size_t>(std::ranges::count(fan->sharp, 1));
+  };
+  mark(line_cosine_);
+  if (feature_cosine_ == line_cosine_) return;
+  if (fan->sharp_edges == 2) {
+    const auto first = std::ranges::find(fan->sharp, 1) - fan->sharp.begin();
+    const auto last = std::ranges::find(fan->sharp.rbegin(), fan->sharp.rend(), 1);
+    const Point3 a = to(fan->ring[static_cast<std::size_t>(first)]);
+    const Point3 b = to(fan->ring[static_cast<std::size_t>(fan->sharp.rend() - last - 1)]);
+    if (dot(a, b) < -line_cosine_ * std::sqrt(dot(a, a)) * std::sqrt(dot(b, b))) return;
+  }
+  mark(feature_cosine_);
 }
 
 template <class Real>

@@ -48,8 +48,9 @@ template <class Real>
 class Sheets {
  public:
   // Regions are made by these cell columns. Two triangles that meet at an edge make it a sharp one
-  // if their normals are so many degrees apart, or more. The mesh and its balls outlive this;
-  // whoever changes them leaves the tetrahedra's numbers.
+  // if their normals are so many degrees apart, or more; where that is more than kFeatureAngle,
+  // lines by this one that are straight stay lines, as vertices go along them. The mesh and its
+  // balls outlive this; whoever changes them leaves the tetrahedra's numbers.
   void begin(const WorkMesh<Real>* mesh, LiveBalls* balls,
              std::span<const std::uint32_t> region_columns, double feature_angle);
 
@@ -112,7 +113,7 @@ class Sheets {
     const Vec3<Real>& p = mesh_->positions[v];
     return {double{p.x}, double{p.y}, double{p.z}};
   }
-  void mark_edges(VertexId v, SheetFan* fan) const;
+  void mark_edges(VertexId v, SheetFan* fan);
   // As far as marks tell.
   bool may_be_on_sheet(VertexId v) const {
     return (mesh_->marks[v] & (kOnBoundary | kOnInterface)) != 0 || is_between_regions(v);
@@ -123,7 +124,7 @@ class Sheets {
 
   const WorkMesh<Real>* mesh_ = nullptr;
   LiveBalls* balls_ = nullptr;
-  double feature_cosine_ = 1;
+  double feature_cosine_ = 1, line_cosine_ = 1;
   Vector<std::uint32_t> region_;  // of a tetrahedron; none: there is one region
   Vector<std::uint8_t> mixed_;
   std::vector<Face> faces_;
@@ -131,6 +132,7 @@ class Sheets {
   std::vector<SheetEdge> edges_;
   std::vector<KeptFan> kept_fans_;
   SheetFan fan_;
+  std::vector<double> bends_;  // cosines, of a fan's edges
   EdgeLinks links_;
 };
 
