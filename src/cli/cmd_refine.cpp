@@ -139,10 +139,11 @@ void add_refine_command(CLI::App& app) {
       ->check(not_empty)
       ->group("Goal");
   command
-      ->add_option("--max-rms", a->max_rms,
-                   "The coarsest level of which no fusion was estimated to leave a larger root of "
-                   "the mean square, as a share of the range; of a run that measured no errors, but not of "
-                   "--method tetfuse")
+      ->add_option(
+          "--max-rms", a->max_rms,
+          "The coarsest level of which no fusion was estimated to leave a larger root of "
+          "the mean square, as a share of the range; of a run that measured no errors, but "
+          "not of --method tetfuse")
       ->check(not_empty)
       ->group("Goal");
   command

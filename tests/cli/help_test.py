@@ -11,9 +11,9 @@ READING = ["--tetrahedralize", "--linearize", "--merge-points", "--drop-patches"
 OPTIONS = {
     "simplify": READING + ["--output", "--reduction", "--tets", "--scalar-tolerance", "--stretch-factor", "--aspect-ratio", "--max-volume",
                            "--roi", "--weight", "--method", "--max-error", "--max-rms", "--min-quality", "--conserve", "--boundary-rule",
-                           "--boundary", "--feature-angle", "--array", "--regions", "--lods", "--series", "--encoding", "--pieces", "--report", "--strict",
-                           "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run", "--verify", "--original-ids", "--map",
-                           "--progressive"],
+                           "--boundary", "--feature-angle", "--array", "--regions", "--lods", "--series", "--encoding", "--pieces",
+                           "--report", "--strict", "--memory", "--scratch", "--chunk-tets", "--resume", "--dry-run", "--verify",
+                           "--original-ids", "--map", "--progressive"],
     "refine": ["--output", "--tets", "--reduction", "--max-error", "--max-rms", "--roi", "--encoding", "--report", "--memory", "--scratch"],
     "info": READING + ["--report", "--memory", "--scratch"],
     "check": READING + ["--report", "--strict", "--fix", "--encoding", "--memory", "--scratch"],

@@ -75,7 +75,7 @@ struct BehaviourOptions {
   double boundary_distance = 0;
   // With a boundary that is not kExact: where two triangles of a surface meet whose normals are so
   // many degrees apart, or more, it has a sharp edge, which stays; in (0, 180], of which the last
-  // is none. Absent: kFeatureAngle.
+  // is none but the tip of a crack. Absent: kFeatureAngle.
   std::optional<double> feature_angle;
 
   // Steering arrays as the user names them: "NAME", "NAME:0.5%", "cell:NAME". The share

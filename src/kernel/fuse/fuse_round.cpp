@@ -126,8 +126,8 @@ Reject FuseRound<Real>::look_back(VertexId v, float* least, float* failed) {
     const bool on_boundary = (marks & kOnBoundary) != 0;
     const bool stays_anyway = on_boundary && !limits_->sheets_move();
     if ((marks & kOnInterface) != 0 && !stays_anyway) return Reject::kInterface;
-    const bool is_locked = (marks & kLocked) != 0;
-    return on_boundary && (stays_anyway || !is_locked) ? Reject::kBoundary : Reject::kLocked;
+    const bool is_corner = on_boundary && (marks & kLocked) == 0;
+    return stays_anyway || is_corner ? Reject::kBoundary : Reject::kLocked;
   }
   const float known = known_cost(mesh_, v);
   if (candidates_.are_known(v) || !(known > 0)) {

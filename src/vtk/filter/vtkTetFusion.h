@@ -9,9 +9,9 @@
  *
  * Which arrays steer is set with SetInputArrayToProcess() (indices 0, 1, ...) or
  * AddSteeringArray(); without either it is the active scalars of the points, else the first
- * floating-point point array, of these the first that is not the same everywhere. With no goal (TargetReduction, NumberOfTetsOutput) and no limit the
- * mesh is simplified as far as it goes with no steering field off by more than 1 % of its range at
- * any point of the input.
+ * floating-point point array, of these the first that is not the same everywhere. With no goal
+ * (TargetReduction, NumberOfTetsOutput) and no limit the mesh is simplified as far as it goes with
+ * no steering field off by more than 1 % of its range at any point of the input.
  *
  * Cells of lower dimension are kept, with their points, unless DropPatches leaves them out. Ghost
  * cells are not part of the output, and their points stay where they are. Of a composite input each
@@ -136,8 +136,8 @@ class VTKTETFUSIONFILTER_EXPORT vtkTetFusion : public vtkUnstructuredGridAlgorit
   ///@{
   /**
    * With Method FUSE: no new tetrahedron has a lower mean ratio (1 is regular, 0 flat), or, where
-   * the input has one below it, one that is lower than that by more than a twentieth; in [0, 1). Default: 0.22; with TETFUSE another value is an
-   * error.
+   * the input has one below it, one that is lower than that by more than a twentieth; in [0, 1).
+   * Default: 0.22; with TETFUSE another value is an error.
    */
   vtkSetMacro(MinimumQuality, double);
   vtkGetMacro(MinimumQuality, double);
