@@ -1,4 +1,5 @@
 """libtetfusion.so by its C interface (tetfusion_c.h)."""
+import _thread
 import atexit
 import ctypes
 import os
@@ -157,7 +158,7 @@ def simplify(mesh, options, tell, notice):
             done.set()
             events.put(None)
     try:
-        threading.Thread(target=work, name="tetfusion", daemon=True).start()
+        _thread.start_new_thread(work, ())  # threading's may be left half begun by what a signal's handler raises
         while (event := events.get()) is not None:
             function, value = event
             answer = None if ended.is_set() else function(value)
