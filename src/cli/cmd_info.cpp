@@ -482,10 +482,14 @@ InfoAnswer answer_of_list(const InfoArguments& a) {
 }
 
 void run_info(const InfoArguments& a) {
+  const double start = wall_seconds();
   check_report(a.report, {a.input});
   set_thread_count(a.threads);
-  const InfoAnswer answer = is_list_name(a.input) ? answer_of_list(a) : answer_of(a);
-  if (!a.report.empty()) write_text(a.report, dump(answer.json));
+  InfoAnswer answer = is_list_name(a.input) ? answer_of_list(a) : answer_of(a);
+  if (!a.report.empty()) {
+    add_resources(start, &answer.json);
+    write_text(a.report, dump(answer.json));
+  }
   if (a.report != "-" && !a.console.quiet) write_text("-", answer.text);
 }
 

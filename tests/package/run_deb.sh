@@ -16,7 +16,7 @@ fi
 dpkg-deb -x "$package" "$temp/root"
 usr="$temp/root/usr"
 
-for document in copyright README.md CHANGELOG.md src/cli/MANUAL.md src/cli/FORMATS.md; do
+for document in copyright README.md CHANGELOG.md src/cli/MANUAL.md src/cli/FORMATS.md src/cli/REPORTS.md; do
   test -s "$usr/share/doc/tetfusion/$document"
 done
 
