@@ -1,14 +1,11 @@
 #!/usr/bin/env python3
 """What the VTK filter takes beside its input, in bytes a tetrahedron, phase by phase.
 
-Usage: filter_memory.py PACKAGES MESH [unset or OPTION=VALUE of vtktetfusion.simplify() ...], where PACKAGES holds the Python package.
+PACKAGES holds the Python package.
 """
+import argparse
 import ast
 import sys
-
-sys.path.insert(0, sys.argv[1])
-import vtktetfusion  # noqa: E402
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader  # noqa: E402
 
 
 def resident(line):
@@ -17,14 +14,22 @@ def resident(line):
 
 
 def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("packages", metavar="PACKAGES")
+    parser.add_argument("mesh", metavar="MESH")
+    parser.add_argument("options", metavar="OPTION=VALUE", nargs="*", help="of vtktetfusion.simplify()")
+    a = parser.parse_args()
+    sys.path.insert(0, a.packages)
+    import vtktetfusion
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
     reader = vtkXMLUnstructuredGridReader()
-    reader.SetFileName(sys.argv[2])
+    reader.SetFileName(a.mesh)
     reader.Update()
     grid = vtktetfusion.vtkCommonDataModel.vtkUnstructuredGrid()
     grid.ShallowCopy(reader.GetOutput())
     del reader
     tets = grid.GetNumberOfCells()
-    options = {name: ast.literal_eval(value) for name, _, value in (text.partition("=") for text in sys.argv[3:])}
+    options = {name: ast.literal_eval(value) for name, _, value in (text.partition("=") for text in a.options)}
     with open("/proc/self/clear_refs", "w") as peak:
         peak.write("5")  # the peak begins here
     before = resident("VmRSS:")
@@ -40,7 +45,8 @@ def main():
         seen = [m for s, m in zip(shares, run_memory) if percent <= 100 * s < percent + 5]
         if seen:
             print(f"{percent:3d} % done: at most {max(seen) / tets:.1f} B a tetrahedron")
-    print(f"peak {(resident('VmHWM:') - before) / tets:.1f} B a tetrahedron, of which the result {out.GetActualMemorySize() * 1024 / tets:.1f}")
+    print(f"peak {(resident('VmHWM:') - before) / tets:.1f} B a tetrahedron, "
+          f"of which the result {out.GetActualMemorySize() * 1024 / tets:.1f}")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Speed of the passes: the first greedy pass, and all of them (adjacency, passes, compaction) until nothing fuses.
 
-Usage: rates.py TETFUSION WORK_FOLDER [TETS [ROUNDS]]     (default 1M, 5 rounds)
 On one thread, in one chunk, without a scalar tolerance, with the default stretch factor and without; jittered lattices of
 each kind. Prints medians and best rates, in millions of the input's tetrahedra a second.
 """
+import argparse
 import json
 import pathlib
 import statistics
@@ -13,9 +13,13 @@ import sys
 
 
 def main():
-    command, work = sys.argv[1], pathlib.Path(sys.argv[2])
-    tets = sys.argv[3] if len(sys.argv) > 3 else "1M"
-    rounds = int(sys.argv[4]) if len(sys.argv) > 4 else 5
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("command", metavar="TETFUSION")
+    parser.add_argument("work", metavar="WORK_FOLDER", type=pathlib.Path)
+    parser.add_argument("tets", metavar="TETS", nargs="?", default="1M")
+    parser.add_argument("rounds", metavar="ROUNDS", nargs="?", type=int, default=5)
+    a = parser.parse_args()
+    command, work, tets, rounds = a.command, a.work, a.tets, a.rounds
     work.mkdir(parents=True, exist_ok=True)
     print("| mesh | stretch | reduction % | passes | first pass Mtet/s: median, best | all passes Mtet/s: median, best |")
     print("| --- | --- | --- | --- | --- | --- |")
@@ -28,7 +32,7 @@ def main():
             for _ in range(rounds):
                 report = json.loads(subprocess.run(
                     [command, "simplify", mesh, "-o", work / "out.vtu", "--method", "tetfuse", "--threads", "1", "--regions",
-                     "none", "--scalar-tolerance", "off", "--stretch-factor", stretch, "--chunk-tets", "1G", "--quiet",
+                     "none", "--scalar-tolerance", "off", "--stretch-factor", stretch, "--chunk-tets", "128M", "--quiet",
                      "--report", "-"], check=True, capture_output=True).stdout)
                 millions = report["input"]["tets"] / 1e6
                 first.append(millions / report["lods"][0]["seconds"])

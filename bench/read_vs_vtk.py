@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Reading a raw .vtu: ours and VTK's vtkXMLUnstructuredGridReader in turn, each in a fresh process, both with all arrays.
 
-Usage: read_vs_vtk.py TETFUSION BENCH_READ WORK_FOLDER [TETS [ROUNDS]]     (default 10M, 9 rounds)
 Run with the Python that has vtkmodules. The mesh is made on the first run; the page cache is warm.
 """
+import argparse
 import pathlib
 import statistics
 import subprocess
@@ -26,9 +26,13 @@ def last_number(*command):
 
 
 def main():
-    tetfusion, bench_read, work = sys.argv[1:4]
-    tets = sys.argv[4] if len(sys.argv) > 4 else "10M"
-    rounds = int(sys.argv[5]) if len(sys.argv) > 5 else 9
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name in "TETFUSION", "BENCH_READ", "WORK_FOLDER":
+        parser.add_argument(name.lower(), metavar=name)
+    parser.add_argument("tets", metavar="TETS", nargs="?", default="10M")
+    parser.add_argument("rounds", metavar="ROUNDS", nargs="?", type=int, default=9)
+    a = parser.parse_args()
+    tetfusion, bench_read, work, tets, rounds = a.tetfusion, a.bench_read, a.work_folder, a.tets, a.rounds
     mesh = pathlib.Path(work) / f"read_{tets}.vtu"
     mesh.parent.mkdir(parents=True, exist_ok=True)
     if not mesh.exists():

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The paper's Table 1 (Chopra & Meyer 2002) beside ours: rows 1, 4, 5, 6, 8, 9, 11.
 
-Usage: table1.py TETFUSION DATA_FOLDER WORK_FOLDER
 TETFUSION is the command, DATA_FOLDER holds spx.vtu and bluntfin.vtu, WORK_FOLDER takes the split meshes and the results.
 Each mesh is simplified with --method tetfuse until nothing fuses, under both boundary rules, with the tolerances of the
 paper's row, and checked with `tetfusion check`. A second table has --method fuse with the boundary exact and the paper's
@@ -9,6 +8,7 @@ scalar tolerance, and row 9, whose boundary was not kept, with one that may move
 the whole command. A mesh in one chunk (rows 1 to 6) has one pass a round. In one that is cut, the first round is done while
 chunks are put together and inspected: its seconds count that too, and its rate says nothing about the pass.
 """
+import argparse
 import json
 import pathlib
 import subprocess
@@ -76,7 +76,11 @@ def print_fuse(command, data, work):
 
 
 def main():
-    command, data, work = (pathlib.Path(a) for a in sys.argv[1:4])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name in "TETFUSION", "DATA_FOLDER", "WORK_FOLDER":
+        parser.add_argument(name.lower(), metavar=name, type=pathlib.Path)
+    a = parser.parse_args()
+    command, data, work = a.tetfusion, a.data_folder, a.work_folder
     command = command.resolve()
     work.mkdir(parents=True, exist_ok=True)
     print("| row | mesh | tets | tolerance | stretch | paper % | paper s | rule | prototype % | ours % | chunks | rounds "

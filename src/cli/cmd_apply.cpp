@@ -76,9 +76,14 @@ ArraysToMove arrays_to_move(const std::vector<std::string>& names, const MapFile
   ArraysToMove out;
   for (const std::string& name : names) {
     const auto choice = find_array(mesh, name);
-    const bool of_cells = choice && choice->association == Association::kCell;
+    if (!choice) {
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("{}: --array {}: there is no such array; 'tetfusion info' lists them",
+                              mesh.path, name));
+    }
+    const bool of_cells = choice->association == Association::kCell;
     const AttributeSet& set = of_cells ? mesh.cell_data : mesh.point_data;
-    if (choice && is_ghost_mark(set.arrays[choice->index].name)) {
+    if (is_ghost_mark(set.arrays[choice->index].name)) {
       throw Error(ErrorCode::kUsage,
                   fmt::format("{}: --array {}: that marks ghosts, which the simplified mesh has "
                               "none of",
@@ -89,7 +94,7 @@ ArraysToMove arrays_to_move(const std::vector<std::string>& names, const MapFile
         out.cells.push_back(choice->index);
       }
     } else {
-      out.points.push_back(name);  // or none, which is refused later
+      out.points.push_back(name);
     }
   }
   if (names.empty()) out.cells = cell_arrays_to_move(mesh.cell_data);
@@ -324,12 +329,15 @@ void add_apply_command(CLI::App& app) {
       "A point that stayed keeps its value, any other one gets what the original mesh has at its "
       "place. Cells get the means of those that lie in them, if IN has the tetrahedra of the mesh "
       "that was simplified, in the same order; else only arrays of points follow.");
-  command->add_option("MAP", a->map, "The file that 'tetfusion simplify --map' wrote")->required();
+  command->add_option("MAP", a->map, "The file that 'tetfusion simplify --map' wrote")
+      ->required()
+      ->check(not_empty);
   command
       ->add_option("IN", a->meshes.inputs,
                    "A mesh with the arrays, or - for standard input. Several files, a .pvd, or a "
                    "file with several time steps where OUT is named as those of a series")
-      ->required();
+      ->required()
+      ->check(not_empty);
   command
       ->add_option(
           "-o,--output", a->meshes.output,
@@ -337,6 +345,7 @@ void add_apply_command(CLI::App& app) {
           "(Gmsh), .node or .ele (TetGen), or - for a .vtu to standard output. Of a series a name "
           "that holds {step}, or a .pvd")
       ->required()
+      ->check(not_empty)
       ->group(kOutputGroup);
   command
       ->add_option("--array", a->arrays,

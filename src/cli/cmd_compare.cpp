@@ -515,9 +515,12 @@ void add_compare_command(CLI::App& app) {
       "Of lists of steps (.pvd, .series), and of two files with several of their own, each is "
       "compared with the\n"
       "other's of that number, or those that --time-step says.");
-  command->add_option("ORIGINAL", a->original, "The mesh, or - for standard input")->required();
+  command->add_option("ORIGINAL", a->original, "The mesh, or - for standard input")
+      ->required()
+      ->check(not_empty);
   command->add_option("SIMPLIFIED", a->simplified, "What became of it, or - for standard input")
-      ->required();
+      ->required()
+      ->check(not_empty);
   add_cell_options(*command, &a->open);
   add_time_step_option(*command, &a->open.time_step,
                        "all, each with its own. Of SIMPLIFIED, too, where it has several");

@@ -96,7 +96,8 @@ void add_convert_command(CLI::App& app) {
           "The file to write: .vtu, .vtk, .mesh or .meshb (Medit), .msh (Gmsh), .node or .ele "
           "(TetGen), or - for a .vtu to standard output. A name that holds {step}, or a .pvd, is "
           "for all time steps of IN")
-      ->required();
+      ->required()
+      ->check(not_empty);
   command
       ->add_option("--labels", a->labels,
                    "The cell array of one component (NAME or cell:NAME), of whole numbers, that "

@@ -98,7 +98,8 @@ void add_generate_command(CLI::App& app) {
   command
       ->add_option("-o,--output", a->output,
                    "The mesh to write: a .vtu, or what convert writes; or - for standard output")
-      ->required();
+      ->required()
+      ->check(not_empty);
   add_encoding_option(*command, &a->write.encoding);
   add_thread_option(*command, &a->threads);
   add_console_options(*command, &a->console, "Say more: sizes, time and memory");

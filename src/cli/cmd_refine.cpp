@@ -113,13 +113,15 @@ void add_refine_command(CLI::App& app) {
   command
       ->add_option("FILE", a->request.input,
                    "The file that 'tetfusion simplify --progressive' wrote")
-      ->required();
+      ->required()
+      ->check(not_empty);
   command
       ->add_option("-o,--output", a->request.output,
                    "The mesh: .vtu, .vtk, .mesh or .meshb (Medit), .msh (Gmsh), .node or .ele "
                    "(TetGen), "
                    "or - for a .vtu to standard output")
       ->required()
+      ->check(not_empty)
       ->group(kOutputGroup);
   command
       ->add_option("--tets", a->tets,

@@ -127,7 +127,9 @@ void add_time_step_option(CLI::App& command, std::optional<std::uint64_t>* step,
 
 void add_input_options(CLI::App& command, std::string* input, OpenOptions* open,
                        const std::string& step_by_default) {
-  command.add_option("IN", *input, "The mesh, or - for standard input")->required();
+  command.add_option("IN", *input, "The mesh, or - for standard input")
+      ->required()
+      ->check(not_empty);
   add_cell_options(command, open);
   add_time_step_option(command, &open->time_step, step_by_default);
 }

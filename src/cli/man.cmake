@@ -18,7 +18,7 @@ endforeach()
 file(READ ${CMAKE_CURRENT_LIST_DIR}/man.inc exit_status)
 file(CONFIGURE OUTPUT ${folder}/man.inc CONTENT "${exit_status}\n${also}\n" @ONLY)
 
-# help2man calls a page after the program it asks.
+# help2man calls a page after the program it asks. What it is for is the first line of --help.
 list(JOIN CMAKE_CROSSCOMPILING_EMULATOR " " emulator)
 set(pages "")
 foreach(command "" ${TETFUSION_COMMANDS})
@@ -28,8 +28,8 @@ foreach(command "" ${TETFUSION_COMMANDS})
   file(CHMOD ${program} PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
   add_custom_command(
     OUTPUT ${program}.1
-    COMMAND ${HELP2MAN} --no-info --version-string=${PROJECT_VERSION} --name "simplification of tetrahedral meshes"
-            --include ${folder}/man.inc --output ${program}.1 ${program}
+    COMMAND sh -c "name=$(${program} --help | sed '1s/^./\\l&/;q') && exec \"$0\" --name \"$name\" \"$@\""
+            ${HELP2MAN} --no-info --version-string=${PROJECT_VERSION} --include ${folder}/man.inc --output ${program}.1 ${program}
     DEPENDS tetfusion ${folder}/man.inc ${program}
     COMMENT "Making the page tetfusion${dashed}(1)" VERBATIM)
   list(APPEND pages ${program}.1)

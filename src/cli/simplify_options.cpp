@@ -22,6 +22,7 @@ std::vector<double> parse_schedule(const std::string& option, const std::string&
                                    bool shares) {
   std::vector<double> values;
   for (const std::string& part : split(text, ',')) {
+    if (part.empty()) refuse(fmt::format("{} {}: a value is missing at a comma", option, text));
     if (part == "off") {
       values.push_back(std::numeric_limits<double>::infinity());
       continue;
@@ -172,7 +173,8 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
                   "system/controlDict; or the steps of a series over time: several files, a .pvd "
                   "or .series that names them, or one file that has them all (Exodus, EnSight, "
                   "OpenFOAM, CGNS, XDMF)")
-      ->required();
+      ->required()
+      ->check(not_empty);
   command
       .add_option(
           "-o,--output", a->request.output,
@@ -183,6 +185,7 @@ void add_file_options(CLI::App& command, SimplifyArguments* a) {
           "that tells nothing, and where one file has all steps), or is that of a .pvd, OUT.pvd "
           "of OUT_{step}.vtu")
       ->required()
+      ->check(not_empty)
       ->group(kOutputGroup);
   command
       .add_option("--series", a->series,

@@ -189,7 +189,7 @@ void Job::plan_memory() {
                             "(and {} with everything in memory), but it may use {}: give --memory "
                             "{}M or more",
                             request_.input, format_bytes(least), format_bytes(in_core),
-                            format_bytes(total), (least >> 20) + 1));
+                            format_bytes(total), (least + (1 << 20) - 1) >> 20));
   }
   context_.say(
       fmt::format("the mesh is kept on disk, as it would take about {} in memory; that is "

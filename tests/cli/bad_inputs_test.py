@@ -296,6 +296,23 @@ class BadInputs(FolderTest):
             self.assertEqual(result.returncode, USAGE, arguments)
             self.assertIn(message, result.stderr)
 
+    def test_empty_names(self):
+        """As of variables that are not set."""
+        mesh = self.write(TinyVtu())
+        for arguments in (["simplify", "", "-o", "a.vtu"], ["simplify", mesh, "", "-o", "a.pvd"], ["simplify", mesh, "-o", ""],
+                          ["info", ""], ["check", ""], ["compare", "", mesh], ["compare", mesh, ""], ["convert", "", "a.vtu"],
+                          ["convert", mesh, ""], ["apply", "", mesh, "-o", "a.vtu"], ["apply", "a.map", "", "-o", "a.vtu"],
+                          ["apply", "a.map", mesh, "-o", ""], ["refine", "", "-o", "a.vtu"], ["refine", "a.tfp", "-o", ""],
+                          ["generate", "five", "-o", ""]):
+            result = finish(*arguments, cwd=self.folder)
+            self.assertEqual(result.returncode, USAGE, arguments)
+            self.assertIn(b"the value is empty", result.stderr, arguments)
+
+    def test_values_between_commas(self):
+        result = finish("simplify", self.write(TinyVtu()), "-o", self.folder / "a.vtu", "--scalar-tolerance", "0.1,,0.2")
+        self.assertEqual(result.returncode, USAGE)
+        self.assertIn(b"--scalar-tolerance 0.1,,0.2: a value is missing at a comma", result.stderr)
+
     def test_wrong_usage_of_the_command(self):
         for arguments in ([], ["frobnicate"], ["simplify"], ["simplify", "a.vtu"], ["check"], ["info"],
                           ["convert", "a.vtu"], ["generate", "six", "-o", "a.vtu"]):

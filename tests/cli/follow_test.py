@@ -269,7 +269,10 @@ class Maps(FolderTest):
         # One of them alone.
         out, _ = self.apply(step, "--array", "noise", name="one.vtu")
         self.assertEqual(list(Vtu(out).arrays["point"]), ["noise"])
-        run("apply", self.folder / "out.map", step, "-o", out, "--array", "nose", code=USAGE)
+        for name in "nose", "cell:nose":
+            said = finish("apply", self.folder / "out.map", step, "-o", out, "--array", name)
+            self.assertEqual(said.returncode, USAGE)
+            self.assertIn(f"{step}: --array {name}: there is no such array", said.stderr.decode())
         self.apply(step, "--array", "noise", "--array", "noise", name="twice.vtu")
         self.assertEqual((self.folder / "twice.vtu").read_bytes(), out.read_bytes())
 

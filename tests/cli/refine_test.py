@@ -152,7 +152,9 @@ class Refine(FolderTest):
                 self.assertEqual(report[name], expected[name])
         said = finish("refine", back, "-o", on_disk, "--memory", "128M").stderr.decode()  # as the manual says, with field data
         self.assertIn("the mesh is kept on disk, as it would take about ", said)
-        run("refine", back, "-o", self.folder / "none.vtu", "--memory", "100M", code=MEMORY)
+        said = finish("refine", back, "-o", self.folder / "none.vtu", "--memory", "100M")
+        self.assertEqual(said.returncode, MEMORY)
+        self.assertIn(b"give --memory 128M or more", said.stderr)
         self.assertEqual(self.files(), [path.name, "level.vtu", "on_disk.vtu", "out.vtu", "run.tfp"])
 
     def test_wide_rows_are_counted(self):
