@@ -119,8 +119,9 @@ class GmshHeadParser {
       walk_entities(&all, name != "Entities", [](const EntityKey&, const EntityKey&, auto) {});
     } else if (name == "NodeData" || name == "ElementData") {
       const GmshData data = parse_data(text);
-      return static_cast<std::size_t>(data.text.data() - text.data()) +
-             data.rows * (4 + 8 * data.components);
+      const GmshDataSection& section = data.sections.front();
+      return static_cast<std::size_t>(section.text.data() - text.data()) +
+             section.rows * (4 + 8 * data.components);
     }
     return static_cast<std::size_t>(all.at() - text.data());
   }
@@ -236,9 +237,24 @@ class GmshHeadParser {
     if (name == "Elements" || name == "ELM") {
       return take(&head_.elements, &head_.element_count, text);
     }
-    if (name == "NodeData") return head_.node_data.push_back(parse_data(text));
-    if (name == "ElementData") return head_.element_data.push_back(parse_data(text));
+    if (name == "NodeData") return add_data(parse_data(text), &head_.node_data);
+    if (name == "ElementData") return add_data(parse_data(text), &head_.element_data);
     leave_out(std::string(name));
+  }
+
+  // What another partition has of an array belongs to that.
+  static void add_data(GmshData data, std::vector<GmshData>* all) {
+    const GmshDataSection& section = data.sections.front();
+    const auto lacks_it = [&](const GmshData& d) {
+      return d.name == data.name && d.time == data.time && d.step == data.step &&
+             d.components == data.components &&
+             std::ranges::none_of(d.sections, [&](const GmshDataSection& s) {
+               return s.partition == 0 || s.partition == section.partition;
+             });
+    };
+    const auto found = section.partition == 0 ? all->end() : std::ranges::find_if(*all, lacks_it);
+    if (found == all->end()) return all->push_back(std::move(data));
+    found->sections.push_back(section);
   }
 
   void leave_out(const std::string& word) {
@@ -380,6 +396,7 @@ class GmshHeadParser {
   GmshData parse_data(std::string_view text) const {
     GmshCursor in(file_, text, false, false);  // but for the rows
     GmshData data;
+    GmshDataSection section;
     const std::uint64_t texts = in.rows(in.count(), 1, 1);
     for (std::uint64_t i = 0; i < texts; ++i) {
       const std::string name = in.text();
@@ -395,16 +412,19 @@ class GmshHeadParser {
     for (std::uint64_t i = 0; i < integers; ++i) {
       const std::int64_t value = in.integer();
       if (i > 0 && value < 0) in.fail("expected a count, found " + std::to_string(value));
+      if (i == 0) data.step = value;
       if (i == 1) data.components = static_cast<std::uint64_t>(value);
-      if (i == 2) data.rows = static_cast<std::uint64_t>(value);
+      if (i == 2) section.rows = static_cast<std::uint64_t>(value);
+      if (i == 3) section.partition = value;
     }
     in.end_line();
     if (data.components == 0 || data.components > 64) {
       in.fail(std::to_string(data.components) + " components cannot be read");
     }
     const auto head = static_cast<std::size_t>(in.at() - text.data());
-    data.text = text.substr(head);
-    cursor(data.text).rows(data.rows, 4 + 8 * data.components, 1 + data.components);
+    section.text = text.substr(head);
+    cursor(section.text).rows(section.rows, 4 + 8 * data.components, 1 + data.components);
+    data.sections.push_back(section);
     if (data.name.empty()) data.name = "data";
     return data;
   }

@@ -83,13 +83,19 @@ class GmshCursor {
   bool swapped_;
 };
 
-// $NodeData or $ElementData.
+// $NodeData or $ElementData: an array, or what a partition of the mesh has of it.
+struct GmshDataSection {
+  std::int64_t partition = 0;  // 0: none
+  std::uint64_t rows = 0;
+  std::string_view text;  // from the first row to the end of the section
+};
+
 struct GmshData {
   std::string name;
   std::optional<double> time;
+  std::int64_t step = 0;
   std::uint64_t components = 1;
-  std::uint64_t rows = 0;
-  std::string_view text;  // from the first row to the end of the section
+  std::vector<GmshDataSection> sections;  // of different partitions, if there are several
 };
 
 // What version 4.1 says of an entity, and so of all its elements.

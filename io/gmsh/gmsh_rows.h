@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -11,7 +12,7 @@
 
 namespace tetfusion {
 
-// Goes through the rows once, and keeps 16 bytes for each 4096 of them. Rows for what `places`
+// Goes through the rows once, and keeps 32 bytes for each 4096 of them. Rows for what `places`
 // leads to `count` or behind are passed over. Throws Error(kBadInput) for a number that is not
 // there. All arguments must outlive this object. Safe to use from several threads. Pages of the
 // file that were read do not stay in memory.
@@ -30,11 +31,11 @@ class GmshRows {
  private:
   struct Place {
     std::uint64_t of = 0;  // what the first row there is for that is not passed over
-    const char* at = nullptr;
+    std::uint64_t rows = 0;
+    std::string_view text;  // from the first of these rows to the end of their section
   };
   template <class F>
-  const char* walk(const char* begin, std::uint64_t rows, F f) const;
-  std::uint64_t rows_of(std::size_t place) const;
+  const char* walk(const Place& place, F f) const;
 
   const FormatFile& file_;
   const GmshHead& head_;
