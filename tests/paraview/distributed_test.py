@@ -115,7 +115,7 @@ class Distributed(ParaViewCase):
         self.distributed([self.mesh, "-o", out, "--max-error", "2%", "--array", "front", "--boundary", "0.3%"], 3)
         self.expect_sound(out, self.mesh, surface_stays=False)
         self.report("compare", self.mesh, out, "--max-error", "2%", "--array", "front", "--surface", "0.3%")
-        self.distributed([self.mesh, "-o", out, "--reduction", "90%", "--boundary", "0.3%"], 3)
+        self.distributed([self.mesh, "-o", out, "--reduction", "90%", "--boundary", "0.3%", "--feature-angle", "120"], 3)
         self.report("compare", self.mesh, out, "--surface", "0.3%")
 
     def test_ranks_without_cells(self):

@@ -40,6 +40,8 @@ class Plugin(ParaViewCase):
                                   (["--boundary", "0.5%", "--max-error", "2%", "--roi", "box=0,1,0,1,0,0.3", "--regions", "region"],
                                    "BoundaryMode='Within Tolerance', BoundaryTolerance=0.005, MaximumError=0.02,"
                                    "RegionsOfInterest=['box=0,1,0,1,0,0.3'], RegionArrays=['region']"),
+                                  (["--reduction", "90%", "--boundary", "2%", "--feature-angle", "120"],
+                                   "TargetReduction=0.9, BoundaryMode='Within Tolerance', BoundaryTolerance=0.02, FeatureAngle=120"),
                                   (["--reduction", "60%", "--weight", "front"], "TargetReduction=0.6, WeightArrayName='front'"),
                                   (["--reduction", "30%", "--method", "tetfuse"], "TargetReduction=0.3, Method='TetFuse'")):
             with self.subTest(settings=settings):
