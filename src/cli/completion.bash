@@ -13,8 +13,9 @@ _tetfusion() {
     COMPREPLY=($(compgen -W "$(grep -oE -- '^ +-[^ ]+' <<<"$help" | tr ', ' '\n\n')" -- "$word"))
     return
   fi
-  # --progress TEXT:{auto,always,never}
+  # --progress TEXT:{auto,always,never}, or KIND TEXT:{bcc,five,kuhn} behind the command
+  if ((COMP_CWORD == 2)); then before='[A-Z]+'; elif [[ $before != -* ]]; then return; fi
   values=$(sed -nE "s/^ +([^ ]*,)?${before} [A-Z]+:\{([^}]*)\}.*/\2/p" <<<"$help" 2>/dev/null | tr ',' '\n')
-  [[ $before == -* && -n $values ]] && COMPREPLY=($(compgen -W "$values" -- "$word"))
+  [[ -n $values ]] && COMPREPLY=($(compgen -W "$values" -- "$word"))
 }
 complete -o default -F _tetfusion tetfusion

@@ -46,6 +46,7 @@ for name in $(tetfusion --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]*\) .*/
   if command -v help2man >/dev/null; then test -s "$usr/share/man/man1/tetfusion-$name.1"; fi
   echo "$name" >>"$temp/commands"
 done
+if command -v help2man >/dev/null; then grep -q "tetfusion-check .*- find out whether" "$usr/share/man/man1/tetfusion-check.1"; fi
 complete() {
   bash -c 'source "$0"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _tetfusion; printf "%s\n" "${COMPREPLY[@]}"' \
     "$usr/share/bash-completion/completions/tetfusion" "$@"
@@ -54,4 +55,6 @@ complete tetfusion "" | grep -v '^--' | cmp - "$temp/commands"
 complete tetfusion simp | grep -qx simplify
 complete tetfusion simplify --red | grep -qx -- --reduction
 complete tetfusion simplify --report x --verb | grep -qx -- --verbose
+complete tetfusion generate k | grep -qx kuhn
+test -z "$(complete tetfusion generate kuhn "")"
 complete tetfusion simplify --progress a | tr '\n' ' ' | grep -qx 'auto always '
