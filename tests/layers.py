@@ -4,8 +4,10 @@
 Every folder with code is a room. Its README.md names each of its headers, and has a line "May include: a, b." naming the
 rooms whose headers its files may use, with the rooms inside of these (its own are always allowed), or "May include:
 nothing.". No two rooms may use each other. VTK's headers may be included in src/vtk alone, and nothing but the standard
-library's in the public headers, which belong to the library.
+library's in the public headers, which belong to the library. What a file uses of the headers that builds precompile is
+included by it or by headers of ours that it includes, as those builds would not miss it.
 """
+import functools
 import pathlib
 import re
 import sys
@@ -13,6 +15,19 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOPS = {"src": "", "partition": "partition", "io": "io"}  # folders, and how includes name them
 PUBLIC_HEADERS = ("tetfusion.h", "tetfusion_c.h")  # of the library; they include the standard library's headers alone
+
+
+PRECOMPILED = {  # in the top CMakeLists.txt, and what shows that a file needs one
+    "algorithm": r"(?:ranges::)?(?:all_of|any_of|clamp|copy|copy_n|count_if|equal|fill|find|find_if|lower_bound|max|max_element|min"
+                 r"|min_element|none_of|nth_element|remove_if|reverse|sort|stable_sort|transform|unique|upper_bound)\(",
+    "array": r"array\b", "atomic": r"atomic\b", "functional": r"(?:function|greater|hash|less)\b", "map": r"(?:multi)?map\b",
+    "memory": r"(?:make_unique|make_shared|shared_ptr|unique_ptr|weak_ptr)\b",
+    "mutex": r"(?:call_once|lock_guard|mutex|once_flag|scoped_lock|unique_lock)\b",
+    "numeric": r"(?:accumulate|exclusive_scan|inclusive_scan|iota|partial_sum|reduce)\b", "optional": r"(?:nullopt|optional)\b",
+    "span": r"span\b", "string": r"(?:string|to_string)\b", "variant": r"(?:get_if|holds_alternative|variant|visit)\b",
+    "vector": r"vector\b"}
+NEEDS = {header: re.compile(r"\bstd::" + used) for header, used in PRECOMPILED.items()}
+NEEDS["fmt/format.h"] = re.compile(r"\bfmt::")
 
 
 def code_in(folder):
@@ -38,11 +53,31 @@ def allowed_rooms(readme):
     return set() if names == ["nothing"] else set(names)
 
 
+@functools.cache
 def includes_of(file):
-    for number, line in enumerate(file.read_text().splitlines(), 1):
-        match = re.match(r'\s*#\s*include\s*(["<])([^">]+)[">]', line)
-        if match:
-            yield number, match.group(1) == "<", match.group(2)
+    """Number of the line, is it in brackets, which header."""
+    matches = (re.match(r'\s*#\s*include\s*(["<])([^">]+)[">]', line) for line in file.read_text().splitlines())
+    return [(number, match.group(1) == "<", match.group(2)) for number, match in enumerate(matches, 1) if match]
+
+
+def reachable(file, seen):
+    """The headers in brackets that it includes, or headers of ours in it do."""
+    if file in seen:
+        return set()
+    seen.add(file)
+    found = set()
+    for _, in_brackets, header in includes_of(file):
+        if in_brackets:
+            found.add(header)
+            continue
+        for place in (ROOT / "src" / header, ROOT / header):
+            found |= reachable(place, seen) if place.exists() else set()
+    return found
+
+
+def missing_includes(file):
+    code = re.sub(r'//.*|"(?:\\.|[^"\\])*"', "", file.read_text())
+    return sorted({header for header, used in NEEDS.items() if used.search(code)} - reachable(file, set()))
 
 
 def main():
@@ -63,6 +98,7 @@ def main():
                    for header in code_in(folder) if header.suffix == ".h" and header.stem not in words
                    and header.name not in PUBLIC_HEADERS]
         for file in code_in(folder):
+            faults += [f"{file.relative_to(ROOT)}: uses <{header}>, and does not include it" for header in missing_includes(file)]
             for number, in_brackets, header in includes_of(file):
                 seen += 1
                 where = f"{file.relative_to(ROOT)}:{number}"

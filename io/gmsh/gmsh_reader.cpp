@@ -148,7 +148,7 @@ class GmshReader final : public FormatReader {
   // What elements of versions 1 and 2 say themselves.
   void describe_elements() {
     description_.cells = mesh().element_count();
-    if (mesh().has_partitions()) description_.left_out.push_back(kGmshPartitions);
+    if (mesh().has_partitions()) description_.left_out.emplace_back(kGmshPartitions);
     const std::string lost = mesh().groups().left_out(head_.names);
     if (!lost.empty()) description_.left_out.push_back(lost);
   }

@@ -53,7 +53,7 @@ void promise_errors(const BehaviourOptions& behaviour, const RunChoices& choices
     }
   }
   if (behaviour.max_rms) {
-    promise->beyond.push_back("the mean error of fusions: --max-rms is for an estimate of it");
+    promise->beyond.emplace_back("the mean error of fusions: --max-rms is for an estimate of it");
   }
 }
 
@@ -111,7 +111,7 @@ Verification verify_output(const WrittenOutput& output, const Promise& promise,
   Verification verification = verify_result(original, output.path, promise, sides, context);
   verification.path = output.name;
   if (!is_pieces_name(output.name) && output_format(output.name) != MeshFormat::kVtu) {
-    verification.not_verified.push_back(
+    verification.not_verified.emplace_back(
         "what its format has no place for: the mesh was verified before it was brought into that");
   }
   if (verification.kept()) return verification;

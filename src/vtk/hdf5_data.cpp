@@ -1,6 +1,7 @@
 #include "vtk/hdf5_data.h"
 
 #ifdef TETFUSION_HAS_HDF5
+#include <algorithm>
 #include <array>
 #include <optional>
 
