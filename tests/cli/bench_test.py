@@ -89,7 +89,7 @@ class Benchmarks(FolderTest):
     def test_the_filter(self):
         mesh = self.generate()
         self.bench("filter_memory", PACKAGES, mesh, "reduction=0.5")
-        self.bench("abort", PACKAGES, mesh, "TargetReduction=0.5", "--moments", 1)
+        self.bench("abort", PACKAGES, mesh, "TargetReduction=0.5", "--moments", 1, "--limit", 60)
 
 
 if __name__ == "__main__":
