@@ -16,7 +16,6 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOPS = {"src": "", "partition": "partition", "io": "io"}  # folders, and how includes name them
 PUBLIC_HEADERS = ("tetfusion.h", "tetfusion_c.h")  # of the library; they include the standard library's headers alone
 
-
 PRECOMPILED = {  # in the top CMakeLists.txt, and what shows that a file needs one
     "algorithm": r"(?:ranges::)?(?:all_of|any_of|clamp|copy|copy_n|count_if|equal|fill|find|find_if|lower_bound|max|max_element|min"
                  r"|min_element|none_of|nth_element|remove_if|reverse|sort|stable_sort|transform|unique|upper_bound)\(",
@@ -27,7 +26,7 @@ PRECOMPILED = {  # in the top CMakeLists.txt, and what shows that a file needs o
     "span": r"span\b", "string": r"(?:string|to_string)\b", "variant": r"(?:get_if|holds_alternative|variant|visit)\b",
     "vector": r"vector\b"}
 NEEDS = {header: re.compile(r"\bstd::" + used) for header, used in PRECOMPILED.items()}
-NEEDS["fmt/format.h"] = re.compile(r"\bfmt::")
+NEEDS["fmt/format.h"], NEEDS["CLI/CLI.hpp"] = re.compile(r"\bfmt::"), re.compile(r"\bCLI::")
 
 
 def code_in(folder):
@@ -119,6 +118,9 @@ def main():
             seen += 1
             if not in_brackets or header.startswith("vtk") or "." in header and header != "stdint.h":
                 faults.append(f"src/{public}:{number}: {header} is not of the standard library")
+    precompiled = re.search(r"set\(TETFUSION_COMMON_HEADERS ([^)]*)\)", (ROOT / "CMakeLists.txt").read_text()).group(1)
+    faults += [f"{header} is precompiled, but nobody looks who includes it"
+               for header in re.findall("<(.*?)>", precompiled) if header not in NEEDS]
     if seen == 0:
         faults.append("found no includes at all: the test looks in the wrong place")
     for fault in faults:

@@ -83,7 +83,7 @@ class GmshCursor {
   bool swapped_;
 };
 
-// $NodeData or $ElementData: an array, or what a partition of the mesh has of it.
+// What one $NodeData or $ElementData has of an array: all, or what a partition of the mesh has.
 struct GmshDataSection {
   std::int64_t partition = 0;  // 0: none
   std::uint64_t rows = 0;

@@ -28,7 +28,7 @@ foreach(command "" ${TETFUSION_COMMANDS})
   file(CHMOD ${program} PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
   add_custom_command(
     OUTPUT ${program}.1
-    COMMAND sh -c "name=$(${program} --help | sed '1s/^./\\l&/;q') && exec \"$0\" --name \"$name\" \"$@\""
+    COMMAND sh -c "name=$('${program}' --help | sed '1s/^./\\l&/;q') && exec \"$0\" --name \"$name\" \"$@\""
             ${HELP2MAN} --no-info --version-string=${PROJECT_VERSION} --include ${folder}/man.inc --output ${program}.1 ${program}
     DEPENDS tetfusion ${folder}/man.inc ${program}
     COMMENT "Making the page tetfusion${dashed}(1)" VERBATIM)

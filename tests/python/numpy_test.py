@@ -462,7 +462,8 @@ class Runs(unittest.TestCase):
             with mock.patch.object(_thread, "start_new_thread", interrupted), self.assertRaises(KeyboardInterrupt):
                 simplify(box(20), 0.9)
             self.assertEqual(simplify(box(4), 0.2).cells.shape[1], 4)
-            self.assertEqual(_thread._count(), began)
+            while _thread._count() > began:  # a thread ends a little after its run
+                time.sleep(0.01)
 
     def test_a_library_that_is_not_there(self):
         script = f"import sys; sys.path[:0] = [{str(PACKAGES)!r}]; import tetfusion"
