@@ -221,6 +221,35 @@ TEST(CellMeans, OneWithoutVolumeKeepsItsValue) {
   EXPECT_EQ(average(cells, mesh)[3], 3);
 }
 
+// Even if it is not looked at.
+TEST(CellMeans, OneThatIsThereItselfIsFoundAmongAll) {
+  const WorkMesh<double> mesh = ball();
+  Cells cells;
+  cells.add(place_in(mesh, 3, 0, 0.2), 1, 10);
+  const Tet& tet = mesh.tets[3];
+  cells.add(centre_of(mesh.positions, tet), 1, 20, 0, corners_hash(mesh.positions, tet));
+  EXPECT_EQ(average(cells, mesh, 0, 2)[3], 3);
+}
+
+TEST(CellMeans, OneIsKeptOnDemand) {
+  WorkMesh<double> mesh = ball();
+  const Vector<Vec3<double>> centres{place_in(mesh, 3, 0, 0.2), place_in(mesh, 4, 0, 0.2)};
+  const Vector<double> volumes{1, 1}, values{10, 20};
+  const Vector<std::uint64_t> hashes{1, 2};
+  TetWalk<double> walk;
+  walk.begin(mesh);
+  CellMeans<double> tool;
+  const std::uint32_t column = 0;
+  tool.begin(&mesh, {&column, 1}, {}, &walk);
+  tool.keep(3);
+  tool.add({centres, volumes, hashes, {}}, 0, 1);
+  tool.average([&](std::size_t, const auto& use) {
+    use(volumes.data(), reinterpret_cast<const std::byte*>(values.data()));
+  });
+  EXPECT_EQ(rows_of<double>(mesh.cell_columns[0])[3], 3);
+  EXPECT_EQ(rows_of<double>(mesh.cell_columns[0])[4], 20);
+}
+
 // In two pieces, of columns of several components and of single precision.
 TEST(CellMeans, OfEachComponentOfEachColumn) {
   WorkMesh<float> mesh = testing::to_float_work_mesh(testing::icosahedron_ball());

@@ -266,6 +266,9 @@ void FittedValues<Real>::fit_points(std::uint32_t chunk, FitTools<Real>* tools,
   tools->points.fit(read);
 }
 
+// A tetrahedron whose centre lies in another chunk keeps what it has: if it is one of the
+// original's itself, that one was sorted to there, and nothing tells here; where the mesh overlaps
+// itself, it might get another cell's values.
 template <class Real>
 void FittedValues<Real>::average_cells(std::uint32_t chunk, FitTools<Real>* tools,
                                        WorkMesh<Real>* mesh) const {
@@ -273,6 +276,12 @@ void FittedValues<Real>::average_cells(std::uint32_t chunk, FitTools<Real>* tool
   const std::vector<std::uint32_t> columns = original_.columns_to_average();
   const std::uint64_t step = step_of(cells_->count(chunk), kMostCells, mesh->tets.size());
   tools->cells.begin(mesh, columns, all.labels, &tools->walk);
+  if (!mesh_.whole) {
+    for (TetId t = 0; t < mesh->tets.size(); ++t) {
+      const Vec3<double> centre = centre_of(mesh->positions, mesh->tets[t]);
+      if (mesh_.cut.chunk_of(centre) != chunk) tools->cells.keep(t);
+    }
+  }
   for_each_step(*cells_, chunk, step, [&](const OriginalPiece& piece, std::uint64_t first) {
     const auto labels =
         piece.columns.begin() + static_cast<std::ptrdiff_t>(kFirstValue + all.cells.size());

@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "base/mix.h"
 #include "base/running_mean.h"
@@ -18,7 +17,6 @@ namespace {
 // Cells that are a smaller share of a tetrahedron say little of it. They may be beside it, too: a
 // sliver's centre is rounded.
 constexpr double kEnough = 1.0 / 8;
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 double mean_of_ascending(std::array<double, 4> x) {
   std::ranges::sort(x);
@@ -121,7 +119,7 @@ template <class Real>
 bool CellMeans<Real>::is_left(std::uint64_t hash) {
   const TetId tet = slot_of(hash).tet;
   if (tet == kNoTet) return false;
-  enough_[tet] = kNever;
+  keep(tet);
   return true;
 }
 
@@ -134,8 +132,12 @@ void CellMeans<Real>::add(const CellsToAverage& cells, std::uint64_t first, std:
     keys.push_back(
         region_keys(label.type, {cells.labels[k], cells.centres.size() * label.stride()}));
   }
-  for (std::uint64_t i = first; i < cells.centres.size(); i += step) {
-    const bool counts = !is_left(cells.hashes[i]) && walk_->find(cells.centres[i]) &&
+  std::uint64_t next = first;
+  for (std::uint64_t i = 0; i < cells.centres.size(); ++i) {
+    const bool is_left_itself = is_left(cells.hashes[i]);
+    if (i != next) continue;
+    next += step;
+    const bool counts = !is_left_itself && walk_->find(cells.centres[i]) &&
                         is_in_region_of(walk_->place().tet, keys, i);
     tet_of_.push_back(counts ? walk_->place().tet : kNoTet);
   }

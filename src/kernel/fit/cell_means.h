@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -46,6 +47,9 @@ class CellMeans {
   void begin(WorkMesh<Real>* mesh, std::span<const std::uint32_t> columns,
              std::span<const std::uint32_t> labels, TetWalk<Real>* walk);
 
+  // This one keeps the values that it has.
+  void keep(TetId tet) { enough_[tet] = kNever; }
+
   // Every step-th of these cells, from that one on. Neighbours are best near each other in the
   // list. A cell counts where its centre is.
   void add(const CellsToAverage& cells, std::uint64_t first, std::uint64_t step);
@@ -65,6 +69,7 @@ class CellMeans {
   static std::uint64_t memory(std::uint64_t cells, std::uint64_t tets);
 
  private:
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
   // Of the values in a tetrahedron, and their weight. Of those that are not finite, weight and the
   // first one.
   struct Mean {
