@@ -70,7 +70,7 @@ void run_simplify(SimplifyArguments* a) {
       Console console(a->console);
       plan = plan_run(a->request, console.context());
     }
-    if (a->report != "-") write_text("-", describe(plan));
+    if (a->report != "-" && !a->console.quiet) write_text("-", describe(plan));
     if (!a->report.empty()) write_text(a->report, to_json(plan));
     return;
   }

@@ -47,6 +47,7 @@ class Options(FolderTest):
         self.assertRegex(plan, r"basis +\d+,\d+ tetrahedra from its middle, ")
         plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--verify").decode()
         self.assertRegex(plan, "without waiting for disks and without --verify\n")
+        self.assertEqual(run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", "--quiet"), b"")
         moving = ("--boundary", "planar", "--reduction", "99.99%")
         plan = run("simplify", path, "-o", self.folder / "out.vtu", "--dry-run", *moving).decode()
         self.assertRegex(plan, r"reachable +about [\d.]+ % fewer tetrahedra or more \([\d.]+ % with four times as many left\), as the boundary moves; whether the goal is in reach is open\n")
