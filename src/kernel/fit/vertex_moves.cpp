@@ -24,6 +24,11 @@ Point3 point_of(const Vec3<Real>& p) {
   return {p.x, p.y, p.z};
 }
 
+template <class Real>
+double cubed_mean_ratio(const std::array<Vec3<Real>, 4>& p) {
+  return shape_of(p[0], p[1], p[2], p[3], 1).cubed_mean_ratio();
+}
+
 }  // namespace
 
 template <class Real>
@@ -106,11 +111,11 @@ bool VertexMoves<Real>::keeps_shapes(VertexId v, const Vec3<Real>& position, dou
     const Tet& tet = mesh_->tets[entry >> 2];
     const std::uint32_t corner = entry & 3;
     if (flips_as_written(position, corner, tet, mesh_->positions)) return false;
-    std::array<Vec3<Real>, 4> p = corners(mesh_->positions, tet);
-    const double before = shape_of(p[0], p[1], p[2], p[3], 1).cubed_mean_ratio();
-    p[corner] = position;
-    const double after = shape_of(p[0], p[1], p[2], p[3], 1).cubed_mean_ratio();
-    if (!(after >= std::min(cubed, before))) return false;
+    const std::array<Vec3<Real>, 4> before = corners(mesh_->positions, tet);
+    std::array<Vec3<Real>, 4> after = before;
+    after[corner] = position;
+    const double shape = cubed_mean_ratio(after);
+    if (!(shape >= cubed) && !(shape >= cubed_mean_ratio(before))) return false;
   }
   return true;
 }
