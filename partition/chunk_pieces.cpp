@@ -64,7 +64,7 @@ struct PieceColumns {
   template <class T>
   using Rows = std::conditional_t<std::is_const_v<Byte>, const T*, T*>;
 
-  PieceColumns(const WorkMesh<Real>& layout, const PieceHeader& header, Byte* begin) {
+  PieceColumns(const WorkMesh<Real>& layout, const PieceHeader& of, Byte* begin) : header(of) {
     Cursor<Byte> cursor(begin);
     cursor.template take<PieceHeader>(1);
     positions = cursor.template take<Vec3<Real>>(header.vertices);
@@ -87,6 +87,7 @@ struct PieceColumns {
     bytes = cursor.taken();
   }
 
+  PieceHeader header;
   Rows<Vec3<Real>> positions;
   Rows<VertexId> point_ids;
   Rows<std::uint8_t> marks;
@@ -327,36 +328,37 @@ void ChunkScatter<Real>::put_tets(const WorkMesh<Real>& mesh, std::span<const st
 template <class Real>
 void ChunkGather<Real>::gather(std::uint32_t chunk, const PieceStore& from,
                                const InterfaceTable& interface, WorkMesh<Real>* mesh) {
-  const std::unique_ptr<BucketPieces> bucket = from.read(chunk);
-  make_room(bucket->pieces(), mesh);
-  std::size_t vertices = 0, tets = 0;  // so many are there already
-  for (const std::span<const std::byte> piece : bucket->pieces()) {
-    const PieceHeader header = header_of(piece);
-    const PieceColumns<Real, const std::byte> columns(*mesh, header, piece.data());
-    vertices = take_vertices(columns, header.vertices, vertices, chunk, interface, mesh);
-    take_tets(columns, header.tets, tets, mesh);
-    take_removed(columns, header.removed, tets, mesh);
-    tets += header.tets;
-  }
-  mesh->resize_vertices(vertices);
+  from.read(chunk)->use([&](const auto& bytes) {
+    std::vector<Piece> pieces;
+    for (const std::span<const std::byte> piece : bytes) {
+      const PieceHeader header = header_of(piece);
+      if (piece.size() != piece_bytes(*mesh, header)) {
+        throw std::logic_error("a piece is not of this layout");
+      }
+      pieces.emplace_back(*mesh, header, piece.data());
+    }
+    make_room(pieces, mesh);
+    std::size_t vertices = 0, tets = 0;  // so many are there already
+    for (const Piece& piece : pieces) {
+      vertices = take_vertices(piece, vertices, chunk, interface, mesh);
+      take_tets(piece, tets, mesh);
+      take_removed(piece, tets, mesh);
+      tets += piece.header.tets;
+    }
+    mesh->resize_vertices(vertices);
+  });
 }
 
 // Room for all that the pieces have, and to know again those vertices that may come more than once.
 template <class Real>
-void ChunkGather<Real>::make_room(const std::vector<std::span<const std::byte>>& pieces,
-                                  WorkMesh<Real>* mesh) {
+void ChunkGather<Real>::make_room(const std::vector<Piece>& pieces, WorkMesh<Real>* mesh) {
   std::size_t vertices = 0, tets = 0, removed = 0, undecided = 0;
-  for (const std::span<const std::byte> piece : pieces) {
-    const PieceHeader header = header_of(piece);
-    if (piece.size() != piece_bytes(*mesh, header)) {
-      throw std::logic_error("a piece is not of this layout");
-    }
-    vertices += header.vertices;
-    tets += header.tets;
-    removed += header.removed;
-    const PieceColumns<Real, const std::byte> columns(*mesh, header, piece.data());
+  for (const Piece& piece : pieces) {
+    vertices += piece.header.vertices;
+    tets += piece.header.tets;
+    removed += piece.header.removed;
     undecided += static_cast<std::size_t>(
-        std::count_if(columns.marks, columns.marks + header.vertices,
+        std::count_if(piece.marks, piece.marks + piece.header.vertices,
                       [](std::uint8_t m) { return (m & kUndecided) != 0; }));
   }
   mesh->resize_vertices(vertices);
@@ -369,10 +371,10 @@ void ChunkGather<Real>::make_room(const std::vector<std::span<const std::byte>>&
 // Of the piece's vertices those that are not there yet, from `first` on. Fills new_ids_. Returns
 // how many vertices there are afterwards.
 template <class Real>
-std::size_t ChunkGather<Real>::take_vertices(const PieceColumns<Real, const std::byte>& columns,
-                                             std::size_t count, std::size_t first,
+std::size_t ChunkGather<Real>::take_vertices(const Piece& columns, std::size_t first,
                                              std::uint32_t chunk, const InterfaceTable& interface,
                                              WorkMesh<Real>* mesh) {
+  const std::size_t count = columns.header.vertices;
   const std::size_t width = mesh->steering_width;
   const std::size_t numbers = mesh->quadric_width;
   std::size_t next = first;
@@ -419,8 +421,8 @@ std::size_t ChunkGather<Real>::take_vertices(const PieceColumns<Real, const std:
 }
 
 template <class Real>
-void ChunkGather<Real>::take_tets(const PieceColumns<Real, const std::byte>& columns,
-                                  std::size_t count, std::size_t first, WorkMesh<Real>* mesh) {
+void ChunkGather<Real>::take_tets(const Piece& columns, std::size_t first, WorkMesh<Real>* mesh) {
+  const std::size_t count = columns.header.tets;
   for (std::size_t i = 0; i < count; ++i) {
     Tet& tet = mesh->tets[first + i];
     for (std::size_t k = 0; k < 4; ++k) {
@@ -438,9 +440,9 @@ void ChunkGather<Real>::take_tets(const PieceColumns<Real, const std::byte>& col
 
 // The piece's tetrahedra begin at `first_tet`.
 template <class Real>
-void ChunkGather<Real>::take_removed(const PieceColumns<Real, const std::byte>& columns,
-                                     std::size_t count, std::size_t first_tet,
+void ChunkGather<Real>::take_removed(const Piece& columns, std::size_t first_tet,
                                      WorkMesh<Real>* mesh) {
+  const std::size_t count = columns.header.removed;
   const std::size_t width = mesh->steering_width;
   RemovedPoints<Real>& removed = mesh->removed;
   const std::uint32_t first = removed.add(count, width);

@@ -89,14 +89,12 @@ class ChunkGather {
               WorkMesh<Real>* mesh);
 
  private:
-  void make_room(const std::vector<std::span<const std::byte>>& pieces, WorkMesh<Real>* mesh);
-  std::size_t take_vertices(const PieceColumns<Real, const std::byte>& columns, std::size_t count,
-                            std::size_t first, std::uint32_t chunk, const InterfaceTable& interface,
-                            WorkMesh<Real>* mesh);
-  void take_tets(const PieceColumns<Real, const std::byte>& columns, std::size_t count,
-                 std::size_t first, WorkMesh<Real>* mesh);
-  void take_removed(const PieceColumns<Real, const std::byte>& columns, std::size_t count,
-                    std::size_t first_tet, WorkMesh<Real>* mesh);
+  using Piece = PieceColumns<Real, const std::byte>;
+  void make_room(const std::vector<Piece>& pieces, WorkMesh<Real>* mesh);
+  std::size_t take_vertices(const Piece& columns, std::size_t first, std::uint32_t chunk,
+                            const InterfaceTable& interface, WorkMesh<Real>* mesh);
+  void take_tets(const Piece& columns, std::size_t first, WorkMesh<Real>* mesh);
+  void take_removed(const Piece& columns, std::size_t first_tet, WorkMesh<Real>* mesh);
 
   IdMap known_;  // by point ids
   Vector<VertexId> new_ids_;

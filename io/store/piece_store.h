@@ -25,10 +25,23 @@ class BucketPieces {
   virtual ~BucketPieces() = default;
   const std::vector<std::span<const std::byte>>& pieces() const { return pieces_; }
 
-  // Throws Error(kIo) when bytes have been lost since read(): someone shortened a file. Worth a
-  // call after the bytes were used where neither commit() nor Scratch::check() follows, which
-  // report it too, when this object is gone.
+  // Throws Error(kIo) when bytes have been lost since read(), as someone shortened a file: there
+  // are zeros then. Scratch::check() says so, too, when this object is gone.
   virtual void check() const {}
+
+  // Calls use(pieces), and throws what that does, and check(): where bytes have been lost that
+  // alone, whatever came of it. Zeros may turn up while it is at it, so it looks at no number of
+  // rows twice.
+  template <class Use>
+  void use(Use use) const {
+    try {
+      use(pieces_);
+    } catch (...) {
+      check();
+      throw;
+    }
+    check();
+  }
 
  protected:
   std::vector<std::span<const std::byte>> pieces_;
@@ -57,9 +70,9 @@ class PieceStore {
   // meanwhile: for buckets that are much larger than a chunk. Throws what read() and check() do.
   using UsePiece = std::function<void(std::span<const std::byte> piece)>;
   virtual void for_each(std::uint32_t bucket, const UsePiece& use) const {
-    const auto all = read(bucket);
-    for (const auto piece : all->pieces()) use(piece);
-    all->check();
+    read(bucket)->use([&](const auto& pieces) {
+      for (const auto piece : pieces) use(piece);
+    });
   }
 
   // The bucket will not be read again: its memory is freed, when no BucketPieces of it lives.

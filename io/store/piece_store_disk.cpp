@@ -288,9 +288,7 @@ std::unique_ptr<BucketPieces> DiskPieceStore::read(std::uint32_t bucket) const {
 
 void DiskPieceStore::for_each(std::uint32_t bucket, const UsePiece& use) const {
   for (const PieceOnDisk& piece : pieces_of(bucket)) {
-    const auto one = load_pieces(generation_, {piece});
-    use(one->pieces()[0]);
-    one->check();
+    load_pieces(generation_, {piece})->use([&](const auto& one) { use(one[0]); });
   }
 }
 

@@ -3,10 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
+#include "base/error.h"
 #include "io/open_mesh.h"
+#include "io/source/mesh_sink.h"
+#include "io/store/scratch.h"
 #include "mesh/inspection/inspect.h"
 #include "support/brute_check.h"
 #include "support/import.h"
@@ -131,6 +136,54 @@ TEST_F(ExportMesh, LeavesNothingWhereItFails) {
   EXPECT_TRUE(bytes_of(out) == expected);
   import.export_to(out);  // the mesh is still there
   EXPECT_TRUE(bytes_of(out) == expected);
+}
+
+// Of which bytes were lost while they were used.
+class LossyScratch : public Scratch {
+ public:
+  std::unique_ptr<PieceStore> begin(const std::string& name) override {
+    return scratch_->begin(name);
+  }
+  void commit(const std::string&, std::span<const std::byte>) override {}
+  void keep(const std::string&) override {}
+  void check() const override { throw Error(ErrorCode::kIo, "bytes were lost"); }
+  std::optional<Checkpoint> resume() override { return {}; }
+  void drop_spares() override {}
+  void remove() override {}
+  std::uint64_t peak_bytes() const override { return 0; }
+
+ private:
+  std::unique_ptr<Scratch> scratch_ = memory_scratch();
+};
+
+class Room : public MeshSink {
+ public:
+  MeshRoom make_room(const MeshLayout& layout) override {
+    points_.resize(3 * layout.points);
+    corners_.resize(layout.corners);
+    MeshRoom room;
+    room.points = reinterpret_cast<std::byte*>(points_.data());
+    room.connectivity = reinterpret_cast<std::byte*>(corners_.data());
+    return room;
+  }
+
+ private:
+  Vector<double> points_;
+  Vector<std::int64_t> corners_;
+};
+
+TEST_F(ExportMesh, MakesNothingOfLostBytes) {
+  MeshFile file;
+  file.geometry = testing::kuhn_box(5, 4, 3, 0.1);
+  file.write(in);
+  Import<double> import(in, {.chunk_tets = 30});
+  const auto kept = std::exchange(import.scratch, std::make_unique<LossyScratch>());
+  Room room;
+  ExportSettings to_memory;
+  to_memory.sink = &room;
+  EXPECT_THROW(import.export_to(out), Error);
+  EXPECT_THROW(import.export_to("", to_memory), Error);
+  EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "support/cut_meshes.h"
 #include "support/interface_tables.h"
+#include "support/lossy_store.h"
 #include "support/meshes.h"
 #include "support/temp_dir.h"
 #include "support/work_meshes.h"
@@ -300,6 +301,32 @@ TEST(ChunkPieces, RefuseAnotherLayoutAndAnotherTable) {
   cut = testing::cut_anew(chunks, testing::cut_evenly(mesh, 3, 1), scratch.get(), "next");
   cut.interface = {};
   EXPECT_THROW(gather_all(cut, layout_of(mesh)), std::logic_error);
+}
+
+// Whatever the zeros are taken for, what is reported is that they are none.
+TEST(ChunkPieces, BytesThatAreLostMeanwhileAreReported) {
+  const auto mesh = with_removed_points(rich(testing::to_work_mesh(testing::five_split_cube(4))));
+  const auto scratch = memory_scratch();
+  const CutMesh first = testing::cut_up(mesh, 3, 0, scratch.get());
+  const CutMesh cut = testing::cut_anew(gather_all(first, layout_of(mesh)),
+                                        testing::cut_evenly(mesh, 3, 1), scratch.get(), "next");
+  std::size_t longest = 0;
+  for (std::uint32_t c = 0; c < 3; ++c) longest = std::max(longest, cut.pieces->bytes(c));
+  ChunkGather<double> gather;
+  for (const std::size_t count : {std::size_t{64}, longest}) {
+    for (std::size_t at = 0; at < longest; at += 64) {
+      const testing::LossyStore store(*cut.pieces, at, count);
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        WorkMesh<double> chunk = layout_of(mesh);
+        try {
+          gather.gather(c, store, cut.interface, &chunk);
+          FAIL() << at;
+        } catch (const Error& error) {
+          EXPECT_EQ(error.code(), ErrorCode::kIo);
+        }
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -17,8 +17,8 @@ class MemoryExporter {
   MeshSummary run() {
     room_ = job_.settings.sink->make_room(layout());
     chunks_.for_each(1, [this](const Chunk& chunk) { place_chunk(chunk); });
-    job_.context.check();
     place_lower();
+    job_.check();
     if (room_.offsets != nullptr) put_number(room_.offsets, 0, 0);
     return chunks_.summary();
   }

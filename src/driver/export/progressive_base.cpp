@@ -149,13 +149,11 @@ void ProgressiveBase<Real>::put_points(const RunContext& context, ProgressiveWri
   for (std::uint32_t range = 0; range < point_ranges_; ++range) {
     context.check();
     PointRows all;
-    const auto bucket = store_->read(range);
-    for (const std::span<const std::byte> piece : bucket->pieces()) {
+    store_->for_each(range, [&](std::span<const std::byte> piece) {
       ByteReader in(piece);
       append(&in, &all.numbers);
       append(&in, &all.rows);
-    }
-    bucket->check();
+    });
     Vector<std::uint32_t> order = ascending(all.numbers);
     const auto is_same = [&](std::uint32_t a, std::uint32_t b) {
       return all.numbers[a] == all.numbers[b];
@@ -173,14 +171,12 @@ void ProgressiveBase<Real>::put_tets(const RunContext& context, ProgressiveWrite
   for (std::uint32_t range = 0; range < tet_ranges_; ++range) {
     context.check();
     TetRows all;
-    const auto bucket = store_->read(point_ranges_ + range);
-    for (const std::span<const std::byte> piece : bucket->pieces()) {
+    store_->for_each(point_ranges_ + range, [&](std::span<const std::byte> piece) {
       ByteReader in(piece);
       append(&in, &all.numbers);
       append(&in, &all.corners);
       append(&in, &all.rows);
-    }
-    bucket->check();
+    });
     const Vector<std::uint32_t> order = ascending(all.numbers);
     writer->put_tets({chosen(all.numbers, order), chosen(all.corners, order),
                       chosen_rows(all.rows, tet_row_, order)});

@@ -3,16 +3,19 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "driver/rounds/windows.h"
 #include "partition/spatial_order.h"
 
 namespace tetfusion {
 
 namespace {
 
-std::size_t items_in(const std::vector<std::span<const std::byte>>& pieces) {
+std::vector<RowReader> readers_of(const std::vector<std::span<const std::byte>>& pieces) {
+  return {pieces.begin(), pieces.end()};
+}
+
+std::size_t items_in(const std::vector<RowReader>& readers) {
   std::size_t items = 0;
-  for (const std::span<const std::byte> piece : pieces) items += RowReader(piece).items();
+  for (const RowReader& reader : readers) items += reader.items();
   return items;
 }
 
@@ -34,22 +37,21 @@ template <class Real>
 void ChunkLoader<Real>::load(std::uint32_t chunk, PieceStore& tets, PieceStore& points,
                              WorkMesh<Real>* mesh) {
   raw_ = layout_;
-  read_points(points.read(chunk)->pieces());
-  read_tets(tets.read(chunk)->pieces());
+  points.read(chunk)->use([this](const auto& pieces) { read_points(readers_of(pieces)); });
+  tets.read(chunk)->use([this](const auto& pieces) { read_tets(readers_of(pieces)); });
   order_along_curve(curve_, raw_, mesh);
   raw_ = {};
 }
 
 template <class Real>
-void ChunkLoader<Real>::read_points(const std::vector<std::span<const std::byte>>& pieces) {
-  const std::size_t all = items_in(pieces);
+void ChunkLoader<Real>::read_points(std::vector<RowReader> readers) {
+  const std::size_t all = items_in(readers);
   raw_.resize_vertices(all);
   raw_.incidence.assign(all, 0);
   raw_.changed.assign(all, 0);
   places_.reset(all);
   std::size_t at = 0;
-  for (const std::span<const std::byte> piece : pieces) {
-    RowReader reader(piece);
+  for (RowReader& reader : readers) {
     const std::size_t n = reader.items();
     std::copy_n(reader.take<VertexId>(), n, raw_.point_ids.data() + at);
     std::copy_n(reader.take<std::uint8_t>(), n, raw_.marks.data() + at);
@@ -68,13 +70,12 @@ void ChunkLoader<Real>::read_points(const std::vector<std::span<const std::byte>
 }
 
 template <class Real>
-void ChunkLoader<Real>::read_tets(const std::vector<std::span<const std::byte>>& pieces) {
-  const std::size_t all = items_in(pieces);
+void ChunkLoader<Real>::read_tets(std::vector<RowReader> readers) {
+  const std::size_t all = items_in(readers);
   raw_.resize_tets(all);
   raw_.remembered.assign(all, 0);
   std::size_t at = 0;
-  for (const std::span<const std::byte> piece : pieces) {
-    RowReader reader(piece);
+  for (RowReader& reader : readers) {
     const std::size_t n = reader.items();
     const Tet* tets = reader.take<Tet>();
     for (std::size_t i = 0; i < n; ++i) {

@@ -1,12 +1,11 @@
 // The chunks of an import, as they come from what was scattered for them.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "base/id_map.h"
+#include "driver/rounds/windows.h"
 #include "io/store/piece_store.h"
 #include "mesh/work_mesh.h"
 #include "partition/curve_cut.h"
@@ -25,8 +24,8 @@ class ChunkLoader {
   void load(std::uint32_t chunk, PieceStore& tets, PieceStore& points, WorkMesh<Real>* mesh);
 
  private:
-  void read_points(const std::vector<std::span<const std::byte>>& pieces);
-  void read_tets(const std::vector<std::span<const std::byte>>& pieces);
+  void read_points(std::vector<RowReader> readers);
+  void read_tets(std::vector<RowReader> readers);
 
   ShiftedCurve curve_;
   WorkMesh<Real> layout_;

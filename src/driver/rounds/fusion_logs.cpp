@@ -110,18 +110,14 @@ void FusionLogs::take_backwards(const Take& take) {
 // Pieces are ascending by chunk.
 void FusionLogs::take_slice(std::uint32_t slice, const Take& take) const {
   std::vector<LogSlice> slices;
-  {
-    const auto bucket = rounds_.back().store->read(slice);
-    for (const std::span<const std::byte> piece : bucket->pieces()) {
-      ByteReader in(piece);
-      LogSlice& one = slices.emplace_back();
-      in.get(&one.undone);
-      in.get(&one.tets);
-      in.get(&one.chunk);
-      one.log.load(&in);
-    }
-    bucket->check();
-  }
+  rounds_.back().store->for_each(slice, [&](std::span<const std::byte> piece) {
+    ByteReader in(piece);
+    LogSlice& one = slices.emplace_back();
+    in.get(&one.undone);
+    in.get(&one.tets);
+    in.get(&one.chunk);
+    one.log.load(&in);
+  });
   std::priority_queue<Turn> turns;
   for (std::size_t i = 0; i < slices.size(); ++i) {
     turns.push({share_of(slices[i].undone, slices[i].tets), i, 0});

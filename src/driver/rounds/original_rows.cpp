@@ -56,15 +56,16 @@ void SortedRows::sort(const std::string& name, std::uint32_t chunks, int threads
   Pool<WindowPieces> tools;
   run_tasks(chunks_, threads, [&](std::size_t c, std::size_t) {
     const auto chunk = static_cast<std::uint32_t>(c);
-    const auto bucket = rows_->store().read(chunk);
-    if (bucket->pieces().empty()) return;
-    const OriginalPiece piece(bucket->pieces()[0], strides);
-    tools.borrow()->add(chunk, chunks_of(piece), chunks, sorted.get(),
-                        [&](const auto& items, RowWriter* to) {
-                          for (std::size_t k = 0; k < strides.size(); ++k) {
-                            to->put_rows(piece.columns[k], strides[k], items);
-                          }
-                        });
+    rows_->store().read(chunk)->use([&](const auto& pieces) {
+      if (pieces.empty()) return;
+      const OriginalPiece piece(pieces[0], strides);
+      tools.borrow()->add(chunk, chunks_of(piece), chunks, sorted.get(),
+                          [&](const auto& items, RowWriter* to) {
+                            for (std::size_t k = 0; k < strides.size(); ++k) {
+                              to->put_rows(piece.columns[k], strides[k], items);
+                            }
+                          });
+    });
   });
   sorted->seal();
   sorted_ = std::move(sorted);
