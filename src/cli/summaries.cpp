@@ -59,10 +59,15 @@ std::string describe(const RunPlan& plan) {
                  "memory     about {}, of {} that it may use; {} would keep the mesh in memory\n",
                  format_bytes(plan.memory_needed()), format_bytes(plan.memory),
                  format_bytes(plan.needs.in_core));
-  fmt::format_to(to, "scratch    {}\n",
-                 plan.on_disk
-                     ? fmt::format("about {} in {}", format_bytes(plan.needs.scratch), plan.scratch)
-                     : "none");
+  const std::string scratch = format_bytes(plan.scratch_needed());
+  if (plan.on_disk) {
+    fmt::format_to(to, "scratch    about {} in {}\n", scratch, plan.scratch);
+  } else {
+    fmt::format_to(to, "scratch    {}\n",
+                   plan.spooled == 0
+                       ? "none"
+                       : fmt::format("{} for a copy of the input, which is read twice", scratch));
+  }
   add_estimate(plan, &text);
   return text;
 }

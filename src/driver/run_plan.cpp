@@ -43,7 +43,7 @@ RunPlan plan_run(const SimplifyRequest& request, const RunContext& context,
   plan.memory = run.place.budget()->total();
   plan.on_disk = run.place.on_disk();
   plan.scratch = scratch_folder(request);
-  if (mesh.spooled_checksum) plan.needs.scratch += mesh.file_bytes;
+  if (mesh.spooled_checksum) plan.spooled = mesh.file_bytes;
   plan.method = request.behaviour.method;
   plan.threads = thread_count();
   plan.verifies = request.verify;

@@ -23,13 +23,14 @@ struct RunPlan {
   std::uint64_t memory = 0;  // that the run may use
   bool on_disk = false;      // chunks are kept in `scratch`
   std::string scratch;
+  std::uint64_t spooled = 0;  // of an input that can be read only once: a copy of it, also on disk
   int threads = 1;
   bool verifies = false;  // the result will be verified; the estimate does not count that
   RunEstimate estimate;
 
   // Where the chunks will be.
   std::uint64_t memory_needed() const { return on_disk ? needs.out_of_core : needs.in_core; }
-  std::uint64_t scratch_needed() const { return on_disk ? needs.scratch : 0; }
+  std::uint64_t scratch_needed() const { return (on_disk ? needs.scratch : 0) + spooled; }
 };
 
 // Throws what simplify() would throw before it reads the mesh. Reads the input once, tries

@@ -31,6 +31,9 @@ class Streams(FolderTest):
         for scratch in (self.folder, self.folder / "new"):
             self.assertEqual(run("simplify", "-", "-o", "-", "--scratch", scratch, input=mesh, env=nowhere), expected)
         self.assertEqual(self.files(), ["out.vtu"])
+        plan = ["simplify", "-", "-o", out, "--reduction", "50%", "--dry-run"]
+        self.assertRegex(run(*plan, input=mesh).decode(), r"scratch +[\d.]+ KiB for a copy of the input")
+        self.assertEqual(report_of(*plan, input=mesh)["scratch_bytes"], len(mesh))
         for arguments in (["simplify", "-", "-o", "-"], ["simplify", "-", "-o", "/dev/null"], ["info", "-"]):
             self.assertIn(b"TMPDIR", finish(*arguments, input=mesh, env=nowhere).stderr)
         self.assertIn(b"for standard output in %s (TMPDIR) failed" % nowhere["TMPDIR"].encode(),
