@@ -115,12 +115,8 @@ template <class Real>
 void Coarsening<Real>::plan_output(std::uint64_t tets) {
   run_.context.report_size(tets);
   input_tets_ = tets;
+  check_levels(run_.request, tets);
   stages_ = plan_stages(run_.request, tets);
-  if (options_.tets && *stages_.back().tets < *options_.tets) {
-    throw Error(
-        ErrorCode::kUsage,
-        "--lods goes further than --tets: give one of them, or a goal beyond the last level");
-  }
 }
 
 // Under the rule of boundary tetrahedra there is none, as chunks must know each other's boundary

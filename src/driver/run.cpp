@@ -64,6 +64,7 @@ Run open_run(const SimplifyRequest& request, std::unique_ptr<MeshSource> source,
   context.check();
   const MeshDescription& mesh = input.description();
   refuse_outputs_among(mesh, request);
+  check_levels(request, mesh.cells);
   MeshDescription output = mesh;  // as far as its arrays go
   if (request.behaviour.original_ids) {
     require_no_original_ids(request.input, mesh);

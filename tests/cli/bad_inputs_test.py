@@ -180,6 +180,7 @@ option_case("an empty value", ["--reduction", ""], USAGE, "--reduction")
 option_case("levels beyond the goal", ["--lods", "50%,80%", "--reduction", "20%", "-o", "{out}/a_{lod}.vtu"], USAGE, "--lods")
 option_case("levels beyond the number of tetrahedra", ["--lods", "50%", "--tets", "300", "-o", "{out}/a_{lod}.vtu"], USAGE,
             "--tets")
+option_case("the same, tried", ["--lods", "50%", "--tets", "300", "-o", "{out}/a_{lod}.vtu", "--dry-run"], USAGE, "--tets")
 option_case("the report in the place of the input", ["--report", "{mesh}"], USAGE, "--report")
 option_case("the report in the place of the output", ["--report", "{out}/small.vtu"], USAGE, "--report")
 option_case("two goals", ["--reduction", "50%", "--tets", "100"], USAGE, "--reduction", "--tets")

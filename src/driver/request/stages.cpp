@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.h"
 #include "base/placeholders.h"
 
 namespace tetfusion {
@@ -30,6 +31,13 @@ std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tet
     stages[i].map = with_field(request.map, kLodField, number);
   }
   return stages;
+}
+
+void check_levels(const SimplifyRequest& request, std::uint64_t tets) {
+  const auto& goal = request.behaviour.tets;
+  if (!goal || *plan_stages(request, tets).back().tets >= *goal) return;
+  throw Error(ErrorCode::kUsage,
+              "--lods goes further than --tets: give one of them, or a goal beyond the last level");
 }
 
 }  // namespace tetfusion

@@ -21,4 +21,8 @@ struct Stage {
 // The stages for a mesh of so many tetrahedra, ascending by reduction; at least one.
 std::vector<Stage> plan_stages(const SimplifyRequest& request, std::uint64_t tets);
 
+// Throws Error(kUsage) where the last level of a mesh of at most so many tetrahedra goes further
+// than --tets.
+void check_levels(const SimplifyRequest& request, std::uint64_t tets);
+
 }  // namespace tetfusion
