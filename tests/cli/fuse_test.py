@@ -83,10 +83,14 @@ class Fuse(FolderTest):
         tiny = TinyVtu()
         tiny.remove("temperature")
         mesh = self.write(tiny)
-        for limits, said in (([], b"geometry alone decides\n"), (["--max-error", "1%"], b"decides, and no error is limited\n")):
+        results = set()
+        for limits, said in (([], b"geometry alone decides\n"), (["--max-error", "1%"], b"decides, and no error is limited\n"),
+                             (["--max-rms", "0.1%"], b"decides, and no error is limited\n")):
             result = finish("simplify", mesh, "-o", self.folder / "out.vtu", "--reduction", "50%", *limits)
             self.assertEqual(result.returncode, 0)
             self.assertIn(said, result.stderr)
+            results.add((self.folder / "out.vtu").read_bytes())
+        self.assertEqual(len(results), 1)
         tiny.array("id")[1:3] = "heat", "Float32"
         said = finish("simplify", self.write(tiny), "-o", self.folder / "out.vtu", "--reduction", "50%").stderr
         self.assertIn(b"no array steers (--array NAME makes one: cell:heat): geometry alone decides\n", said)
@@ -123,10 +127,11 @@ class Fuse(FolderTest):
         said = finish("simplify", path, "-o", out, "--array", "temperature", "--max-error", "1%")
         self.assertEqual(said.returncode, 0)
         self.assertIn(b"no array steers (--array NAME makes one: flow): geometry alone decides, as far as it can\n", said.stderr)
-        out, report = self.fuse(path, "--array", "temperature")
-        self.assertEqual((report["stop_reason"], report["steering"]), ("saturated", []))
-        self.assertLess(report["output"]["tets"], report["input"]["tets"])
-        self.compare(path, out)
+        for bound in ([], ["--max-rms", "0.1%"]):
+            out, report = self.fuse(path, "--array", "temperature", *bound)
+            self.assertEqual((report["stop_reason"], report["steering"]), ("saturated", []))
+            self.assertLess(report["output"]["tets"], report["input"]["tets"])
+            self.compare(path, out)
 
     def test_all_arrays_may_steer(self):
         path, out = self.generate("--jitter", "0.3", tets="20k"), self.folder / "out.vtu"

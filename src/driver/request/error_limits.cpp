@@ -74,7 +74,9 @@ ErrorLimits error_limits(const BehaviourOptions& options, const Tolerances& tole
     limits.highest =
         std::max(limits.highest, std::min(tolerance.value_or(limits.max_error), kAnything));
   }
-  const double mean = options.max_rms ? *options.max_rms * *options.max_rms : kInfinity;
+  // Without fields a fusion costs what its edge does.
+  const bool limits_mean = options.max_rms && limits.have_fields;
+  const double mean = limits_mean ? *options.max_rms * *options.max_rms : kInfinity;
   // Weights multiply what fusions cost: then no cost says that there is no hope at points.
   const double at_points =
       options.weight.empty() ? squared_limits(tolerances, limits.max_error) : kInfinity;
