@@ -7,7 +7,7 @@ namespace tetfusion {
 
 namespace {
 
-// One list of fields for both ways: `stream` is a writer or a reader.
+// One list of fields for all: `stream` is one of these.
 struct Putting {
   ByteWriter* writer;
   template <class T>

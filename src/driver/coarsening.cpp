@@ -134,7 +134,7 @@ FirstRound<Real> Coarsening<Real>::first_round(std::function<void()> scattered, 
     plan_output(tets);
     state_.input.box = box;
     *plan = plan_round(tets, stages_.front().tets);
-    rounds_->begin(plan->settings, plan->limits, state_.fields, {tets, std::move(shares), samples});
+    rounds_->begin(plan->settings, state_.fields, {tets, std::move(shares), samples});
   };
   first.work = [this](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
     rounds_->work(chunk, worker, mesh);
@@ -196,8 +196,7 @@ bool Coarsening<Real>::reach(const std::optional<std::uint64_t>& goal) {
     if (state_.end != StageEnd::kOpen) return state_.end == StageEnd::kGoal;
     run_.context.report("fusing", share_done());
     const RoundPlan plan = plan_round(mesh.tets, goal);
-    const RoundStatistics round =
-        rounds_->run(plan.settings, plan.limits, state_.fields, run_.context, &mesh);
+    const RoundStatistics round = rounds_->run(plan.settings, state_.fields, run_.context, &mesh);
     end_round(plan, round);
   }
   return true;

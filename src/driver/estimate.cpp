@@ -171,8 +171,7 @@ void Trial<Real>::reach(const std::optional<std::uint64_t>& goal, Rounds<Real>* 
   while ((!goal || mesh().tets > *goal) && state_.end == StageEnd::kOpen) {
     run_.context.report("trying", 0.6);
     const RoundPlan plan = planner_.plan(input_.box, mesh().tets, goal, state_);
-    const RoundStatistics round =
-        rounds->run(plan.settings, plan.limits, fields_, run_.context, &mesh());
+    const RoundStatistics round = rounds->run(plan.settings, fields_, run_.context, &mesh());
     planner_.note(plan, round, &state_);
   }
 }

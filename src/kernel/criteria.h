@@ -1,5 +1,5 @@
-// The criteria of TetFusion (Chopra & Meyer 2002, sections 3.2-3.5), and a bound on volumes, as pure
-// functions: true when the fusion must be refused. And what passes count, and go by.
+// The criteria of TetFusion (Chopra & Meyer 2002, sections 3.2-3.5), and a bound on volumes, as
+// pure functions: true when the fusion must be refused. And what passes count, and go by.
 #pragma once
 
 #include <algorithm>
@@ -47,6 +47,8 @@ struct PassStatistics {
   std::uint64_t labelled =
       0;  // tetrahedra passed over because this pass had affected or deleted them
   std::array<std::uint64_t, kRejectReasons> rejected{};
+
+  std::uint64_t removed() const { return tets_before - tets_after; }
 };
 
 // What may become of what a fusion moves; infinity is off.

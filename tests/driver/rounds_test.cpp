@@ -80,10 +80,10 @@ TEST(Rounds, StayValidOverManyRoundsAndPasses) {
   for (const BoundaryRule rule : {BoundaryRule::kVertices, BoundaryRule::kTets}) {
     const WorkMesh<double> before = to_work_mesh(testing::kuhn_box(13, 11, 9, 0.2, 5));
     RoundsEngine engine(before, 250, 3);
-    engine.limits.boundary_rule = rule;
+    engine.settings.limits.boundary_rule = rule;
     for (int i = 0; i < 20; ++i) {
       engine.settings.passes = 1 + i % 4;
-      engine.limits.paper.stretch_factor = i % 2 == 0 ? 3 : 20;
+      engine.settings.limits.paper.stretch_factor = i % 2 == 0 ? 3 : 20;
       engine.run();
     }
     const WorkMesh<double> mesh = engine.mesh();
@@ -97,7 +97,7 @@ TEST(Rounds, TheTetsRuleHoldsInEveryChunk) {
   WorkMesh<double> before = to_work_mesh(five_split_cube(12, 0.2, 5));
   testing::number_tets(&before);
   RoundsEngine engine(before, 700);
-  engine.limits.boundary_rule = BoundaryRule::kTets;
+  engine.settings.limits.boundary_rule = BoundaryRule::kTets;
   engine.run(5);
   const WorkMesh<double> mesh = engine.mesh();
   EXPECT_LT(mesh.tets.size(), before.tets.size() * 9 / 10);
@@ -202,8 +202,8 @@ TEST(Rounds, TheQuotaIsSharedAndNeverExceeded) {
     for (const std::uint64_t quota : {0, 1, 11, 30, 100, 1500, 13'000, 13'720}) {
       for (const bool spread : {true, false}) {
         RoundsEngine engine(before, chunk_tets);
-        engine.limits.quota = quota;
-        engine.limits.spread = spread;
+        engine.settings.limits.quota = quota;
+        engine.settings.limits.spread = spread;
         engine.settings.passes = 3;
         engine.run();
         EXPECT_LE(before.tets.size() - engine.lod.tets, quota);
@@ -218,7 +218,7 @@ TEST(Rounds, TheQuotaIsUsed) {
   WorkMesh<double> before = to_work_mesh(five_split_cube(16, 0.1, 5));
   testing::number_tets(&before);
   RoundsEngine engine(before, 2000);
-  engine.limits.quota = 1500;
+  engine.settings.limits.quota = 1500;
   engine.run();
   EXPECT_GT(before.tets.size() - engine.lod.tets, 1000u);
   std::array<int, 4> left{};  // by the quarter of the numbers, which run through the box in z
@@ -229,8 +229,8 @@ TEST(Rounds, TheQuotaIsUsed) {
 
   // However little the first chunks may give.
   RoundsEngine trim(before, 2000);
-  trim.limits.spread = false;
-  trim.limits.quota = 2700;
+  trim.settings.limits.spread = false;
+  trim.settings.limits.quota = 2700;
   trim.run();
   EXPECT_LT(trim.lod.tets - (before.tets.size() - 2700), 20u);
 }
@@ -243,7 +243,8 @@ TEST(Rounds, RememberedFlipsChangeNothing) {
     std::ptrdiff_t remembered = 0;
     for (int round = 0; round < 12; ++round) {
       const double stretch = round % 3 == 0 ? 2 : 6;
-      knowing.limits.paper.stretch_factor = forgetting.limits.paper.stretch_factor = stretch;
+      knowing.settings.limits.paper.stretch_factor =
+          forgetting.settings.limits.paper.stretch_factor = stretch;
       knowing.settings.passes = forgetting.settings.passes = 1 + round % 3;
       const RoundStatistics a = knowing.run(), b = forgetting.run();
       EXPECT_EQ(a.pass.fused, b.pass.fused);
@@ -316,7 +317,7 @@ TEST(Rounds, WhatIsRememberedAsAFlipIsOne) {
     testing::number_tets(&before);
     RoundsEngine engine(before, 600);
     for (int round = 0; round < 16; ++round) {
-      engine.limits.paper.stretch_factor = 2 + round / 4;
+      engine.settings.limits.paper.stretch_factor = 2 + round / 4;
       engine.run();
       EXPECT_EQ(wrong_flips(engine, &remembered), 0u);
     }
@@ -378,7 +379,7 @@ TEST(Rounds, ARoundWithoutFusionsKeepsTheMesh) {
   testing::number_tets(&before);
   testing::steer_by([](double x, double y, double) { return x - y; }, &before);
   RoundsEngine engine(before, 250);
-  engine.limits.quota = 0;
+  engine.settings.limits.quota = 0;
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(engine.run().pass.fused, 0u);
     EXPECT_EQ(contents(engine.mesh()), contents(before));

@@ -45,7 +45,7 @@ Import<Real>::Import(const std::string& path, const ImportChoice& choice, const 
                       const Vector<Vec3<Real>>& samples) {
       box_ = box;
       shares = of_chunks;
-      rounds_->begin(settings(), {}, fields, {tets, std::move(of_chunks), samples});
+      rounds_->begin(settings(), fields, {tets, std::move(of_chunks), samples});
     };
     first.work = [&](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
       rounds_->work(chunk, worker, mesh);
@@ -89,7 +89,7 @@ RoundSettings Import<Real>::settings() const {
 
 template <class Real>
 RoundStatistics Import<Real>::run_first_round() {
-  return rounds_->run(settings(), {}, fields, {}, &imported.mesh);
+  return rounds_->run(settings(), fields, {}, &imported.mesh);
 }
 
 template <class Real>

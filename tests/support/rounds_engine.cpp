@@ -42,12 +42,12 @@ RoundsEngine::RoundsEngine(const WorkMesh<double>& mesh, std::uint64_t chunk_tet
       rounds_(layout_, threads, &budget_, scratch_.get()) {
   settings.box = box_of(mesh);
   settings.chunk_tets = chunk_tets;
-  limits.paper.stretch_factor = 5;
+  settings.limits.paper.stretch_factor = 5;
 }
 
 RoundStatistics RoundsEngine::run(const RunContext& context) {
   const auto before = static_cast<double>(lod.tets);
-  const RoundStatistics round = rounds_.run(settings, limits, fields, context, &lod);
+  const RoundStatistics round = rounds_.run(settings, fields, context, &lod);
   ++settings.number;
   settings.shrink = static_cast<double>(lod.tets) / before;
   return round;

@@ -23,7 +23,7 @@ class RoundsEngine {
                std::unique_ptr<Scratch> own_scratch = memory_scratch(),
                std::uint64_t memory = std::uint64_t{1} << 30);
 
-  // The next round, for the settings and limits below.
+  // The next round, for the settings below.
   RoundStatistics run(const RunContext& context = {});
   void run(int rounds) {
     for (int i = 0; i < rounds; ++i) run();
@@ -35,7 +35,6 @@ class RoundsEngine {
   void forget_flips();
 
   RoundSettings settings;
-  PassLimits limits;
   std::span<const SteeringField> fields;
 
  private:

@@ -113,7 +113,7 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
                              const RoundsState& state) const {
   const std::size_t before = state.rounds.size();
   RoundPlan plan;
-  PassLimits& limits = plan.limits;
+  PassLimits& limits = plan.settings.limits;
   limits.boundary_rule = options_.boundary_rule;
   limits.paper.aspect_ratio = options_.aspect_ratio;
   limits.paper.max_volume = options_.max_volume;
@@ -123,6 +123,7 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
       at_round(options_.scalar_tolerance, before, fuse ? off : kDefaultScalarTolerance);
   limits.paper.stretch_factor =
       at_round(options_.stretch_factor, before, fuse ? off : kDefaultStretchFactor);
+  plan.has_goal = goal.has_value();
   if (goal) {
     limits.quota = tets - std::min(tets, *goal);
     // In the first round chunks come in no order.
@@ -139,7 +140,7 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
   // turn before the quota is gone.
   plan.settings.passes = !goal && before + 1 >= schedule() ? kPassesPerRound : 1;
   if (fuse) {
-    plan_fuse(box, tets, limits.quota, goal.has_value(), state, &plan.settings);
+    plan_fuse(tets, state, &plan);
     if (goal && plan.settings.fuse.sheets_rest) {
       limits.quota = static_cast<std::uint64_t>(kShareAtRest * static_cast<double>(limits.quota));
     }
@@ -149,57 +150,56 @@ RoundPlan RoundPlanner::plan(const Box& box, std::uint64_t tets,
 }
 
 // Where nobody knows yet what fusions cost, the round only looks.
-void RoundPlanner::plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t quota, bool has_goal,
-                             const RoundsState& state, RoundSettings* settings) const {
+void RoundPlanner::plan_fuse(std::uint64_t tets, const RoundsState& state, RoundPlan* plan) const {
+  RoundSettings* const settings = &plan->settings;
+  FuseLimits& fuse = settings->fuse;
   settings->is_first = state.rounds.empty();
   settings->look = largest_cost(state.costs) == 0 && settings->is_first;
-  const double diagonal = diagonal_of(box);
-  settings->fuse.unit = unit_of(diagonal);
+  const double diagonal = diagonal_of(settings->box);
+  fuse.unit = unit_of(diagonal);
   if (options_.boundary != Boundary::kExact) {
     const bool within = options_.boundary == Boundary::kWithin;
-    const double width = diagonal * settings->fuse.unit;
-    settings->fuse.max_deviation = (within ? options_.boundary_distance : flatness_) * width;
-    settings->fuse.sheet_weight = kSurfaceCost / (width * width);
-    settings->fuse.feature_angle = options_.feature_angle.value_or(kFeatureAngle);
-    if (!state.rounds.empty())
-      settings->fuse.deviation_before = state.rounds.back().deviation * width;
+    const double width = diagonal * fuse.unit;
+    fuse.max_deviation = (within ? options_.boundary_distance : flatness_) * width;
+    fuse.sheet_weight = kSurfaceCost / (width * width);
+    fuse.feature_angle = options_.feature_angle.value_or(kFeatureAngle);
+    if (!state.rounds.empty()) fuse.deviation_before = state.rounds.back().deviation * width;
   }
-  settings->fuse.min_quality = options_.min_quality;
-  settings->fuse.max_error = errors_.max_error;
-  settings->fuse.keep_integrals = options_.conserve;
-  settings->fuse.regions = regions_;
-  settings->fuse.weights = weights_;
-  settings->fuse.weights.scale = state.weights.scale;
+  fuse.min_quality = options_.min_quality;
+  fuse.max_error = errors_.max_error;
+  fuse.keep_integrals = options_.conserve;
+  fuse.regions = regions_;
+  fuse.weights = weights_;
+  fuse.weights.scale = state.weights.scale;
   if (settings->look) return;
-  settings->fuse.sheets_rest = settings->is_first && settings->fuse.sheets_move();
-  const auto to_go = has_goal ? std::optional(quota) : std::nullopt;
+  fuse.sheets_rest = settings->is_first && fuse.sheets_move();
+  const auto to_go = plan->has_goal ? std::optional(settings->limits.quota) : std::nullopt;
   double threshold = next_threshold(state.costs, state.threshold, to_go);
   if (state.threshold.cost == 0) {
-    const double edge_squared = typical_edge_squared(box, settings->fuse.unit, tets);
+    const double edge_squared = typical_edge_squared(settings->box, fuse.unit, tets);
     const double cost =
         cost_of_variance(state.costs, to_go, length_cost(errors_.have_fields) * edge_squared,
                          of_weighted(errors_.max_variance, state));
-    settings->fuse.gradient_variance = gradient_variance(cost, edge_squared);
+    fuse.gradient_variance = gradient_variance(cost, edge_squared);
     threshold += kVarianceInFirst * cost;
   }
-  settings->fuse.threshold = std::min(threshold, of_weighted(errors_.max_cost, state));
-  settings->fuse.thorough = state.threshold.cost > 0 && state.shrink > kHardlyLess;
-  if (errors_.rise) settings->fuse.error_now = rising_error(settings->fuse.threshold, state);
+  fuse.threshold = std::min(threshold, of_weighted(errors_.max_cost, state));
+  fuse.thorough = state.threshold.cost > 0 && state.shrink > kHardlyLess;
+  if (errors_.rise) fuse.error_now = rising_error(fuse.threshold, state);
 }
 
 void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
                         RoundsState* state) const {
   const double width = diagonal_of(plan.settings.box) * plan.settings.fuse.unit;
   const double deviation = width > 0 ? double{round.deviation} / width : 0;
-  state->rounds.push_back({round.pass, plan.limits.paper.scalar_tolerance,
-                           plan.limits.paper.stretch_factor, round.chunks,
-                           wall_seconds() - plan.start, deviation});
-  state->spread = plan.limits.spread ? 1 : 0;
-  const auto before = static_cast<double>(round.pass.tets_before);
-  const auto removed = before - static_cast<double>(round.pass.tets_after);
+  const PassLimits& limits = plan.settings.limits;
+  state->rounds.push_back({round.pass, limits.paper.scalar_tolerance, limits.paper.stretch_factor,
+                           round.chunks, wall_seconds() - plan.start, deviation});
+  state->spread = limits.spread ? 1 : 0;
+  const std::uint64_t removed = round.pass.removed();
   const bool fuse = options_.method == Method::kFuse;
-  const bool has_goal = plan.limits.quota != PassLimits{}.quota;
-  state->shrink = 1 - (fuse || has_goal ? 1 : kNextShare) * removed / before;
+  state->shrink = 1 - (fuse || plan.has_goal ? 1 : kNextShare) * static_cast<double>(removed) /
+                          static_cast<double>(round.pass.tets_before);
   state->costs = round.costs;
   if (plan.settings.look) return;
   if (fuse) {
@@ -207,13 +207,13 @@ void RoundPlanner::note(const RoundPlan& plan, const RoundStatistics& round,
   }
   if (plan.settings.fuse.sheets_rest) return;  // their turn comes
   const bool quota_was_met = state->threshold.quota_was_met;
-  const std::uint64_t to_go = plan.limits.quota - static_cast<std::uint64_t>(removed);
+  const std::uint64_t to_go = limits.quota - removed;
   if (fuse && to_go < (quota_was_met ? kUsualFusion : kSmallestFusion) &&
       (to_go == 0 || removed > 0 || quota_was_met)) {
     state->end = StageEnd::kGoal;
     return;
   }
-  const double saturated = has_goal ? kSaturatedShare : kSaturatedWithoutGoal;
+  const double saturated = plan.has_goal ? kSaturatedShare : kSaturatedWithoutGoal;
   state->end = fuse ? judge_fuse(round, state) : judge(round, saturated, state);
 }
 
@@ -228,7 +228,7 @@ StageEnd RoundPlanner::judge(const RoundStatistics& round, double saturated,
     end = StageEnd::kGoal;  // every fusion that is allowed would go below it
   } else {
     const auto before = static_cast<double>(round.pass.tets_before);
-    const auto removed = before - static_cast<double>(round.pass.tets_after);
+    const auto removed = static_cast<double>(round.pass.removed());
     const bool next_to_nothing =
         was_rejected(round, Reject::kInterface)
             ? removed <= saturated * before && !was_rejected(round, Reject::kQuota)
@@ -242,7 +242,7 @@ StageEnd RoundPlanner::judge(const RoundStatistics& round, double saturated,
 
 StageEnd RoundPlanner::judge_fuse(const RoundStatistics& round, RoundsState* state) const {
   const auto before = static_cast<double>(round.pass.tets_before);
-  const auto removed = before - static_cast<double>(round.pass.tets_after);
+  const auto removed = static_cast<double>(round.pass.removed());
   if (state->threshold.quota_was_met) {
     if (removed > 0) return StageEnd::kOpen;
     if (state->spread == 0) return StageEnd::kGoal;

@@ -41,7 +41,7 @@ struct RoundsState {
 
 struct RoundPlan {
   RoundSettings settings;
-  PassLimits limits;
+  bool has_goal = false;
   double start = 0;  // wall_seconds()
 };
 
@@ -75,8 +75,7 @@ class RoundPlanner {
   void note(const RoundPlan& plan, const RoundStatistics& round, RoundsState* state) const;
 
  private:
-  void plan_fuse(const Box& box, std::uint64_t tets, std::uint64_t quota, bool has_goal,
-                 const RoundsState& state, RoundSettings* settings) const;
+  void plan_fuse(std::uint64_t tets, const RoundsState& state, RoundPlan* plan) const;
   StageEnd judge(const RoundStatistics& round, double saturated, RoundsState* state) const;
   StageEnd judge_fuse(const RoundStatistics& round, RoundsState* state) const;
   std::size_t schedule() const;

@@ -34,12 +34,14 @@ std::uint64_t quota_of(const PassLimits& limits, std::uint64_t tets, std::uint64
   return up_to(end) - up_to(begin);
 }
 
-void add(const PassStatistics& from, PassStatistics* to) {
-  to->tets_before += from.tets_before;
-  to->tets_after += from.tets_after;
-  to->fused += from.fused;
-  to->labelled += from.labelled;
-  for (std::size_t r = 0; r < kRejectReasons; ++r) to->rejected[r] += from.rejected[r];
+void add(const FuseStatistics& from, FuseStatistics* to) {
+  to->pass.tets_before += from.pass.tets_before;
+  to->pass.tets_after += from.pass.tets_after;
+  to->pass.fused += from.pass.fused;
+  to->pass.labelled += from.pass.labelled;
+  for (std::size_t r = 0; r < kRejectReasons; ++r) to->pass.rejected[r] += from.pass.rejected[r];
+  for (std::size_t b = 0; b < kCostBins; ++b) to->costs[b] += from.costs[b];
+  to->deviation = std::max(to->deviation, from.deviation);
 }
 
 template <class Real>
@@ -64,9 +66,9 @@ PassStatistics run_greedy_passes(int passes, PassLimits limits,
     all.labelled = one.labelled;
     all.rejected = one.rejected;
     all.tets_after = one.tets_after;
-    const std::uint64_t removed = one.tets_before - one.tets_after;
-    limits.quota -= std::min(limits.quota, removed);
-    if (static_cast<double>(removed) <= kIdleShare * static_cast<double>(one.tets_before)) break;
+    limits.quota -= std::min(limits.quota, one.removed());
+    if (static_cast<double>(one.removed()) <= kIdleShare * static_cast<double>(one.tets_before))
+      break;
   }
   return all;
 }
@@ -101,19 +103,18 @@ void Rounds<Real>::gather(const MacroLod<Real>& mesh, std::uint32_t chunk,
   lock(mesh.locks, out);
 }
 
-// Passes over one chunk, or the whole mesh; limits.quota is its own. What they take is free again
+// Passes over one chunk, or the whole mesh, with limits of its own. What they take is free again
 // in between, for whoever puts the next chunk together and inspects it.
 template <class Real>
-FuseStatistics Rounds<Real>::run_passes(PassLimits limits, WorkMesh<Real>* mesh, FusionLog* log) {
+FuseStatistics Rounds<Real>::run_passes(const PassLimits& own, WorkMesh<Real>* mesh,
+                                        FusionLog* log) {
   const RoundSettings& settings = round_.settings;
   if (settings.method == Method::kTetFuse) {
-    FuseStatistics statistics;
-    statistics.pass = run_greedy_passes(settings.passes, limits, round_.fields, mesh, log);
-    return statistics;
+    return {run_greedy_passes(settings.passes, own, round_.fields, mesh, log)};
   }
   FuseLimits fuse = settings.fuse;
-  fuse.quota = limits.quota;
-  fuse.paper = limits.paper;
+  fuse.quota = own.quota;
+  fuse.paper = own.paper;
   if (fuse.sheets_move()) {
     fuse.facing = round_.facing.empty() ? nullptr : &round_.facing;
     fuse.facing_after = &round_.next_facing;
@@ -186,10 +187,11 @@ void Rounds<Real>::begin_round(const RoundSettings& settings, std::span<const St
 }
 
 template <class Real>
-RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimits limits,
-                                        std::span<const SteeringField> fields,
-                                        MacroLod<Real>* mesh) {
+FuseStatistics Rounds<Real>::run_whole(const RoundSettings& settings,
+                                       std::span<const SteeringField> fields,
+                                       MacroLod<Real>* mesh) {
   WorkMesh<Real>& whole = *mesh->whole;
+  PassLimits limits = settings.limits;
   constexpr std::uint32_t kNumbers =
       std::numeric_limits<std::uint16_t>::max() - std::uint32_t{kFirstPassNumber};
   limits.number = static_cast<std::uint16_t>(settings.number % kNumbers + kFirstPassNumber);
@@ -198,7 +200,7 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
     std::fill(whole.remembered.begin(), whole.remembered.end(), std::uint16_t{0});
   }
   if (limits.boundary_rule == BoundaryRule::kTets) mark_near_boundary(&whole);
-  RoundStatistics statistics;
+  FuseStatistics statistics;
   FusionLog log;
   if (settings.method == Method::kTetFuse) {
     statistics.pass = GreedyPass<Real>().run(limits, fields, &whole, wanted(&log));
@@ -209,11 +211,8 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
       values_->add(0, whole);
       values_->end();
     }
-    const FuseStatistics all = run_passes(limits, &whole, wanted(&log));
+    statistics = run_passes(limits, &whole, wanted(&log));
     mesh->facing = std::move(round_.next_facing);
-    statistics.pass = all.pass;
-    statistics.costs = all.costs;
-    statistics.deviation = all.deviation;
   }
   mesh->tets = whole.tets.size();
   if (logs_ != nullptr) {
@@ -225,13 +224,12 @@ RoundStatistics Rounds<Real>::run_whole(const RoundSettings& settings, PassLimit
 }
 
 template <class Real>
-RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limits,
+RoundStatistics Rounds<Real>::run(const RoundSettings& settings,
                                   std::span<const SteeringField> fields, const RunContext& context,
                                   MacroLod<Real>* mesh) {
   context.check();
-  if (mesh->whole) return run_whole(settings, limits, fields, mesh);
-  begin(settings, limits, fields,
-        {mesh->tets, shares_of(settings, *mesh), mesh->samples, mesh->removed});
+  if (mesh->whole) return {run_whole(settings, fields, mesh)};
+  begin(settings, fields, {mesh->tets, shares_of(settings, *mesh), mesh->samples, mesh->removed});
   round_.facing = std::move(mesh->facing);
   const auto work_on = [&](std::size_t c, std::size_t w) {
     context.check();
@@ -246,7 +244,7 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
     mesh->pieces->forget(chunk);
     work(chunk, w, &work_mesh);
   };
-  if (in_turn(limits, round_.tets)) {
+  if (in_turn(settings.limits, round_.tets)) {
     for (std::size_t c = 0; c < mesh->chunks; ++c) work_on(c, 0);
   } else {
     run_tasks(mesh->chunks, static_cast<int>(workers_.size()), work_on);
@@ -255,11 +253,10 @@ RoundStatistics Rounds<Real>::run(const RoundSettings& settings, PassLimits limi
 }
 
 template <class Real>
-void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits,
-                         std::span<const SteeringField> fields, MeshInChunks<Real> mesh) {
+void Rounds<Real>::begin(const RoundSettings& settings, std::span<const SteeringField> fields,
+                         MeshInChunks<Real> mesh) {
   begin_round(settings, fields, mesh.tets);
-  round_.limits = limits;
-  round_.quota_left = limits.quota;
+  round_.quota_left = settings.limits.quota;
   round_.shares = std::move(mesh.shares);
   round_.results.resize(round_.shares.size() - 1);
   round_.next = scratch_->begin(fmt::format("round-{}", settings.number));
@@ -280,8 +277,8 @@ void Rounds<Real>::begin(const RoundSettings& settings, const PassLimits& limits
 
 template <class Real>
 void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
-  if (round_.limits.boundary_rule == BoundaryRule::kTets) mark_near_boundary(mesh);
-  PassLimits own = round_.limits;
+  PassLimits own = round_.settings.limits;
+  if (own.boundary_rule == BoundaryRule::kTets) mark_near_boundary(mesh);
   const bool is_in_turn = in_turn(own, round_.tets);
   own.quota = is_in_turn ? round_.quota_left
                          : quota_of(own, round_.tets, round_.shares[chunk],
@@ -290,12 +287,9 @@ void Rounds<Real>::work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>*
   Worker& tools = *workers_[worker];
   FusionLog log;
   if (puts_values_aside()) values_->add(chunk, *mesh);
-  const FuseStatistics statistics = run_passes(own, mesh, wanted(&log));
+  result.statistics = run_passes(own, mesh, wanted(&log));
   if (logs_ != nullptr) logs_->add(chunk, log);
-  result.pass = statistics.pass;
-  if (is_in_turn) round_.quota_left -= result.pass.tets_before - result.pass.tets_after;
-  result.costs = statistics.costs;
-  result.deviation = statistics.deviation;
+  if (is_in_turn) round_.quota_left -= result.statistics.pass.removed();
   tools.scatter.scatter(*mesh, round_.next_cut, chunk, round_.next.get(), &result.interface);
   sort_by_id(&result.interface);
   result.sizes = tools.scatter.sizes();
@@ -335,9 +329,7 @@ RoundStatistics Rounds<Real>::end(MacroLod<Real>* mesh, const InterfaceTable& ma
   std::vector<Vector<InterfaceReport>> reports;
   if (logs_ != nullptr) logs_->end();
   for (ChunkResult& result : round_.results) {
-    add(result.pass, &statistics.pass);
-    for (std::size_t b = 0; b < kCostBins; ++b) statistics.costs[b] += result.costs[b];
-    statistics.deviation = std::max(statistics.deviation, result.deviation);
+    add(result.statistics, &statistics);
     reports.push_back(std::move(result.interface));
     next.samples.insert(next.samples.end(), result.samples.begin(), result.samples.end());
     next.removed += result.removed_points;

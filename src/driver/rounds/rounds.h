@@ -26,17 +26,17 @@ namespace tetfusion {
 // Points that are remembered weigh in a chunk's size: so many are one more tetrahedron.
 inline constexpr std::uint64_t kRemovedPerTet = 2;
 
-struct RoundStatistics {
-  PassStatistics pass;    // fusions of all passes; why what is left was refused in the last ones
-  CostHistogram costs{};  // with Method::kFuse: of the vertices that are left
-  float deviation = 0;    // and how far sheets may have moved, in the unit
+// Of all chunks: fusions of all passes; why what is left was refused in the last ones.
+struct RoundStatistics : FuseStatistics {
   std::uint64_t chunks = 1;
 };
 
 struct RoundSettings {
   Method method = Method::kTetFuse;
-  // With kFuse, whose quota is the pass limits'.
-  FuseLimits fuse;
+  // The quota is all chunks'; without `spread` they take it in turn, one after the other, each what
+  // is left of it.
+  PassLimits limits;
+  FuseLimits fuse;               // with kFuse, whose quota and paper's limits are those above
   bool is_first = false;         // no vertex has a quadric yet
   bool look = false;             // nothing fuses, costs are counted
   Box box;                       // of the input
@@ -65,20 +65,17 @@ class Rounds {
   // `layout` is empty and says what a row holds; the rest outlives this.
   Rounds(const WorkMesh<Real>& layout, int threads, MemoryBudget* budget, Scratch* scratch);
 
-  // One round. The limits' quota is shared among the chunks by their sizes; without limits.spread
-  // they take it in turn, one after the other, each what is left of it. A function of the mesh, the
-  // limits and the settings alone. Throws Error(kInterrupted) between two chunks when the context
-  // says so, and what the watcher throws; the mesh is of no use then.
-  RoundStatistics run(const RoundSettings& settings, PassLimits limits,
-                      std::span<const SteeringField> fields, const RunContext& context,
-                      MacroLod<Real>* mesh);
+  // One round. A function of the mesh and the settings alone. Throws Error(kInterrupted) between
+  // two chunks when the context says so, and what the watcher throws; the mesh is of no use then.
+  RoundStatistics run(const RoundSettings& settings, std::span<const SteeringField> fields,
+                      const RunContext& context, MacroLod<Real>* mesh);
 
   // The same, with chunks that somebody else brings: begin() a round; work() on each chunk once,
   // each worker below `threads` on one at a time (without limits.spread one chunk after another, in
   // their order); and end() it, with the marks that vertices on the interface have got in the
   // meantime; or drop() it, and all that it has put aside. The fields live until then.
-  void begin(const RoundSettings& settings, const PassLimits& limits,
-             std::span<const SteeringField> fields, MeshInChunks<Real> mesh);
+  void begin(const RoundSettings& settings, std::span<const SteeringField> fields,
+             MeshInChunks<Real> mesh);
   void work(std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh);
   RoundStatistics end(MacroLod<Real>* mesh, const InterfaceTable& marks = {});
   void drop();
@@ -113,9 +110,7 @@ class Rounds {
     WorkMesh<Real> mesh;
   };
   struct ChunkResult {
-    PassStatistics pass;
-    CostHistogram costs{};
-    float deviation = 0;
+    FuseStatistics statistics;
     Vector<InterfaceReport> interface;
     Vector<Vec3<Real>> samples;
     std::uint64_t removed_points = 0;
@@ -124,7 +119,6 @@ class Rounds {
   // The round that has begun.
   struct Round {
     RoundSettings settings;
-    PassLimits limits;
     std::uint64_t quota_left = 0;  // where chunks take it in turn
     std::span<const SteeringField> fields;
     std::uint64_t tets = 0;
@@ -135,12 +129,12 @@ class Rounds {
     std::vector<ChunkCosts> costs;  // of the next chunks
     FacingGrid facing, next_facing;
   };
-  RoundStatistics run_whole(const RoundSettings& settings, PassLimits limits,
-                            std::span<const SteeringField> fields, MacroLod<Real>* mesh);
+  FuseStatistics run_whole(const RoundSettings& settings, std::span<const SteeringField> fields,
+                           MacroLod<Real>* mesh);
   void begin_round(const RoundSettings& settings, std::span<const SteeringField> fields,
                    std::uint64_t tets);
   void make_whole(MacroLod<Real>* mesh);
-  FuseStatistics run_passes(PassLimits limits, WorkMesh<Real>* mesh, FusionLog* log);
+  FuseStatistics run_passes(const PassLimits& own, WorkMesh<Real>* mesh, FusionLog* log);
   bool puts_values_aside() const { return values_ != nullptr && round_.settings.is_first; }
   FusionLog* wanted(FusionLog* log) const { return logs_ != nullptr ? log : nullptr; }
   void count_costs(const WorkMesh<Real>& mesh, const ChunkScatter<Real>& scatter);

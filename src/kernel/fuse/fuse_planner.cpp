@@ -190,22 +190,21 @@ auto FusePlanner<Real>::judge() -> Verdict {
 }
 
 template <class Real>
-bool FusePlanner<Real>::refit_position(VertexId v) {
+std::optional<Vec3<Real>> FusePlanner<Real>::refit_position(VertexId v) {
   std::optional<Vec3<Real>> position = values_.wished_position();
-  if (!position) return false;
+  if (!position) return std::nullopt;
   const Vec3<Real>& here = mesh_->positions[v];
   for (int i = 0; i <= kHalvings; ++i) {
     if (!cavity_.collect(v, kNoVertex, true, *position)) {
-      joining_ = {v, v, false, *position, cavity_.affected(), {}};
       kept_ = v;
-      if (!values_.refit_at(*position, cavity_)) return false;
+      if (!values_.refit_at(*position, cavity_)) return std::nullopt;
       values_.apply_refit();
-      return true;
+      return position;
     }
     *position = {(position->x + here.x) / 2, (position->y + here.y) / 2,
                  (position->z + here.z) / 2};
   }
-  return false;
+  return std::nullopt;
 }
 
 template <class Real>

@@ -62,9 +62,9 @@ class FusePlanner {
   // Of a vertex inside of the mesh that was fused to its place: are there better values() for it?
   bool may_refit() const { return values_.may_refit(); }
   bool refit(VertexId v) { return values_.refit(v, vertices_->ball(v)); }
-  // When it has these: is there a better place for it, joining().position, with its values()? What
-  // it takes to move it has been done then, but for the mesh itself; note_fused() is to follow.
-  bool refit_position(VertexId v);
+  // When it has these: a better place for it, with its values(). What it takes to move it has been
+  // done then, but for the mesh itself; note_fused() is to follow.
+  std::optional<Vec3<Real>> refit_position(VertexId v);
 
   // From now on all places are tried, however seldom anything comes of some.
   void be_thorough() { thorough_ = true; }

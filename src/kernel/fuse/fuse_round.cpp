@@ -425,9 +425,10 @@ void FuseRound<Real>::refit() {
       continue;
     }
     if (planner_.refit(v)) take_refitted(v, mesh_->positions[v]);
-    if (!planner_.refit_position(v)) continue;
+    const std::optional<Vec3<Real>> position = planner_.refit_position(v);
+    if (!position) continue;
     if (interpolates_) interpolations_.push_back(planner_.interpolation());
-    take_refitted(v, planner_.joining().position);
+    take_refitted(v, *position);
     planner_.note_fused();
   }
 }

@@ -77,7 +77,8 @@ class FuseVertices {
     return static_cast<float>(limits_->threshold) / cost_factor(v, partner);
   }
   bool have_weights() const { return !weights_.empty(); }
-  // The vertex that they become counts like the one of them that counts most.
+  // In this round the vertex that they become counts like the one of them that counts most; from
+  // the next one on by the column, whose value is interpolated.
   void join_weights(VertexId v, VertexId partner, VertexId kept) {
     if (have_weights()) weights_[kept] = std::max(weights_[v], weights_[partner]);
   }
