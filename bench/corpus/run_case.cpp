@@ -34,7 +34,7 @@ tetfusion::SimplifyRequest request_of(const Options& o, const std::string& folde
   if (o.scalar_tolerance) b.scalar_tolerance = {*o.scalar_tolerance};
   if (o.stretch_factor) b.stretch_factor = {*o.stretch_factor};
   b.aspect_ratio = o.aspect_ratio.value_or(std::numeric_limits<double>::infinity());
-  b.min_quality = o.min_quality;
+  if (o.fuse) b.min_quality = o.min_quality;
   if (o.surface == Surface::kPlanar) b.boundary = tetfusion::Boundary::kPlanar;
   if (o.surface == Surface::kWithin) b.boundary = tetfusion::Boundary::kWithin;
   b.boundary_distance = o.distance;

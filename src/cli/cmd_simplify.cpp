@@ -90,8 +90,8 @@ void add_simplify_command(CLI::App& app) {
   auto a = std::make_shared<SimplifyArguments>();
   CLI::App* command = app.add_subcommand("simplify", "Simplify a mesh");
   add_simplify_options(*command, a.get());
-  command->callback([a, command] {
-    parse_simplify_arguments(*command, a.get());
+  command->callback([a] {
+    parse_simplify_arguments(a.get());
     run_simplify(a.get());
   });
 }

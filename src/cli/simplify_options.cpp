@@ -98,9 +98,10 @@ void parse_boundary(const std::string& text, BehaviourOptions* behaviour) {
 void parse_arguments(SimplifyArguments* a) {
   BehaviourOptions& b = a->request.behaviour;
   if (!a->min_quality.empty()) {
-    const auto floor = parse_number(a->min_quality);
-    if (!floor) refuse(fmt::format("--min-quality {}: give a number, as in 0.1", a->min_quality));
-    b.min_quality = *floor;
+    b.min_quality = parse_number(a->min_quality);
+    if (!b.min_quality) {
+      refuse(fmt::format("--min-quality {}: give a number, as in 0.1", a->min_quality));
+    }
   }
   if (!a->max_rms.empty()) b.max_rms = parse_share_of_range("--max-rms", a->max_rms, "0.1%");
   parse_boundary(a->boundary, &b);
@@ -147,19 +148,6 @@ void parse_arguments(SimplifyArguments* a) {
   parse_lods(*a, &b);
   if (a->report == "-" && a->request.output == "-") {
     refuse("the mesh and the report cannot both go to standard output");
-  }
-}
-
-// An option that the method has no use for would be forgotten without a word.
-void refuse_foreign_options(const CLI::App& command, Method method) {
-  const bool fuse = method == Method::kFuse;
-  const auto names = fuse ? std::vector<std::string>{"--boundary-rule"}
-                          : std::vector<std::string>{"--min-quality", "--max-error", "--max-rms",
-                                                     "--conserve", "--weight"};
-  for (const std::string& name : names) {
-    if (command.get_option(name)->count() == 0) continue;
-    refuse(fmt::format("{} belongs to --method {}: give that as well, or leave the option out",
-                       name, fuse ? "tetfuse" : "fuse"));
   }
 }
 
@@ -454,8 +442,7 @@ void add_simplify_options(CLI::App& command, SimplifyArguments* a) {
   add_console_options(command, &a->console, "Say more: a line for each round, time and memory");
 }
 
-void parse_simplify_arguments(const CLI::App& command, SimplifyArguments* a) {
-  refuse_foreign_options(command, a->request.behaviour.method);
+void parse_simplify_arguments(SimplifyArguments* a) {
   take_chosen_step(&a->inputs, a->request.output, &a->request.behaviour.time_step);
   a->request.input = a->inputs[0];
   parse_arguments(a);

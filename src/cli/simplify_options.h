@@ -30,7 +30,7 @@ struct SimplifyArguments {
 void add_simplify_options(CLI::App& command, SimplifyArguments* a);
 
 // After the command line was read: fills in a->request. Throws Error(kUsage) for what has no
-// meaning, and for options that the method has no use for, which would be forgotten without a word.
-void parse_simplify_arguments(const CLI::App& command, SimplifyArguments* a);
+// meaning.
+void parse_simplify_arguments(SimplifyArguments* a);
 
 }  // namespace tetfusion

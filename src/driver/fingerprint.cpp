@@ -72,9 +72,9 @@ std::string fingerprint(const SimplifyRequest& request, const MeshDescription& m
                                 chunk_tets, original_ids, tetrahedralize, linearize, merge_points,
                                 drop_patches, dropped_patches, time_step] = b;
   std::string text = fmt::format("program: tetfusion {}, state {}\n", version(), kStateFormat);
-  text +=
-      fmt::format("method: {}\nminimum quality: {}\nmaximum rms: {}\n", static_cast<int>(b.method),
-                  b.min_quality, b.max_rms ? fmt::format("{}", *b.max_rms) : "none");
+  text += fmt::format("method: {}\nminimum quality: {}\nmaximum rms: {}\n",
+                      static_cast<int>(b.method), b.min_quality.value_or(kDefaultMinQuality),
+                      b.max_rms ? fmt::format("{}", *b.max_rms) : "none");
   text += fmt::format("give up: {}\n", b.give_up_rms.value_or(0));
   text += fmt::format("conserve: {}\nfit values: {}\n", b.conserve, b.fit_values);
   text += fmt::format("boundary: {} {}\nfeature angle: {}\n", static_cast<int>(b.boundary),

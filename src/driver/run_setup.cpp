@@ -78,7 +78,8 @@ MoveLimits move_limits(const BehaviourOptions& behaviour, const ColumnsToFit& co
   const bool are_bounded = is_on(b.scalar_tolerance) || is_on(b.stretch_factor) ||
                            b.aspect_ratio != off || b.max_volume != off;
   if (!are_fitted || are_bounded || !b.weight.empty()) return {};
-  return {{fields.begin(), fields.end()}, b.min_quality, columns.labels};
+  return {
+      {fields.begin(), fields.end()}, b.min_quality.value_or(kDefaultMinQuality), columns.labels};
 }
 
 SteeringBytes steering_bytes(const SimplifyRequest& request, const MeshDescription& mesh,

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "base/error.h"
 #include "base/numbers.h"
@@ -19,23 +20,6 @@ namespace {
 
 static_assert(static_cast<int>(Type::kInt8) == static_cast<int>(ValueType::kInt8) &&
               static_cast<int>(Type::kFloat64) == static_cast<int>(ValueType::kFloat64));
-
-void refuse_foreign_options(const Options& o) {
-  const bool fuse = o.method == Operation::kFuse;
-  const auto refuse = [&](bool given, const char* name) {
-    if (!given) return;
-    throw Error(ErrorCode::kUsage,
-                fmt::format("{} belongs to method {}: give that as well, or leave "
-                            "the option out",
-                            name, fuse ? "tetfuse" : "fuse"));
-  };
-  refuse(fuse && o.boundary_tets_stay, "boundary_tets_stay");
-  refuse(!fuse && o.min_quality, "min_quality");
-  refuse(!fuse && o.max_error, "max_error");
-  refuse(!fuse && o.max_rms, "max_rms");
-  refuse(!fuse && o.conserve, "conserve");
-  if (o.threads < 0) throw Error(ErrorCode::kUsage, "threads must be at least 0");
-}
 
 // In texts, as a request has them, they would be refused in the words of the command.
 void check_tolerances(const Options& o) {
@@ -98,7 +82,7 @@ ValueType to_value_type(Type type) { return static_cast<ValueType>(type); }
 Type to_type(ValueType type) { return static_cast<Type>(type); }
 
 SimplifyRequest to_request(const Options& o) {
-  refuse_foreign_options(o);
+  if (o.threads < 0) throw Error(ErrorCode::kUsage, "threads must be at least 0");
   check_tolerances(o);
   SimplifyRequest request;
   request.input = "the mesh";
@@ -112,7 +96,7 @@ SimplifyRequest to_request(const Options& o) {
   b.stretch_factor = o.stretch_factor;
   b.aspect_ratio = o.aspect_ratio;
   b.max_volume = o.max_volume;
-  if (o.min_quality) b.min_quality = *o.min_quality;
+  b.min_quality = o.min_quality;
   b.max_rms = o.max_rms;
   b.max_error = o.max_error;
   b.conserve = o.conserve;
@@ -208,6 +192,9 @@ std::string in_words_of_library(const std::string& message) {
   const auto is_letter = [&](std::size_t i) {
     return i < message.size() && std::islower(static_cast<unsigned char>(message[i])) != 0;
   };
+  // Those that are called otherwise there.
+  static const std::map<std::string, std::string> kNames{{"array", "arrays"},
+                                                         {"boundary_rule", "boundary_tets_stay"}};
   std::string out;
   for (std::size_t i = 0; i < message.size();) {
     std::string name;
@@ -219,8 +206,9 @@ std::string in_words_of_library(const std::string& message) {
         ++at;
       }
     }
-    if (is_option(name) || name == "array") {
-      out += name == "array" ? "arrays" : name;
+    const auto other = kNames.find(name);
+    if (is_option(name) || other != kNames.end()) {
+      out += other != kNames.end() ? other->second : name;
       i += 2 + name.size();
     } else {
       out += message[i++];

@@ -77,7 +77,7 @@ void check_criteria(const BehaviourOptions& b) {
   }
   if (!at_least_one(b.aspect_ratio)) refuse("--aspect-ratio must be at least 1");
   if (!(b.max_volume > 0)) refuse("--max-volume must be greater than 0");
-  if (!(b.min_quality >= 0 && b.min_quality < 1)) {
+  if (b.min_quality && !(*b.min_quality >= 0 && *b.min_quality < 1)) {
     refuse("--min-quality must be at least 0 and less than 1");
   }
   if (b.boundary == Boundary::kWithin && !(b.boundary_distance > 0 && b.boundary_distance < 1)) {
@@ -94,19 +94,29 @@ void check_criteria(const BehaviourOptions& b) {
   }
 }
 
+// An option that the method has no use for would be forgotten without a word.
 void check_method(const BehaviourOptions& b) {
+  const auto is_for = [&](Method method, const char* option, bool given) {
+    if (!given || b.method == method) return;
+    refuse(fmt::format("{} belongs to --method {}: give that as well, or leave the option out",
+                       option, method == Method::kFuse ? "fuse" : "tetfuse"));
+  };
+  is_for(Method::kTetFuse, "--boundary-rule", b.boundary_rule != BoundaryRule::kVertices);
+  is_for(Method::kFuse, "--boundary", b.boundary != Boundary::kExact);
+  is_for(Method::kFuse, "--min-quality", b.min_quality.has_value());
+  is_for(Method::kFuse, "--max-error", b.max_error.has_value());
+  is_for(Method::kFuse, "--max-rms", b.max_rms.has_value());
+  is_for(Method::kFuse, "--conserve", b.conserve);
+  is_for(Method::kFuse, "--weight", !b.weight.empty());
+  if (b.conserve && b.boundary == Boundary::kWithin) {
+    refuse("--conserve needs a boundary that stays, exact or planar");
+  }
+}
+
+void check_chunks(const BehaviourOptions& b) {
   if (b.chunk_tets == 0) refuse("--chunk-tets must be at least 1");
   if (b.chunk_tets > kMaxChunkTets) {
     refuse(fmt::format("--chunk-tets must be at most {}", kMaxChunkTets));
-  }
-  if (b.method == Method::kTetFuse) {
-    if (b.boundary != Boundary::kExact) {
-      refuse("--boundary belongs to --method fuse: tetfuse keeps the boundary exact");
-    }
-    if (!b.weight.empty()) refuse("--weight belongs to --method fuse");
-  }
-  if (b.conserve && (b.method != Method::kFuse || b.boundary == Boundary::kWithin)) {
-    refuse("--conserve needs --method fuse and a boundary that stays, exact or planar");
   }
 }
 
@@ -155,9 +165,10 @@ void check_pieces(const SimplifyRequest& request) {
 }  // namespace
 
 void check_options(const SimplifyRequest& request) {
+  check_method(request.behaviour);
   check_goal(request.behaviour);
   check_criteria(request.behaviour);
-  check_method(request.behaviour);
+  check_chunks(request.behaviour);
   check_lods(request);
   check_pieces(request);
   check_map(request);

@@ -14,6 +14,7 @@
 
 namespace tetfusion {
 
+inline constexpr double kDefaultMinQuality = 0.22;
 inline constexpr double kDefaultScalarTolerance = 0.025;
 inline constexpr double kDefaultStretchFactor = 5;
 inline constexpr double kDefaultMaxError = 0.01;
@@ -53,8 +54,8 @@ struct BehaviourOptions {
   double max_volume = std::numeric_limits<double>::infinity();
 
   // With kFuse: no new tetrahedron has a lower mean ratio, or, where the input has one below it,
-  // one that is lower than that by more than a twentieth; in [0, 1).
-  double min_quality = 0.22;
+  // one that is lower than that by more than a twentieth; in [0, 1). Absent: kDefaultMinQuality.
+  std::optional<double> min_quality;
   // With kFuse: what a fusion may do to the steering fields, in the mean of squares, as a share of
   // their range; > 0. Absent: anything.
   std::optional<double> max_rms;

@@ -165,7 +165,7 @@ void RoundPlanner::plan_fuse(std::uint64_t tets, const RoundsState& state, Round
     fuse.feature_angle = options_.feature_angle.value_or(kFeatureAngle);
     if (!state.rounds.empty()) fuse.deviation_before = state.rounds.back().deviation * width;
   }
-  fuse.min_quality = options_.min_quality;
+  fuse.min_quality = options_.min_quality.value_or(kDefaultMinQuality);
   fuse.max_error = errors_.max_error;
   fuse.keep_integrals = options_.conserve;
   fuse.regions = regions_;
