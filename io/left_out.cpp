@@ -38,7 +38,9 @@ std::vector<std::string> arrays_left_out(MeshFormat format, const MeshDescriptio
     names.push_back(info.name);
   }
   for (std::size_t i = 0; i < mesh.cell_data.arrays.size(); ++i) {
-    if (i != cell) names.push_back(mesh.cell_data.arrays[i].name);
+    const std::string& name = mesh.cell_data.arrays[i].name;
+    const bool is_twice = mesh.point_data.find(name) != AttributeSet::npos;
+    if (i != cell) names.push_back(is_twice ? "cell:" + name : name);
   }
   for (const ArrayInfo& array : mesh.field_data.arrays) names.push_back(array.name);
   return names;

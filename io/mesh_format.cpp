@@ -92,7 +92,8 @@ void refuse_same_file(std::string_view option, const std::string& path,
         continue;
       }
       throw Error(ErrorCode::kUsage,
-                  fmt::format("{} {}: that is {}; give it a name of its own", option, path, other));
+                  fmt::format("{} {}: {} is read or written, too; give it a name of its own",
+                              option, path, other));
     }
   }
 }

@@ -90,11 +90,13 @@ void MemoryBudget::refuse(std::uint64_t bytes, std::uint64_t beside, std::string
   // A sum beyond all memory is a request beyond all memory.
   const std::uint64_t needed = bytes > UINT64_MAX - beside ? UINT64_MAX : beside + bytes;
   throw Error(ErrorCode::kMemory,
-              fmt::format("{} needs {}{}: {} in all, more than the memory budget of {}; give "
-                          "--memory {} or more",
+              fmt::format("{} needs {}{}, more than the memory budget of {}; give --memory {} or "
+                          "more",
                           what, format_bytes(bytes),
-                          beside > 0 ? fmt::format(" beside {}", format_bytes(beside)) : "",
-                          format_bytes(needed), format_bytes(total_), format_memory(needed)));
+                          beside > 0 ? fmt::format(" beside {}: {} in all", format_bytes(beside),
+                                                   format_bytes(needed))
+                                     : "",
+                          format_bytes(total_), format_memory(needed)));
 }
 
 }  // namespace tetfusion

@@ -298,6 +298,8 @@ class Formats(FolderTest):
         self.assertEqual(references(out), values)
         mesh.array("gmsh:physical")[4][-1] = 7
         self.assertIn("left out: temperature, material", finish("convert", self.write(mesh), out).stderr.decode())
+        mesh.array("temperature")[1] = "material"
+        self.assertIn("left out: material, cell:material", finish("convert", self.write(mesh), out).stderr.decode())
         self.assertEqual(references(out), [0] * (len(values) - 1) + [7])
 
     def test_labels_that_went_through_gmsh_are_regions_still(self):
