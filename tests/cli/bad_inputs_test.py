@@ -163,7 +163,7 @@ option_case("output folder missing", ["-o", "{out}/no/such/folder/a.vtu"], IO, "
 option_case("output is a folder", ["-o", "{folder}"], IO, "folder")
 option_case("read-only file system", ["-o", "/proc/a.vtu"], IO, "/proc")
 option_case("full disk", ["-o", "{full}"], IO, "[Ss]pace")
-option_case("scratch folder by the name of the output", ["-o", "{out}/a.vtu", "--scratch", "{out}/a.vtu"], USAGE, "that is", "--scratch")
+option_case("scratch folder by the name of the output", ["-o", "{out}/a.vtu", "--scratch", "{out}/a.vtu"], USAGE, "is read or written, too", "--scratch")
 option_case("scratch folder of somebody else", ["-o", "{out}/a.vtu", "--scratch", "{folder}/.."], USAGE, "holds", "--scratch")
 option_case("unknown suffix", ["-o", "{out}/a.stl"], USAGE, "stl|vtu")
 option_case("report folder missing", ["-o", "{out}/a.vtu", "--report", "{out}/no/such/r.json"], IO, "no/such")
