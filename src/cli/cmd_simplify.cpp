@@ -55,11 +55,6 @@ void run_simplify(SimplifyArguments* a) {
     check_report(a->report, others);
     a->request.also_written = a->report;
   }
-  std::vector<std::string> others = a->inputs;
-  others.push_back(a->request.output);
-  refuse_same_file("--map", a->request.map, others);
-  others.insert(others.end(), {a->request.map, a->report});
-  refuse_same_file("--progressive", a->request.progressive, others);
   if (!a->series.empty() || is_series(a->inputs, a->request.output, a->request.behaviour.arrays)) {
     if (a->dry_run) throw Error(ErrorCode::kUsage, "--dry-run is for one mesh, not for a series");
     return run_series(a);

@@ -199,6 +199,8 @@ void refuse_outputs_among(const MeshDescription& mesh, const SimplifyRequest& re
     refuse_same_file("--map", stage.map, others);
     others.push_back(stage.map);
   }
+  others.push_back(request.also_written);
+  refuse_same_file("--progressive", request.progressive, others);
 }
 
 }  // namespace tetfusion
