@@ -132,8 +132,7 @@ FirstRound<Real> Coarsening<Real>::first_round(std::function<void()> scattered, 
   first.begin = [this, plan](const Box& box, std::uint64_t tets, std::vector<std::uint64_t> shares,
                              const Vector<Vec3<Real>>& samples) {
     plan_output(tets);
-    state_.input.box = box;
-    *plan = plan_round(tets, stages_.front().tets);
+    *plan = plan_round(box, tets, stages_.front().tets);
     rounds_->begin(plan->settings, state_.fields, {tets, std::move(shares), samples});
   };
   first.work = [this](std::uint32_t chunk, std::size_t worker, WorkMesh<Real>* mesh) {
@@ -153,8 +152,7 @@ void Coarsening<Real>::look_at_excerpt(const Box& box, std::uint64_t tets,
     if ((excerpt->marks[v] & kOnInterface) == 0) corners += excerpt->incidence[v];
   }
   if (corners == 0) return;
-  state_.input.box = box;
-  const RoundPlan plan = plan_round(tets, std::nullopt);
+  const RoundPlan plan = plan_round(box, tets, std::nullopt);
   CostHistogram costs = rounds_->look(plan.settings, state_.fields, excerpt);
   const double times = 4 * static_cast<double>(tets) / static_cast<double>(corners);
   for (std::uint64_t& count : costs) {
@@ -195,7 +193,7 @@ bool Coarsening<Real>::reach(const std::optional<std::uint64_t>& goal) {
   while (!goal || mesh.tets > *goal) {
     if (state_.end != StageEnd::kOpen) return state_.end == StageEnd::kGoal;
     run_.context.report("fusing", share_done());
-    const RoundPlan plan = plan_round(mesh.tets, goal);
+    const RoundPlan plan = plan_round(state_.input.box, mesh.tets, goal);
     const RoundStatistics round = rounds_->run(plan.settings, state_.fields, run_.context, &mesh);
     end_round(plan, round);
   }
@@ -203,9 +201,9 @@ bool Coarsening<Real>::reach(const std::optional<std::uint64_t>& goal) {
 }
 
 template <class Real>
-RoundPlan Coarsening<Real>::plan_round(std::uint64_t tets,
+RoundPlan Coarsening<Real>::plan_round(const Box& box, std::uint64_t tets,
                                        const std::optional<std::uint64_t>& goal) const {
-  RoundPlan plan = planner_.plan(state_.input.box, tets, goal, state_);
+  RoundPlan plan = planner_.plan(box, tets, goal, state_);
   const auto& most = options_.give_up_rms;
   if (most && !plan.settings.look && plan.settings.fuse.threshold > *most * *most) {
     throw OutOfReach();

@@ -55,7 +55,8 @@ class Coarsening {
   FirstRound<Real> first_round(std::function<void()> scattered, RoundPlan* plan);
   void look_at_excerpt(const Box& box, std::uint64_t tets, WorkMesh<Real>* excerpt);
   void say_what_was_found() const;
-  RoundPlan plan_round(std::uint64_t tets, const std::optional<std::uint64_t>& goal) const;
+  RoundPlan plan_round(const Box& box, std::uint64_t tets,
+                       const std::optional<std::uint64_t>& goal) const;
   void end_round(const RoundPlan& plan, const RoundStatistics& round);
   void commit(const std::string& generation);
   double share_done(std::uint64_t tets) const;  // with so many left
