@@ -1,6 +1,10 @@
 // Chunks whose pieces lose bytes while they are read.
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <functional>
+#include <memory>
+
 #include "base/error.h"
 #include "driver/import/chunk_loader.h"
 #include "driver/rounds/original_rows.h"
